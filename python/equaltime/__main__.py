@@ -1,4 +1,4 @@
-"""``python -m equaltime``: the command line, where no script is installed or another Python is meant."""
+"""The command line as ``python -m equaltime``, for a Python whose ``equaltime`` script is not on the search path."""
 
 import sys
 

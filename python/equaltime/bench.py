@@ -1,8 +1,9 @@
-"""Measures how fast scenes render, and how near that is to the time of tracing their rays alone.
+"""Measures how fast scenes render, and compares a render's time with the time for tracing its rays alone.
 
-The *limit ratio* is the time that Embree alone needs to trace the very rays that a render traced, over the time of the
-render: 1 would be a renderer that does nothing but trace rays. Every repeat times a render and the replay of its rays
-in turn. Repeats go round over all scenes and thread counts, so that a drifting machine hurts them alike.
+The *limit ratio* is the time that Embree alone needs to trace the rays of a render, divided by the time of the render.
+A ratio of 1 would mean that the renderer does nothing but trace rays. Each repeat times a render and the replay of the
+render's rays. Repeats visit all scenes and thread counts in turn, so that a slow change of the machine's speed affects
+all alike.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ _FILMS = 2
 
 @dataclass(frozen=True)
 class Spread:
-    """The median of repeats, and an interval that holds the true median with a probability of at least 95 %."""
+    """Median of repeats, with an interval that holds the true median with a probability of at least 95 %."""
 
     median: float
     low: float
@@ -40,9 +41,10 @@ class Spread:
 
 
 def spread(values: Sequence[float]) -> Spread:
-    """Take the median of ``values`` and its interval from ranks (the sign test's), which asks nothing of their law.
+    """Return the median of ``values``, with its 95 % interval by the sign test.
 
-    Fewer than 6 values cannot give 95 %: the interval is then all of them.
+    The sign test uses ranks and assumes nothing about the distribution. Fewer than 6 values cannot give 95 %: the
+    interval then goes from the smallest to the largest value.
     """
     ordered = sorted(values)
     count = len(ordered)
@@ -55,36 +57,36 @@ def spread(values: Sequence[float]) -> Spread:
 
 @dataclass(frozen=True)
 class Measurement:
-    """Measurements of one scene on one number of threads."""
+    """Measured speed of one scene on one number of threads."""
 
     name: str
-    """The scene's file as it was given, or ``scene N``."""
+    """Path of the scene's file as it was given, or ``scene N`` for scene number N in memory."""
     threads: int
     paths_per_s: Spread
     rays_per_s: Spread
-    """All rays, shadow rays included."""
+    """Rays per second, shadow rays included."""
     limit_ratio: Spread
-    """Seconds of Embree alone over seconds of the render."""
+    """Seconds that Embree alone needs for the rays, divided by the seconds of the render."""
     scaling: Spread
-    """Speed-up over the first number of threads, on the same scene and repeat."""
+    """Speed-up over the first number of threads, for the same scene and repeat."""
     repeats: int
     samples: int
-    """Per pixel, in each repeat."""
+    """Samples per pixel in each repeat."""
     rays_per_path: float
     kernel: str
-    """The compiled path tracer that was chosen for the scene."""
+    """Name of the compiled path tracer that was chosen for the scene."""
     strategy: str
     size: tuple[int, int]
-    """Width and height of what was rendered."""
+    """Width and height of the rendered image in pixels."""
     max_depth: int
     triangles: int
     memory_bytes: int
-    """Bytes of the scene in the core, without the film."""
+    """Memory of the core's scene in bytes, without the film."""
     seconds: Mapping[str, float] = field(hash=False)
-    """``load``: reading the files, ``build``: making the core's scene."""
+    """Seconds of two phases: ``load`` reads the files, ``build`` makes the core's scene."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return JSON data: medians under their names, intervals under ``intervals``."""
+        """Return the measurement as JSON data: medians by field name, and intervals [low, high] in ``intervals``."""
         spreads = {name: value for name, value in vars(self).items() if isinstance(value, Spread)}
         facts = {name: value for name, value in vars(self).items() if name not in spreads}
         return {
@@ -98,14 +100,14 @@ class Measurement:
 
 @dataclass(frozen=True)
 class Report:
-    """A benchmark: its measurements, and the machine and the build that they hold for."""
+    """Measurements of a benchmark, with the machine and the build of equaltime that were measured."""
 
     scenes: tuple[Measurement, ...]
     machine: Mapping[str, Any] = field(hash=False)
     build: Mapping[str, Any] = field(hash=False)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON data."""
+        """Return the report as JSON data."""
         return {
             "scenes": [measurement.as_dict() for measurement in self.scenes],
             "machine": dict(self.machine),
@@ -156,7 +158,7 @@ def measure(
     strategy: Strategy | str = "best",
     progress: Callable[[float], object] | None = None,
 ) -> Report:
-    """Measure every scene on every number of threads.
+    """Return the speed of every scene on every number of threads.
 
     Parameters
     ----------
@@ -165,13 +167,14 @@ def measure(
     threads
         Numbers of worker threads; 0 is one for each processor. `Measurement.scaling` refers to the first.
     repeats
-        Of every scene and number of threads.
+        Number of repeats for every scene and number of threads.
     spp
-        Samples per pixel in each repeat; if not given, what takes about half a second on the first number of threads.
+        Samples per pixel in each repeat. The default takes about half a second on the first number of threads, with at
+        most 256 samples per pixel.
     strategy
         A `Strategy`, or text for `Strategy.parse`.
     progress
-        Called with the share of the work that is done, 0 … 1, after every repeat.
+        Function that is called after every measurement with the fraction of the work that is done, in [0, 1].
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Every error that equaltime raises on purpose, and its category of warnings.
+"""All errors that equaltime raises on purpose, and the category of all its warnings.
 
 ::
 
@@ -7,12 +7,12 @@
     ├── StrategyError       a strategy that does not exist or makes no sense
     ├── EffectError         an effect that does not exist, or that cannot be left out
     ├── ExperimentError     an experiment or its records cannot be used; carries every problem that was found
-    ├── ImageError          an image file cannot be read, written, taken up or merged
+    ├── ImageError          an image file cannot be read, written, resumed or merged
     └── RenderError
         ├── BrightImage     a pixel is more than float32 can hold; carries the result
-        ├── SampleError     a sample went wrong; carries what replays it
-        │   ├── NonFiniteSample  it was NaN or infinite
-        │   └── FaultySample     it raised a floating-point fault, and these are looked for
+        ├── SampleError     a sample is unusable; carries the data that replay the sample
+        │   ├── NonFiniteSample  the sample is NaN or infinite
+        │   └── FaultySample     the sample raised a floating-point fault
         └── PeerError       another renderer is missing, failed, or gave no image that can be compared
 """
 
@@ -42,11 +42,11 @@ __all__ = [
 
 
 class EqualtimeWarning(UserWarning):
-    """A result may not be what was meant, such as a picture that is black everywhere."""
+    """Warning that a result may not be what was meant, such as a picture that is black everywhere."""
 
 
 class EqualtimeError(Exception):
-    """Base of all errors raised on purpose; its text is meant for people."""
+    """Base class of all errors that equaltime raises on purpose. The message is meant for people."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Problem:
 
 
 class SceneError(EqualtimeError):
-    """A scene cannot be read; ``problems`` lists everything that was found, not just the first."""
+    """Raised if a scene cannot be read; ``problems`` lists every mistake found, not just the first."""
 
     def __init__(self, problems: tuple[Problem, ...]) -> None:
         self.problems = problems
@@ -74,15 +74,15 @@ class SceneError(EqualtimeError):
 
 
 class EffectError(EqualtimeError):
-    """An effect that does not exist, or cannot be left out of a scene, with those that can."""
+    """Raised if an effect does not exist, cannot be left out, or would bias the image beyond the requested error."""
 
 
 class StrategyError(EqualtimeError):
-    """A strategy that does not exist or a combination that makes no sense, with the reason."""
+    """Raised if a strategy does not exist or its settings do not fit together; the message gives the reason."""
 
 
 class ExperimentError(EqualtimeError):
-    """An experiment, or its records, cannot be used; ``problems`` lists everything that was found."""
+    """Raised if an experiment or its records cannot be used; ``problems`` lists every mistake found."""
 
     def __init__(self, problems: tuple[Problem, ...]) -> None:
         self.problems = problems
@@ -93,15 +93,15 @@ class ExperimentError(EqualtimeError):
 
 
 class ImageError(EqualtimeError):
-    """An image file cannot be read, written, taken up or merged."""
+    """Raised if an image file cannot be read, written, resumed or merged."""
 
 
 class RenderError(EqualtimeError):
-    """Rendering failed after it had begun."""
+    """Raised if a render fails or cannot begin, such as for lack of memory."""
 
 
 class BrightImage(RenderError):
-    """A pixel is more than float32 can hold; ``result`` has infinity there, and all samples."""
+    """Raised if a pixel is larger than float32 can hold. ``result`` has all samples, and infinity at this pixel."""
 
     def __init__(self, pixel: str, value: float, result: object = None, kept: str = "") -> None:
         self.pixel, self.value, self.result, self.kept = pixel, value, result, kept
@@ -112,14 +112,15 @@ class BrightImage(RenderError):
         return type(self), (self.pixel, self.value, self.result, self.kept)
 
     def with_result(self, result: object, kept: str = "") -> Self:
-        """Return the error with another result, and the file where that is kept if it is."""
+        """Return this error with another result. ``kept`` names the file where that result is saved, if any."""
         return type(self)(self.pixel, self.value, result, kept)
 
 
 class SampleError(RenderError):
-    """A sample went wrong: its pass was finished, then this was raised.
+    """Raised for an unusable sample, after the end of its pass.
 
-    ``pixel`` is its place in the whole film, and ``command`` shows its path.
+    ``pixel`` is the sample's position (x, y) in the whole film. ``command`` holds the words of a command line that
+    shows the sample's path; empty if there is no such command.
     """
 
     kind: ClassVar[str] = "bad sample"
@@ -143,20 +144,20 @@ class SampleError(RenderError):
         return type(self), (self.pixel, self.index, self.seed, self.result, self.command, self.what)
 
     def with_words(self, *words: str) -> Self:
-        """Return the error with more words of the command, if there is one."""
+        """Return this error with ``words`` appended to its command; an empty command stays empty."""
         command = (*self.command, *words) if self.command else ()
         return type(self)(self.pixel, self.index, self.seed, self.result, command, self.what)
 
 
 class NonFiniteSample(SampleError):
-    """A sample was NaN or infinite."""
+    """Raised if a sample is NaN or infinite."""
 
     kind = "non-finite sample"
 
 
 class FaultySample(SampleError):
-    """A sample raised a floating-point fault, which ``what`` names, whatever its value."""
+    """Raised if a sample caused a floating-point fault, whatever the sample's value; ``what`` names the fault."""
 
 
 class PeerError(RenderError):
-    """Another renderer is missing, failed, or gave no image that can be compared."""
+    """Raised if another renderer is missing, failed, or gave no image that can be compared."""

@@ -1,4 +1,4 @@
-"""Imports packages of the extras when they are first used, and says which extra has a missing one."""
+"""Imports optional packages when they are first used, and names the extra that installs a missing package."""
 
 from __future__ import annotations
 
@@ -11,7 +11,10 @@ __all__ = ["optional"]
 
 
 def optional(module: str, extra: str = "report") -> Any:
-    """Import a module that comes with one of equaltime's extras; if it is missing, say how to get it."""
+    """Return the imported ``module`` of an optional package.
+
+    Raises EqualtimeError if the package is missing; the message says that ``extra`` installs the package.
+    """
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError as error:

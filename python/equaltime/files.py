@@ -1,4 +1,4 @@
-"""Writes files whole, so that they outlast a crash, removes the rest of killed writes, and locks open files."""
+"""Writes files completely or not at all, removes files that killed processes left, and locks open files."""
 
 from __future__ import annotations
 
@@ -22,12 +22,18 @@ except ImportError:  # a system without POSIX locks
 
 
 def lock(descriptor: int) -> None:
-    """Wait until nobody else has the lock on a file, and take it; raises `OSError` where there are no locks."""
+    """Take the exclusive lock on an open file; wait while another process holds the lock.
+
+    Raises `OSError` if the system has no locks on files.
+    """
     _flock(descriptor, wait=True)
 
 
 def try_lock(descriptor: int) -> None:
-    """Take the lock on a file; raises `BlockingIOError` if somebody has it, another `OSError` without locks."""
+    """Take the exclusive lock on an open file without waiting.
+
+    Raises `BlockingIOError` if another process holds the lock, and another `OSError` if there are no locks.
+    """
     _flock(descriptor, wait=False)
 
 
@@ -38,11 +44,14 @@ def _flock(descriptor: int, wait: bool) -> None:
 
 
 _NUMBERS = count()
-"""Numbers of the files that this process writes, so that two at a time in one folder are two."""
+"""Counter for names of temporary files: two of them at a time in one folder have different names."""
 
 
 def to_disk(path: Path) -> None:
-    """Wait until a file, or the names in a folder, are on the disk; one without room may say so (OSError) only now."""
+    """Wait until a file's content, or the names in a folder, are on the disk.
+
+    Raises `OSError`: a full disk may be noticed only here.
+    """
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)
@@ -52,10 +61,11 @@ def to_disk(path: Path) -> None:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Give an empty file beside ``path``, and rename it to ``path`` if all went well; remove it if not.
+    """Yield an empty temporary file beside ``path``, and rename the file to ``path`` at the end of the block.
 
-    A link stays, and what it leads to is replaced, and keeps its mode. Pipes, sockets and devices are not replaced.
-    Raises `OSError`; what was there before is left alone then.
+    If the block raises, the temporary file is removed, and an existing file at ``path`` stays unchanged. A symbolic
+    link stays a link: its target is replaced, and the new file gets the target's mode. Raises `OSError`, also if
+    ``path`` is a pipe, a socket or a device.
     """
     path = Path(os.path.realpath(path))
     mode = _mode(path)
@@ -69,10 +79,10 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def give_new_name(temporary: Path, path: Path) -> None:
-    """Give a file of `beside` the name ``path`` as well; raises `FileExistsError` if something has that name already.
+    """Give a temporary file of `beside` the new name ``path``; raises `FileExistsError` if the name is taken.
 
-    A process that is killed leaves the whole file under that name, or none. Where the file system has no links, it may
-    leave an empty file.
+    If the process is killed, ``path`` is the complete file or does not exist. On a file system without hard links,
+    ``path`` may then also be an empty file.
     """
     if os.path.lexists(path):  # before the file is synced, which takes long
         raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
@@ -97,7 +107,7 @@ def _rename_to_new(temporary: Path, path: Path) -> None:
 
 
 def make_folder(path: Path) -> None:
-    """Make a folder, and those that it is in, whose names are on the disk when this returns."""
+    """Make a folder and its missing parents. On return, the names of all new folders are on the disk."""
     missing = [folder for folder in (path, *path.parents) if not folder.exists()]
     path.mkdir(parents=True, exist_ok=True)
     for folder in missing:
@@ -112,12 +122,12 @@ def _name_to_disk(path: Path) -> None:
 
 @contextmanager
 def beside(path: Path, tidied: bool = False) -> Iterator[Path]:
-    """Give an empty file in the folder of ``path``, and remove it at the end if it was not renamed.
+    """Yield an empty temporary file in the folder of ``path``; at the end of the block, remove it if not renamed.
 
-    A process that is killed leaves its file: the next that writes in the folder removes it. Who writes holds a lock on
-    the file, which ends with the process. Not every network folder tells one machine of another's locks, so the file
-    has the machine's name, and only files of the same machine are looked at. A caller that has just ``tidied`` the
-    folder says so: looking through it takes time that grows with the number of files in it.
+    If the process is killed, its temporary file stays. The next process that writes in the folder removes that file.
+    A lock marks a file that is being written; the lock ends with the process. Some network folders do not share locks
+    between machines. The file's name therefore holds the machine's name, and other machines' files are left alone.
+    ``tidied`` says that the caller has just called `tidy` for this folder, which takes time in a large folder.
     """
     if not tidied:
         tidy(path.parent)
@@ -149,7 +159,7 @@ def _mode(path: Path) -> int | None:
 
 
 def tidy(folder: Path) -> None:
-    """Remove the files that killed processes of this machine were writing; files that cannot be removed are left."""
+    """Remove the temporary files in ``folder`` that killed processes of this machine left, as far as possible."""
     part = re.compile(re.escape(_machine()) + r"-\d+-[0-9a-f]+\.part")
     with suppress(OSError):
         for left in [file for file in folder.iterdir() if part.fullmatch(file.name)]:

@@ -1,4 +1,4 @@
-"""Holds back Ctrl-C and SIGTERM while a finished result is saved."""
+"""Delays Ctrl-C and SIGTERM while a finished result is saved."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ _held_at = -math.inf
 
 
 def last_held_back() -> float:
-    """Return when `held_back` last listed a signal, by `time.monotonic`; minus infinity if it never did."""
+    """Return the time (`time.monotonic`) at which `held_back` last caught a signal; -inf if it never did."""
     return _held_at
 
 
 @contextmanager
 def held_back() -> Iterator[list[int]]:
-    """List signals instead of hearing them, so that a second Ctrl-C does not cost the result of the first.
+    """Catch Ctrl-C and SIGTERM inside the block, and yield the growing list of the caught signals' numbers.
 
-    A signal that would end the process does so, since nothing of Python's hears it; in any thread but the main one,
-    which alone hears them, nothing is held back.
+    A second Ctrl-C therefore cannot destroy the result that the first Ctrl-C saves. Only signals with a Python handler
+    are caught; a signal without one acts as usual. In any thread but the main thread, no signal is caught.
     """
 
     def note(_: int) -> None:
@@ -56,7 +56,7 @@ def _listed(told: Callable[[int], object]) -> Iterator[list[int]]:
 
 @contextmanager
 def put_off() -> Iterator[None]:
-    """Put off the first signal that comes until the block is done; later ones are dropped."""
+    """Delay the first Ctrl-C or SIGTERM until the end of the block, and drop later signals."""
     seen: list[int] = []
     try:
         with _listed(lambda number: None) as seen:

@@ -1,4 +1,4 @@
-"""Processors and memory that this process may use: the machine's, or fewer where a container limits them."""
+"""Number of processors and size of memory that this process may use: the machine's, or a container's limits."""
 
 from __future__ import annotations
 
@@ -16,28 +16,30 @@ _OWN = Path("/proc/self/cgroup")
 
 
 def worker_threads(wanted: int) -> int:
-    """Return how many threads work where ``wanted`` are asked for: 0 means one for each processor."""
+    """Return the number of worker threads for a ``wanted`` number: 0 stands for one thread per processor."""
     return wanted or processors()
 
 
 def processors(groups: Path = _GROUPS) -> int:
-    """Return how many processors this process may use: those it may run on, or the share of time that a container has.
+    """Return the number of processors that this process may use, at least 1.
 
-    A share of 1.5 processors counts as 2.
+    A container's share of processor time can lower the number. A share is rounded up: 1.5 processors count as 2.
+    ``groups`` is the folder of the system's cgroups.
     """
     present = len(allowed_processors()) or os.cpu_count() or 1
     return min([present, *(max(1, math.ceil(share)) for share in _shares(groups))])
 
 
 def allowed_processors() -> set[int]:
-    """Return the processors that this process may run on; empty where the system does not tell."""
+    """Return the numbers of the processors that this process may run on; empty if the system does not tell them."""
     return os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else set()
 
 
 def memory_bytes(groups: Path = _GROUPS) -> int:
-    """Return the bytes of memory that this process may have: the machine's, or fewer where a container limits it.
+    """Return the size of memory that this process may use, in bytes: the machine's, or a container's smaller limit.
 
-    A limit of 0 bytes is ignored: no process could run under it.
+    A limit of 0 bytes is ignored, because no process could run with it. ``groups`` is the folder of the system's
+    cgroups.
     """
     present = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     names = ("memory.max", "memory.limit_in_bytes")
@@ -46,7 +48,7 @@ def memory_bytes(groups: Path = _GROUPS) -> int:
 
 
 def resident_bytes() -> int:
-    """Return the bytes that this process has in memory now; 0 where the system does not tell."""
+    """Return the size of memory that this process uses now, in bytes; 0 if the system does not tell it."""
     try:
         return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
     except OSError:
@@ -89,7 +91,11 @@ def _numbers(file: Path) -> list[int]:
 
 
 def machine() -> dict[str, Any]:
-    """Describe this machine: processor, how many of them we may use, memory, system, and how busy it is."""
+    """Return a description of this machine, as JSON data.
+
+    ``cpu`` names the processor. ``processors`` and ``memory_bytes`` are the amounts that this process may use.
+    ``system`` names the operating system. ``load_average`` is the mean number of busy processes in the last minute.
+    """
     return {
         "cpu": _processor(),
         "processors": processors(),

@@ -1,8 +1,9 @@
-"""A strategy: how paths are sampled, as a frozen value that every output names.
+"""Strategies: methods for sampling paths, as a frozen value that every output names.
 
-A strategy changes the cost of an image, not its expectation, with one exception that says so by name: ``truncate``
-cuts paths and is biased. To add a word to a field, add it to its ``Literal`` (and to the core). A field that has no
-meaning with the others is None, and refused if it is given.
+A strategy changes the cost of an image, but not the expected image. Exceptions are biased (`Strategy.biased`):
+``truncate`` cuts paths, and ``adaptive`` has biased rules for comparison. To add a word to a field, add the word to the
+field's ``Literal`` and to the core. A field without meaning for the other fields' values is None. Such a field is
+refused if it is given.
 """
 
 from __future__ import annotations
@@ -31,50 +32,55 @@ __all__ = ["PRESETS", "Strategy"]
 
 
 class Strategy(BaseModel):
-    """How light paths are sampled.
+    """A choice of methods for sampling light paths.
 
-    ``Strategy()`` is the preset ``best``. `Strategy.parse` reads ``preset,key=value,…`` or a TOML file, and ``str()``
+    ``Strategy()`` is the preset ``best``. `Strategy.parse` reads ``preset,key=value,…`` or a TOML file. ``str()``
     writes the shortest such text, so that ``Strategy.parse(str(s)) == s``.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
     technique: Literal["uniform", "bsdf", "light", "mis", "mixture"] = "mis"
-    """How light is found: by rays in directions that are uniform, or drawn from the BSDF; or by rays to light sources
-    besides, which then find all direct light (``light``) or share it: with both rays at every vertex (``mis``), or with
-    one, drawn either way at random and followed, whose weight divides by the mean of both densities (``mixture``).
-    Perfect mirrors and glass are followed, and point lights aimed at, by all of them. Where lights fill little of what
-    a point sees, the weights of ``mixture`` double with every bounce."""
+    """Technique that finds light at each vertex of a path. ``uniform`` and ``bsdf`` follow a ray, whose direction is
+    uniform or drawn from the BSDF. ``light`` adds a ray to a light source, which finds all direct light. ``mis`` traces
+    both rays, and combines the direct light that they find by weights. ``mixture`` draws one of the two rays at random
+    and follows that ray; the weight divides by the mean of both densities. All techniques follow perfect mirrors and
+    glass, and sample point lights directly. If lights fill little of a point's view, weights of ``mixture`` double with
+    every bounce."""
     heuristic: Literal["balance", "power"] | None = None
-    """Weights of the combination; ``power`` unless given. None but for ``mis``."""
+    """Weights that combine the two rays of ``mis``: balance or power heuristic (default). None for other techniques."""
     lights: Literal["uniform", "power", "tree"] = "tree"
-    """Probability of picking a light source: the same for all; in proportion to its power; or, by a tree of lights, in
-    proportion to a bound of the light that it sends to the point. A tree takes longer the more lights there are (Conty
-    Estevez & Kulla 2018, without splitting)."""
+    """Probability of choosing a light source. ``uniform`` gives all sources the same probability. ``power`` uses the
+    power of the source. ``tree`` uses a bound of the light that the source sends to the point, by a tree of lights
+    (Conty Estevez & Kulla 2018, without splitting). A tree takes longer the more lights there are."""
     environment: Literal["plain", "compensated"] | None = None
-    """How directions of an image of the sky are drawn: by radiance (``plain``); or by what exceeds its mean, leaving
-    the rest to the BSDF (``compensated``, unless given: Karlík et al. 2019). None but for ``mis`` and ``mixture``."""
+    """Density by which directions of an environment image are drawn. ``plain`` uses the radiance. ``compensated``
+    (default) uses the radiance above the mean, and leaves the rest to the BSDF's rays (Karlík et al. 2019). None for
+    techniques other than ``mis`` and ``mixture``."""
     roulette: Literal["none", "constant", "albedo", "throughput", "efficiency", "automatic"] = "automatic"
-    """Russian roulette: never, or with the probability to go on that is `survival`, the albedo of the surface (its
-    largest component), or the path's throughput; with ``efficiency`` by throughput too, and a path is split where it is
-    scattered first, into as many copies as are worth their rays there. ``automatic`` is ``efficiency`` where a pilot
-    shows that splitting pays, else ``throughput``. Unbiased."""
+    """Survival probability of Russian roulette, which is unbiased. ``none`` uses no roulette. ``constant`` uses
+    `survival`. ``albedo`` uses the largest component of the surface's albedo. ``throughput`` uses the path's
+    throughput. ``efficiency`` uses the throughput too, and splits a path at its first scattering, into as many copies
+    as are worth their rays. ``automatic`` is ``efficiency`` if a pilot shows that splitting pays, else
+    ``throughput``."""
     roulette_depth: int | None = Field(default=None, ge=1, lt=2**31)
-    """The first depth at which a path may be ended by the roulette; 5 unless given. None without roulette."""
+    """First depth at which the roulette may end a path. The default is 5, and None without roulette."""
     survival: float | None = Field(default=None, gt=0.0, lt=1.0)
-    """The probability of the ``constant`` roulette; 0.75 unless given, None for the others. Where the albedo is above
-    it, weights grow from bounce to bounce; where its square is, paths without limit have infinite variance."""
+    """Survival probability p of the ``constant`` roulette. The default is 0.75, and None for other kinds of roulette.
+    If the albedo is above p, weights grow from bounce to bounce. If the albedo's square is above p, paths without a
+    limit have infinite variance."""
     truncate: int | None = Field(default=None, ge=1, lt=2**31)
-    """Cut every path at this depth, counted like the scene's ``max_depth``, which holds in any case; biased."""
+    """Depth at which every path is cut, counted like the scene's ``max_depth``, which applies too. Biased."""
     sampler: Literal["independent", "stratified", "sobol", "lattice"] = "lattice"
-    """Independent numbers; jittered strata, as many as samples at powers of four; Owen-scrambled Sobol points, a pair
-    for each decision; or one lattice for all decisions at the first eight vertices, with random shifts (Cools, Kuo &
-    Nuyens 2006)."""
+    """Kind of random numbers. ``independent`` numbers have no structure. ``stratified`` uses jittered strata, as many
+    as samples at powers of four. ``sobol`` uses Owen-scrambled Sobol points, a pair for each decision. ``lattice`` uses
+    one lattice with random shifts for all decisions at the first eight vertices (Cools, Kuo & Nuyens 2006)."""
     adaptive: Literal["none", "error", "neighbours", "history", "cutoff"] = "error"
-    """Which pixels get more samples after a pilot (`equaltime.film.adaptive`): none; those whose neighbours showed a
-    large error, if the pilot shows a gain (``error``, unbiased; a crop has other counts than the whole). For
-    comparison, and biased, those among scattered values, those with an error of their own, or all but those that seem
-    done (``cutoff``: the rule of most renderers)."""
+    """Rule by which pixels get more samples after a pilot (`equaltime.film.adaptive`). ``none`` gives all pixels the
+    same number. ``error`` prefers pixels whose neighbours showed a large error, if the pilot shows a gain. ``error`` is
+    unbiased; a crop has other sample counts than the whole image. The other rules are biased, and exist for comparison.
+    ``neighbours`` prefers pixels around which the values scatter. ``history`` prefers pixels with a large error of
+    their own. ``cutoff`` skips pixels that seem converged, as most renderers do."""
 
     @model_validator(mode="wrap")
     @classmethod
@@ -103,12 +109,12 @@ class Strategy(BaseModel):
 
     @property
     def biased(self) -> bool:
-        """Whether the image converges to something else than the scene's light transport."""
+        """Whether the expected image differs from the scene's light transport."""
         return self.truncate is not None or self.adaptive in _LOOK_AT_THEMSELVES
 
     @property
     def name(self) -> str:
-        """The shortest text that `parse` reads back as this strategy, such as ``mis,sampler=independent``."""
+        """Shortest text from which `parse` makes this strategy, such as ``mis,sampler=sobol``."""
         candidates = [_text_as_variation(self, preset) for preset in PRESETS]
         return min(candidates, key=lambda text: text.count(","))
 
@@ -117,21 +123,24 @@ class Strategy(BaseModel):
 
     @classmethod
     def of(cls, strategy: Strategy | str) -> Strategy:
-        """Return the strategy, or parse its text; raises `StrategyError` as `parse` does."""
+        """Return ``strategy`` itself, or the strategy that a text describes; raises `StrategyError` like `parse`."""
         return strategy if isinstance(strategy, Strategy) else cls.parse(strategy)
 
     @classmethod
     def parse(cls, text: str | Path) -> Strategy:
-        """Read a strategy from ``preset``, ``preset,key=value,…``, ``key=value,…`` or the path of a TOML file.
+        """Return the strategy that a text or a TOML file describes.
 
-        A TOML file has the fields as keys, and ``preset = "…"`` for where to start (``best`` if absent).
+        A text is ``preset``, ``preset,key=value,…``, ``key=value,…`` or the path of a file (``.toml``). The file has
+        the fields as keys, and ``preset = "…"``. Fields that are not given come from the preset, which is ``best`` if
+        absent.
 
         Raises
         ------
         StrategyError
-            With every unknown name and value, each with the nearest known one.
+            If a name or a value is unknown, or the file cannot be read. The message lists all unknown names and values,
+            each with the nearest known one.
         TypeError
-            If it is no text.
+            If ``text`` is neither text nor a path.
         """
         if not isinstance(text, str | Path):
             raise TypeError(f"a strategy is a Strategy, or text such as 'best,sampler=sobol'; found {text!r}")
@@ -225,8 +234,9 @@ PRESETS: Mapping[str, Strategy] = {
     "light": Strategy(technique="light", lights="uniform", roulette="none", sampler="independent", adaptive="none"),
     "naive": Strategy(technique="uniform", lights="uniform", roulette="albedo", sampler="independent", adaptive="none"),
 }
-"""``best``; the textbook techniques with nothing else switched on, for comparisons; and ``naive``, which knows nothing
-of lights and BSDFs and is what speed-ups are measured against."""
+"""Named strategies. ``best`` is the default. ``mis``, ``bsdf`` and ``light`` are textbook techniques with all other
+methods switched off, for comparisons. ``naive`` samples without knowledge of lights and BSDFs, and is the baseline of
+speed-ups."""
 
 
 def _text_as_variation(strategy: Strategy, preset: str) -> str:

@@ -1,4 +1,4 @@
-"""JSON that every reader takes: the package prints and writes it without NaN and Infinity."""
+"""JSON without NaN and Infinity, which every reader accepts."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ def json_text(
     ensure_ascii: bool = True,
     default: Callable[[Any], object] | None = None,
 ) -> str:
-    """Return data as JSON; a number that is not finite becomes null. The options are as for `json.dumps`.
+    """Return ``data`` as JSON text, in which every number that is not finite is null.
 
-    This holds for what ``default`` returns as well. A key that is not finite raises ValueError: null is no key.
+    The options are as for `json.dumps`. Numbers in values that ``default`` returns become null too. Raises ValueError
+    for a key that is not finite, because null cannot be a key.
     """
     return json.dumps(
         _finite(data),

@@ -1,4 +1,4 @@
-"""Words for people: numbers and times, values in messages, the known name nearest to a misspelt one."""
+"""Text for people: numbers, times and values in messages, and suggestions for misspelt names."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ _PART = rf"({_NUMBER})({'|'.join(sorted(_SECONDS, key=len, reverse=True))})"
 
 
 def seconds_of(text: str) -> float:
-    """Read ``10s``, ``500ms``, ``2.5m``, ``1h30m``, ``2d`` or plain seconds; raises ValueError for anything else."""
+    """Return the seconds that a text such as ``10s``, ``500ms``, ``2.5m``, ``1h30m``, ``2d`` or ``10`` means.
+
+    Raises ValueError for any other text.
+    """
     words = text.strip().lower().replace(" ", "")
     if re.fullmatch(_NUMBER, words):
         words += "s"
@@ -32,20 +35,21 @@ def seconds_of(text: str) -> float:
 
 
 def duration(seconds: float) -> str:
-    """Write a time for people: ``12.3 ms``, ``4.56 s``, ``7.89 min``, ``12.3 h``, ``456 days``."""
+    """Return a time in seconds as text: ``12.3 ms``, ``4.56 s``, ``7.89 min``, ``12.3 h`` or ``456 days``."""
     unit, size = next(((name, size) for name, size, most in _UNITS if seconds < most), ("days", 86400.0))
     return f"{seconds / size:.3g} {unit}"
 
 
 def percent(error: float) -> str:
-    """Write an error for people: ``2.5 %``."""
+    """Return an error as text in percent: 0.025 becomes ``2.5 %``."""
     return f"{100.0 * error:.3g} %"
 
 
 class Shown:
-    """Base of values that functions return: printed and in notebooks they show their answer, not all their fields.
+    """Base class of results that are displayed by their answer instead of by all their fields.
 
-    A subclass defines ``__str__``: the answer in the first line, then at most ten lines.
+    A subclass defines ``__str__``: the answer in the first line, then at most ten lines. ``repr`` shows the first line,
+    and a notebook shows all lines.
     """
 
     def __repr__(self) -> str:
@@ -56,12 +60,15 @@ class Shown:
 
 
 def a(noun: str) -> str:
-    """Return a noun with its article."""
+    """Return a noun with its indefinite article: ``an image``, ``a mesh``."""
     return f"an {noun}" if noun[0] in "aeiou" else f"a {noun}"
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
-    """Return the known name that is most similar to `word`, if one is near."""
+    """Return the known name that is most similar to `word`, or None if no name is similar.
+
+    Also return None for a very long word or very many names, since the comparison would take too long.
+    """
     names = sorted(known)
     if len(names) > MOST_NAMES or len(word) > LONGEST_NAME:
         return None
@@ -72,7 +79,10 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
 
 
 def suggestion(word: str, known: Iterable[str]) -> str:
-    """Return "; did you mean 'x'?" if a known name is near, else "; expected one of ..."."""
+    """Return "; did you mean 'x'?" if a known name is similar to `word`, else "; expected one of ...".
+
+    Return an empty string if there are no known names.
+    """
     names = sorted(known)
     if near := nearest(word, names):
         return f"; did you mean '{near}'?"
@@ -83,7 +93,10 @@ def suggestion(word: str, known: Iterable[str]) -> str:
 
 
 def shortened(value: object, width: int) -> str:
-    """Return ``repr(value)`` cut to `width` characters; the rest of a large value is never formatted."""
+    """Return ``repr(value)`` cut to `width` characters, with ``...`` at a cut.
+
+    The rest of a large list or dictionary is never formatted.
+    """
     text = ""
     for piece in _pieces(value, width):
         text += piece

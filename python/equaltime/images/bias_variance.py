@@ -1,12 +1,13 @@
-"""Separate bias and variance of an estimator, from renders with independent seeds.
+"""Bias and variance of an estimator, measured separately from renders with independent seeds.
 
-Let D_r = I_r - R be the difference of render r from the reference, and v the variance of R. < > is the mean over pixels
-and channels after division by the metric's denominator (`equaltime.images.metrics`):
+Let D_r = I_r - R be the difference of render r from the reference R, and v the variance of R. < > divides by the
+metric's denominator (`equaltime.images.metrics`), then takes the mean over pixels and channels:
 
 - bias² = mean over pairs r ≠ s of <D_r D_s> - <v>: independent renders share nothing but the bias and R's noise;
 - variance = mean of <D_r²> - mean over pairs of <D_r D_s>: the sample variance of one render.
 
-Both are unbiased, and their sum is the expected relMSE of one render. Only the K x K matrix <D_r D_s> is needed.
+Both estimates are unbiased, and their sum is the expected relMSE of one render. Only the K x K matrix <D_r D_s> is
+needed.
 """
 
 from __future__ import annotations
@@ -27,7 +28,10 @@ Floats = NDArray[np.float64]
 
 
 def reduced(values: NDArray[Any], longest: int) -> Floats:
-    """Average whole blocks of pixels of (H, W, …) until no side exceeds ``longest``; small images stay unchanged."""
+    """Return an image (H, W, …) with blocks of pixels averaged, so that no side exceeds ``longest`` pixels.
+
+    Rows and columns at the end that fill no block are dropped. A small image is returned unchanged.
+    """
     factor = math.ceil(max(values.shape[:2]) / longest)
     if factor == 1:
         return values
@@ -39,21 +43,22 @@ def reduced(values: NDArray[Any], longest: int) -> Floats:
 
 @dataclass(frozen=True)
 class Parts:
-    """Bias and variance as relative squares: 0.0004 is (2 %)²."""
+    """Squared bias and variance of a render, both relative: 0.0004 is (2 %)²."""
 
     bias2: Interval
-    """Squared bias; the estimate falls on both sides of 0 if there is no bias."""
+    """Squared bias. Without any bias, its estimate scatters around 0 and may be negative."""
     variance: Interval
     """Variance of one render."""
     shared: float = 0.0
-    """Standard error that the reference's noise causes in the relMSE of all renders alike."""
+    """Standard error of relMSE due to the reference's noise; the resulting deviation is common to all renders."""
 
 
 def relmse_of_parts(images: ArrayLike, reference: Reference) -> Parts:
-    """Return bias² and variance of renders (K, H, W, 3) that differ only in their seeds.
+    """Return bias² and variance of K renders (K, H, W, 3) that differ only in their seeds.
 
-    Intervals come from the jackknife over renders. For bias² they are corrected for its double counting (see
-    `_pairs_variance`), and include the reference's noise, which all renders share.
+    The intervals come from the jackknife over renders. The interval of bias² is corrected for the jackknife's double
+    counting (see `_pairs_variance`), and includes the reference's noise, which all renders share. Both values are
+    unknown if K is 1 or a pixel is not finite.
     """
     stack = np.asarray(images, np.float64)
     repeats = len(stack)

@@ -33,12 +33,12 @@ def available() -> bool:
 
 
 def flip(image: ArrayLike, reference: ArrayLike) -> float:
-    """Return the mean HDR-FLIP of an image (H, W, 3) in linear RGB: 0 is equal, 1 is the largest difference.
+    """Return the mean HDR-FLIP of two images (H, W, 3) in linear RGB: 0 for equal images, 1 for the largest difference.
 
-    It is computed by NVIDIA's ``flip-evaluator``, at its default of 67 pixels per degree. Negative values are shown as
-    black. FLIP takes its exposures from the reference and so does not depend on scale, but the package ends the process
-    if a reference is dim. So both images are scaled by a power of two: the brightest luminance of the reference comes
-    near 1. The package is given the exposures that it would derive.
+    NVIDIA's ``flip-evaluator`` computes it, at the package's default of 67 pixels per degree. Negative values count as
+    black. FLIP takes its exposures from the reference, so its value does not depend on a common scale. The package ends
+    the process if a reference is dim. Both images are therefore scaled by a power of two, which brings the brightest
+    luminance of the reference near 1. The package is given the exposures that it would derive.
 
     Raises
     ------

@@ -13,20 +13,20 @@ __all__ = ["as_float32", "beyond_float32"]
 
 
 def as_float32(image: NDArray[Any]) -> NDArray[np.float32]:
-    """Return an image in float32; values beyond its range are infinite."""
+    """Return an image in float32; values beyond the range of float32 become infinite."""
     with np.errstate(over="ignore"):
         return image.astype(np.float32)
 
 
 def beyond_float32(image: NDArray[Any], corner: tuple[int, int], where: str) -> BrightImage | None:
-    """Return the error for the first pixel of an image (H, W, 3) that float32 cannot hold; None if there is none.
+    """Return an error for the first pixel of an image (H, W, 3) that float32 cannot hold; None if all pixels fit.
 
     Parameters
     ----------
     corner
-        Position of the image's first pixel, x and y, in the whole film.
+        Position (x, y) of the image's first pixel in the whole film.
     where
-        Name of the image, to put before the pixel in the message; may be empty.
+        Name of the image for the error message; may be empty.
     """
     beyond = np.argwhere(~np.isfinite(as_float32(image)))
     if not len(beyond):

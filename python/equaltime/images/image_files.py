@@ -1,7 +1,7 @@
-"""Image files, read and written through OpenImageIO: pictures of any program.
+"""Reads and writes image files of any program through OpenImageIO.
 
-Files are written under a temporary name in the same folder and renamed. So a reader never sees half a file, and a
-failure leaves an existing file unchanged. The layout of saved renders is in `equaltime.rendering.render_file`.
+Files are written under a temporary name in the same folder and then renamed. A reader therefore never sees half a file,
+and a failure leaves an existing file unchanged. The layout of saved renders is in `equaltime.rendering.render_file`.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ __all__ = [
 SOFTWARE = f"equaltime {version('equaltime')}"
 RGB = ("R", "G", "B")
 _SOFTWARE = ("Software", "generatedBy")
-"""Attributes that name the writer of a file: the usual one, and Mitsuba's."""
+"""Attributes that name the program that wrote a file: the usual attribute, then Mitsuba's."""
 _OURS = "equaltime:"
 _REC709 = (0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329)
 """Chromaticities x, y of red, green, blue and white (ITU-R BT.709)."""
@@ -47,7 +47,7 @@ _REC709 = (0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329)
 
 @dataclass(frozen=True)
 class Window:
-    """Position of a file's pixels in the full film, in pixels from its top left corner."""
+    """Position (x, y) of a file's pixels in the full film, from the film's top left corner, and the film's size."""
 
     x: int
     y: int
@@ -57,31 +57,31 @@ class Window:
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """Content of an image file."""
+    """Content of an image file: channels, position in the film, and attributes."""
 
     channels: Mapping[str, NDArray[np.float32]]
-    """Channel name → (H, W) float32."""
+    """Channels (H, W) in float32, by name."""
     window: Window
     software: str = ""
-    """Program that wrote the file, as the file states it; empty if it does not."""
+    """Program that wrote the file, as the file states it; empty if the file does not."""
     attributes: Mapping[str, str] = field(default_factory=dict)
-    """Attributes that only equaltime writes, by name."""
+    """Text attributes whose names begin with ``equaltime:``, by full name."""
     record: Mapping[str, Any] = field(default_factory=dict)
     """Record of a render by equaltime, as `equaltime.rendering.render_file` reads it; empty for other files."""
 
     @property
     def image(self) -> NDArray[np.float32]:
-        """(H, W, 3) linear RGB; raises `ImageError` if the file has no channels R, G and B."""
+        """Image (H, W, 3) of the channels R, G and B, linear; raises `ImageError` if one of these is missing."""
         return self._rgb("")
 
     @property
     def standard_error(self) -> NDArray[np.float32] | None:
-        """(H, W, 3) standard error of ``image``; None if the file does not carry it."""
+        """Standard error (H, W, 3) of ``image``; None if the file does not have one."""
         return self._rgb("stderr.") if "stderr.R" in self.channels else None
 
     @property
     def samples(self) -> NDArray[np.int64] | None:
-        """(H, W) sample counts; None if the file does not carry them."""
+        """Number of samples of each pixel (H, W); None if the file does not have these numbers."""
         counts = self.channels.get("samples")
         return None if counts is None else counts.astype(np.int64)
 
@@ -93,7 +93,7 @@ class Picture:
 
 
 def read(path: str | os.PathLike[str]) -> Picture:
-    """Read any image that OpenImageIO supports, as float32 channels by name.
+    """Return the first image of a file that OpenImageIO supports, as float32 channels by name.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def read(path: str | os.PathLike[str]) -> Picture:
 
 
 def read_attributes(path: str | os.PathLike[str]) -> dict[str, str]:
-    """Return the text attributes of an image's first part, by name; raises `ImageError`."""
+    """Return the text attributes of a file's first image, by name; raises `ImageError` for an unreadable file."""
     with opened(path) as source:
         return _texts(source.spec())
 
@@ -126,34 +126,37 @@ def _texts(spec: Any) -> dict[str, str]:
 
 
 def linear_rgb() -> dict[str, Any]:
-    """Return the attributes of a part whose R, G and B are linear light with the primaries of Rec. 709."""
+    """Return the attributes, for OpenImageIO, of linear RGB with the primaries of Rec. 709."""
     return {"oiio:ColorSpace": "lin_rec709", "chromaticities": _REC709}
 
 
 def write_exr(path: Path, image: NDArray[Any], description: str = "") -> None:
-    """Write an image (H, W, 3) alone to an EXR file, whole or not at all; raises `ImageError`."""
+    """Write an image (H, W, 3) to an EXR file without further channels; raises `ImageError`.
+
+    On failure, an existing file stays unchanged. ``description`` becomes the attribute ``ImageDescription``.
+    """
     attributes = {"compression": "zip", **linear_rgb(), "ImageDescription": description}
     write(path, "openexr", [Part(RGB, np.asarray(image, np.float32), attributes)])
 
 
 def escaped(text: str) -> str:
-    """Return a text as an image can hold it: bytes of a file's name that are not UTF-8 are written as escapes."""
+    """Return a text as an image attribute can hold it: bytes of a file name that are not UTF-8 become escapes."""
     return text.encode("utf-8", "backslashreplace").decode()
 
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """One image of a file: (H, W, C) pixels of type float32, uint32 or uint8."""
+    """One image of a file, with pixels (H, W, C) of type float32, uint32 or uint8."""
 
     channels: tuple[str, ...]
     pixels: NDArray[Any]
     attributes: dict[str, Any]
     """Attributes by name: strings, whole numbers, or tuples of floats."""
     kind: str = ""
-    """OpenImageIO's name of the type in the file; empty for the pixels' type."""
+    """OpenImageIO's name of the number type in the file; empty for the type of ``pixels``."""
 
     def spec(self, window: Window | None) -> Any:
-        """Return OpenImageIO's specification of the part."""
+        """Return OpenImageIO's specification of the part, at ``window`` in the full film."""
         height, width, count = self.pixels.shape
         types = {"uint8": "uint8", "uint32": "uint", "float32": "float"}
         spec = oiio.ImageSpec(width, height, count, self.kind or types[self.pixels.dtype.name])
@@ -172,7 +175,10 @@ class Part:
 
 
 def write(path: Path, file_format: str, parts: Sequence[Part], window: Window | None = None) -> None:
-    """Write the parts unchanged, whole or not at all; raises `ImageError`."""
+    """Write the parts to one image file, with their pixels unchanged; raises `ImageError`.
+
+    On failure, an existing file stays unchanged. ``file_format`` is OpenImageIO's name, such as ``openexr``.
+    """
     specs = tuple(part.spec(window) for part in parts)
     output = started(lambda: oiio.ImageOutput.create(file_format))
     if output is None:
@@ -193,7 +199,10 @@ def write(path: Path, file_format: str, parts: Sequence[Part], window: Window | 
 
 
 def check_writable(path: Path, extensions: tuple[str, ...]) -> None:
-    """Raise `ImageError` if ``path`` cannot be written: better now than after an hour of rendering."""
+    """Raise `ImageError` if ``path`` cannot be written, or does not have one of the ``extensions``.
+
+    The check comes before a render, since a failure after an hour of rendering would cost more.
+    """
     if path.suffix.lower() not in extensions:
         found = f"extension '{path.suffix}'" if path.suffix else "no extension"
         raise ImageError(f"{path}: {found}; known are {', '.join(extensions)}")

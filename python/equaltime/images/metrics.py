@@ -2,16 +2,16 @@
 
 All images are (H, W, 3) linear RGB. With R the reference, m its mean over pixels and channels, and v the variance of R:
 
-- ``relmse``  mean of ((I - R)² - v) / (R² + (0.1 m)²): the square of the design's error;
-- ``error``   its square root, with its sign: 0.02 is 2 %;
+- ``relmse``  mean of ((I - R)² - v) / (R² + (0.1 m)²): the square of ``error``;
+- ``error``   square root of |relmse|, with the sign of relmse: 0.02 is 2 %;
 - ``mse``     mean of (I - R)² - v, in squared units of the image;
 - ``mare``    mean of |I - R| / (|R| + 0.1 m);
 - ``flip``    HDR-FLIP, see `flip`.
 
-Subtracting v makes the first three free of the reference's noise on average, since the noises of I and R are
-independent: ``E (I - R)² = (I - T)² + v`` with T the truth. So near convergence they fall on both sides of 0. A
-negative value is kept: the average over repeats is then right, and cutting at 0 would bias it. The noise cannot be
-subtracted from the other two; they have bounds instead.
+The first three metrics subtract v, and so contain no noise of the reference on average. The reason is that the noises
+of I and R are independent: ``E (I - R)² = (I - T)² + v`` with T the truth. Near convergence, these metrics can be
+negative. A negative value is kept, because replacing it by 0 would bias the average over repeats. The noise cannot be
+subtracted from ``mare`` and ``flip``, which have bounds instead.
 """
 
 from __future__ import annotations
@@ -54,17 +54,17 @@ _Z95 = 1.959964
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """An image that stands for the truth, and its noise; all float64 (H, W, 3)."""
+    """An image that stands for the truth, with its noise. All arrays are float64 (H, W, 3)."""
 
     mean: Floats
     variance: Floats
-    """Variance of ``mean``; zeros if it is exact or if nothing is known."""
+    """Variance of ``mean``; zeros if the mean is exact or the variance is unknown."""
     halves: tuple[Floats, Floats] | None = None
-    """Two independent references with half the samples each, whose mean is ``mean``."""
+    """Two independent references with half of the samples each, whose average is ``mean``; None if there are none."""
 
     @classmethod
     def of_images(cls, images: ArrayLike) -> Reference:
-        """Return the reference from independent renders (K, H, W, 3) of one strategy; K is 2 or more."""
+        """Return the reference made of K independent renders (K, H, W, 3) by one strategy; K is 2 or more."""
         stack = np.asarray(images, np.float64)
         middle = len(stack) // 2
         halves = None if len(stack) % 2 else (stack[:middle].mean(axis=0), stack[middle:].mean(axis=0))
@@ -72,10 +72,10 @@ class Reference:
 
     @property
     def denominator(self) -> Floats:
-        """Denominator of squares, R² + (0.1 m)², (H, W, 3).
+        """Denominator of relative squares (H, W, 3): D = R² + (0.1 m)², corrected for the noise of R.
 
-        Where R has noise, 1 / D is too large on average, by 1 + v (4 R² / D - 1) / D to second order. D is enlarged by
-        that factor.
+        The noise makes 1 / D too large on average, by a factor 1 + v (4 R² / D - 1) / D to second order. The result is
+        D times that factor.
         """
         square = self.mean**2
         plain: Floats = square + (0.1 * self.mean.mean()) ** 2
@@ -84,28 +84,32 @@ class Reference:
 
     @property
     def noise(self) -> Floats:
-        """Noise to subtract from squares (H, W, 3): the variance, or its estimate from the halves if there is none."""
+        """Variance to subtract from squared differences (H, W, 3).
+
+        If ``variance`` is zero everywhere, the halves give an estimate.
+        """
         if self.halves is None or self.variance.any():
             return self.variance
         return (0.5 * (self.halves[0] - self.halves[1])) ** 2
 
     @property
     def noisy(self) -> bool:
-        """Whether any noise of the reference is known."""
+        """Whether the reference has any known noise: True if ``noise`` is not zero everywhere."""
         return bool(self.noise.any())
 
     @property
     def relmse(self) -> float:
-        """Relative MSE of the reference itself, which is subtracted from that of other images."""
+        """Relative MSE of the reference itself, which is subtracted from the relative MSE of other images."""
         return float(divided(self.noise, self.denominator).mean())
 
     @property
     def relmse_doubt(self) -> float:
-        """Standard error of the amount subtracted from relMSE: of the mean of n² - v, n being the noise.
+        """Standard error of the mean of n² - v, with n the reference's noise: the error of the subtraction in relMSE.
 
-        Pixels are independent. Half the difference of the halves is distributed as n is. So its square less v shows the
-        spread of n² - v, whatever the distribution and the correlation of channels. Without halves, or without another
-        source of v, the noise is taken as normal with fully correlated channels.
+        Pixels are taken as independent. Half the difference of the halves has the distribution of n. The square of that
+        half difference, less v, therefore shows the spread of n² - v. No assumption on the distribution or on the
+        correlation of channels is needed. Without halves, or if v itself comes from the halves, the noise is taken as
+        normal with fully correlated channels.
         """
         if self.halves is not None and self.variance.any():
             parts = divided((0.5 * (self.halves[0] - self.halves[1])) ** 2 - self.noise, self.denominator)
@@ -117,39 +121,39 @@ class Reference:
 
 @dataclass(frozen=True)
 class Measured:
-    """Distance of this very image from the truth, with the uncertainty due to the reference's noise.
+    """Distance of one image from the truth, with the uncertainty due to the reference's noise.
 
-    Another render of the same image has another error; only repeats show how errors spread.
+    Another render of the same scene has another distance. Only repeated renders show how distances spread.
     """
 
     value: float
-    """The metric; NaN if nothing is known, or only an upper limit."""
+    """The metric; NaN if it is unknown, or if only an upper limit is known."""
     low: float | None
     high: float | None
-    """For squares and their root, the 95 % interval; for mare and flip, bounds that hold on average over references.
-    None if the reference's noise is unknown."""
+    """Limits ``low`` and ``high`` of the metric; None if the reference's noise is unknown. For error, relmse and mse:
+    the 95 % interval. For mare and flip: bounds that hold on average over references."""
 
     @property
     def known(self) -> bool:
-        """Whether there is a number."""
+        """Whether the metric is a number: False if ``value`` is NaN."""
         return not math.isnan(self.value)
 
     def map(self, function: Callable[[float], float]) -> Measured:
-        """Return an increasing function of the metric."""
+        """Return the metric with an increasing ``function`` applied to the value and both limits."""
         ends = (None if end is None else function(end) for end in (self.low, self.high))
         return Measured(function(self.value), *ends)
 
 
 def measure(image: ArrayLike, reference: Reference, metrics: Iterable[Metric] = METRICS) -> dict[str, Measured]:
-    """Return the named metrics of an image against a reference.
+    """Return the named metrics of an image (H, W, 3) against a reference, by name.
 
-    The metrics are NaN for an image with a pixel that is not finite. Against a black reference the relative ones are 0
-    for a black image and infinite for others.
+    All metrics are NaN for an image with a pixel that is not finite. Against a black reference, relative metrics are 0
+    for a black image, and infinite for any other image.
 
     Raises
     ------
     ValueError
-        If the shapes differ or are not (H, W, 3), or the reference has a pixel that is not finite.
+        If the shapes differ or are not (H, W, 3), or if the reference has a pixel that is not finite.
     """
     pixels = np.asarray(image, np.float64)
     _check(pixels, reference)
@@ -166,7 +170,7 @@ def measure(image: ArrayLike, reference: Reference, metrics: Iterable[Metric] = 
 
 
 def contributions(image: ArrayLike, reference: Reference) -> Floats:
-    """Return each pixel's part of relMSE (H, W), with the reference's noise subtracted; relMSE is their mean."""
+    """Return the relative squared error of each pixel (H, W), less the reference's noise; the mean is relMSE."""
     pixels = np.asarray(image, np.float64)
     _check(pixels, reference)
     parts: Floats = divided((pixels - reference.mean) ** 2 - reference.noise, reference.denominator).mean(axis=2)
@@ -183,13 +187,13 @@ def _square(pixels: Floats, reference: Reference, relative: bool) -> Measured:
 
 
 def reference_doubt(pixels: Floats, reference: Reference, relative: bool = True) -> float:
-    """Return the standard error that the reference's noise n causes in an image's relMSE (or MSE, if not relative).
+    """Return the standard error that the reference's noise n causes in an image's relMSE, or in MSE if not relative.
 
-    It is found by the delta method, with the derivatives of the squares, of their denominators and of m in these. I - R
-    stands for I - T. It contains the noise, so it also counts the variation of n², and more. That is on the safe side,
-    by little for a reference better than the image. Pixels are independent. The halves, if there are any, show the
-    correlation of a pixel's channels, since (R1 - R2) / 2 has the distribution of n. Without halves channels are taken
-    to be fully correlated.
+    The delta method gives it, with the derivatives of the squares, of their denominators, and of m in the denominators.
+    I - R stands for the unknown I - T. Since I - R contains the noise n, the result also counts the variation of n²,
+    and more. The result is therefore too large rather than too small, by little for a reference better than the image.
+    Pixels are taken as independent. The halves R1 and R2, if there are any, show the correlation of a pixel's channels,
+    since (R1 - R2) / 2 has the distribution of n. Without halves, channels are taken as fully correlated.
     """
     difference = pixels - reference.mean
     slope = -2.0 * difference
@@ -229,7 +233,7 @@ def _bounded(value: float, doubt: float) -> Measured:
 
 
 def divided(numerator: Floats, denominator: Floats) -> Floats:
-    """Return the ratio; 0 / 0 is 0, as for black pixels of a black reference."""
+    """Return the ratio of two arrays, where 0 / 0 is 0, as for black pixels of a black reference."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio: Floats = np.where(numerator == 0.0, 0.0, numerator / denominator)
     return ratio
@@ -244,7 +248,10 @@ def _check(pixels: Floats, reference: Reference) -> None:
 
 
 def squared_errors(images: Iterable[ArrayLike], reference: Reference) -> NDArray[np.float64]:
-    """Return the relative squared error of each pixel of each image (H, W, 3): (K, pixels)."""
+    """Return the relative squared errors (K, H * W) of the pixels of K images (H, W, 3), means over RGB.
+
+    The reference's noise is not subtracted.
+    """
     denominator = np.maximum(reference.denominator, np.finfo(np.float64).tiny)
     squares = (np.square(np.asarray(image, np.float64) - reference.mean) / denominator for image in images)
     return np.stack([square.mean(axis=2).ravel() for square in squares])

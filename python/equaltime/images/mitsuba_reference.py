@@ -1,14 +1,15 @@
-"""Limits of references by Mitsuba 3, in the words that every output uses."""
+"""Known errors of references that Mitsuba 3 rendered, in the words of all outputs."""
 
 from __future__ import annotations
 
 __all__ = ["CAVEAT", "FLOOR", "UNFIT_SAMPLERS", "fit_sampler", "is_mitsuba"]
 
 FLOOR = 2e-3
-"""Relative error of the mean that does not fall with samples, measured on Sponza: 0.0018 +- 0.0001.
+"""Relative error of Mitsuba's mean that more samples do not reduce, measured on Sponza as 0.0018 +- 0.0001.
 
-Mitsuba's shadow rays start off the surface and pass over edges: 0.0013. Its density of a small sphere light, from 1 -
-cos in float32, is too low: 0.0005. `tests/crosscheck/test_mitsuba_offsets.py` shows both on other scenes.
+Shadow rays cause 0.0013 of it: they start off the surface and pass over edges. The density of a small sphere light
+causes 0.0005: it is computed from 1 - cos in float32, and is too low. `tests/crosscheck/test_mitsuba_offsets.py` shows
+both errors on other scenes.
 """
 
 CAVEAT = (
@@ -21,16 +22,16 @@ UNFIT_SAMPLERS = {
     "ldsampler": "its mean of the Cornell box is 0.25 % too high, and more samples do not mend it",
     "stratified": "its mean of the Cornell box is 4 % too high at 4 samples a pixel and 0.5 % at 16",
 }
-"""Mitsuba's samplers with a biased mean, and the bias that equaltime measured: their images are never a reference."""
+"""Mitsuba's samplers with a biased mean, and the measured bias. Their images are never used as references."""
 
 _FIT = "independent"
 
 
 def fit_sampler(sampler: str) -> str:
-    """Return Mitsuba's sampler for a reference of renders with `sampler`."""
+    """Return the sampler for a reference by Mitsuba: `sampler`, or ``independent`` if `sampler` is biased."""
     return _FIT if sampler in UNFIT_SAMPLERS else sampler
 
 
 def is_mitsuba(software: str) -> bool:
-    """Tell whether the software named by a file, or a peer's name, is Mitsuba."""
+    """Tell whether the name of a program, such as the one that wrote an image, is Mitsuba's."""
     return software.lower().startswith("mitsuba")

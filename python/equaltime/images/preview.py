@@ -1,6 +1,6 @@
-"""Previews for viewing: the linear image through the sRGB curve at exposure 0, clipped to [0, 1], eight bits.
+"""Previews for viewing: images in sRGB with eight bits per channel, at exposure 0, clipped to [0, 1].
 
-The image is not scaled to fit or corrected otherwise, so two previews can be compared by eye.
+No exposure is fitted to the image, so two previews can be compared by eye.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from equaltime.images import image_files as images
 __all__ = ["SOURCE", "png_bytes", "srgb_bytes", "write_png"]
 
 SOURCE: Final = "equaltime:scene"
-"""Attribute of a preview that names the scene's file."""
+"""Name of the attribute in which a preview names the scene's file."""
 
 
 def srgb_bytes(image: NDArray[Any]) -> NDArray[np.uint8]:
-    """Encode linear RGB (H, W, 3) as eight-bit sRGB by the exact curve of IEC 61966-2-1."""
+    """Return linear RGB (H, W, 3) encoded as eight-bit sRGB, by the exact curve of IEC 61966-2-1."""
     linear = np.clip(image, 0.0, 1.0)
     encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.power(linear, 1.0 / 2.4) - 0.055)
     return np.asarray(np.round(255.0 * encoded), np.uint8)
@@ -34,10 +34,11 @@ def write_png(
     scene: str | None = None,
     alpha: NDArray[Any] | None = None,
 ) -> None:
-    """Write the preview of a linear image (H, W, 3) of a ``scene`` file to a PNG file, whole or not at all.
+    """Write the preview of a linear image (H, W, 3) to a PNG file.
 
-    ``alpha`` (H, W) must already be multiplied into the image (associated). The file gets alpha and unmultiplied
-    colours, as PNG requires; a fully transparent pixel keeps its colour.
+    ``description`` and the path ``scene`` of the scene's file become attributes. ``alpha`` (H, W) must already be
+    multiplied into the image (associated). The file gets alpha and unmultiplied colours, as PNG requires. A fully
+    transparent pixel keeps its colour.
 
     Raises
     ------

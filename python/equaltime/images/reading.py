@@ -22,7 +22,10 @@ ALWAYS: Final = 1 << 22
 
 
 def excess(spec: Any, path: str | os.PathLike[str]) -> str | None:
-    """Return a message if the file declares more pixels than it can hold; no memory is allocated for them then."""
+    """Return a message if the file declares more pixels than a file of its size can hold, else None.
+
+    ``spec`` is OpenImageIO's description of the file. The check comes before memory is allocated.
+    """
     declared, size = spec.image_bytes(True), os.path.getsize(path)
     if declared <= max(ALWAYS, MOST_INFLATED * size):
         return None
@@ -31,9 +34,9 @@ def excess(spec: Any, path: str | os.PathLike[str]) -> str | None:
 
 
 def complaint(speaker: Any) -> str:
-    """Return OpenImageIO's last message, or that of one of its objects, on one line and without repetitions.
+    """Return the last error message of OpenImageIO or of one of its objects, on one line and without repetitions.
 
-    The message may quote file content that is not text.
+    The message may quote bytes of the file that are not UTF-8; these are replaced by a placeholder.
     """
     try:
         message: str = speaker.geterror()
@@ -53,7 +56,10 @@ def utf8(path: str | os.PathLike[str]) -> str:
 
 
 def started(make: Callable[[], Any]) -> Any:
-    """Return OpenImageIO's new object; retry once, as its first use may fail silently if it gets no threads."""
+    """Return the OpenImageIO object that ``make`` makes, with one retry after a failure without a message.
+
+    The first use of OpenImageIO may fail silently if the system gives it no threads.
+    """
     made = make()
     return make() if made is None and not _complains() else made
 
@@ -67,9 +73,9 @@ def _complains() -> bool:
 
 @contextmanager
 def opened(path: str | os.PathLike[str], **wishes: int) -> Iterator[Any]:
-    """Yield OpenImageIO's reader of a file, and close it; raises `ImageError` if there is none.
+    """Yield OpenImageIO's reader of a file, and close it after the block; raises `ImageError` for an unreadable file.
 
-    ``wishes`` are hints for its readers, named without the prefix ``oiio:``.
+    ``wishes`` are hints for OpenImageIO, named without the prefix ``oiio:``.
     """
     config = oiio.ImageSpec()
     for name, value in wishes.items():
@@ -86,7 +92,10 @@ def opened(path: str | os.PathLike[str], **wishes: int) -> Iterator[Any]:
 
 
 def read_part(path: str | os.PathLike[str], name: str, kind: str) -> tuple[list[str], NDArray[Any]] | None:
-    """Read channel names and pixels (H, W, C) of a named part after the first; None if there is no such part."""
+    """Return channel names and pixels (H, W, C) of the part called ``name``; None if there is no such part.
+
+    The first part of the file is not searched. ``kind`` is OpenImageIO's name of the wanted number type.
+    """
     with opened(path) as source:
         number = 1
         while source.seek_subimage(number, 0):
@@ -104,7 +113,7 @@ def read_part(path: str | os.PathLike[str], name: str, kind: str) -> tuple[list[
 
 
 def reason(speaker: Any, path: str | os.PathLike[str]) -> str:
-    """Return the clearest reason why OpenImageIO does not read a file."""
+    """Return the clearest reason, as text, why OpenImageIO or its reader ``speaker`` cannot read a file."""
     said = complaint(speaker)  # or OpenImageIO prints the message when the process ends
     if not Path(path).exists():
         return "no such file"

@@ -1,4 +1,4 @@
-"""Scenes: one validated model in Mitsuba 3's words, with three spellings (Python dict, Mitsuba XML, TOML).
+"""Scenes: one validated model with Mitsuba 3's names, read from a Python dict, Mitsuba XML or TOML.
 
 A scene is loaded in five steps. A reader turns the file into a `tree` of located nodes. `resolve` finds references and
 makes the `model`, a frozen and fully checked value. `assets` reads the meshes and images that the model names.

@@ -1,7 +1,7 @@
-"""The account of a file: its statements that do not reach the picture, reported in one line per kind.
+"""The account of a file: a list of its statements that have no effect on the picture, one line per kind.
 
-A reader uses each statement, property or parameter of its file, refuses it with its place, or enters it here. Last, the
-reader enters everything that it has not consumed, so that no statement is dropped silently.
+A reader uses each statement, property or parameter of its file, refuses it with an error, or counts it here. At the
+end, the reader counts everything that it has not used, so that no statement is dropped silently.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ MOST_KINDS: Final = 30
 
 
 class Account:
-    """Counts, by kind, the unused statements of one file, and keeps the first place of each kind."""
+    """The unused statements of one file: their number by kind, and the first place of each kind."""
 
     def __init__(self) -> None:
         self._entries: dict[str, tuple[str, int]] = {}
         self._untold = 0
 
     def tell(self, kind: str, place: object) -> None:
-        """Count one more unused statement of this `kind` at `place`; `kind` is a sentence without the place."""
+        """Count one more unused statement at `place`; `kind` is the message about it, without the place."""
         first, count = self._entries.get(kind, (str(place), 0))
         if count == 0 and len(self._entries) >= MOST_KINDS:
             self._untold += 1

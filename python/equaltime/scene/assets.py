@@ -1,4 +1,4 @@
-"""The files that a scene names: meshes and images, read when needed and checked.
+"""The meshes and images that a scene names, read when needed and checked.
 
 Reading raises ValueError with a readable message. The caller adds the place in the scene file.
 """
@@ -23,14 +23,14 @@ from equaltime.scene.serialized import read_serialized
 __all__ = ["Assets", "Mesh"]
 
 Mesh = MeshData | Triangles
-"""Vertices and faces; normals and texture coordinates if the file has any."""
+"""Vertices, faces and attributes of a mesh; normals and texture coordinates if the file has any."""
 CHUNK = 1 << 22
 
 
 class Assets:
-    """The files of one scene. Their contents are kept until `release`; later they are read again.
+    """The files of one scene. Their contents are kept until `release`, and read again when needed after it.
 
-    A file that has changed since loading is refused, so that the scene stays the one that was loaded.
+    A file that has changed since its first use is refused, so that the scene stays the same.
     """
 
     def __init__(self, search: Search) -> None:
@@ -95,7 +95,7 @@ class Assets:
         return self._contents[path]
 
     def extensions(self, filename: str) -> dict[str, str]:
-        """Return the extensions that a glTF file uses, each with its treatment."""
+        """Return the extensions that a glTF file uses: from the name to a description of the treatment."""
         return self._within(self.path(filename)).extensions
 
     def image(self, emitter: EnvMap) -> NDArray[np.float32]:
@@ -106,7 +106,7 @@ class Assets:
         return self._images[path]
 
     def told_of_image(self, emitter: EnvMap) -> tuple[str, ...]:
-        """Read the image of `emitter`, and return the reader's remarks on it."""
+        """Return remarks on the image file of `emitter`, such as unused channels; the image is read if needed."""
         self.image(emitter)
         return self._told[self.path(emitter.filename)]
 
@@ -120,7 +120,7 @@ class Assets:
         return self._texels[key]
 
     def sha256(self, filename: str) -> str:
-        """Return the SHA-256, in hexadecimal digits, of the file's content, or of the part that the fragment names."""
+        """Return the SHA-256, in hexadecimal digits, of a file, or of the part of a file in ``file#part``."""
         path, fragment = self.path(filename), split(filename)[1]
         if fragment is not None:
             return self._within(path).sha256(fragment)
@@ -133,12 +133,12 @@ class Assets:
         return self._sums[path]
 
     def absolute(self, filename: str) -> str:
-        """Return the absolute path of the file, with the fragment that names a part of it."""
+        """Return the name with an absolute path; a fragment in ``file#part`` is kept."""
         inside = split(filename)[1]
         return str(self.path(filename).absolute()) + ("" if inside is None else f"#{inside}")
 
     def release(self) -> None:
-        """Forget the contents of all files."""
+        """Remove the contents of all files from memory."""
         self._meshes.clear()
         self._by_material.clear()
         self._images.clear()

@@ -1,4 +1,4 @@
-"""Reads a mesh file by itself (.obj, .ply) as a scene: with its materials, a camera, a sky and a sun.
+"""Reads a single mesh file (.obj, .ply) as a scene: the mesh with its materials, a camera, a sky and a sun.
 
 `equaltime.scene.obj_materials` makes the materials of an OBJ file. Faces whose material has no colour take the colours
 of their vertices. A PLY file has the image that a comment ``TextureFile`` names, or the colours of its vertices or
@@ -33,9 +33,9 @@ _COLORS: Final = ("vertex_color", "face_color")
 def read_mesh(
     file: str, content: bytes, defines: Mapping[str, object], report: Report, search: Search
 ) -> Object | None:
-    """Return the scene of a mesh `file`, or None if there is no scene; problems go to `report`.
+    """Return the tree of a scene with the mesh `file`; None if the file is invalid. Problems go to `report`.
 
-    The argument `content` is not used: the mesh readers read the file themselves.
+    Any variable in `defines` is a problem. `content` is not used: the mesh readers read the file themselves.
     """
     place, path = Place(file), Path(file)
     for name in sorted(defines):

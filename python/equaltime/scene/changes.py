@@ -19,7 +19,7 @@ P = TypeVar("P", bound=Plugin)
 
 
 def deep(integrator: Integrator, max_depth: int) -> Integrator:
-    """Return `integrator` with another path length; an integrator without a `max_depth` is replaced by a `Path`."""
+    """Return `integrator` with another `max_depth`; an integrator without this parameter is replaced by a `Path`."""
     if isinstance(integrator, Moment | Aov) and integrator.integrators:
         return changed(integrator, integrators=(deep(integrator.integrators[0], max_depth),))
     return changed(integrator if isinstance(integrator, Path) else Path(), max_depth=max_depth)
@@ -35,7 +35,10 @@ def changed(plugin: P, **changes: object) -> P:
 
 
 def several(what: str, given: object, names: Sequence[str]) -> tuple[Any, ...]:
-    """Return `given` as one value per name, NumPy integers as Python's; raises ValueError for a wrong count."""
+    """Return `given` as a tuple with one value per name; raises ValueError for a wrong number of values.
+
+    NumPy integers become Python integers. `what` is the argument's name for the message.
+    """
     values = tuple(given) if isinstance(given, Iterable) else ()
     if len(values) != len(names):
         raise ValueError(f"{what} is ({', '.join(names)}), found {shortened(given, 80)}")

@@ -32,7 +32,7 @@ __all__ = ["check_parts"]
 
 
 def check_parts(resolved: Resolved, assets: Assets, report: Report) -> tuple[str, ...]:
-    """Read all files that the scene names, add their problems to `report`, and return the warnings."""
+    """Read all files that the scene names, and return warnings, one line each. Problems go to `report`."""
     told: dict[str, dict[str, None]] = {}
     for node, part in resolved.parts:
         try:

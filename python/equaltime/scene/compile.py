@@ -1,17 +1,16 @@
-"""Hands a scene to the core: shapes, emitters, camera, film and filter, each by the builder.
+"""Hands a scene to the core through its scene builder: shapes, emitters, camera, film and filter.
 
-Each family of nodes has its own module; a new node is added there:
+Modules by family of plugins; a new plugin is added to the module of its family:
 
 ========================  ==============================================================================
 `compile_bsdfs`           BSDFs and their wrappers, taken apart into sides by `sides`
 `compile_textures`        textures; parameters that must be constants so far
 `compile_media`           media between shapes, and the camera's medium
 `compile_shapes`          shapes, placed in the world by `geometry`; groups and instances; area emitters
-`compile_emitters`        emitters that are not shapes
-`compile_sensors`         cameras, film and filters
+`compile`                 emitters that are not shapes; cameras, film and filters
 ========================  ==============================================================================
 
-A node that the core does not support yet raises `Unsupported`, to which `Scene` adds its place.
+A plugin that the core does not support yet raises `Unsupported`, to which `Scene` adds the plugin's place.
 """
 
 from __future__ import annotations
@@ -64,7 +63,7 @@ __all__ = ["add_emitter", "compile_scene", "set_film", "set_sensor"]
 
 
 def add_emitter(builder: Builder, emitter: FreeEmitter, assets: Assets, textures: Textures) -> None:
-    """Add an emitter, unless its power is zero; raises `Unsupported` if the core cannot use it yet."""
+    """Add an emitter to the core's scene, unless its power is zero; raises `Unsupported` if the core cannot use it."""
     if isinstance(emitter, Point):
         if any(emitter.intensity):
             builder.add_point_light(emitter.world_position, emitter.intensity)
@@ -92,7 +91,7 @@ def _add_spot(builder: Builder, spot: Spot, textures: Textures) -> None:
 
 
 def set_sensor(builder: Builder, sensor: Sensor) -> None:
-    """Set the camera. Times of its animation are in units of the shutter time: 0 at opening, 1 at closing."""
+    """Set the camera of the core's scene. Times of its animation are 0 at opening of the shutter, 1 at closing."""
     to_world, near, far = as_array(poses(sensor.to_world)[0]), sensor.near_clip, sensor.far_clip
     if isinstance(sensor.to_world, Animation):
         builder.move_sensor(sensor.to_world.times, sensor.to_world.matrices)
@@ -117,7 +116,7 @@ def set_sensor(builder: Builder, sensor: Sensor) -> None:
 
 
 def set_film(builder: Builder, film: HdrFilm) -> None:
-    """Set the film with its filter."""
+    """Set the film of the core's scene, with its reconstruction filter."""
     builder.set_film(film.width, film.height, film.crop, *_filter(film.rfilter))
 
 
@@ -138,10 +137,10 @@ def _filter(rfilter: Filter) -> tuple[str, float] | tuple[str, float, float]:
 
 
 def compile_scene(model: SceneModel, assets: Assets, builder: Builder) -> CoreScene:
-    """Return the scene that `builder` builds from `model`.
+    """Return the core's scene that `builder` builds from `model`.
 
-    Raises ValueError if a file or the scene cannot be used. Its subclass `Unsupported` names a node that is not
-    supported.
+    Raises ValueError if a file or the scene cannot be used. The subclass `Unsupported` of ValueError names a plugin
+    that is not supported.
     """
     _refuse_other_images(model, assets)
     model = _unlit(in_shutters(model)) if model.integrator.max_depth == 0 else in_shutters(model)

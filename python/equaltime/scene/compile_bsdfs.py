@@ -1,7 +1,7 @@
-"""Hands BSDFs to the core. Each is added once, however often it is used and under whatever name.
+"""Hands BSDFs to the core. Equal BSDFs are added once, even under different names.
 
-Each leaf BSDF has its own step. Blends become mixtures of the BSDFs they wrap. A mask becomes a blend with a null BSDF.
-Bump and normal maps bend the normals of every leaf that they wrap.
+Each leaf BSDF (one that wraps no other) has its own function. Blends become mixtures of the BSDFs they wrap. A mask
+becomes a blend with a null BSDF. Bump and normal maps bend the normals of every leaf that they wrap.
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ __all__ = ["Materials"]
 
 @dataclass(frozen=True, slots=True)
 class Bend:
-    """The bump or normal map that bends the normals of a leaf BSDF."""
+    """The bump or normal map that bends the normals of a leaf BSDF; for `turned`, see `Materials.index`."""
 
     by: BumpMap | NormalMap
     turned: bool
 
 
 class Materials:
-    """The BSDFs that a builder has been given; equal BSDFs share one index."""
+    """The BSDFs that were added to a builder; equal BSDFs share one index."""
 
     def __init__(self, builder: Builder, textures: Textures) -> None:
         self._builder = builder
@@ -52,9 +52,10 @@ class Materials:
         self._known: dict[tuple[Bsdf, bool, Bend | None], int] = {}
 
     def index(self, bsdf: Bsdf | None, turned: bool = False) -> int | None:
-        """Return the core's index of `bsdf`, one side of a surface; None for a side that absorbs everything.
+        """Return the core's index of the BSDF of one side of a surface; None for a side that absorbs all light.
 
-        With `turned`, a bent normal is the front's turned round instead of its mirror image; see `sides.turns`.
+        `turned` concerns bent normals on a back side. They are the negative of the front's if True, else the mirror
+        image of the front's; see `sides.turns`.
         """
         return None if bsdf is None else self._index(bsdf, turned, None)
 
@@ -161,7 +162,7 @@ PRINCIPLED: Final = (
     *("roughness", "anisotropic", "metallic", "spec_trans", "spec_tint", "sheen", "sheen_tint", "flatness"),
     *("clearcoat", "clearcoat_gloss"),
 )
-"""The parameters of `Principled` that are single numbers and may be textures."""
+"""Parameters of `Principled` that are single numbers and may be textures."""
 Step = Callable[[Builder, Any], int]
 LEAVES: Final[dict[type, Step]] = {
     Diffuse: _diffuse,
@@ -175,4 +176,4 @@ LEAVES: Final[dict[type, Step]] = {
     Principled: _principled,
     Null: _null,
 }
-"""Function that adds each BSDF that wraps no other."""
+"""Functions that add a leaf BSDF to a builder, by the type of the BSDF."""

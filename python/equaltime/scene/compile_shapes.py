@@ -36,7 +36,7 @@ WHITE: Color = (1.0, 1.0, 1.0)
 
 
 class Shapes:
-    """Adds shapes. Each group is added once, however many instances it has."""
+    """The shapes that were added to a builder. A group is added once, however many instances it has."""
 
     def __init__(
         self, builder: Builder, assets: Assets, materials: Materials, textures: Textures, media: Media
@@ -49,7 +49,7 @@ class Shapes:
         self._groups: dict[ShapeGroup, int] = {}
 
     def add(self, shape: Shape) -> None:
-        """Add `shape`; raises ValueError if its file cannot be used."""
+        """Add `shape` to the core's scene; raises ValueError if its file cannot be used."""
         placement = shape.to_world
         if isinstance(placement, Animation):
             self._moving(shape, placement)

@@ -1,7 +1,7 @@
-"""Hands textures to the core. Each is added once, however often it is used and under whatever name.
+"""Hands textures to the core. Equal textures are added once, even under different names.
 
-Where a texture gives a parameter, the BSDF is first added with a placeholder. Then the texture is bound to it by the
-parameter's name.
+If a texture gives a parameter of a BSDF, the BSDF is first added with a placeholder for this parameter. The texture is
+then bound to the parameter by name.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ __all__ = ["Textures", "color", "number"]
 
 
 class Textures:
-    """The textures that a builder has been given; equal textures share one index."""
+    """The textures that were added to a builder; equal textures share one index."""
 
     def __init__(self, builder: Builder, assets: Assets) -> None:
         self._builder = builder
@@ -44,9 +44,9 @@ class Textures:
             self._builder.bind(bsdf, name, self.index(value))
 
     def hand_over(self, shape: int, attributes: Mapping[str, NDArray[np.float64]], wanted: Iterable[Plugin]) -> None:
-        """Give mesh attributes of the core's shape number `shape` to those textures among `wanted` that read them.
+        """Give mesh attributes, by name, to the textures among `wanted` that read them on a shape.
 
-        Raises `Unsupported` for a texture whose attribute the mesh does not have.
+        `shape` is the shape's number in the core. Raises `Unsupported` for a texture whose attribute is missing.
         """
         looked_at = {self.index(_alone(node)): node for node in wanted if isinstance(node, MeshAttribute)}
         for index, texture in looked_at.items():
@@ -82,10 +82,10 @@ def _what_there_is(attributes: Mapping[str, object]) -> str:
 
 
 def color(value: Texture | Color) -> Color:
-    """Return a constant colour; a placeholder for a texture, which is bound later."""
+    """Return `value` if it is a constant colour, else a placeholder for the texture, which is bound later."""
     return (0.5, 0.5, 0.5) if isinstance(value, TexturePlugin) else value
 
 
 def number(value: Texture | float) -> float:
-    """Return a constant number; a placeholder for a texture, which is bound later."""
+    """Return `value` if it is a number, else a placeholder for the texture, which is bound later."""
     return 0.5 if isinstance(value, TexturePlugin) else value

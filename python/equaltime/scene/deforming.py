@@ -1,7 +1,7 @@
-"""Meshes that deform while the shutter is open: files with the same triangles, each a pose at a time.
+"""Meshes that deform while the shutter is open. Each pose is a file, at one key time, with the same triangles.
 
 The core only supports poses at evenly spaced times. The shutter time is therefore divided into the fewest equal parts
-whose boundaries include all keys.
+whose boundaries include all key times.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ __all__ = ["check", "parse", "steps", "uneven"]
 MOST_PARTS: Final = 128
 """Largest number of equal parts of the shutter time, which is Embree's limit."""
 NEAR: Final = 1e-4
-"""Largest distance, in shutter times, between a key and the boundary of two parts that represents it."""
+"""Largest distance between a key's time and its boundary of two parts, as a fraction of the shutter time."""
 
 
 def parse(value: Mapping[str, object]) -> Deformation:
@@ -50,9 +50,9 @@ def _key(key: object) -> tuple[float, str]:
 
 
 def check(shape: MeshFile, assets: Assets) -> Iterator[tuple[str, str]]:
-    """Read the files of a mesh and iterate over their readers' warnings as pairs of file and message.
+    """Read the files of a mesh, and iterate over the warnings as pairs of file and message.
 
-    Raises ValueError for a file that cannot be read, or that is not another pose of the first.
+    Raises ValueError for a file that cannot be read, or that has other triangles than the mesh's first file.
     """
     first, *later = dict.fromkeys(mesh_files(shape.filename))
     mesh = assets.mesh(shape)
@@ -81,7 +81,7 @@ def _difference(mesh: Mesh, first: Mesh) -> str | None:
 
 
 def steps(shape: Solid, assets: Assets) -> Sequence[Surface]:
-    """Return the poses of `shape` at evenly spaced times from 0, when the shutter opens, to 1; one pose if it is still.
+    """Return the poses of `shape` at evenly spaced times from opening to closing of the shutter; one pose if still.
 
     Raises ValueError if a file cannot be used, `Unsupported` if the shape cannot.
     """
@@ -103,7 +103,7 @@ def _pose(shape: Solid, filename: str, assets: Assets) -> MeshSurface:
 
 
 def uneven(model: SceneModel) -> str | None:
-    """Return a warning if a key had to be moved from its time by more than `NEAR`, else None."""
+    """Return a warning if a key's time has to be moved by more than `NEAR` to a boundary of two parts, else None."""
     begin, end = model.sensor.shutter_open, model.sensor.shutter_close
     shapes = in_shutters(model).shapes
     groups = {id(shape.shapegroup): shape.shapegroup for shape in shapes if isinstance(shape, Instance)}

@@ -23,11 +23,14 @@ from equaltime.words import shortened
 __all__ = ["DictReader", "read_dict"]
 
 TRANSFORMS: Final = ("to_world", "to_uv")
-"""Names of the transform parameters, the same in all plugins."""
+"""Names of parameters that are transforms in all plugins."""
 
 
 def read_dict(scene: Mapping[str, object], report: Report, search: Search) -> Object | None:
-    """Return the tree of `scene`, a dictionary as for ``mitsuba.load_dict``; problems go to `report`."""
+    """Return the tree of `scene`, a dictionary as for ``mitsuba.load_dict``; None if it is invalid.
+
+    Problems go to `report`.
+    """
     place = Place(path="")
     if not isinstance(kind := scene.get("type"), str) or kind != "scene":
         report.add(place, f"expected a dictionary with 'type': 'scene', found {_shown(scene.get('type'))}")
@@ -36,7 +39,7 @@ def read_dict(scene: Mapping[str, object], report: Report, search: Search) -> Ob
 
 
 class DictReader:
-    """Turns dictionaries into nodes. Unreadable entries are reported and left out."""
+    """Reader of dictionaries into nodes of the tree. Invalid entries are reported and left out."""
 
     def __init__(self, report: Report, search: Search) -> None:
         self._report = report
@@ -45,19 +48,19 @@ class DictReader:
         self._extent = Extent()
 
     def locate(self, place: Place) -> Place:
-        """Return a more precise place for `place`; readers that know line numbers override this."""
+        """Return `place`, made more precise if possible; readers that know line numbers override this."""
         return place
 
     def string(self, text: str) -> object:
-        """Return the value of a string, or raise ValueError; readers with variables override this."""
+        """Return the value that a string stands for, or raise ValueError; readers with variables override this."""
         return text
 
     def variable(self, text: str) -> str | None:
-        """Return the name if `text` is one variable and nothing else; readers with variables override this."""
+        """Return the name if `text` is exactly one variable, else None; readers with variables override this."""
         return None
 
     def nested(self, table: Mapping[str, object], place: Place, key: str | None = None) -> Object | None:
-        """Return the object that `table`, found under `key`, describes."""
+        """Return the object that `table`, found under `key`, describes; None if it is invalid, with a report."""
         kind = table.get("type")
         if not isinstance(kind, str):
             given = "none" if kind is None else _shown(kind)

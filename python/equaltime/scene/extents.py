@@ -1,6 +1,6 @@
 """The bounds of surfaces, a camera that sees the whole scene, and the size of nested data.
 
-Mitsuba 2 gave such scenes the same camera; Mitsuba 3.9 reads them, but does not render them.
+Mitsuba 2 gave the same camera to a scene without one. Mitsuba 3.9 reads such a scene, but does not render it.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ Container = Mapping[str, object] | Sequence[object]
 
 
 class Extent:
-    """Counts the entries of dictionaries and lists: once for each reading, and once for each distinct container."""
+    """Two counts of the entries in dictionaries and lists: of all entries read, and of those in distinct containers."""
 
     def __init__(self) -> None:
         self._known: dict[int, Container] = {}  # keeps the containers alive, so that no id is reused
         self._own = self._read = 0
 
     def take(self, table: Container) -> bool:
-        """Count one dictionary or list; tell whether the entries read are still within the limit for sharing."""
+        """Count the entries of one dictionary or list. Return False if the entries read now exceed the limit."""
         size = 1 + len(table)
         if id(table) not in self._known:
             self._known[id(table)] = table
@@ -43,12 +43,12 @@ class Extent:
 
     @property
     def complaint(self) -> str:
-        """The error for a scene whose limit was exceeded."""
+        """Error message for a scene whose entries exceed the limit."""
         most = FREE_ENTRIES + USES_OF_EACH * self._own
         return f"its dictionaries and lists are used again and again; the limit for this scene is {most} entries"
 
     def check(self, table: Container, depth: int) -> None:
-        """Count one list at nesting level `depth`; raises ValueError if the depth or the entries exceed their limit."""
+        """Count the entries of a list at nesting level `depth`; raises ValueError if a limit is exceeded."""
         if depth >= MAX_DEPTH:
             raise ValueError(f"lists are nested more than {MAX_DEPTH} deep")
         if not self.take(table):
@@ -61,7 +61,7 @@ FOV: Final = 45.0
 
 
 def bounds(of: Surface) -> Array:
-    """Return the lower and the upper corner (2, 3) of a box around a surface."""
+    """Return a box around a surface: its lower and its upper corner (2, 3) in world space."""
     if isinstance(of, QuadSurface):
         of = of.mesh()
     if isinstance(of, MeshSurface):
@@ -76,10 +76,10 @@ def bounds(of: Surface) -> Array:
 
 
 def seen_whole(model: SceneModel, assets: Assets) -> SceneModel:
-    """Return the scene with a camera in front of it that looks along +z, with the nearest side of its bounds in view.
+    """Return the scene with a camera that looks along +z and has the nearest side of the scene's bounds in view.
 
-    The camera has no clipping planes, which would cut nothing there; its shutter opens and closes at time 0. Raises
-    ValueError if a file cannot be used.
+    The camera has no clipping planes, and its shutter opens and closes at time 0. Raises ValueError if a file cannot be
+    used.
     """
     corners = np.concatenate([_corners(shape, assets) for shape in at_time(model, 0.0).shapes])
     low, high = corners.min(axis=0), corners.max(axis=0)

@@ -4,12 +4,13 @@ Everything is float64 in the scene's own units, placed and oriented as in Mitsub
 
 - the front side of a rectangle or disk is where the inverse transpose of ``to_world`` takes +z;
 - a cube faces outwards, however it is mirrored;
-- a mesh with the file's normals follows them; one without, or with ``face_normals``, follows the order of its
-  vertices after placement, so that a mirrored one faces the other way;
+- a mesh with normals in its file faces along these normals;
+- a mesh without normals, or with ``face_normals``, faces according to the order of its vertices after placement, so
+  that a mirrored mesh faces the other way;
 - a mirrored sphere or cylinder is inside out;
-- ``flip_normals`` turns any of them.
+- ``flip_normals`` swaps front and back of any shape.
 
-Radiance leaves the front side only. A side whose BSDF is None absorbs everything.
+Radiance leaves the front side only. A side whose BSDF is None absorbs all light.
 """
 
 from __future__ import annotations
@@ -69,22 +70,25 @@ class Sides:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeshSurface:
-    """Triangles, counter-clockwise from the front."""
+    """A surface of triangles in world space; seen from the front, vertices are in counter-clockwise order."""
 
     sides: Sides
     vertices: Array
-    """(N, 3)"""
+    """Positions (N, 3)."""
     faces: NDArray[np.uint32]
-    """(M, 3)"""
+    """Indices (M, 3) of vertices."""
     normals: Array | None = None
-    """(N, 3) shading normals on the front side, of unit length except in a pose between two; None for flat faces"""
+    """Shading normals (N, 3) on the front side; None for flat faces. A pose blended from two may have shorter ones."""
     uvs: Array | None = None
-    """(N, 2)"""
+    """Texture coordinates (N, 2)."""
     attributes: Mapping[str, Array] = field(default_factory=dict)
-    """Values by Mitsuba's names: ``vertex_...`` (N, 1 or 3), ``face_...`` (M, 1 or 3)"""
+    """Attributes by Mitsuba's names: ``vertex_...`` (N, 1 or 3), ``face_...`` (M, 1 or 3)."""
 
     def towards(self, other: MeshSurface, share: float) -> MeshSurface:
-        """Return this pose blended linearly with `other`, which has weight `share`; normals are not normalised."""
+        """Return the linear blend of this pose and `other`, which has the weight `share` in [0, 1].
+
+        The blended normals are not scaled to length 1.
+        """
 
         def mixed(a: Array, b: Array) -> Array:
             return (1.0 - share) * a + share * b
@@ -102,7 +106,7 @@ class QuadSurface:
     flip_normals: bool
 
     def mesh(self) -> MeshSurface:
-        """Return the same surface as two triangles."""
+        """Return this surface as two triangles."""
         turned = mirrors(self.to_world) != self.flip_normals
         faces = meshes.flip(meshes.QUAD_FACES) if turned else meshes.QUAD_FACES
         return MeshSurface(self.sides, meshes.place(meshes.QUAD_VERTICES, self.to_world), faces)
@@ -123,13 +127,13 @@ class SphereSurface:
 
     sides: Sides
     center: Array
-    """(3,)"""
+    """Centre (3,)."""
     radius: float
     flip_normals: bool
     pole: Array
-    """(3,) unit: the axis about which azimuth is counted"""
+    """Unit vector (3,) along the axis of the azimuth."""
     meridian: Array
-    """(3,) unit: the direction of azimuth 0"""
+    """Unit vector (3,) in the direction of azimuth 0."""
     mirrored: bool
     """Whether azimuth runs clockwise about the pole."""
 
@@ -140,13 +144,13 @@ class CylinderSurface:
 
     sides: Sides
     base: Array
-    """(3,)"""
+    """Centre (3,) of one end."""
     end: Array
-    """(3,)"""
+    """Centre (3,) of the other end."""
     radius: float
     flip_normals: bool
     meridian: Array
-    """(3,) direction of azimuth 0"""
+    """Direction (3,) of azimuth 0."""
     mirrored: bool
     """Whether azimuth runs clockwise about the axis."""
 
@@ -155,12 +159,15 @@ Surface = MeshSurface | QuadSurface | DiskSurface | SphereSurface | CylinderSurf
 
 
 def surfaces(model: SceneModel, assets: Assets) -> Iterator[Surface]:
-    """Iterate over the surfaces of the model's shapes, one for each, in order; raises ValueError for a bad file."""
+    """Iterate over the surfaces of the model's shapes in world space, one per shape, in order.
+
+    Raises ValueError if a file cannot be used.
+    """
     return (surface(shape, assets) for shape in model.shapes)
 
 
 def surface(shape: Plugin, assets: Assets) -> Surface:
-    """Return `shape` in world space; an animated shape at its first key.
+    """Return the surface of `shape` in world space; an animated shape is at its first key.
 
     Raises ValueError if its file cannot be used, `Unsupported` if the shape cannot be used.
     """

@@ -12,18 +12,21 @@ MOST_DEEP: Final = 15
 MOST_READ_AGAIN: Final = 1 << 19
 """Largest total size, in bytes, of repeated readings of included files; includes can double with each level."""
 A_FILE: Final = 1 << 10
-"""Bytes added to the size of each repeated file, for the work of opening it."""
+"""Bytes that each repeated reading counts in addition to the file's size, for the work of opening the file."""
 
 
 class Includes:
-    """Opens the files that a scene includes."""
+    """Reader of the files that a scene includes, with limits."""
 
     def __init__(self) -> None:
         self._opened: set[Path] = set()
         self._read_again = 0
 
     def read(self, path: Path, depth: int) -> bytes:
-        """Return the content of a file at nesting level `depth`; raises ValueError if unreadable or over a limit."""
+        """Return the content of a file that is included at nesting level `depth`.
+
+        Raises ValueError if the file cannot be read, or if a limit is exceeded.
+        """
         if depth > MOST_DEEP:
             raise ValueError(f"files include each other more than {MOST_DEEP} deep")
         try:

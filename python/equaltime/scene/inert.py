@@ -1,4 +1,6 @@
-"""Finds the parts of a scene that change nothing in the image: they need no effect and are folded away on building.
+"""Finds the parts of a scene that change nothing in the image.
+
+Such parts do not count as effects of the scene, and are left out or simplified when the core's scene is built.
 
 The core itself folds textures of one colour, masks and blends of a single part, flat normal and bump maps, and lenses
 without aperture. Lights of zero power are never added.
@@ -53,7 +55,7 @@ WHITE = (1.0, 1.0, 1.0)
 
 
 def shown(model: SceneModel) -> tuple[int, ...]:
-    """Return the indices of the shapes that are built: all that can change the image or that an output may number."""
+    """Return the indices of the shapes that the core gets: all that can change the image, or that an output numbers."""
     integrator = model.integrator
     # outputs count these surfaces, and so do paths to hidden emitters
     counted = isinstance(integrator, Aov | Depth) or integrator.hides_emitters
@@ -88,7 +90,10 @@ def _is_clear(bsdf: Bsdf, glass: tuple[type[Dielectric], ...]) -> bool:
 
 
 def is_inert(node: Plugin, assets: Assets) -> bool:
-    """Tell whether `node` itself has no effect, whatever is inside it; raises ValueError if a file is gone."""
+    """Tell whether `node` itself changes nothing in the image, whatever is inside it.
+
+    Raises ValueError if a file is gone.
+    """
     if isinstance(node, Area):
         return isinstance(node.radiance, tuple) and not any(node.radiance)
     if isinstance(node, Point | Spot):

@@ -1,4 +1,4 @@
-"""The readers of OBJ and PLY files, written in C++. Each raises ValueError with the place in its file.
+"""The readers of OBJ and PLY files, written in C++. Each reader raises ValueError with the place in the file.
 
 ``read_obj_by_material`` reads a file once and returns the mesh of each material that has faces. Its keys are the
 materials' names in bytes, in the order of their first faces. ``obj_name`` extracts the name from the rest of a

@@ -1,7 +1,7 @@
-"""A scene as the dictionary of plain values that Mitsuba 3 reads, for peers and for users of the data.
+"""A scene as the dictionary of plain values that Mitsuba 3 reads, for other renderers and for users of the data.
 
-Everything is spelt as in `equaltime.scene.export.plain`, which also has `with_transforms`. Two things differ, so that
-peers make the same image: clipping distances are always written, and the field of view is along x.
+Everything is spelt as in `equaltime.scene.export.plain`, which also has `with_transforms`. Two differences make other
+renderers compute the same image: clipping distances are always written, and the field of view is along x.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ __all__ = ["mitsuba_dict", "with_transforms"]
 Dict = dict[str, Any]
 
 NEAR, FAR = 1e-12, 1e12
-"""Clipping distances of scenes without any: Mitsuba always has some, and these cost its rays no accuracy."""
+"""Clipping distances for scenes without any, since Mitsuba always has some. They cost Mitsuba's rays no accuracy."""
 
 
 def mitsuba_dict(model: SceneModel, assets: Assets) -> Dict:
-    """Return the scene `model` as Mitsuba's dictionary: its camera, film, filter, shapes and lights.
+    """Return the scene `model` as Mitsuba's dictionary: camera, film, filter, shapes and lights.
 
-    Integrator and sampler are left out, because they belong to the renderer. Equal BSDFs are written once and referred
-    to. Files are named by absolute paths. Raises ValueError if a file is gone or has changed, or if the scene is
-    animated.
+    Integrator and sampler are left out, because each renderer has its own. Equal BSDFs are written once, with
+    references to them. Files are named by absolute paths. Raises ValueError if a file is gone or has changed, or if the
+    scene is animated.
     """
     if still(model) is not model:
         raise ValueError("Mitsuba 3 has no transforms that change with time, nor meshes")

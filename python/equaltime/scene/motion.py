@@ -1,4 +1,4 @@
-"""Motion: animated parts at a given time, and their motion while the shutter is open.
+"""Motion of animated parts: their state at a given time, and their motion while the shutter is open.
 
 A transform is decomposed into a translation and a rotation after a symmetric stretch (polar decomposition), as in the
 core (``cpp/math/motion.h``).
@@ -31,13 +31,13 @@ CHANGING: Final = (Animation, Deformation)
 
 
 def animation(keys: Sequence[tuple[float, Array]]) -> Animation:
-    """Return the animation of keys, each a time and a transform (4, 4); only the model checks the keys."""
+    """Return the animation with these keys, each a time and a transform (4, 4). The keys are not checked here."""
     matrices: list[Any] = [tuple(map(tuple, matrix.tolist())) for _, matrix in keys]
     return Animation(tuple(time for time, _ in keys), tuple(matrices))
 
 
 def pose(placement: Matrix | Animation, time: float) -> Array:
-    """Return the transform (4, 4) at a time; at a key, or outside all keys, exactly the nearest key's."""
+    """Return the transform (4, 4) at a time. At a key, or outside all keys, it is exactly the nearest key's."""
     if not isinstance(placement, Animation):
         return as_array(placement)
     before, share = span(placement.times, time)
@@ -48,7 +48,7 @@ def pose(placement: Matrix | Animation, time: float) -> Array:
 
 
 def span(times: Sequence[float], time: float) -> tuple[int, float]:
-    """Return the index of the last key up to a time, and the fraction of the way to the next key, in [0, 1).
+    """Return the index of the last key at or before a time, and the fraction in [0, 1) of the way to the next key.
 
     Outside all keys, the index is that of the nearest key, and the fraction is 0.
     """
@@ -60,7 +60,10 @@ def span(times: Sequence[float], time: float) -> tuple[int, float]:
 
 
 def posed(mesh: str | Deformation, time: float) -> str | Deformation:
-    """Return the mesh at a time, or at the time where it is held: a file, or a deformation held between two files."""
+    """Return the mesh at a time: its file, or a deformation held between two files.
+
+    A mesh that is already held at a time is returned for that time.
+    """
     if not isinstance(mesh, Deformation):
         return mesh
     before, share = span(mesh.times, time if mesh.held is None else mesh.held)
@@ -87,7 +90,7 @@ def center(sensor: Sensor) -> float:
 
 
 def moves(node: Plugin, sensor: Sensor) -> bool:
-    """Tell whether `node` is animated and changes while the shutter is open."""
+    """Tell whether `node` is animated and changes between opening and closing of the camera's shutter."""
     if isinstance(node, ShapeGroup):
         return any(moves(shape, sensor) for shape in node.shapes)
     if isinstance(node, Instance) and moves(node.shapegroup, sensor):
@@ -97,7 +100,7 @@ def moves(node: Plugin, sensor: Sensor) -> bool:
 
 
 def closed_shutter(model: SceneModel) -> str | None:
-    """Return a warning if the scene is animated but its shutter is open for no time, else None."""
+    """Return a warning if the scene is animated but its shutter closes when it opens, else None."""
     begin, end = model.sensor.shutter_open, model.sensor.shutter_close
     if begin < end or still(model) is model:
         return None
@@ -107,8 +110,8 @@ def closed_shutter(model: SceneModel) -> str | None:
 def in_shutters(model: SceneModel) -> SceneModel:
     """Return the scene with animation times in units of the shutter: 0 when it opens, 1 when it closes.
 
-    A part that does not move in this interval gets a plain transform or file, where one describes it. If nothing is
-    animated, return `model` itself.
+    A part that does not move in this interval gets a plain transform or file, if one describes the part. If nothing
+    is animated, return `model` itself.
     """
     return _changed(model, lambda changing: _in_shutters(changing, model.sensor))
 

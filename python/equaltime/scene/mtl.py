@@ -1,6 +1,6 @@
 """Reads MTL files, the material libraries of OBJ files, into values that this renderer can use.
 
-`WORDS` defines the use of each statement. Unused statements go into the account. Words of statements and options are
+`WORDS` defines the use of each statement. Unused statements go into the `Account`. Words of statements and options are
 recognised in any letter case. Names are bytes and are compared unchanged, whatever the encoding of the two files.
 """
 
@@ -64,7 +64,7 @@ WORDS: Final[dict[str, tuple[Use, str]]] = {
     "map_tr": ("told", "opacities come from map_d"),
 }
 _SAME: Final = {"map_bump": "bump"}
-"""Words with the same meaning as another."""
+"""Words of statements with the same meaning as another word, by the less usual word."""
 NEUTRAL: Final[dict[str, frozenset[float]]] = {
     "illum": frozenset({0.0, 1.0, 2.0}),
     "tf": frozenset({1.0}),
@@ -95,7 +95,7 @@ _FARTHEST: Final = 2.0**20
 
 @dataclass(frozen=True, slots=True)
 class ImageMap:
-    """An image of a material, looked up at (su u + ou, sv v + ov)."""
+    """An image of a material, looked up at (su u + ou, sv v + ov), with `scale` (su, sv) and `offset` (ou, ov)."""
 
     rest: bytes
     """The name of the file as written, with its quotes or comment."""
@@ -113,15 +113,15 @@ class Material:
 
     line: int
     color: Color | None = None
-    """``Kd``, in [0, 1]."""
+    """Reflectance ``Kd``, in [0, 1]."""
     opacity: float = 1.0
-    """``d``, or 1 - ``Tr``."""
+    """Opacity ``d``, or 1 - ``Tr``."""
     radiance: Color = (0.0, 0.0, 0.0)
-    """``Ke``, not negative."""
+    """Emitted radiance ``Ke``, not negative."""
     roughness: float | None = None
-    """``Pr``."""
+    """Roughness ``Pr``."""
     metallic: float | None = None
-    """``Pm``."""
+    """Metalness ``Pm``."""
     images: dict[str, ImageMap] = field(default_factory=dict)
     """Images by their lower-case words, such as ``map_kd``; ``map_bump`` is stored as ``bump``."""
     words: set[str] = field(default_factory=set)
@@ -129,7 +129,7 @@ class Material:
 
     @property
     def has_color(self) -> bool:
-        """Whether the material gives its reflectance."""
+        """Whether the material gives a reflectance, as a colour or as an image."""
         return self.color is not None or "map_kd" in self.images
 
 
@@ -142,7 +142,7 @@ def shown(name: bytes) -> str:
 
 
 def read_mtl(content: bytes, file: str, account: Account) -> dict[bytes, Material]:
-    """Return the materials in the `content` of a library; unused statements go into the account."""
+    """Return the materials, by name, in the `content` of a library; unused statements go into `account`."""
     return _Reader(file, account).read(content)
 
 

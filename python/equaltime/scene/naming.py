@@ -40,7 +40,7 @@ class Name:
 
 
 class Names:
-    """Names of parts by their numbers in the core."""
+    """Names of a scene's shapes, instances and lights, found by their numbers in the core."""
 
     def __init__(self, scene: Scene) -> None:
         model = scene.model
@@ -73,26 +73,26 @@ class Names:
         ]
 
     def solids(self) -> Iterator[tuple[Solid, Name, bool]]:
-        """Iterate over the shapes that have a surface: shape, name, and whether it is part of a group."""
+        """Iterate over shapes with a surface, as tuples of shape, name, and True for a shape inside a group."""
         for index, (shape, place) in enumerate(self._shapes):
             again = index >= self._own and place is not None
             if not isinstance(shape, Instance) and not again:
                 yield shape, self._name(shape, place), index >= self._own
 
     def shape(self, index: int) -> Name:
-        """Name a shape; the scene's own shapes come first, then the shapes of groups."""
+        """Return the name of shape number `index` in the core: the scene's own shapes come before shapes of groups."""
         return self._name(*self._shapes[index])
 
     def instance(self, index: int) -> Name:
-        """Name an instance by its number among instances."""
+        """Return the name of instance number `index`, counted among instances only."""
         return self._name(*self._instances[index])
 
     def delta_light(self, index: int) -> Name:
-        """Name a point, spot or directional light, numbered in this order; dark lights do not count."""
+        """Return the name of light number `index` among point, then spot, then directional lights with light."""
         return self._name(self._deltas[index])
 
     def environment(self) -> Name:
-        """Name the scene's environment emitter."""
+        """Return the name of the scene's environment emitter."""
         return self._name(next(e for e in self._scene.model.emitters if isinstance(e, Constant | EnvMap)))
 
     def _name(self, part: Plugin, place: str | None = None) -> Name:

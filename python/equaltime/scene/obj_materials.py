@@ -36,7 +36,7 @@ _WHITE: Final = (1.0, 1.0, 1.0)
 _BLACK: Final = (0.0, 0.0, 0.0)
 _SHOWN: Final = {word.lower(): word for word in ("map_Kd", "map_Ke", "map_d", "map_Pr", "map_Pm", "norm", "bump")}
 _COLORS: Final = frozenset({"map_kd", "map_ke"})
-"""Images of colours; all other images hold plain numbers."""
+"""Words whose images hold colours; all other images hold plain numbers."""
 
 
 class Materials:
@@ -61,7 +61,10 @@ class Materials:
         return bool(self._found)
 
     def of(self, name: bytes) -> tuple[str, Material] | None:
-        """Return the library and the material of a name; also tried without quotes, and without a number as comment."""
+        """Return a library's file name and the material `name` in it; None if there is no such material.
+
+        The name is also tried without quotes, and without a number as a comment.
+        """
         for spelling in dict.fromkeys((name, _unquoted(name), re.sub(rb"\s+#\d+$", b"", name))):
             for known in dict.fromkeys((spelling, b'"' + spelling + b'"')):
                 if known in self._found:
@@ -93,7 +96,7 @@ class Materials:
             self._found[material] = name, said
 
     def bsdf(self, library: str, material: Material, own: object, place: Place, mesh: MeshData) -> Object:
-        """Return the BSDF of a material on a mesh, for both sides; `own` is the default reflectance."""
+        """Return the BSDF of a material for both sides of a mesh; `own` is the reflectance if none is given."""
 
         def given(word: str, number: object) -> object:
             return self._image_or(number, word, library, material, place, has_uvs=mesh.uvs is not None)
@@ -191,7 +194,10 @@ def _turning(image: ImageMap) -> str | None:
 
 
 def file_beside(path: Path, folder: str, name: bytes) -> str | None:
-    """Return the file of that name in a folder beside `path`, or None; Windows' separators are understood."""
+    """Return the path, relative to the folder of `path`, of the file `name` in `folder`; None if it does not exist.
+
+    Separators of Windows are understood.
+    """
     for spelling in dict.fromkeys((name, name.replace(b"\\", b"/"))):
         found = os.path.join(folder, os.fsdecode(spelling))
         try:

@@ -1,4 +1,4 @@
-"""The pictures of ``bump`` in MTL files: heights, or normals, which some exporters write under this word.
+"""The pictures of the word ``bump`` in MTL files: heights, or normals, which some exporters write under this word.
 
 The normals are in tangent space. Red leans along u, and green leans along the file's v: upwards in the picture.
 """
@@ -24,7 +24,10 @@ _SHARE: Final = 0.75
 
 
 def content_of(path: Path) -> Content:
-    """Return the kind of content of a picture. An unreadable one counts as grey; the scene's own reading refuses it."""
+    """Return the content of a picture: ``grey`` (heights), ``normals``, or ``colours`` of another kind.
+
+    An unreadable picture counts as grey. It is refused later, when the scene's pictures are read.
+    """
     try:
         texels = read_picture(path, raw=True).texels
     except ValueError:
@@ -39,7 +42,7 @@ def content_of(path: Path) -> Content:
 
 
 def is_mirrored(mesh: MeshData) -> bool:
-    """Tell whether some faces, seen from the front, show their image mirrored; the mesh has uvs, with v upwards."""
+    """Tell whether any face of a mesh with uvs shows its image mirrored when seen from the front; v goes upwards."""
     assert mesh.uvs is not None, "only what has uvs has an image"
     a, b, c = np.moveaxis(mesh.uvs[mesh.faces], 1, 0)
     (u1, v1), (u2, v2) = (b - a).T, (c - a).T

@@ -1,7 +1,7 @@
-"""Numbers of textures and meshes outside the range of the parameters that use them.
+"""Values of textures and mesh attributes outside the range of the parameters that use them.
 
-A plain number outside the range is refused where it stands. Texels are only counted: sharpening may have raised one
-pixel of a photograph in a million beyond white.
+A plain number outside the range is an error. Values of textures are only counted: sharpening may have raised one pixel
+of a photograph in a million beyond white.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ POSITIVE: Final = frozenset({"alpha", "alpha_u", "alpha_v", "radiance", "eta", "
 
 @dataclass(frozen=True, slots=True)
 class Outside:
-    """Numbers of one texture that one parameter does not allow."""
+    """Report on the values of one texture that the parameter using it does not allow."""
 
     node: Plugin
     """The part of the scene that has the parameter."""
@@ -40,10 +40,10 @@ class Outside:
     """The parameter's name."""
     texture: Bitmap | MeshAttribute
     count: int
-    """The number of texels, vertices or faces."""
+    """Number of texels, vertices or faces with a value that is not allowed."""
     least: float
     most: float
-    """The smallest and the largest of all numbers of the texture."""
+    """Smallest and largest of all values of the texture: `least` and `most`."""
 
     def __str__(self) -> str:
         allowed = "lies in [0, 1]" if self.name in FACTORS else "is not negative"
@@ -53,7 +53,7 @@ class Outside:
 
 
 def of_textures(node: Plugin, assets: Assets) -> Iterator[Outside]:
-    """Iterate over the parameters of a part whose bitmaps have texels out of range."""
+    """Iterate over reports, one for each parameter of `node` whose bitmap has texels out of range."""
     for name, texture in _parameters(node):
         bitmap = texture.times if isinstance(texture, MeshAttribute) else texture
         if isinstance(bitmap, Bitmap):
@@ -63,7 +63,7 @@ def of_textures(node: Plugin, assets: Assets) -> Iterator[Outside]:
 
 
 def of_mesh(shape: Plugin, assets: Assets) -> Iterator[Outside]:
-    """Iterate over the parameters on a mesh whose mesh attributes have values out of range."""
+    """Iterate over reports, one for each parameter on a mesh whose mesh attribute has values out of range."""
     if not isinstance(shape, MeshFile):
         return
     for node in shape.nodes():

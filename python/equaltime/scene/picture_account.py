@@ -1,7 +1,7 @@
-"""The account of a picture: everything in its file that the reader has not used is reported.
+"""The account of a picture: a list of everything in its file that the reader has not used.
 
-Everything that OpenImageIO reports is an entry: channels, parts, attributes. A reader takes the entries that it uses.
-Entries that only describe the file, such as dates and compression, are not part of the account.
+Channels and attributes that OpenImageIO finds are entries. A reader removes the entries that it uses, and the rest is
+reported. Entries that only describe the file, such as dates and compression, are not part of the account.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ MOST_NAMES: Final = 6
 
 
 class Account:
-    """Entries of one picture that are not used yet."""
+    """Channels and attributes of one picture that the reader has not used yet, and the reader's remarks."""
 
     def __init__(self, spec: Any) -> None:
         self._channels = dict.fromkeys(str(name) for name in spec.channelnames)
@@ -53,21 +53,21 @@ class Account:
         self._notes: dict[str, None] = {}
 
     def channels(self, *names: str) -> None:
-        """Take channels that are used."""
+        """Count these channels as used."""
         for name in names:
             self._channels.pop(name, None)
 
     def attribute(self, name: str, *harmless: object) -> Any:
-        """Take a used attribute and return its value; None if it is missing or equal to one of `harmless`."""
+        """Count an attribute as used, and return its value; None if it is missing or equal to one of `harmless`."""
         value = self._attributes.pop(name, None)
         return None if value in harmless else value
 
     def note(self, message: str) -> None:
-        """Remember a remark of the reader."""
+        """Add a remark of the reader."""
         self._notes[message] = None
 
     def told(self) -> tuple[str, ...]:
-        """Return all remarks, one line per kind."""
+        """Return all remarks: the reader's, one on unused channels, and one on unused attributes."""
         return (*self._notes, *self._left())
 
     def _left(self) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""Chooses the channels of a picture that are its colour: by name, in the first layer that has a colour."""
+"""Chooses the channels of a picture that hold its colour: by name, in the first layer that has a colour."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ ROLES: Final = {
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """The channels of a picture that are used, by their positions in the file."""
+    """The used channels of a picture: the kind of colour, and the positions of the channels in the file."""
 
     kind: Literal["colour", "XYZ", "luminance and chroma", "grey"]
     channels: tuple[int, ...]
     alpha: int | None
-    """Channel of the opacity, or None."""
+    """Position of the opacity's channel, or None."""
     named: bool
-    """Whether the names of the channels say that they are of this kind."""
+    """Whether `kind` is certain, from the channels' names or since there is only one channel."""
 
 
 KINDS: Final[tuple[tuple[Literal["colour", "XYZ", "luminance and chroma", "grey"], str], ...]] = (
@@ -36,13 +36,14 @@ KINDS: Final[tuple[tuple[Literal["colour", "XYZ", "luminance and chroma", "grey"
     ("luminance and chroma", "Y RY BY"),
     ("grey", "Y"),
 )
-"""The channels of each kind of colour, most wanted first; X, Y, Z are CIE XYZ, as in Mitsuba."""
+"""Names of the channels of each kind of colour, preferred kinds first; X, Y, Z are CIE XYZ, as in Mitsuba."""
 
 
 def choose(names: Sequence[str]) -> Choice:
-    """Return the channels of the colour: the first of `KINDS` that a layer has, else the first channels.
+    """Return the channels that hold the colour, from the names of all channels.
 
-    Channels without a layer come first.
+    They are the first of `KINDS` that any layer has, else the first channels of the file. Channels without a layer are
+    tried before layers.
     """
     layers: dict[str, dict[str, int]] = {"": {}}
     for place, name in enumerate(names):

@@ -44,9 +44,9 @@ class Texels:
     """A bitmap in memory."""
 
     texels: Array
-    """(H, W, 1 or 3): uint8, float16 or float32."""
+    """Values (H, W, 1 or 3) in uint8, float16 or float32."""
     srgb: bool
-    """Whether uint8 texels are encoded as sRGB."""
+    """Whether uint8 texels are encoded as sRGB; other texels are linear."""
     told: tuple[str, ...] = ()
     """Remarks on unused parts of the file."""
 
@@ -61,12 +61,12 @@ class Texels:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stored:
-    """The pixels of a display window as they stand in a file."""
+    """The pixels of a picture's display window as they stand in the file, before any conversion."""
 
     colors: Array
-    """(H, W, 1 or 3), multiplied by the opacity only if the file stores them so."""
+    """Colours (H, W, 1 or 3), multiplied by the opacity only if the file stores them so."""
     alpha: Array | None
-    """(H, W, 1)"""
+    """Opacity (H, W, 1), or None."""
     choice: Choice
     kind: str
     """Storage of the colours: ``encoded``, ``signed`` (signed integers) or ``linear``."""
@@ -74,10 +74,10 @@ class Stored:
 
 
 def read_stored(path: Path, kept: Container[str], check: Callable[[Any], object] = lambda spec: None) -> Stored:
-    """Return the picture at `path`; types in ``kept`` stay as in the file, others become float32.
+    """Return the picture at `path` as stored; number types in ``kept`` stay as in the file, others become float32.
 
-    ``check`` is given OpenImageIO's description before pixels are read. Raises ImageError for a file that cannot be
-    read, ValueError for one that declares too much.
+    ``check`` is called with OpenImageIO's description of the file before pixels are read. Raises ImageError for a file
+    that cannot be read, and ValueError for a file that declares too many pixels.
     """
     with opened(path, UnassociatedAlpha=1) as source:
         spec, file_format = source.spec(), str(source.format_name())
@@ -99,7 +99,7 @@ def read_stored(path: Path, kept: Container[str], check: Callable[[Any], object]
 
 
 def read_picture(path: Path, raw: bool = False) -> Texels:
-    """Return the picture at `path`, or with `raw` its numbers without colour conversion.
+    """Return the picture at `path` as a bitmap; with `raw`, its numbers without colour conversion.
 
     Raises ValueError for a file that cannot be read, and for texels that are not finite.
     """
@@ -122,7 +122,7 @@ def read_picture(path: Path, raw: bool = False) -> Texels:
 
 
 def largest(pixels: Array) -> float:
-    """Return the value of a full channel: the maximum of an integer type, else 1."""
+    """Return the number that stands for 1 in an array of this type: the maximum of an integer type, else 1."""
     return float(np.iinfo(pixels.dtype).max) if np.issubdtype(pixels.dtype, np.integer) else 1.0
 
 

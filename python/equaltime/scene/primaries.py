@@ -19,15 +19,15 @@ NAMED: Final = {
     "p3d65": (0.68, 0.32, 0.265, 0.69, 0.15, 0.06, 0.3127, 0.329),
     "adobergb": (0.64, 0.33, 0.21, 0.71, 0.15, 0.06, 0.3127, 0.329),
 }
-"""Primaries by their names in colour spaces, such as ``lin_ap1_scene``."""
+"""Chromaticities of primaries by the name in a colour space: ``ap1`` in ``lin_ap1_scene``."""
 CIE_XYZ: Final = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0 / 3.0, 1.0 / 3.0)
-"""Primaries whose amounts are CIE XYZ."""
+"""Chromaticities of the primaries for which RGB is CIE XYZ."""
 TOLERANCE: Final = 1e-5
-"""Largest difference of equal chromaticities; files hold float32."""
+"""Largest difference at which two chromaticities count as equal, since files hold float32."""
 
 
 def to_srgb(chromaticities: Sequence[float]) -> NDArray[np.float64] | None:
-    """Return the matrix (3, 3) to linear sRGB from linear RGB of other primaries; None if they are the same.
+    """Return the matrix (3, 3) from linear RGB with other primaries to linear sRGB; None for sRGB's own primaries.
 
     White keeps its chromaticity and may not be grey in sRGB; OpenEXR and Mitsuba do the same.
 
@@ -39,7 +39,7 @@ def to_srgb(chromaticities: Sequence[float]) -> NDArray[np.float64] | None:
     Raises
     ------
     ValueError
-        If they are not primaries: not finite, on one line, or with a y of 0.
+        If the chromaticities are unusable: not finite, on one line, or with a y of 0.
     """
     if np.allclose(chromaticities, REC709, rtol=0.0, atol=TOLERANCE):
         return None
@@ -53,14 +53,14 @@ def to_srgb(chromaticities: Sequence[float]) -> NDArray[np.float64] | None:
 
 
 def luminance_weights(chromaticities: Sequence[float]) -> tuple[float, float, float]:
-    """Return the weights of red, green and blue of these primaries in the luminance; their sum is 1."""
+    """Return the weights of red, green and blue, with these primaries, in the luminance; the weights add up to 1."""
     red, green, blue = to_xyz(chromaticities)[1].tolist()
     return red, green, blue
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
 def to_xyz(chromaticities: Sequence[float]) -> NDArray[np.float64]:
-    """Return the matrix (3, 3) to CIE XYZ; white has a luminance of 1."""
+    """Return the matrix (3, 3) from linear RGB with these primaries to CIE XYZ; white has a luminance of 1."""
     x, y = np.array(chromaticities, np.float64).reshape(4, 2).T
     xyz = np.array([x, y, 1.0 - x - y])
     primaries, white = xyz[:, :3], xyz[:, 3] / y[3]

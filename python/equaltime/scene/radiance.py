@@ -25,9 +25,10 @@ _SIZE: Final = re.compile(rb"([-+][XY]) +\d+ +([-+][XY]) +\d+ *$")
 
 
 def header(path: Path) -> tuple[int, dict[str, str]] | None:
-    """Return Exif's orientation number and the variables that change colours; None for other kinds of files.
+    """Return Exif's orientation number, and the header's variables; None if the file is not a Radiance picture.
 
-    The value of a variable that occurs several times lists all its values, in order.
+    Only variables that change colours or the aspect of pixels are returned. A variable that occurs several times has
+    all its values, in order.
     """
     with path.open("rb") as file:
         begin = file.read(LONGEST)

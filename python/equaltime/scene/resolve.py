@@ -32,11 +32,11 @@ from equaltime.words import a, nearest, suggestion
 __all__ = ["VOLUMETRIC", "Resolved", "resolve", "unmerged"]
 
 HOLDERS = ("scene", "shapegroup")
-"""Types of objects that contain shapes."""
+"""Types of objects that contain shapes, beside ``merge``."""
 
 
 def unmerged(root: Object, report: Report) -> Object:
-    """Return the scene `root` without any ``merge``; contents that a ``merge`` cannot have are reported."""
+    """Return the scene `root` with every ``merge`` replaced by its shapes; other contents of a ``merge`` are errors."""
     if not any(node.type == "merge" for node in root.objects()):
         return root
     return dataclasses.replace(root, children=list(_opened(root, report)))
@@ -68,12 +68,12 @@ def _fits(part: Child, report: Report) -> bool:
 
 
 VOLUMETRIC: Final = ("medium", "phase")
-"""The families whose parameters may be volumes."""
+"""Families of plugins whose parameters may be volumes."""
 
 
 @dataclass(frozen=True, slots=True)
 class Resolved:
-    """The model, or None if it is invalid, and all valid parts with the objects that they came from."""
+    """The model of a scene (None if invalid), and all valid plugins as pairs of the object read and the plugin."""
 
     model: SceneModel | None
     shapes: list[Object] = field(hash=False)
@@ -92,7 +92,7 @@ class _Fields:
 
 
 def resolve(root: Object, report: Report) -> Resolved:
-    """Return the model of the scene `root`; problems are reported, and the model may then be None."""
+    """Return the model of the scene `root`. Problems go to `report`; the model may then be None."""
     return _Resolver(root, report).scene()
 
 

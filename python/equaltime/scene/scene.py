@@ -41,7 +41,7 @@ from equaltime.words import Shown, shortened
 __all__ = ["Scene", "digest", "load", "load_dict", "load_file"]
 
 VERSION = "equaltime scene 1"
-"""Version of the digest; change it when the same content must get another digest."""
+"""Version of the digest; change the version if equal contents must get another digest than before."""
 
 
 def digest(model: SceneModel, assets: Assets) -> str:
@@ -107,9 +107,9 @@ class Scene(Shown):
     assets: Assets = field(repr=False)
     """The meshes and images that the scene names."""
     warnings: tuple[str, ...] = ()
-    """Harmless oddities of the files, and replacements."""
+    """Warnings about harmless oddities of the files, and about replaced parts."""
     substitutions: tuple[Substitution, ...] = ()
-    """Parts that were replaced or left out on request."""
+    """Parts that were replaced or left out, as the argument ``substitute`` of `load` allowed."""
     places: Places = field(default=NOWHERE, repr=False)
     """Places of the scene's parts in their files."""
     _seconds: dict[str, float] = field(default_factory=dict, repr=False)
@@ -138,19 +138,19 @@ class Scene(Shown):
 
     @property
     def own_max_depth(self) -> int:
-        """The `max_depth` of the file, with its variables defined; changes by `with_` do not affect it."""
+        """Value of `max_depth` when the scene was loaded; changes by `with_` do not affect it."""
         return self.max_depth if self._own_max_depth is None else self._own_max_depth
 
     @property
     def spp(self) -> int | None:
-        """Samples per pixel that the file asks for, or None if it gives no number."""
+        """Samples per pixel that the scene file asks for, or None if the file gives no number."""
         sensor = self.model.sensor
         given = "sampler" in sensor.model_fields_set and "sample_count" in sensor.sampler.model_fields_set
         return sensor.sampler.sample_count if given else None
 
     @property
     def extensions(self) -> dict[str, str] | None:
-        """Extensions that a glTF file uses, each with its treatment; None for other kinds of files."""
+        """Extensions that a glTF file uses: from the name to a description of the treatment. None for other files."""
         if self.source is None or self.source.suffix.lower() not in GLTF:
             return None
         return self.assets.extensions(self.source.name)
@@ -163,14 +163,14 @@ class Scene(Shown):
 
     @property
     def timings(self) -> dict[str, float]:
-        """Seconds spent so far on ``load`` (reading all files) and ``build`` (making the core's scene)."""
+        """Seconds spent so far, by phase: ``load`` (reading all files) and ``build`` (making the core's scene)."""
         return dict(self._seconds)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the scene as the dictionary that `load_dict` reads: valid JSON, with absolute file names.
 
-        ``mitsuba.load_dict`` reads it too, once its transforms (nested lists) are replaced by Mitsuba's type; see
-        `equaltime.scene.export.with_transforms`. Raises ValueError if a file is gone or has changed.
+        ``mitsuba.load_dict`` reads the dictionary too, once all transforms (nested lists) are replaced by Mitsuba's
+        type; see `equaltime.scene.export.with_transforms`. Raises ValueError if a file is gone or has changed.
         """
         return export.scene_dict(self.model, self.assets.absolute)
 
@@ -178,8 +178,8 @@ class Scene(Shown):
         """Write the scene as a new TOML or XML file, and return the written files.
 
         Reading the file gives the same scene, with the same bits in every image. With `copy`, meshes and images are
-        copied into a folder beside it; otherwise the file names their present places. Raises SceneError. See
-        `equaltime.scene.export.convert`.
+        copied into a folder beside the new file; otherwise the new file names their present places. Raises SceneError.
+        See `equaltime.scene.export.convert`.
         """
         path = Path(path)
         try:
@@ -188,7 +188,10 @@ class Scene(Shown):
             raise SceneError((Problem(str(path), getattr(error, "strerror", None) or str(error)),)) from error
 
     def surfaces(self) -> Iterator[Surface]:
-        """Iterate over all shapes' surfaces, in world space at the shutter's centre, in the order of the model."""
+        """Iterate over the surfaces of all shapes, in the model's order.
+
+        Surfaces are in world space, halfway between opening and closing of the shutter.
+        """
         return geometry.surfaces(still(self.model), self.assets)
 
     @cached_property
@@ -249,8 +252,8 @@ class Scene(Shown):
     ) -> Scene:
         """Return the scene with another film size, crop window (x, y, width, height) or path length.
 
-        A new size without a crop renders the whole film. A new path length makes another problem: its error says
-        nothing about the scene's own (`own_max_depth`).
+        A new size without a crop renders the whole film. A new path length changes the exact image: the error of a
+        render then says nothing about the scene's own exact image, with `own_max_depth`.
 
         Raises
         ------
@@ -284,22 +287,32 @@ def load(path: str | Path, /, *, substitute: bool = False, **defines: object) ->
     path
         The file. Other files that it names are looked for relative to its folder.
     substitute
-        Replace unsupported parts by similar ones, where there are any, instead of refusing them. `Scene.substitutions`
-        and the warnings list the replacements.
+        Replace unsupported parts by similar parts if possible, and else leave them out, instead of refusing the scene.
+        `Scene.substitutions` and the warnings list the replacements.
     defines
         Values for the variables (``$name``) of the file, as ``-D name=value`` on the command line.
 
     Raises
     ------
     SceneError
-        With every problem that was found, each with file and line.
+        If the scene is invalid. The error lists all problems found, each with file and line.
 
+    Examples
+    --------
+    >>> scene = et.load("scene.toml")
+    >>> scene.size, scene.max_depth
+    ((16, 16), 30)
+    >>> scene.with_(size=(32, 24)).size
+    (32, 24)
     """
     return load_file(path, defines, substitute=substitute)
 
 
 def load_file(path: str | Path, defines: Mapping[str, object], *, substitute: bool = False) -> Scene:
-    """Read a scene file like `load`, with the variables in a mapping, so that any name may be a variable."""
+    """Read a scene file like `load`, with the variables' values in the mapping `defines`.
+
+    Unlike with `load`, a variable may have any name.
+    """
     started = perf_counter()
     path = Path(path)
     report = Report()
@@ -319,10 +332,16 @@ def load_dict(scene: Mapping[str, object], *, substitute: bool = False) -> Scene
     Raises
     ------
     SceneError
-        With every problem that was found, each with its path of keys.
+        If the scene is invalid. The error lists all problems found, each with its path of keys.
     TypeError
         If `scene` is not a dictionary.
 
+    Examples
+    --------
+    >>> film = {"type": "hdrfilm", "width": 8, "height": 6}
+    >>> sky = {"type": "constant"}
+    >>> et.load_dict({"type": "scene", "sensor": {"type": "perspective", "film": film}, "sky": sky}).size
+    (8, 6)
     """
     if not isinstance(scene, Mapping):
         raise TypeError(f"expected a dictionary with 'type': 'scene', found {shortened(scene, 80)}")

@@ -1,7 +1,7 @@
 """A JSON schema of scene files in TOML or JSON, for completion and checks in editors.
 
-It covers every plugin, parameter, value and unit of the model. It accepts whatever only the loader can check, such as
-whether a name refers to something.
+The schema covers every plugin, parameter, value and unit of the model. Some rules can only be checked by the loader,
+such as whether a referenced name exists; the schema then accepts any value.
 """
 
 from __future__ import annotations
@@ -32,15 +32,15 @@ COLOR: Final[Schema] = {"$ref": "#/$defs/color"}
 OBJECT: Final[Schema] = {"$ref": "#/$defs/object"}
 REFERENCE: Final[Schema] = {"$ref": "#/$defs/reference"}
 ANY: Final[Schema] = {"anyOf": [OBJECT, REFERENCE, {"type": "array", "items": {"anyOf": [OBJECT, REFERENCE]}}]}
-"""One object or several, under any key."""
+"""Schema of an object, a reference to an object, or a list of these, under any key."""
 MERGE: Final = "merge"
-"""A shape that is replaced before the model is made; see `equaltime.scene.resolve`."""
+"""Type of a shape that is replaced before the model is made; see `equaltime.scene.resolve`."""
 PARTS: Final = {"homogeneous": ("sigma_s", "sigma_a")}
-"""Coefficients that a plugin accepts instead of its own."""
+"""Parameters that a plugin accepts in place of its own parameters, by plugin."""
 
 
 def scene_schema() -> Schema:
-    """Return the schema as JSON data."""
+    """Return the JSON schema of scene files, as JSON data."""
     plugins = {f"{plugin.kind}.{name}": _plugin(name, plugin) for name, plugin in PLUGINS.items()}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",

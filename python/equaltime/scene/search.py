@@ -8,7 +8,10 @@ __all__ = ["Search"]
 
 
 class Search:
-    """An ordered list of folders: the scene file's own, folders that the scene adds, and folders of included files."""
+    """The folders in which files are looked for, in order, and the files found.
+
+    The list begins with the scene file's folder. Scenes add folders, and so do included files.
+    """
 
     def __init__(self, folder: Path) -> None:
         self._home = folder
@@ -17,12 +20,12 @@ class Search:
         """Every file that was found, or that `note` was given."""
 
     def add(self, folder: Path, *, first: bool = False) -> None:
-        """Search `folder` too, after all other folders, or with `first` before them."""
+        """Add `folder` at the end of the list, or with `first` at its beginning."""
         if folder not in self._folders:
             self._folders.insert(0 if first else len(self._folders), folder)
 
     def find(self, name: str) -> Path:
-        r"""Return the first file or folder of that name; if there is none, its path beside the scene file.
+        r"""Return the first file or folder called `name`; if there is none, a path in the scene file's folder.
 
         Names written on Windows, such as ``textures\wood.png``, are understood if no file has exactly that name.
         """
@@ -33,7 +36,7 @@ class Search:
         return self._home / name
 
     def note(self, path: Path) -> Path:
-        """Remember a file that is read without `find`, and return it."""
+        """Add a file that is read without `find` to `files`, and return its path."""
         self.files.add(path)
         return path
 

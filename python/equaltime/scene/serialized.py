@@ -29,7 +29,7 @@ LONGEST_NAME: Final = 1 << 16
 
 
 def read_serialized(path: Path, index: int) -> _core.MeshData:
-    """Return mesh number `index` of the file; raises MeshError, a ValueError, or OSError."""
+    """Return mesh number `index`, counted from 0, of the file; raises MeshError (a ValueError) or OSError."""
     with path.open("rb") as file:
         size = path.stat().st_size
         version = _header(file, path, 0)

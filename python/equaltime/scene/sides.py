@@ -10,10 +10,11 @@ BLACK = Diffuse(reflectance=(0.0, 0.0, 0.0))
 
 
 def sides(bsdf: Bsdf) -> tuple[Bsdf | None, Bsdf | None]:
-    """Return the BSDFs of the front and the back, without ``twosided``; None absorbs everything.
+    """Return the BSDFs of the front and the back, without ``twosided``; None for a side that absorbs all light.
 
-    A transmitting BSDF is the same on both sides, and itself distinguishes them. A wrapper is put around each side of
-    the BSDF that it wraps. A hole is therefore a hole on both sides, even where the rest of the back absorbs light.
+    A transmitting BSDF is returned for both sides, since it distinguishes the sides itself. A wrapper is put around
+    each side of the BSDF that it wraps. A hole is therefore a hole on both sides, even where the rest of the back
+    absorbs light.
     """
     if isinstance(bsdf, TwoSided):
         return sides(bsdf.bsdf[0])[0], sides(bsdf.bsdf[-1])[0]
@@ -32,9 +33,9 @@ def sides(bsdf: Bsdf) -> tuple[Bsdf | None, Bsdf | None]:
 
 
 def turns(bsdf: Bsdf) -> bool:
-    """Tell whether a bent normal on the back of `bsdf` is the front's turned round.
+    """Tell whether a bent normal on the back of `bsdf` is the negative of the front's bent normal.
 
-    Otherwise ``twosided`` is around the map that bends it, and the back shows a mirror image of the front.
+    If False, ``twosided`` wraps the map that bends the normal: the back then shows a mirror image of the front.
     """
     if isinstance(bsdf, BlendBsdf):
         return any(map(turns, bsdf.bsdf))

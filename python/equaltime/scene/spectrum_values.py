@@ -14,11 +14,14 @@ from equaltime.words import shortened
 __all__ = ["curve", "parse_spectrum", "read_spectrum"]
 
 LARGEST = 1 << 22
-"""Largest size of a file of pairs, in bytes; a spectrum in steps of 0.1 nm takes a hundred thousand."""
+"""Largest size of a file of pairs, in bytes; a spectrum in steps of 0.1 nm takes about a hundred thousand bytes."""
 
 
 def parse_spectrum(text: str) -> Spectrum | Curve:
-    """Return ``0.5`` or ``400:0.1, 500:0.2, ...`` as a spectrum; raises ValueError with a readable message."""
+    """Return the spectrum in a text: ``0.5``, or pairs of nm and value such as ``400:0.1, 500:0.2, ...``.
+
+    Raises ValueError for any other text.
+    """
     words = re.split(r"[\s,]+", re.sub(r"\s*:\s*", ":", text.strip(", \t\r\n")))
     if not any(":" in word for word in words):
         if len(words) != 1:
@@ -28,7 +31,7 @@ def parse_spectrum(text: str) -> Spectrum | Curve:
 
 
 def curve(pairs: Iterable[object]) -> Curve:
-    """Return the spectrum through pairs of wavelength and value; raises ValueError for anything else."""
+    """Return the spectrum through pairs of wavelength in nm and value; raises ValueError for any other input."""
     points: list[tuple[float, float]] = []
     for pair in pairs:
         if not isinstance(pair, list | tuple) or len(pair) != 2:

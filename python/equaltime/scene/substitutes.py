@@ -21,12 +21,12 @@ from equaltime.words import nearest
 __all__ = ["Substitution", "substituted"]
 
 Made = tuple[Object | None, str]
-"""The substitute of an object, or None if it is left out; and the substitute's description."""
+"""Substitute of an object and the substitute's description; the substitute is None if the object is left out."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Substitution:
-    """One thing that was replaced or left out."""
+    """A part of a scene that was replaced or left out, and its place in the file."""
 
     place: str
     what: str
@@ -40,7 +40,7 @@ class Substitution:
 
 
 def substituted(root: Object) -> tuple[Object, tuple[Substitution, ...]]:
-    """Return the scene `root` with substitutes where they are needed, and the list of them."""
+    """Return the scene `root` with substitutes for all parts that cannot be rendered, and the list of substitutions."""
     replacer = _Replacer()
     scene = replacer.contents(root)
     return replacer.without_references(scene) if replacer.gone else scene, tuple(replacer.done)
@@ -250,11 +250,11 @@ SUBSTITUTES: Final[Mapping[Kind, Mapping[str, Callable[[Object], Made]]]] = {
     ),
     "texture": {"scale": _inner, "volume": _as("texture", "uniform", value=0.5)},
 }
-"""For each plugin that cannot be rendered, the function that makes its substitute."""
+"""Functions that make the substitute of a plugin that cannot be rendered, by family and plugin."""
 FALLBACKS: Final[Mapping[Kind, Callable[[Object], Made]]] = {
     "bsdf": _diffuse,
     "integrator": _path,
     "sampler": _as("sampler", "independent", _same("sample_count")),
     "texture": _as("texture", "uniform", value=0.5),
 }
-"""For these families, the function that makes the substitute of any other unknown plugin."""
+"""Functions that make the substitute of any other unknown plugin, by family."""

@@ -28,7 +28,7 @@ _OF_EXPERIMENTS = ("scenes", "strategies")
 def read_toml(
     file: str, content: bytes, defines: Mapping[str, object], report: Report, search: Search
 ) -> Object | None:
-    """Return the scene in the TOML `content` of `file`; problems go to `report`, None if there is no scene at all."""
+    """Return the tree of the TOML `content` of `file`; None if there is no scene at all. Problems go to `report`."""
     parsed = _parsed(file, content, report)
     if parsed is None:
         return None

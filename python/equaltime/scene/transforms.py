@@ -31,7 +31,7 @@ def translate(offset: Sequence[float]) -> Matrix4:
 
 
 def scale(factors: float | Sequence[float]) -> Matrix4:
-    """Return the scaling by one factor or by one along each axis."""
+    """Return the scaling by one factor for all axes, or by three factors, one for each axis."""
     result = np.eye(4)
     result[[0, 1, 2], [0, 1, 2]] = factors
     return result
@@ -52,7 +52,7 @@ def rotate(axis: Sequence[float], angle: float) -> Matrix4:
 
 @_overflowing
 def look_at(origin: Sequence[float], target: Sequence[float], up: Sequence[float] | None = None) -> Matrix4:
-    """Return the camera transform that stands at `origin`, looks at `target` and holds `up` upwards.
+    """Return the transform of a camera at `origin` that looks at `target`, with `up` pointing upwards.
 
     Without `up` (or with a zero one), a perpendicular direction is chosen as in Mitsuba 3 (Duff et al. 2017, "Building
     an Orthonormal Basis, Revisited").
@@ -72,14 +72,14 @@ def look_at(origin: Sequence[float], target: Sequence[float], up: Sequence[float
 
 
 def perpendicular(n: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the unit vector perpendicular to the unit vector `n` that Mitsuba 3 chooses."""
+    """Return a unit vector perpendicular to the unit vector `n`: the one that Mitsuba 3 chooses."""
     sign = math.copysign(1.0, n[2])
     a = -1.0 / (sign + n[2])
     return np.array([1.0 + sign * n[0] ** 2 * a, sign * n[0] * n[1] * a, -sign * n[0]])
 
 
 def matrix(values: Sequence[float]) -> Matrix4:
-    """Return the transform with 16 given numbers, or with 9 numbers for its linear part, row by row."""
+    """Return the transform with these numbers, row by row: 16, or 9 for the linear part alone."""
     if len(values) not in (9, 16):
         raise ValueError(f"a matrix needs 9 or 16 numbers, found {len(values)}")
     if len(values) == 16:
@@ -101,7 +101,7 @@ def compose(steps: Sequence[Matrix4]) -> Matrix4:
 def parse(value: object, *, flat: bool = False) -> Matrix4:
     """Return the transform that `value` describes.
 
-    It may be a 4x4 matrix (NumPy array, nested lists, an object with a ``matrix`` such as Mitsuba's transforms),
+    `value` may be a 4x4 matrix (NumPy array, nested lists, an object with a ``matrix`` such as Mitsuba's transforms),
     one step, or a list of steps. A step is a table with one key: ``{"translate": [x, y, z]}``, ``{"scale": s}`` or
     ``[x, y, z]``, ``{"rotate": {"axis": [x, y, z], "angle": degrees}}``,
     ``{"look_at": {"origin": …, "target": …, "up": …}}``, ``{"matrix": [...]}``. With `flat`, for a map of the plane,
@@ -125,9 +125,10 @@ def parse(value: object, *, flat: bool = False) -> Matrix4:
 
 
 def parse_animation(value: object) -> list[tuple[float, Matrix4]] | None:
-    """Return the keys of ``{"animation": [{"time": t, "transform": …}, …]}``; None if `value` is something else.
+    """Return the keys (time, transform) of ``{"animation": [{"time": t, "transform": …}, …]}``.
 
-    The ``transform`` of a key may be anything that `parse` accepts. A single step may take its place.
+    Return None if `value` has no ``animation``. The ``transform`` of a key may be anything that `parse` accepts. A
+    single step, such as ``"translate": [0, 1, 0]``, may take its place.
     """
     if not isinstance(value, Mapping) or "animation" not in value:
         return None
@@ -229,4 +230,4 @@ STEPS: dict[str, Callable[[object], Matrix4]] = {
     "look_at": _look_at_step,
     "matrix": lambda value: matrix(numbers(value, 9, 16)),
 }
-"""The steps of a transform, by name."""
+"""Functions that make the transform of a step, by the step's name."""

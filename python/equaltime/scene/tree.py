@@ -1,6 +1,7 @@
-"""A neutral tree of located nodes, which every reader makes of its file, and which the resolver turns into the model.
+"""The tree of a scene: objects, references and values, each with its place in the file.
 
-The tree has objects, references and values with their places. It does not know any plugins.
+Every reader makes such a tree from its file, and the resolver turns the tree into the model. The tree does not depend
+on the file's format, and does not know any plugins.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ __all__ = [
 ]
 
 MOST_TOLD = 100
-"""Largest number of problems, and of warnings, that are reported for one scene; a broken file may have more."""
+"""Largest number of problems, and of warnings, reported for one scene, since a broken file may have thousands."""
 
 MOST_LETTERS = 1000
 """Longest text of one problem, in characters; files are quoted, and may have very long names and values."""
@@ -47,7 +48,7 @@ USES_OF_EACH = 64
 
 
 class Place(NamedTuple):
-    """A place: a file with a line, a path of keys, or both."""
+    """A place in the description of a scene: a file with a line, a path of keys, or both."""
 
     file: str = ""
     line: int | None = None
@@ -58,13 +59,13 @@ class Place(NamedTuple):
         return ": ".join(part for part in (where, self.path) if part)
 
     def key(self, name: str | int, line: int | None = None) -> Place:
-        """Return the place of the entry `name` inside this one."""
+        """Return the place of the entry `name` inside this place; without `line`, the line stays the same."""
         step = f"[{name}]" if isinstance(name, int) else f".{name}" if self.path else name
         return Place(self.file, self.line if line is None else line, self.path + step)
 
 
 class Report:
-    """Collects the problems of a scene, so that all are reported together."""
+    """The problems and remarks found in a scene, collected so that all are reported together."""
 
     def __init__(self) -> None:
         self._problems: dict[tuple[Place, str], None] = {}  # in order of discovery, without duplicates
@@ -72,14 +73,14 @@ class Report:
         self._untold = 0
 
     def add(self, place: Place, message: str) -> None:
-        """Note a problem at `place`; raises SceneError at once if there are too many."""
+        """Add a problem at `place`; raises SceneError at once if there are now `MOST_TOLD` problems."""
         self._problems[place, message] = None
         if len(self._problems) >= MOST_TOLD:
             last = Problem(place.file, f"{MOST_TOLD} problems are told; the rest of the scene was not looked at")
             raise SceneError((*self._ordered(), last))
 
     def note(self, message: str) -> None:
-        """Remember a harmless remark for the user."""
+        """Add a warning for the user about something harmless."""
         if len(self._notes) < MOST_TOLD:
             self._notes[quoted(message)] = None
         else:
@@ -87,7 +88,7 @@ class Report:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """All remarks, in order of discovery."""
+        """All warnings added by `note`, in order."""
         more = [f"and {self._untold} more warnings"] if self._untold else []
         return (*self._notes, *more)
 
@@ -102,7 +103,7 @@ class Report:
 
 
 def quoted(text: str) -> str:
-    """Return the text of a message; a very long text is reduced to its beginning and its end."""
+    """Return `text` for a message; the middle of a text of more than `MOST_LETTERS` characters is left out."""
     if len(text) <= MOST_LETTERS:
         return text
     half = MOST_LETTERS // 2
@@ -119,7 +120,7 @@ class Value:
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """A reference to the object with the given id."""
+    """A reference to the object with the name `id`."""
 
     place: Place
     id: str
@@ -127,7 +128,7 @@ class Reference:
 
 @dataclass(frozen=True, slots=True)
 class Alias:
-    """Another name for the object with the given id."""
+    """Another name, `name`, for the object with the name `id`."""
 
     place: Place
     id: str
@@ -143,20 +144,20 @@ class Child(NamedTuple):
 
 @dataclass(slots=True, eq=False)
 class Object:
-    """A plugin with its contents, not yet checked; objects are compared by identity."""
+    """A plugin as it stands in the file, not yet checked, with its contents. Objects are compared by identity."""
 
     place: Place
     type: str
     kind: Kind | None = None
-    """The family, if the spelling gives it (XML does)."""
+    """Family of the plugin, such as ``bsdf``, if the format states it (XML does)."""
     key: str | None = None
     """The object's name inside the object around it."""
     id: str | None = None
     variable: str | None = None
-    """The variable that gave the type, if any."""
+    """Name of the variable that gave the type, if any."""
     children: list[Child] = field(default_factory=list)
     aliases: list[Alias] = field(default_factory=list)
-    """Further names of objects; only the scene has them."""
+    """Further names of objects; only the scene itself has such aliases."""
 
     def objects(self) -> Iterator[Object]:
         """Iterate over this object and all objects nested in it, depth first."""
@@ -166,7 +167,7 @@ class Object:
                 yield from child.node.objects()
 
     def mentioned(self) -> set[str]:
-        """Return the names that references, aliases, and strings in place of objects may mean."""
+        """Return all names that may refer to objects: the ids of references and aliases, and all string values."""
         nodes = [child.node for inner in self.objects() for child in inner.children]
         words = {node.data for node in nodes if isinstance(node, Value) and isinstance(node.data, str)}
         return words | {node.id for node in nodes if isinstance(node, Reference)} | {alias.id for alias in self.aliases}
@@ -182,7 +183,7 @@ ALONE: Final = ("sensor", "integrator")
 
 
 class Places:
-    """The places of shapes by index, and of all parts by identity or equality."""
+    """The places of a scene's parts in its file: of shapes by index, and of all parts by identity or equality."""
 
     def __init__(self, shapes: tuple[Place, ...], parts: Iterable[tuple[Plugin, Place]]) -> None:
         self.shapes = shapes
@@ -190,7 +191,7 @@ class Places:
         self._known = {id(part): place for part, place in self._parts}
 
     def of(self, part: Plugin) -> Place | None:
-        """Return the place of `part`, or of the first part equal to it; None if it was made later.
+        """Return the place of `part`, or of the first part equal to it; None if no such part was in the file.
 
         A scene has only one sensor and one integrator, so their places are found even after a change of size or depth.
         """
@@ -201,7 +202,10 @@ class Places:
 
 
 def told_once(place: Place, message: str) -> tuple[Place, str]:
-    """Return place and message; if the message repeats the place's file, move its line number into the place."""
+    """Return place and message without repetition of the file.
+
+    If the message begins with the place's file, the file is removed there, and its line number moves into the place.
+    """
     found = re.fullmatch(rf"{re.escape(place.file)}(?::(\d+))?: (.*)", message, re.DOTALL)
     if found is None or place != Place(place.file):
         return place, message
@@ -209,4 +213,4 @@ def told_once(place: Place, message: str) -> tuple[Place, str]:
 
 
 NOWHERE: Final = Places((), ())
-"""Places of a model that was made in memory."""
+"""The empty places, for a model that was made in memory."""

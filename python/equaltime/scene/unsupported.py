@@ -1,4 +1,4 @@
-"""Nodes that can be described but not rendered yet."""
+"""The error for plugins that a scene can describe but the core cannot render yet."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ T = TypeVar("T")
 
 
 class Unsupported(ValueError):
-    """A node that the core cannot use yet; the caller adds its place."""
+    """Raised for a plugin that the core cannot use yet. The caller adds the place of the plugin, `node`."""
 
     def __init__(self, node: Plugin, what: str = "") -> None:
         self.node = node
@@ -20,7 +20,7 @@ class Unsupported(ValueError):
 
 
 def constant(value: Texture | T) -> T:
-    """Return `value` where only a constant is supported so far; raises `Unsupported` if it is a texture."""
+    """Return `value`, which must be a constant; raises `Unsupported` if `value` is a texture."""
     if isinstance(value, TexturePlugin):
         raise Unsupported(value)
     return value

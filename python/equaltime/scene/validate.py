@@ -22,11 +22,11 @@ EXPECTED = {
     "string_type": "a string",
     "finite_number": "a finite number",
 }
-"""The expected value, for errors that need no further explanation."""
+"""The expected value in words, by pydantic's type of error."""
 
 
 def explain(plugin: type[Plugin], error: ValidationError) -> dict[str, str]:
-    """Return a message for each parameter of `plugin` that `error` is about; "" stands for the whole plugin."""
+    """Return messages about an invalid `plugin`, by parameter name; the name "" stands for the whole plugin."""
     messages: dict[str, str] = {}
     for details in error.errors(include_url=False):
         if len(messages) > MOST_TOLD:
@@ -83,7 +83,7 @@ def _near(kind: str, context: Mapping[str, object], found: object) -> str:
 
 
 def shown(value: object) -> str:
-    """Return `value` for a message: an object as its type, any other value in at most 80 characters."""
+    """Return the text of `value` for a message: the type of a plugin, or any other value in at most 80 characters."""
     if isinstance(value, Plugin):
         return repr(getattr(value, "type", type(value).__name__))
     if isinstance(value, tuple) and all(isinstance(item, Plugin) for item in value):

@@ -1,4 +1,4 @@
-"""Variables in scene files: ``$name`` stands for a value that the file declares and the user may define."""
+"""Variables in scene files: ``$name`` stands for a value that the file declares or the user defines."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ __all__ = ["Variables"]
 _VARIABLE = re.compile(r"\\?\$(\w*)")
 
 MOST_TEXT: Final = 1 << 23
-"""Largest number of characters that variables may insert into a scene; values made of values can double each time."""
+"""Largest number of characters that variables may insert into a scene. A variable whose value uses another variable
+twice doubles the number each time."""
 
 
 class Variables:
@@ -27,11 +28,11 @@ class Variables:
         self._text = 0
 
     def declare(self, name: str, default: object) -> None:
-        """Give `name` a default, which a definition by the user overrides."""
+        """Set the default value of a variable, which a definition by the user overrides."""
         self._values.setdefault(name, default)
 
     def single(self, text: str) -> str | None:
-        """Return the name if `text` is one variable and nothing else."""
+        """Return the variable's name if `text` is exactly one variable, else None."""
         match = _VARIABLE.fullmatch(text)
         return match[1] if match and match[0].startswith("$") and self._longest(match[1]) == match[1] else None
 
@@ -40,7 +41,7 @@ class Variables:
         return next((word[:end] for end in range(len(word), 0, -1) if word[:end] in self._values), word)
 
     def value(self, name: str) -> object:
-        """Return the value of `name`; raises ValueError if there is none."""
+        """Return the value of a variable; raises ValueError if the variable has none."""
         self._used.add(name)
         if name not in self._values:
             near = nearest(name, self._values)
@@ -49,7 +50,10 @@ class Variables:
         return self._values[name]
 
     def expand(self, text: str) -> str:
-        r"""Return `text` with all variables replaced; a dollar sign is written ``\$``. Raises ValueError as `value`."""
+        r"""Return `text` with all variables replaced by their values, and ``\$`` by a dollar sign.
+
+        Raises ValueError for a variable without a value, and if the limit `MOST_TEXT` is exceeded.
+        """
         if "$" not in text:
             return text
 

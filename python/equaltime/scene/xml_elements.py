@@ -1,7 +1,7 @@
 """Parses XML into elements that know their lines.
 
-Declarations inside the file, above all of entities, are refused: a scene does not need them, and with them XML files
-read other files or grow without bound. A document type in another file is never looked for. Text between elements has
+Declarations inside the file, above all of entities, are refused: a scene does not need them. They can make an XML file
+read other files, or grow without bound. A document type in another file is never looked for. Text between elements has
 no meaning, as in Mitsuba, and is reported. Some malformed files that Mitsuba accepts are read too, with a report:
 hyphens within comments, an ``&`` that stands alone, blanks before the declaration, and bytes that are not UTF-8.
 """
@@ -47,7 +47,7 @@ _OTHER_ENCODING = re.compile(rb"\A<\?xml\b[^>]*\bencoding\s*=\s*[\"'](?!utf-?8[\
 
 
 def parse_elements(file: str, content: bytes, report: Report) -> Element | None:
-    """Return the root element of `content`; None, with a report, if it is unreadable."""
+    """Return the root element of the XML `content` of `file`; None, with a problem in `report`, if invalid."""
     try:
         try:
             return _parsed(file, content, report)

@@ -1,4 +1,4 @@
-"""Reads Mitsuba's XML into the tree: replaces variables, includes other files, and upgrades old files."""
+"""Reads Mitsuba's XML into the tree: replaces variables, includes other files, and translates old files."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ T = TypeVar("T")
 
 OBJECTS: Final[dict[str, Kind]] = {kind: kind for kind in get_args(Kind) if kind != "scene"}
 _MAJOR: Final = re.compile(r"([0-9]{1,9})(?:\.|$)")
-"""Major number at the beginning of a version."""
+"""Pattern of the major number at the beginning of a version."""
 ELEMENTS: Final = (*OBJECTS, *VALUES, "alias", "animation", "default", "include", "path", "ref", "scene", "transform")
 
 
 def read_xml(file: str, content: bytes, defines: Mapping[str, object], report: Report, search: Search) -> Object | None:
-    """Return the scene in the XML `content` of `file`; problems go to `report`, None if there is no scene at all."""
+    """Return the tree of the XML `content` of `file`; None if there is no scene at all. Problems go to `report`."""
     root = parse_elements(file, content, report)
     if root is None:
         return None

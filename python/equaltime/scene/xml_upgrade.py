@@ -1,9 +1,9 @@
-"""Translates objects of files older than Mitsuba 2 into today's words.
+"""Translates objects of files older than Mitsuba 2 into the names of Mitsuba 3.
 
 As in Mitsuba 3, names change from camelCase to snake_case, ``diffuse_reflectance`` of a diffuse surface becomes
-``reflectance``, and scale and offset of texture coordinates become ``to_uv``. In addition, old words with exactly the
-meaning of a new one are replaced, and words that never touched the image are left out. The model refuses any other old
-word by its name.
+``reflectance``, and scale and offset of texture coordinates become ``to_uv``. In addition, old names with exactly the
+meaning of a new name are replaced, and parameters that never changed the image are left out. The model refuses any
+other old name, and names it in the error.
 """
 
 from __future__ import annotations
@@ -40,14 +40,14 @@ WITHOUT_EFFECT: Final = {
     "shape": {"collapse"},
     "texture": {"cache", "max_anisotropy"},
 }
-"""Parameters, by family, that do not change the image's radiance, or only in a way that no longer exists."""
+"""Parameters, by family, that do not change the radiance of the image, or only in ways that no longer exist."""
 OF_THE_FILE: Final = {"digits", "file_format", "variable"}
-"""Parameters of removed films for the output file; the name of the output now decides."""
+"""Parameters of old films for the format of the output file, which the output's name now decides."""
 PIXELS: Final = {"luminancealpha": "luminance_alpha", "spectrum": "rgb", "spectrumalpha": "rgba"}
 
 
 def upgraded(node: Object, report: Report) -> Object:
-    """Return `node`, with its children, in today's words; omissions and replacements are noted."""
+    """Return `node` and its children with the names of Mitsuba 3; omissions and replacements go to `report`."""
     node = _with(node, [_renamed(child) for child in node.children])
     steps = (_without_effect, _pixels, _box, _type, _reflectance, _bent, _vertex_colors, _to_uv, _wrap, _filter, _gamma)
     for step in (*steps, _outside):
@@ -56,7 +56,7 @@ def upgraded(node: Object, report: Report) -> Object:
 
 
 def snake_case(name: str) -> str:
-    """Return ``toWorld`` as ``to_world`` and ``intIOR`` as ``int_ior``."""
+    """Return a camelCase name in snake_case: ``toWorld`` as ``to_world``, ``intIOR`` as ``int_ior``."""
     return re.sub(r"(?<=[a-z])[A-Z]+", lambda capitals: "_" + capitals[0].lower(), name)
 
 

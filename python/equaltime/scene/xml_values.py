@@ -1,7 +1,7 @@
 """Parsers for the attributes of Mitsuba's value elements and transform steps.
 
-Each parser takes the attributes of one element; the required ones are present. Invalid values raise ValueError with a
-readable message.
+Each parser takes the attributes of one element; the required attributes are present. Invalid values raise ValueError
+with a readable message.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Rule(Generic[T]):
 
 
 def number(text: str) -> float:
-    """Read a finite number."""
+    """Return the finite number in `text`; raises ValueError for any other text."""
     try:
         number = float(text)
     except ValueError:
@@ -133,7 +133,7 @@ def _srgb(text: str) -> Vec3:
 NAMED = ("name", "value")
 XYZ = ("value", "x", "y", "z")
 INTENT = ("intent",)
-"""Whether a colour is a reflectance or light; the spectral Mitsuba 0.x needed this to make a spectrum."""
+"""Attribute of Mitsuba 0.x: tells a reflectance from light, so that a spectrum could be made from a colour."""
 
 VALUES: Final[dict[str, Rule[object]]] = {
     "boolean": Rule(NAMED, (), lambda a: _boolean(a["value"])),
@@ -145,7 +145,7 @@ VALUES: Final[dict[str, Rule[object]]] = {
     "string": Rule(NAMED, (), lambda a: a["value"]),
     "vector": Rule(("name",), XYZ, _vector),
 }
-"""The elements that give a parameter its value."""
+"""Rules for the elements that give a parameter its value, by tag."""
 
 OLD_VALUES: Final[dict[str, Rule[object]]] = {
     "blackbody": Rule(("name", "temperature"), ("scale",), lambda a: _blackbody(a)),
@@ -153,7 +153,7 @@ OLD_VALUES: Final[dict[str, Rule[object]]] = {
     "spectrum": Rule(NAMED, INTENT, lambda a: _old_spectrum(a["value"])),
     "srgb": Rule(NAMED, INTENT, lambda a: _srgb(a["value"])),
 }
-"""Value elements that only Mitsuba before version 2 had, or that differed there."""
+"""Rules for value elements that only Mitsuba before version 2 had, or that differed there, by tag."""
 
 STEPS: Final[dict[str, Rule[NDArray[np.float64]]]] = {
     "lookat": Rule(("origin", "target"), ("up",), _look_at),
@@ -163,4 +163,4 @@ STEPS: Final[dict[str, Rule[NDArray[np.float64]]]] = {
     "scale": Rule((), XYZ, lambda a: transforms.scale(_vector(a, 1.0))),
     "translate": Rule((), XYZ, lambda a: transforms.translate(_vector(a, 0.0))),
 }
-"""The steps of a transform; ``lookAt`` is the name before version 2."""
+"""Rules for the steps of a transform, by tag; ``lookAt`` is the tag before version 2."""
