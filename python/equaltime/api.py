@@ -142,19 +142,15 @@ def render(
         Warns
         -----
         EqualtimeWarning
-    <<<<<<< HEAD
-            If the picture is black everywhere and its error is 0, or the camera is inside a closed surface.
+        If the picture is black everywhere and its error is 0, or if the camera is inside a closed surface.
 
-        Examples
-        --------
-        >>> result = et.render("scene.toml", spp=16)
-        >>> result.spp, result.stopped_by
-        (16.0, 'spp')
-        >>> et.render("scene.toml", time=10.0, error=0.5).stopped_by  # whichever limit is met first
-        'error'
-    =======
-            If the picture is black everywhere and its error is 0, or if the camera is inside a closed surface.
-    >>>>>>> h2
+    Examples
+    --------
+    >>> result = et.render("scene.toml", spp=16)
+    >>> result.spp, result.stopped_by
+    (16.0, 'spp')
+    >>> et.render("scene.toml", time=10.0, error=0.5).stopped_by  # whichever limit is met first
+    'error'
     """
     check_arguments(
         spp,

@@ -97,7 +97,7 @@ def test_the_example_agrees(tmp_path: Path) -> None:
 def test_our_side_is_rendered_once_for_all_peers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     example = InProcess(module(text(), tmp_path))
     first = check(example, ball(), threads=1)
-    monkeypatch.setattr(agreement, "render", None)
+    monkeypatch.setattr(agreement, "Session", None)
     shares: list[float] = []
     second = check(example, ball(), threads=1, progress=shares.append, ours=first.ours)
     assert second.agreement.looks == first.agreement.looks
