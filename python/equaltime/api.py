@@ -60,88 +60,88 @@ def render(
 ) -> Result:
     """Render a scene until a number of samples, a time or an error is reached.
 
-        For one build, the pixels depend on the scene, the strategy, the seed and the sample counts. They do not depend on
-        ``threads``, and on ``time`` only through the sample counts.
+    For one build, the pixels depend on the scene, the strategy, the seed and the sample counts. They do not depend on
+    ``threads``, and on ``time`` only through the sample counts.
 
-        Parameters
-        ----------
-        scene
-            A loaded scene, the path of a scene file, or a dict as for `load_dict`.
-        spp
-            Samples per pixel. If no limit is given: the scene's own sample count, or 64. One sample alone gives no
-            standard error. If several limits are given, the first one reached ends the render.
-        time
-            Seconds from the first sample of this run to the final film. If the limit falls within a pass, the pass is not
-            completed: some pixels then have fewer samples, or none. Outputs that the scene asks for beside the image take
-            additional time, ``stats.phases["outputs"]``.
-        strategy
-            A `Strategy`, or text for `Strategy.parse`.
-        observer
-            An `Observer`, which is told of progress, quotes, ended passes, and checkpoints that could not be written.
-        seed
-            Seed of all random numbers, 0 … 2^64 - 1. Renders with different seeds are independent.
-        threads
-            Number of worker threads; 0 is one for each processor.
-        backend
-            ``core``, or ``embreex`` for the slow float64 cross-check (``spp`` and ``seed`` only).
-        error
-            Relative error to reach: 0.02 is 2 %. The argument ``stop`` chooses how.
-        resume
-            A result, or a file that `Result.save` wrote. The render continues it, and gets the same bits as a render that
-            was never stopped.
-        checkpoint, checkpoint_every
-            EXR file in which the render so far is saved, and the seconds between two savings. The interval grows if saving
-            would take more than half of the time.
-        without
-            Names of effects to leave out (`equaltime.effects`). The image is then biased, and is labelled as biased. A
-            pilot measures the bias, and the image's error includes that bias.
-        within
-            Largest bias, such as 0.01, from effects that a pilot chooses to leave out. The longest paths may be among these
-            effects. If ``error`` is given, the bias also stays within half of ``error``.
-        show
-            A viewer that receives the image after passes, at most a few times a second, and at the end.
-        traps
-            Treatment of floating-point faults outside Embree. ``ignore`` does not look for faults. ``check`` names the
-            first sample that causes a fault. ``stop`` ends the process at the fault with SIGFPE, for a debugger. The choice
-            changes the time, but no bit of the image.
-        stop
-            Rule by which ``error`` ends the render. ``look`` ends it when the upper limit of the image's own error,
-            examined between passes, has reached ``error`` (`equaltime.rendering.budget`). This rule selects images without
-            rare bright paths, which are too dark on average. ``fixed`` lets a pilot with separate samples choose the sample
-            count beforehand (`equaltime.quoting.fixed_count`). The image gets that count whatever it shows, and is
-            unbiased. The pilot's seconds are a phase of their own, and count towards ``time``. A resumed render keeps the
-            count that was chosen for the same error.
+    Parameters
+    ----------
+    scene
+        A loaded scene, the path of a scene file, or a dict as for `load_dict`.
+    spp
+        Samples per pixel. If no limit is given: the scene's own sample count, or 64. One sample alone gives no
+        standard error. If several limits are given, the first one reached ends the render.
+    time
+        Seconds from the first sample of this run to the final film. If the limit falls within a pass, the pass is not
+        completed: some pixels then have fewer samples, or none. Outputs that the scene asks for beside the image take
+        additional time, ``stats.phases["outputs"]``.
+    strategy
+        A `Strategy`, or text for `Strategy.parse`.
+    observer
+        An `Observer`, which is told of progress, quotes, ended passes, and checkpoints that could not be written.
+    seed
+        Seed of all random numbers, 0 … 2^64 - 1. Renders with different seeds are independent.
+    threads
+        Number of worker threads; 0 is one for each processor.
+    backend
+        ``core``, or ``embreex`` for the slow float64 cross-check (``spp`` and ``seed`` only).
+    error
+        Relative error to reach: 0.02 is 2 %. The argument ``stop`` chooses how.
+    resume
+        A result, or a file that `Result.save` wrote. The render continues it, and gets the same bits as a render that
+        was never stopped.
+    checkpoint, checkpoint_every
+        EXR file in which the render so far is saved, and the seconds between two savings. The interval grows if saving
+        would take more than half of the time.
+    without
+        Names of effects to leave out (`equaltime.effects`). The image is then biased, and is labelled as biased. A
+        pilot measures the bias, and the image's error includes that bias.
+    within
+        Largest bias, such as 0.01, from effects that a pilot chooses to leave out. The longest paths may be among these
+        effects. If ``error`` is given, the bias also stays within half of ``error``.
+    show
+        A viewer that receives the image after passes, at most a few times a second, and at the end.
+    traps
+        Treatment of floating-point faults outside Embree. ``ignore`` does not look for faults. ``check`` names the
+        first sample that causes a fault. ``stop`` ends the process at the fault with SIGFPE, for a debugger. The choice
+        changes the time, but no bit of the image.
+    stop
+        Rule by which ``error`` ends the render. ``look`` ends it when the upper limit of the image's own error,
+        examined between passes, has reached ``error`` (`equaltime.rendering.budget`). This rule selects images without
+        rare bright paths, which are too dark on average. ``fixed`` lets a pilot with separate samples choose the sample
+        count beforehand (`equaltime.quoting.fixed_count`). The image gets that count whatever it shows, and is
+        unbiased. The pilot's seconds are a phase of their own, and count towards ``time``. A resumed render keeps the
+        count that was chosen for the same error.
 
-        Returns
-        -------
-        Result
-            The render. After Ctrl-C in the main thread: the finished samples, with ``stopped_by == "interrupt"`` and
-            without the outputs beside the image.
+    Returns
+    -------
+    Result
+        The render. After Ctrl-C in the main thread: the finished samples, with ``stopped_by == "interrupt"`` and
+        without the outputs beside the image.
 
-        Raises
-        ------
-        SceneError, StrategyError
-            If the scene or the strategy cannot be read.
-        EffectError
-            If an effect does not exist or cannot be left out, or if the bias is larger than the error asked for.
-        ImageError
-            If ``resume`` cannot be read or belongs to another render, or ``checkpoint`` cannot be written.
-        NonFiniteSample
-            If a sample is NaN or infinite. Raised after the sample's pass, with the result so far.
-        BrightImage
-            If a pixel is larger than float32 can hold. Raised with the result so far.
-        FaultySample
-            If a sample caused a floating-point fault, with ``traps="check"``. Raised after the sample's pass, with the
-            result so far.
-        RenderError
-            If there is not enough memory; if ``error`` is the only limit for a single pixel, whose error cannot be
-            estimated; or if a pilot meets too little light to choose a sample count.
-        ValueError
-            If an argument is out of range, or has the wrong type.
+    Raises
+    ------
+    SceneError, StrategyError
+        If the scene or the strategy cannot be read.
+    EffectError
+        If an effect does not exist or cannot be left out, or if the bias is larger than the error asked for.
+    ImageError
+        If ``resume`` cannot be read or belongs to another render, or ``checkpoint`` cannot be written.
+    NonFiniteSample
+        If a sample is NaN or infinite. Raised after the sample's pass, with the result so far.
+    BrightImage
+        If a pixel is larger than float32 can hold. Raised with the result so far.
+    FaultySample
+        If a sample caused a floating-point fault, with ``traps="check"``. Raised after the sample's pass, with the
+        result so far.
+    RenderError
+        If there is not enough memory; if ``error`` is the only limit for a single pixel, whose error cannot be
+        estimated; or if a pilot meets too little light to choose a sample count.
+    ValueError
+        If an argument is out of range, or has the wrong type.
 
-        Warns
-        -----
-        EqualtimeWarning
+    Warns
+    -----
+    EqualtimeWarning
         If the picture is black everywhere and its error is 0, or if the camera is inside a closed surface.
 
     Examples
