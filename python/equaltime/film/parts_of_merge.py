@@ -73,7 +73,7 @@ class MergedFilm:
 
     @property
     def consistent(self) -> bool:
-        """Whether the sums over parts are possible for these samples. Damaged files may hold impossible sums."""
+        """Whether the stored sums over the merged renders can belong to these samples; False shows a damaged file."""
         parts, squares = (self.parts[name].astype(np.float64) for name in ("parts", "squares"))
         square = np.square(self._samples)
         known = np.isfinite(self.parts["within"]) & np.isfinite(self.parts["between"])

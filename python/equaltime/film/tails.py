@@ -74,7 +74,10 @@ class Tail:
 
 
 def tail_of(errors: ArrayLike) -> Tail:
-    """Return the tail of squared errors, an array of shape (K repeats, pixels)."""
+    """Return two numbers that tell whether few pixels of few repeats make the error: Lyapunov's ratio, largest share.
+
+    ``errors`` are squared errors of all pixels in K repeats, (K, pixels).
+    """
     squares = np.asarray(errors, np.float64)
     if len(squares) < 2:
         return Tail(math.nan, math.nan)

@@ -72,10 +72,11 @@ class Reference:
 
     @property
     def denominator(self) -> Floats:
-        """Denominator of relative squares (H, W, 3): D = R² + (0.1 m)², corrected for the noise of R.
+        """Denominator of the relative squared error, (H, W, 3).
 
-        The noise makes 1 / D too large on average, by a factor 1 + v (4 R² / D - 1) / D to second order. The result is
-        D times that factor.
+        Without noise it is D = R² + (0.1 m)², where R is the reference and m the mean of R over pixels and channels. If
+        R has the variance v, 1 / D is too large on average, by the factor 1 + v (4 R² / D - 1) / D to second order. The
+        result is D times that factor.
         """
         square = self.mean**2
         plain: Floats = square + (0.1 * self.mean.mean()) ** 2

@@ -38,7 +38,11 @@ LONGEST: Final = 16
 
 @dataclass(frozen=True, eq=False)
 class Parts:
-    """Sums of products between the parts of images, for all pairs of K seeds, from which shares of error² follow."""
+    """Covariances of parts of an image's light, from renders with K seeds, and each part's share of error².
+
+    A part is the light of one path length, of one light source, off one BSDF, or found in one way. The numbers are sums
+    over pixels of products of two images, for each pair of seeds.
+    """
 
     names: tuple[tuple[str, str], ...]
     """Kind and name of each part."""
@@ -70,7 +74,7 @@ class Parts:
     def common(self, depth: int) -> Interval:
         """Return twice the covariance of paths longer than ``depth`` and all other paths, as a share of the variance.
 
-        It is 1 less both results of `apart`.
+        It equals 1 minus the sum of the two shares that `apart` returns.
         """
         longer, crossed = self._longer(depth)
         return share_of(2.0 * (crossed - longer), self.whole)
@@ -94,10 +98,10 @@ def measure_parts(
     threads: int = 0,
     progress: Callable[[float], object] | None = None,
 ) -> Parts:
-    """Render the scene ``repeats`` times with independent seeds, and return the products of the parts of its light.
+    """Render the scene ``repeats`` times with independent seeds, and measure the shares of its light in error².
 
-    Parts are split by `split_light`; the light in them is the same as in a render. ``samples`` is the count per pixel,
-    and ``progress`` is called with the finished fraction.
+    Each image is taken apart by `split_light`; its parts add up to the image of a render. ``samples`` is the count per
+    pixel, and ``progress`` is called with the finished fraction.
     """
     return next(measure_parts_by(scene, strategy, repeats, samples, seed, threads, progress))
 

@@ -108,7 +108,10 @@ class Probe:
 
     @property
     def taken(self) -> float:
-        """Samples that the probe has taken, over all its pixels, second nets included."""
+        """Number of samples that the probe has taken, over all its pixels.
+
+        It includes the second, independent set of samples that tells the variance where a pixel has one net.
+        """
         return self._samples * self._cost
 
     def most_samples(self, taken: float) -> int:

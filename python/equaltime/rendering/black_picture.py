@@ -44,9 +44,9 @@ def unwarned() -> Iterator[None]:
 def black_picture(result: Result, scene: Scene, known: Sequence[Finding] | None = None) -> str:
     """Return the warning for a picture that is black everywhere; empty if no warning is needed.
 
-    No warning is needed for a picture with light, or for a scene that asks only for outputs beside the image. Nor is it
-    needed if the upper limit of the error is not 0, unless the camera is inside a closed surface. ``known`` are the
-    findings of a quick run of `lint`; if it is None, `lint` is run.
+    A warning is needed if all pixels are 0, the scene asks for an image, and one of two things holds. Either the stated
+    error of the image is 0, or the camera is inside a closed surface. ``known`` are the findings of a quick run of `lint`; if it
+    is None, `lint` is run.
     """
     if result.image.any() or _wants_no_light(scene.model.integrator):
         return ""

@@ -139,10 +139,11 @@ def looks_of(record: Mapping[str, Any]) -> tuple[Look, ...]:
 
 
 def differences(found: Mapping[str, Any], wanted: Mapping[str, Any], more: Iterable[str] = ()) -> list[str]:
-    """Return in words where a record differs from a part of the wanted render; empty if it may be a part.
+    """Compare the record of a saved render with the wanted render, and return the differences in words.
 
-    ``more`` are keys to compare besides the usual ones. A different scene is reported if its file has another name, or
-    if no other difference explains why the digest differs.
+    Without differences the saved render can be resumed as, or merged into, the wanted one. ``more`` are keys to compare
+    besides the usual ones. The scene counts as different if the digest differs, and either the file has another name or
+    no other difference explains the digest.
     """
     differing = [key for key in (*_SAME, *more) if _differ(found[key], wanted[key])]
     if {"size", "crop"} <= {*differing}:

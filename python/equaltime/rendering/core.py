@@ -154,7 +154,10 @@ class AdaptiveRenderer(_core.Renderer):
 
 
 def decision_of(renderer: _core.Renderer, strategy: Strategy) -> Decision:
-    """Return the decisions that a renderer, made for this strategy, has taken so far."""
+    """Return what the renderer has decided itself so far: whether it splits paths, and whether counts are uneven.
+
+    ``renderer`` must have been made for ``strategy``.
+    """
     counts = renderer.counts if isinstance(renderer, AdaptiveRenderer) and strategy.adaptive == "error" else None
     decided = renderer.decision
     if strategy.roulette != "automatic" or decided is None:

@@ -59,9 +59,9 @@ class FilmPicture:
         return _COLORS[self.colors] + ((ALPHA,) if self.alpha and alpha is not None else ())
 
     def pixels(self, image: NDArray[np.float32], alpha: NDArray[np.float32] | None) -> NDArray[np.float32]:
-        """Return the picture in this form, (H, W, C), from a linear RGB image (H, W, 3).
+        """Convert a linear RGB image (H, W, 3) to the channels that the film asks for, (H, W, C).
 
-        The image is already multiplied by ``alpha`` (associated), (H, W).
+        ``image`` is already multiplied by ``alpha`` (H, W). ``alpha`` is None for a film without alpha.
         """
         planes: NDArray[Any] = image
         if self.colors != "rgb":

@@ -81,7 +81,7 @@ class Viewer:
         self._sent = self._sender.submit(self._show, image)
 
     def show(self, image: NDArray[Any]) -> None:
-        """Send a linear image (H, W, 3) after all images offered; return once it was sent, or sending has failed."""
+        """Send a linear image (H, W, 3) after the images queued by `offer`, and wait until it is sent or has failed."""
         self._sender.submit(self._show, image).result()
 
     def _show(self, image: NDArray[Any]) -> None:

@@ -27,7 +27,7 @@ __all__ = ["Name", "Names"]
 
 @dataclass(frozen=True, slots=True)
 class Name:
-    """The name of a part of a scene, and its place."""
+    """Name of an object of a scene, and the file and line where the object is described."""
 
     id: str | None
     type: str

@@ -173,7 +173,7 @@ class Object:
         return words | {node.id for node in nodes if isinstance(node, Reference)} | {alias.id for alias in self.aliases}
 
     def place_of(self, name: str) -> Place:
-        """Return the place of the child `name`, or of the object itself if there is no such child."""
+        """Return the file and line of the child `name`, or of the object itself if there is no such child."""
         return next((child.node.place for child in self.children if child.name == name), self.place)
 
 
@@ -183,7 +183,7 @@ ALONE: Final = ("sensor", "integrator")
 
 
 class Places:
-    """The places of a scene's parts in its file: of shapes by index, and of all parts by identity or equality."""
+    """Files and lines at which the objects of a scene are described: shapes by index, all objects by identity."""
 
     def __init__(self, shapes: tuple[Place, ...], parts: Iterable[tuple[Plugin, Place]]) -> None:
         self.shapes = shapes

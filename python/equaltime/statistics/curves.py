@@ -147,7 +147,7 @@ class Runs:
         return np.log(seconds[:end]), 0.5 * np.log(square[:end])
 
     def moved(self, errors: float) -> Runs:
-        """Return the runs with all relMSE moved by ``errors`` standard errors of the reference."""
+        """Return a copy in which ``errors`` times the reference's standard error of relMSE is added to every relMSE."""
         return replace(self, relmse=self.relmse + errors * self.shared)
 
     def judged(self, error: Interval) -> Interval:

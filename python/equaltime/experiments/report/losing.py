@@ -38,10 +38,10 @@ INTRODUCTION = (
 def losing(
     scene: SceneResult, pictures: Pictures, looks: Mapping[str, Look], longest: int
 ) -> tuple[tuple[LossView, ...], Bar | None]:
-    """Return the loss maps of each strategy, and the colour bar of the comparisons with the baseline.
+    """Return maps of where each strategy's squared error arises and how it compares with the baseline's.
 
-    Maps are drawn over the reference in grey, with sides of at most ``longest`` pixels. The bar is None if no strategy
-    can be compared with the baseline.
+    The second value is the colour bar of the comparisons, None if no strategy can be compared with the baseline. Maps
+    are drawn over the reference in grey, with sides of at most ``longest`` pixels.
     """
     factors = {strategy.label: _to_equal_time(strategy) for strategy in scene.strategies}
     equal = {label: own * factors[label] for label, own in pictures.squares.items()}

@@ -61,9 +61,10 @@ class Kind:
 
 @dataclass(frozen=True)
 class LossView:
-    """Loss maps of one strategy, with sentences: origin of half its squared error, and error ratio to the baseline.
+    """Two maps of one strategy, each with a sentence.
 
-    The ratio map may be missing.
+    One shows the blocks that make half of the strategy's squared error, the other its error over the baseline's. The
+    second may be missing.
     """
 
     label: str

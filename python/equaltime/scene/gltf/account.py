@@ -36,7 +36,10 @@ LISTS: Final = (
 
 
 def check_account(document: Document) -> None:
-    """Add notes to `document` on properties, attributes and list items that are not used, one note for each kind."""
+    """Note in `document` all that this reader ignores: properties, vertex attributes, and items that nothing refers to.
+
+    Ignored properties of the same name share one note.
+    """
     referred: set[tuple[str, int]] = set()
     for rule, value, place in walk(DOCUMENT, document.json):
         if rule is None:
