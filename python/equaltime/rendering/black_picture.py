@@ -45,8 +45,8 @@ def black_picture(result: Result, scene: Scene, known: Sequence[Finding] | None 
     """Return the warning for a picture that is black everywhere; empty if no warning is needed.
 
     A warning is needed if all pixels are 0, the scene asks for an image, and one of two things holds. Either the stated
-    error of the image is 0, or the camera is inside a closed surface. ``known`` are the findings of a quick run of `lint`; if it
-    is None, `lint` is run.
+    error of the image is 0, or the camera is inside a closed surface. ``known`` are the findings of a quick run of
+    `lint`; if it is None, `lint` is run.
     """
     if result.image.any() or _wants_no_light(scene.model.integrator):
         return ""
