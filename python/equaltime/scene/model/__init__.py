@@ -1,4 +1,4 @@
-"""The scene as validated, frozen values in Mitsuba 3's terms: one class per plugin, one module per family."""
+"""Scene model: immutable, validated classes with Mitsuba 3's names, one module for each family such as BSDFs."""
 
 from __future__ import annotations
 

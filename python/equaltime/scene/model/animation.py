@@ -1,4 +1,4 @@
-"""Animations, an extension to Mitsuba 3: lists of keys. A key is a time with a transform, or with the file of a mesh.
+"""Keyframe animations, an extension to Mitsuba 3. A key is a time with a transform, or a time with the file of a mesh.
 
 Between two keys, the translation and the scale (with any shear) change linearly. The rotation turns at constant speed,
 the shorter way round. Vertices and normals of meshes change linearly. Before the first key and after the last key
@@ -42,12 +42,12 @@ class Deformation:
 
 
 def mesh_files(filename: str | Deformation) -> tuple[str, ...]:
-    """Return the file names of a mesh: a single name, or for a `Deformation` one name for each key."""
+    """Return the file names of a mesh as a tuple: one name, or for a `Deformation` one name for each key."""
     return filename.filenames if isinstance(filename, Deformation) else (filename,)
 
 
 def poses(placement: Matrix | Animation) -> tuple[Matrix, ...]:
-    """Return the transforms of `placement`: a single one, or for an `Animation` one for each key."""
+    """Return the transforms in `placement` as a tuple: one, or for an `Animation` one for each key."""
     return placement.matrices if isinstance(placement, Animation) else (placement,)
 
 

@@ -1,7 +1,7 @@
-"""Base of all nodes of the scene model: immutable, strictly typed, without unknown parameters.
+"""Base class of all nodes of the scene model. Nodes are immutable and strictly typed, and refuse unknown parameters.
 
-A node compares by value. The fields of a node have Mitsuba 3's parameter names and defaults. All data is as the user
-wrote it, in the scene's own units, in double precision.
+Two nodes are equal if their parameters are equal. The fields of a node have Mitsuba 3's parameter names and defaults.
+Numbers are kept in double precision, in the units of the scene file.
 """
 
 from __future__ import annotations
@@ -37,7 +37,10 @@ NO_MORE = "one of Mitsuba 0.6, which Mitsuba 3 and equaltime have not"
 
 
 class Plugin(BaseModel):
-    """Base of all nodes: one class per Mitsuba plugin, identified by ``type``."""
+    """Base class of all nodes of the scene model.
+
+    Each subclass is one Mitsuba plugin, such as ``diffuse``, or the common base of several plugins.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
@@ -61,13 +64,16 @@ class Plugin(BaseModel):
 
     @property
     def title(self) -> str:
-        """Mitsuba's name of the plugin: the value of ``type``."""
+        """Mitsuba's name of the plugin, such as ``diffuse``: the value of the field ``type``."""
         return str(type(self).model_fields["type"].default)
 
     @classmethod
     @cache
     def slots(cls) -> Mapping[str, frozenset[Kind]]:
-        """Return the fields whose objects are assigned by parameter name, such as textures, with the kinds that fit."""
+        """Return the fields that hold nested objects assigned by parameter name, such as textures.
+
+        Keys are names of fields. Values are the families of plugins that the field accepts, such as ``texture``.
+        """
         by_kind = set(cls.roles.values())
         kinds = {name: frozenset(_kinds(field.annotation)) for name, field in cls.model_fields.items()}
         return {name: found for name, found in kinds.items() if found and name not in by_kind}
@@ -75,13 +81,13 @@ class Plugin(BaseModel):
     @classmethod
     @cache
     def holders(cls) -> tuple[str, ...]:
-        """Return the names of the fields that can hold other nodes."""
+        """Return the names of the fields that can hold other nodes, as a tuple."""
         return tuple(name for name, field in cls.model_fields.items() if any(_kinds(field.annotation)))
 
     def nodes(self) -> Iterator[Plugin]:
-        """Iterate over this node and everything nested in it, depth first, each node once.
+        """Iterate over this node and all nodes nested in it, depth first, each node once.
 
-        Shared nodes are not repeated, because the number of their uses can double with each level of nesting.
+        A node that several others share is not repeated: the number of its uses can double with each level of nesting.
         """
         seen: set[int] = set()
         waiting: list[Plugin] = [self]
@@ -93,7 +99,7 @@ class Plugin(BaseModel):
                 waiting += reversed(list(node.nested()))
 
     def nested(self) -> Iterator[Plugin]:
-        """Iterate over the nodes directly inside this one."""
+        """Iterate over the nodes directly inside this node."""
         for name in self.holders():
             value = getattr(self, name)
             for item in value if isinstance(value, tuple) else (value,):

@@ -1,4 +1,4 @@
-"""BSDFs that contain no other BSDF; see `wrappers` for BSDFs that do."""
+"""BSDFs that contain no other BSDF. The module `wrappers` has the BSDFs that contain others."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class BsdfPlugin(Plugin):
 
     @property
     def transmits(self) -> bool:
-        """True if light passes through the surface. One such BSDF describes both sides of the surface."""
+        """True if light passes through the surface. A transmitting BSDF describes both sides of the surface."""
         return False
 
 
@@ -69,13 +69,16 @@ class Conductor(BsdfPlugin):
 
     @property
     def ior(self) -> tuple[Texture | Color, Texture | Color]:
-        """Complex index of refraction, as the pair (``eta``, ``k``): the values of ``material`` if it names a metal."""
+        """Complex index of refraction as a pair: real part ``eta`` and extinction ``k``.
+
+        If ``material`` names a metal, the pair has the values of this metal.
+        """
         metal: Metal | None = METALS.get(self.material)
         return (self.eta, self.k) if metal is None else (metal.eta, metal.k)
 
 
 class Rough(BsdfPlugin):
-    """Base of the microfacet BSDFs whose roughness may differ along tangent and bitangent."""
+    """Base of the microfacet BSDFs whose roughness may differ between tangent and bitangent."""
 
     distribution: Distribution = "beckmann"
     alpha: Roughness = 0.1
@@ -98,7 +101,7 @@ class Rough(BsdfPlugin):
 
     @property
     def alphas(self) -> tuple[Texture | float, Texture | float]:
-        """Roughness as the pair (along the tangent, along the bitangent)."""
+        """Roughness alpha as a pair: along the tangent, and along the bitangent."""
         if self.alpha_u is None or self.alpha_v is None:
             return self.alpha, self.alpha
         return self.alpha_u, self.alpha_v
@@ -121,12 +124,15 @@ class Dielectric(BsdfPlugin):
 
     @property
     def transmits(self) -> bool:
-        """True: light passes through the surface."""
+        """Always True: light passes through the surface."""
         return True
 
 
 class ThinDielectric(Dielectric):
-    """A thin pane of glass as one surface: light passes without deflection, and reflections inside are summed."""
+    """A thin pane of glass, modelled as one surface.
+
+    Light passes without deflection. Repeated reflections inside the pane are summed.
+    """
 
     type: Literal["thindielectric"] = "thindielectric"  # type: ignore[assignment]  # narrows the tag of Dielectric
 
@@ -169,5 +175,5 @@ class Null(BsdfPlugin):
 
     @property
     def transmits(self) -> bool:
-        """True: light passes through the surface."""
+        """Always True: light passes through the surface."""
         return True

@@ -1,4 +1,4 @@
-"""The CIE 1931 standard observer and the standard illuminant D65 (CIE 015:2004, tables 1 and 4), every 5 nm.
+"""The CIE 1931 standard observer and the standard illuminant D65, tabulated every 5 nm (CIE 015:2004, tables 1 and 4).
 
 Columns of `TABLE`: wavelength in nm, the colour matching functions x, y, z, and the relative power of D65.
 """

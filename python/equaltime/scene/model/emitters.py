@@ -1,4 +1,4 @@
-"""Emitters: attached to a shape (area), at a point, from one direction, or all around."""
+"""Emitters: area lights on shapes, point lights, spot lights, directional lights, and environments."""
 
 from __future__ import annotations
 
@@ -59,7 +59,10 @@ class Point(EmitterPlugin):
 
 
 class Spot(EmitterPlugin):
-    """A spot light along +z. Between ``beam_width`` and ``cutoff_angle`` the intensity falls linearly to 0."""
+    """A spot light along +z of local space.
+
+    The intensity falls linearly to 0 between the angles ``beam_width`` and ``cutoff_angle`` from the axis.
+    """
 
     type: Literal["spot"] = "spot"
     intensity: Radiance = (1.0, 1.0, 1.0)
@@ -86,15 +89,15 @@ class Spot(EmitterPlugin):
 
     @property
     def beam(self) -> float:
-        """Angle from the axis, in degrees, at which the intensity begins to fall: ``beam_width`` or its default.
+        """Angle from the axis, in degrees, at which the intensity begins to fall.
 
-        The angle is at most ``cutoff_angle``.
+        The angle is ``beam_width``, by default 3/4 of ``cutoff_angle``. It never exceeds ``cutoff_angle``.
         """
         return 0.75 * self.cutoff_angle if self.beam_width is None else min(self.beam_width, self.cutoff_angle)
 
 
 class Directional(EmitterPlugin):
-    """Parallel light from an infinite distance."""
+    """Parallel light from an infinite distance, in one direction."""
 
     type: Literal["directional"] = "directional"
     irradiance: Radiance = (1.0, 1.0, 1.0)

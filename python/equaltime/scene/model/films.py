@@ -64,14 +64,17 @@ class Mitchell(Plugin):
 
 
 class CatmullRom(Plugin):
-    """The Catmull-Rom filter: the spline of `Mitchell` with B = 0 and C = 1/2, the sharpest of its family."""
+    """The Catmull-Rom filter: the cubic spline of `Mitchell` with its parameters B = 0 and C = 1/2."""
 
     kind: ClassVar[Kind] = "rfilter"
     type: Literal["catmullrom"] = "catmullrom"
 
 
 class Lanczos(Plugin):
-    """A windowed sinc filter with a radius of ``lobes`` pixels; the window is the main lobe of a wider sinc."""
+    """A sinc filter with a radius of ``lobes`` pixels, multiplied by a window.
+
+    The window is the main lobe of a wider sinc.
+    """
 
     kind: ClassVar[Kind] = "rfilter"
     type: Literal["lanczos"] = "lanczos"
@@ -85,7 +88,7 @@ Filter = Annotated[Box | Tent | Gaussian | Mitchell | CatmullRom | Lanczos, Fiel
 class HdrFilm(Plugin):
     """The film: size of the image in pixels, crop window, reconstruction filter and pixel format.
 
-    The name of the output file decides its format, whatever ``file_format`` says.
+    The name of the output file decides the file format; the parameter ``file_format`` has no effect.
     """
 
     kind: ClassVar[Kind] = "film"
@@ -132,7 +135,7 @@ class HdrFilm(Plugin):
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height of the whole film, in pixels."""
+        """Size (width, height) of the whole film, in pixels."""
         return self.width, self.height
 
     @property
@@ -147,7 +150,7 @@ class HdrFilm(Plugin):
 
     @property
     def crop(self) -> tuple[int, int, int, int]:
-        """Crop window in pixels: x, y, width, height. Without a crop window in the scene, the whole film."""
+        """Crop window (x, y, width, height) in pixels. Without a crop window in the scene, it covers the whole film."""
         width = self.width if self.crop_width is None else self.crop_width
         height = self.height if self.crop_height is None else self.crop_height
         return self.crop_offset_x, self.crop_offset_y, width, height

@@ -1,4 +1,7 @@
-"""Integrators: the light or quantity that is computed. The `Strategy` of a render decides how paths are sampled."""
+"""Integrators, which decide what light or quantity is computed.
+
+The `Strategy` of a render decides how paths are sampled.
+"""
 
 from __future__ import annotations
 
@@ -71,7 +74,7 @@ class Path(IntegratorPlugin):
 
 
 class VolPath(Path):
-    """Global illumination with media; in a scene without media the same as `Path`."""
+    """Global illumination with media. In a scene without media, `VolPath` is the same as `Path`."""
 
     type: Literal["volpath"] = "volpath"  # type: ignore[assignment]  # narrows the tag of Path
 
@@ -99,28 +102,31 @@ class Direct(IntegratorPlugin):
 
     @property
     def max_depth(self) -> int:
-        """Longest path, in segments: always 2, for emitted and direct light."""
+        """Longest path, in segments. It is always 2: emitted and direct light."""
         return 2
 
 
 class Depth(IntegratorPlugin):
-    """Distance along the ray to the visible surface, as output ``depth.T``. The image shows emitted light only."""
+    """Distance along the ray to the visible surface, as the output ``depth.T`` beside the image.
+
+    The image shows emitted light only.
+    """
 
     type: Literal["depth"] = "depth"
 
     @property
     def channels(self) -> tuple[tuple[str, str], ...]:
-        """Outputs beside the image, as pairs (name, quantity): only (``depth``, ``depth``)."""
+        """Outputs beside the image, as pairs (name, quantity). The only pair is (``depth``, ``depth``)."""
         return (("depth", "depth"),)
 
     @property
     def hides_emitters(self) -> bool:
-        """False, as in Mitsuba: emitters have a distance, too."""
+        """Always False, as in Mitsuba: emitters have a distance, too."""
         return False
 
     @property
     def max_depth(self) -> int:
-        """Longest path, in segments: always 1, the segment whose length is the distance."""
+        """Longest path, in segments. It is always 1: the segment whose length is the distance."""
         return 1
 
 
@@ -138,24 +144,30 @@ class Containing(IntegratorPlugin):
 
     @property
     def max_depth(self) -> int:
-        """Longest path of the nested integrator, in segments; 1 without one, so that the image shows emitted light."""
+        """Longest path of the nested integrator, in segments.
+
+        Without a nested integrator, the value is 1, and the image shows emitted light only.
+        """
         return self.integrators[0].max_depth if self.integrators else 1
 
     @property
     def hides_emitters(self) -> bool:
-        """True if the nested integrator hides emitters from the camera; False without one."""
+        """True if the nested integrator hides emitters from the camera. False without a nested integrator."""
         return bool(self.integrators) and self.integrators[0].hide_emitters
 
 
 class Moment(Containing):
-    """The image of the nested integrator. The second moment is not added, because every output has standard errors."""
+    """An integrator that renders the image of its nested integrator.
+
+    Mitsuba's outputs of second moments are left out, because every output here has standard errors.
+    """
 
     type: Literal["moment"] = "moment"
     integrators: Annotated[tuple[Light, ...], Field(min_length=1, max_length=1)]
 
 
 class Aov(Containing):
-    """Quantities of the first hit, such as depth and normals, beside the image of a nested integrator."""
+    """An integrator that outputs quantities of the first hit, such as depth, beside its nested integrator's image."""
 
     type: Literal["aov"] = "aov"
     aovs: str

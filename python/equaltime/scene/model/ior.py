@@ -1,4 +1,4 @@
-"""Indices of refraction by Mitsuba's names (measured near 589 nm; mostly Hecht, *Optics*, 4th edition)."""
+"""Indices of refraction by Mitsuba's material names (measured near 589 nm; mostly Hecht, *Optics*, 4th edition)."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ IOR = {
 
 
 def as_ior(value: object) -> object:
-    """Return the index of refraction of a material's name, and any value that is not a string unchanged.
+    """Return the index of refraction of the material named `value`, such as ``water``.
 
-    Raises ValueError for an unknown name.
+    A `value` that is not a string is returned unchanged. Raises ValueError for an unknown name.
     """
     if not isinstance(value, str):
         return value

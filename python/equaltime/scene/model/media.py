@@ -21,7 +21,10 @@ class Isotropic(Plugin):
 
 
 class HenyeyGreenstein(Plugin):
-    """A phase function with the mean cosine ``g``: forward above 0, backward below (Henyey and Greenstein 1941)."""
+    """The phase function of Henyey and Greenstein (1941).
+
+    Its mean cosine is ``g``: above 0, light is scattered mostly forward; below 0, mostly backward.
+    """
 
     kind: ClassVar[Kind] = "phase"
     type: Literal["hg"] = "hg"
@@ -29,7 +32,10 @@ class HenyeyGreenstein(Plugin):
 
 
 class Rayleigh(Plugin):
-    """The phase function 3/(16 pi) (1 + cos^2), for particles much smaller than the wavelength, such as air."""
+    """The Rayleigh phase function, for particles much smaller than the wavelength, such as air.
+
+    At the scattering angle t, its value is 3/(16 pi) (1 + cos^2 t).
+    """
 
     kind: ClassVar[Kind] = "phase"
     type: Literal["rayleigh"] = "rayleigh"

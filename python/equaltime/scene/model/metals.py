@@ -1,9 +1,9 @@
 """Metals by Mitsuba's names: their complex index of refraction in linear sRGB.
 
 The measurements come from luxpop.com's collection (*SOPRA*; names that end in ``_palik``: Palik, *Handbook of Optical
-Constants of Solids*), as distributed with Mitsuba. A colour is the integral of the curve, linear between its points,
-against the CIE 1931 observer. The illuminant is of equal energy, not D65 as for reflectances. Negative channels
-(outside the gamut) become zero, as in Mitsuba 3's RGB mode.
+Constants of Solids*), as distributed with Mitsuba. Each measured curve is linear between its points. It is integrated
+against the CIE 1931 observer under an illuminant of equal energy; curves of reflectance are integrated under D65
+instead. Negative channels (outside the gamut) become zero, as in Mitsuba 3's RGB mode.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ class Metal(NamedTuple):
 
 
 def as_metal(value: object) -> object:
-    """Return the name of a metal, or ``none``, in its proper case: ``Au`` for ``au``.
+    """Return the name of a metal in its proper case: ``Au`` for ``au``. The name ``none`` is allowed, too.
 
-    Values that are not strings are returned unchanged. Raises ValueError for an unknown name.
+    A `value` that is not a string is returned unchanged. Raises ValueError for an unknown name.
     """
     if not isinstance(value, str) or value in METALS:
         return value

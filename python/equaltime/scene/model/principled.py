@@ -54,8 +54,8 @@ class Principled(BsdfPlugin):
     def ior(self) -> float:
         """Index of refraction of the interior relative to the exterior, from ``eta`` or ``specular``.
 
-        Glass needs an index other than 1. As in Mitsuba, an ``eta`` of 1 counts as 1.001, and a ``specular`` of 0 as
-        0.001.
+        Glass needs an index other than 1. As in Mitsuba, an ``eta`` of 1 therefore counts as 1.001, and a ``specular``
+        of 0 as 0.001.
         """
         if self.eta is not None:
             return 1.001 if self.transmits and self.eta == 1.0 else self.eta
@@ -64,5 +64,5 @@ class Principled(BsdfPlugin):
 
     @property
     def transmits(self) -> bool:
-        """True if any part of the surface may be glass: ``spec_trans`` is a texture or above 0."""
+        """True if any point of the surface may be glass: ``spec_trans`` is a texture, or a number above 0."""
         return self.spec_trans != 0.0

@@ -1,4 +1,4 @@
-"""The whole scene as one value."""
+"""Root node of the scene model, which holds the whole scene."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cameras, with film and sampler, and the samplers."""
+"""Cameras and samplers. A camera contains its film and its sampler."""
 
 from __future__ import annotations
 
@@ -26,7 +26,10 @@ MOST_SAMPLES = 2**32
 
 
 class SamplerPlugin(Plugin):
-    """Base of the samplers, which set the default number of samples. The `Strategy` decides the random numbers."""
+    """Base of the samplers, which set the default number of samples per pixel.
+
+    The `Strategy` of a render, not the sampler, decides which random numbers are used.
+    """
 
     kind: ClassVar[Kind] = "sampler"
     hints: ClassVar[frozenset[str]] = frozenset({"sample_count", "seed", "type"})
@@ -173,7 +176,7 @@ class Perspective(Projective):
 
 
 class ThinLens(Projective):
-    """A thin-lens camera with a round or polygonal aperture, in focus at one distance."""
+    """A thin-lens camera with a round or polygonal aperture. One distance is in focus."""
 
     type: Literal["thinlens"] = "thinlens"
     aperture_radius: NonNegativeFloat
@@ -193,7 +196,10 @@ class ThinLens(Projective):
 
     @property
     def focus(self) -> float:
-        """Distance of the plane in focus: ``focus_distance``, or else ``far_clip``, or else 10000 as in Mitsuba."""
+        """Distance of the plane in focus, measured along the camera's axis.
+
+        The distance is ``focus_distance``, or else ``far_clip``, or else 10000 as in Mitsuba.
+        """
         return self.focus_distance or self.far_clip or 1e4
 
 

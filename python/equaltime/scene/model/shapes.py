@@ -56,7 +56,7 @@ class Solid(ShapePlugin):
 
 
 class Faceted(Solid):
-    """Base of the shapes whose faces are flat."""
+    """Base of the analytic shapes whose faces are flat."""
 
     face_normals: bool = False
     """Without effect: the faces are always flat."""
@@ -83,7 +83,7 @@ class Cube(Faceted):
 
 
 class Sphere(Solid):
-    """A sphere, facing outwards; a reflection in ``to_world`` makes the sphere face inwards, as in Mitsuba."""
+    """A sphere, facing outwards. If ``to_world`` reflects, the sphere faces inwards, as in Mitsuba."""
 
     type: Literal["sphere"] = "sphere"
     center: Vec3 = (0.0, 0.0, 0.0)
@@ -100,14 +100,14 @@ class Sphere(Solid):
 
     @property
     def is_stretched(self) -> bool:
-        """True if ``to_world`` scales unevenly or shears; the shape stays a sphere with `world_radius`."""
+        """True if ``to_world`` scales unevenly or shears. The shape stays a sphere, with radius `world_radius`."""
         return any(linear_scale(matrix) is None for matrix in poses(self.to_world))
 
     @property
     def world_radius(self) -> float:
-        """Radius in world space, at the first key of an animation.
+        """Radius of the sphere in world space. For an animated sphere, the radius at the first key.
 
-        For a stretched sphere, this is the radius along x, as in Mitsuba.
+        If ``to_world`` scales unevenly or shears, lengths along x set the radius, as in Mitsuba.
         """
         matrix = poses(self.to_world)[0]
         return self.radius * (linear_scale(matrix) or math.hypot(*(row[0] for row in matrix[:3])))
@@ -149,7 +149,7 @@ class Cylinder(Solid):
 
     @property
     def world_radius(self) -> float:
-        """Radius in world space, at the first key of an animation."""
+        """Radius of the cylinder in world space. For an animated cylinder, the radius at the first key."""
         return (self._scale or 1.0) * self.radius  # never None: the model refuses such a cylinder
 
 
@@ -196,7 +196,7 @@ class Gltf(MeshFile):
 
 
 class ShapeGroup(Plugin):
-    """A group of shapes, which are visible only where an `Instance` places the group."""
+    """A group of shapes. The shapes are visible only through an `Instance` of the group."""
 
     kind: ClassVar[Kind] = "shape"
     roles: ClassVar[Mapping[Kind, str]] = {"shape": "shapes"}

@@ -1,8 +1,8 @@
 """Spectra, which vary with wavelength, and their colours in linear sRGB.
 
-A curve is integrated against the CIE 1931 observer. A reflectance, or any other factor, is first multiplied by D65;
-emission is not. The integral is a sum over 1000 wavelengths, as in Mitsuba 3's RGB mode. Negative channels (outside the
-gamut) become zero.
+The colour of a curve is its integral against the CIE 1931 observer. A reflectance, or any other factor, is multiplied
+by the illuminant D65 before the integration; emission is not multiplied. The integral is a sum over 1000 wavelengths,
+as in Mitsuba 3's RGB mode. Negative channels (outside the gamut) become zero.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ XYZ_TO_SRGB: Final = np.array(
 
 @dataclass(frozen=True, slots=True)
 class Spectrum:
-    """A spectrum with the same value at every wavelength: grey as a reflectance, slightly red as emission."""
+    """A spectrum with the same value at every wavelength. As a reflectance it is grey, as emission slightly red."""
 
     value: float
 
@@ -59,12 +59,12 @@ class Curve:
 
     @property
     def emission(self) -> Color:
-        """Colour of light with this spectrum, in linear sRGB."""
+        """Colour of emitted light with this spectrum, in linear sRGB."""
         return self._color(under_d65=False)
 
     @property
     def reflectance(self) -> Color:
-        """Colour, in linear sRGB, of a surface under D65 with this spectrum as reflectance or other factor."""
+        """Colour, in linear sRGB, of a surface that is lit by D65 and has this curve as its reflectance."""
         return self._color(under_d65=True)
 
     def _color(self, *, under_d65: bool) -> Color:

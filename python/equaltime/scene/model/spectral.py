@@ -1,6 +1,6 @@
-"""Mitsuba's spectra as plugins, and Mitsuba's constant volume.
+"""Plugins for Mitsuba's spectra, and for Mitsuba's constant volume.
 
-These plugins do not stay in a model: each becomes a colour when the scene is read.
+A scene that was read contains none of these plugins: each has been replaced by its colour.
 """
 
 from __future__ import annotations
@@ -38,12 +38,15 @@ class SpectrumPlugin(Plugin):
 
     @property
     def meaning(self) -> Color | Curve:
-        """Value of the spectrum: a colour, or a curve. A curve has different colours as emission and as reflectance."""
+        """Value of the spectrum: a colour in linear sRGB, or a curve over wavelengths.
+
+        A curve has one colour as emission and another colour as reflectance.
+        """
         raise NotImplementedError
 
 
 class Uniform(SpectrumPlugin):
-    """A spectrum with one value for all wavelengths: in RGB, the same value in all channels."""
+    """A spectrum with one value for all wavelengths. As a colour, it has the same value in all channels."""
 
     type: Literal["uniform"] = "uniform"
     value: float = 1.0
@@ -62,7 +65,7 @@ class RawConstant(SpectrumPlugin):
 
     @property
     def meaning(self) -> Color:
-        """Colour ``value``, unchanged."""
+        """Colour given by ``value``, unchanged."""
         return self.value
 
 
@@ -74,7 +77,7 @@ class Srgb(SpectrumPlugin):
 
     @property
     def meaning(self) -> Color:
-        """Colour ``color``, unchanged."""
+        """Colour given by ``color``, unchanged."""
         return self.color
 
 
@@ -87,7 +90,7 @@ class D65(SpectrumPlugin):
 
     @property
     def meaning(self) -> Color:
-        """Product of ``scale`` and ``color``, because D65 is white in sRGB."""
+        """Colour ``scale`` times ``color``. The illuminant itself has the factor 1, because D65 is white in sRGB."""
         red, green, blue = self.color
         return self.scale * red, self.scale * green, self.scale * blue
 
@@ -172,5 +175,5 @@ class ConstVolume(SpectrumPlugin):
 
     @property
     def meaning(self) -> Color:
-        """Colour ``value``, unchanged."""
+        """Colour given by ``value``, unchanged."""
         return self.value

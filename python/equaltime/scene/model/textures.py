@@ -1,7 +1,7 @@
 """Textures, which vary over a surface, and the types of parameters that accept a texture.
 
-A parameter of such a type, for example ``ReflectanceTexture``, holds either a constant (a colour or a number) or the
-node of a texture.
+A parameter that accepts a texture, such as one of type ``ReflectanceTexture``, holds either a constant (a colour or a
+number) or a node of a texture.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ FARTHEST_UV: Final = 2.0**24
 
 
 class OnUv(TexturePlugin):
-    """Base of the textures that are looked up by the texture coordinates (u, v)."""
+    """Base of the textures that are evaluated at texture coordinates (u, v)."""
 
     to_uv: Transform = IDENTITY
     """Transform (4, 4) of the texture coordinates before the lookup; see `uv_rows` for the entries that are used."""
@@ -97,7 +97,8 @@ class Bitmap(OnUv):
 class Checkerboard(OnUv):
     """A checkerboard of two colours, in squares with sides of half a unit of u and v.
 
-    For a parameter of one number (such as weight, opacity or roughness), the colours are exchanged, as in Mitsuba 3.
+    If the checkerboard sets a single number (such as weight, opacity or roughness), its two colours are exchanged, as
+    in Mitsuba 3.
     """
 
     type: Literal["checkerboard"] = "checkerboard"
@@ -112,7 +113,7 @@ def _of_vertices_or_faces(name: str) -> str:
 
 
 class MeshAttribute(TexturePlugin):
-    """A mesh attribute as a texture, such as a colour: per vertex (interpolated) or per face."""
+    """A texture that reads an attribute of a mesh, such as a colour: per vertex (interpolated) or per face."""
 
     type: Literal["mesh_attribute"] = "mesh_attribute"
     name: Annotated[str, AfterValidator(_of_vertices_or_faces)]

@@ -1,7 +1,7 @@
 """Types of parameters (vectors, colours, transforms), with the validators that convert or refuse a user's values.
 
-Each validator accepts anything that a user may reasonably write. The results are floats or nested tuples of floats, so
-that nodes stay hashable and comparable.
+Each validator accepts every usual way to write a value. Results are floats or nested tuples of floats, so that nodes
+stay hashable and comparable.
 """
 
 from __future__ import annotations
@@ -111,9 +111,10 @@ def _not_negative(color: Color) -> Color:
 
 
 def as_reflectance(value: object) -> Color:
-    """Return a number, three numbers or a spectrum as factors in [0, 1] per channel; raises ValueError otherwise.
+    """Return `value` as three factors in [0, 1], for red, green and blue.
 
-    A spectral curve whose sRGB channels exceed 1 is cut to 1, as in Mitsuba: saturated colours may lie outside of sRGB.
+    The `value` is one number, three numbers or a spectrum; anything else raises ValueError. A spectral curve whose sRGB
+    channels exceed 1 is cut to 1, as in Mitsuba: saturated colours may lie outside of sRGB.
     """
     red, green, blue = _finite(_as_color(value))
     if isinstance(value, Curve):
@@ -122,17 +123,23 @@ def as_reflectance(value: object) -> Color:
 
 
 def as_coefficient(value: object) -> Color:
-    """Return a number, three numbers or a spectrum as non-negative numbers per channel; raises ValueError otherwise."""
+    """Return `value` as three non-negative numbers, for red, green and blue.
+
+    The `value` is one number, three numbers or a spectrum; anything else raises ValueError.
+    """
     return _not_negative(_finite(_as_color(value)))
 
 
 def as_radiance(value: object) -> Color:
-    """Return a number, three numbers or a spectrum as emission per channel; raises ValueError otherwise."""
+    """Return `value` as emission in linear sRGB: three non-negative numbers.
+
+    The `value` is one number, three numbers or a spectrum; anything else raises ValueError.
+    """
     return _not_negative(_finite(_as_radiance(value)))
 
 
 def as_number(value: object) -> float:
-    """Return a number unchanged, and a colour or spectrum as its mean over the channels, as in Mitsuba.
+    """Return `value` as one number. A colour or spectrum becomes the mean of its channels, as in Mitsuba.
 
     Raises ValueError for anything else, and for numbers that are not finite.
     """
@@ -141,21 +148,22 @@ def as_number(value: object) -> float:
 
 
 def as_lower(value: object) -> object:
-    """Return a string in lower case, and anything else unchanged."""
+    """Return a string in lower case. A `value` that is not a string is returned unchanged."""
     return value.lower() if isinstance(value, str) else value
 
 
 def as_share(value: object) -> float:
-    """Return `value` as one number (see `as_number`); raises ValueError if the number is outside [0, 1]."""
+    """Return `value` as one number (see `as_number`). Raises ValueError if the number is outside [0, 1]."""
     if not 0.0 <= (number := as_number(value)) <= 1.0:
         raise ValueError("must lie in [0, 1]")
     return number
 
 
 def as_weight(value: object) -> float:
-    """Return `value` as one number in [0, 1]. Plain numbers are clamped, as in Mitsuba.
+    """Return `value` as one number in [0, 1] (see `as_number`).
 
-    Raises ValueError for other values outside [0, 1].
+    A single number or a uniform spectrum is clamped to [0, 1], as in Mitsuba. A colour or a curve raises ValueError if
+    its mean is outside.
     """
     if isinstance(value, Real | Spectrum):
         return min(max(as_number(value), 0.0), 1.0)
@@ -195,12 +203,15 @@ def _rigid(matrix: Matrix) -> Matrix:
 
 
 def as_array(matrix: Matrix) -> NDArray[np.float64]:
-    """Return the transform as a (4, 4) array that maps column vectors from local to world space."""
+    """Return a transform as an array (4, 4) that maps column vectors from local to world space."""
     return np.array(matrix, dtype=np.float64)
 
 
 def linear_scale(matrix: Matrix) -> float | None:
-    """Return the factor by which a transform scales all lengths, or None if the factor depends on the direction."""
+    """Return the factor by which a transform scales all lengths.
+
+    Returns None if the factor depends on the direction, up to the tolerance `SHAPE_TOLERANCE`.
+    """
     linear = as_array(matrix)[:3, :3]
     largest = float(np.abs(linear).max()) or 1.0  # so that squares neither overflow nor vanish
     gram = (linear / largest).T @ (linear / largest)
@@ -214,7 +225,8 @@ def without_shear(matrix: Matrix, about: Sequence[float] = (0.0, 0.0, 0.0)) -> N
     """Return a transform as an array (4, 4), with small shear removed.
 
     A rotation written with four digits has such shear, but shapes that are sampled in closed form must have none. A
-    transform that is no similarity up to `SHAPE_TOLERANCE` is returned unchanged. The image of the point `about` stays.
+    transform with larger shear or uneven scale (see `SHAPE_TOLERANCE`) is returned unchanged. The corrected transform
+    maps the point `about` as before.
     """
     result, scale = as_array(matrix), linear_scale(matrix)
     if scale is None:
@@ -246,7 +258,7 @@ def scale_across(matrix: Matrix, axis: Sequence[float]) -> float | None:
 
 
 def mirrors(matrix: NDArray[np.float64]) -> bool:
-    """Tell whether a transform (4, 4) is a reflection: its determinant is negative."""
+    """Tell whether a transform (4, 4) contains a reflection: True if its determinant is negative."""
     return _volume(matrix.tolist()) < 0.0
 
 

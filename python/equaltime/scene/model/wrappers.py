@@ -1,4 +1,4 @@
-"""BSDFs that contain other BSDFs (two-sided, blended, masked, bumped), and the type of any BSDF."""
+"""BSDFs that contain other BSDFs (two-sided, blended, masked, bumped), and the type `Bsdf` of all BSDFs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ __all__ = ["BlendBsdf", "Bsdf", "BumpMap", "Mask", "NormalMap", "TwoSided"]
 
 
 class TwoSided(BsdfPlugin):
-    """One opaque BSDF on both sides of a surface, or two on the front and the back side."""
+    """One opaque BSDF on both sides of a surface, or one BSDF for the front and one for the back."""
 
     type: Literal["twosided"] = "twosided"
     bsdf: Annotated[tuple[Bsdf, ...], Field(min_length=1, max_length=2)]
@@ -64,7 +64,7 @@ class BlendBsdf(BsdfPlugin):
 
 
 class Mask(BsdfPlugin):
-    """A BSDF with an opacity: the rest of the light passes as if the surface did not exist."""
+    """A BSDF with an opacity in [0, 1]. The remaining share of the light passes as if the surface did not exist."""
 
     type: Literal["mask"] = "mask"
     opacity: WeightTexture = 0.5
@@ -76,7 +76,7 @@ class Mask(BsdfPlugin):
 
     @property
     def transmits(self) -> bool:
-        """True: light passes through the holes."""
+        """Always True: light passes through the holes."""
         return True
 
 
@@ -110,7 +110,10 @@ class BumpMap(Bent):
 
 
 class NormalMap(Bent):
-    """A BSDF whose shading normals come from a texture: the colour of a normal n in tangent space is (n + 1) / 2."""
+    """A BSDF whose shading normals come from a texture.
+
+    A normal n in tangent space is stored as the colour (n + 1) / 2.
+    """
 
     type: Literal["normalmap"] = "normalmap"
     normalmap: Texture
