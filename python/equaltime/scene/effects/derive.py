@@ -1,4 +1,4 @@
-"""Finds the effects that a scene uses, and the elements of the scene that use each effect."""
+"""Finds the effects (features such as lens or media) that a scene uses, and the objects that use each effect."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["Reason", "derive"]
 
 @dataclass(frozen=True)
 class Reason:
-    """An element that uses an effect."""
+    """An object of the scene that uses an effect, such as a BSDF, with its position in the scene file."""
 
     place: str
     """Place of the element: ``file:line`` or ``file: key.path``; empty for a scene made in memory."""
@@ -29,10 +29,10 @@ class Reason:
 
 
 def derive(scene: Scene) -> Mapping[str, tuple[Reason, ...]]:
-    """Return the effects that a scene uses, by name, each with the elements that use the effect.
+    """Return the effects that a scene uses: a mapping from the name of an effect to the objects that use the effect.
 
-    An effect without such an element has the whole scene as its reason. Elements that change nothing in the image are
-    left out (`equaltime.scene.inert`). Raises SceneError if the core cannot use the scene.
+    If no single object uses an effect, the mapping names the scene as a whole. Objects that change nothing in the image
+    are left out (see `equaltime.scene.inert`). Raises SceneError if the core cannot use the scene.
     """
     nodes = list(_nodes(scene))
     called = {name: kind_of(name) for name, used in scene.core.effects().items() if used}

@@ -1,7 +1,8 @@
-"""The effects by name: title, elements of a scene that use the effect, and stand-in for the effect if left out.
+"""Table of the effects (features of scenes such as lens or media), by name.
 
-The core chooses its kernels by effects (`_core.Scene.effects`), and decides whether a scene uses each of these effects.
-The other effects, which have no code of their own in a kernel, are found by `derive`.
+An entry has a title, a test for objects that use the effect, and the stand-in that replaces the effect if it is left
+out. The core chooses its kernels by effects (`_core.Scene.effects`), and decides whether a scene uses each of these
+effects. The other effects, which have no code of their own in a kernel, are found by `derive`.
 """
 
 from __future__ import annotations
@@ -55,7 +56,10 @@ __all__ = ["KINDS", "Kind", "kind_of"]
 
 @dataclass(frozen=True)
 class Kind:
-    """Description of an effect, independent of any scene."""
+    """Description of an effect (a feature of scenes, such as media): name, title, users and stand-in.
+
+    The description is independent of any scene.
+    """
 
     name: str
     title: str
@@ -132,5 +136,8 @@ KINDS: Final[Mapping[str, Kind]] = {
 
 
 def kind_of(name: str) -> Kind:
-    """Return the description of the effect `name`; for an effect that only the core knows, it matches no node."""
+    """Return the description of the effect `name`.
+
+    An effect that only the core knows gets a description whose test matches no object of a scene.
+    """
     return KINDS.get(name) or Kind(name, name.replace("_", " "), lambda _: False)

@@ -1,6 +1,6 @@
-"""Leaves effects out of a scene: each effect is replaced by a simpler stand-in.
+"""Leaves effects (features such as lens or media) out of a scene: a simpler stand-in replaces each effect.
 
-The image is then biased, and the record of the render names the effects that were left out.
+The image is then biased, and its result names the effects that were left out.
 
 Bitmaps and checkerboards become their means. Normal and bump maps are dropped. Masks become opaque, the environment
 black, a thin lens a pinhole, and media a vacuum. Moving objects stand where they are at the centre of the shutter's
@@ -56,10 +56,10 @@ Change = Callable[[Plugin], Plugin]
 
 
 def parse_names(names: Iterable[str]) -> dict[str, int | None]:
-    """Return the named effects as a dictionary from name to depth: K for ``long_paths=K``, None for other effects.
+    """Parse names of effects to leave out: return a dictionary from each name to a depth, or to None.
 
-    ``long_paths`` without a depth gets `SHORTEST`. Raises `EffectError` for an unknown effect, or for one that cannot
-    be left out.
+    ``long_paths=K`` gives the depth K in segments, and ``long_paths`` alone gives `SHORTEST`. All other effects give
+    None. Raises `EffectError` for an unknown effect, or for an effect that cannot be left out.
     """
     read: dict[str, int | None] = {}
     for text in names:
@@ -99,7 +99,7 @@ def leave_out(scene: Scene, strategy: Strategy, names: Iterable[str]) -> tuple[S
 def can_leave_out(scene: Scene, strategy: Strategy, name: str) -> bool:
     """Tell whether leaving out the effect `name` changes the scene or the strategy.
 
-    Raises `EffectError` for an unknown effect, or for one that cannot be left out of any scene.
+    Raises `EffectError` for an unknown effect, or for an effect that cannot be left out of any scene.
     """
     other, shorter = leave_out(scene, strategy, (name,))
     return other is not scene or shorter != strategy

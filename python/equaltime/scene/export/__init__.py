@@ -1,8 +1,8 @@
 """Export of scenes: as a dictionary, as TOML, or as XML for Mitsuba 3.
 
-`plain` turns a model into nested dictionaries with Mitsuba's names. `toml_writer` and `xml_writer` turn such a
-dictionary into text. `portable` writes the contents of a glTF file as separate files. `files` names and places files.
-`convert` combines all steps.
+`plain` converts a scene model to nested dictionaries with Mitsuba's names. `toml_writer` and `xml_writer` convert such
+a dictionary to text. `portable` writes the contents of a glTF file as separate files. `files` names files and writes
+new files. `convert` combines all steps.
 """
 
 from __future__ import annotations

@@ -26,9 +26,10 @@ FORMATS: Final[dict[str, Callable[[Mapping[str, Any]], str]]] = {".toml": write_
 def convert(model: SceneModel, assets: Assets, file: Path, *, copy: bool = False) -> tuple[Path, ...]:
     """Write the scene to the new file `file`, and return all files that were written, `file` first.
 
-    The suffix of `file` decides the format; see `FORMATS`. Meshes and images are named relative to `file`. With `copy`,
-    they are copied into a folder beside `file` first. For XML, or with `copy`, meshes and bitmaps of glTF files, and
-    parts of OBJ files, become separate files in that folder. TOML without `copy` names glTF files directly.
+    The suffix of `file` decides the format; see `FORMATS`. The written scene names meshes and images relative to
+    `file`. With `copy`, meshes and images are copied into a folder beside `file` first. For XML, or with `copy`, meshes
+    and bitmaps of glTF files become separate files in that folder, and so do parts of OBJ files. TOML without `copy`
+    names glTF files directly.
 
     Raises SceneError for an unknown format or if `file` exists. Raises ValueError if a file of the scene is missing.
     """

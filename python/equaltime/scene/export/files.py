@@ -1,4 +1,4 @@
-"""Meshes and images of an exported scene: names of existing files, and new files beside the scene.
+"""Files of an exported scene: relative names of existing meshes and images, and new files in a folder of the scene.
 
 No file is overwritten.
 """
@@ -26,7 +26,10 @@ TYPES: Final = {"<f4": "float", "<f8": "double"}
 
 
 def relative(path: Path, to: Path) -> str:
-    """Return `path` relative to the folder `to`, with forward slashes; an absolute path if on another drive."""
+    """Return `path` relative to the folder `to`, with forward slashes.
+
+    If the two are on different drives, the absolute path is returned.
+    """
     try:
         return Path(os.path.relpath(path.resolve(), to.resolve())).as_posix()
     except ValueError:
@@ -34,7 +37,10 @@ def relative(path: Path, to: Path) -> str:
 
 
 class Folder:
-    """The folder for meshes and images of an exported scene, created together with the first file in it."""
+    """Folder for the meshes and images of an exported scene.
+
+    The folder is created together with the first file in it.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -42,13 +48,17 @@ class Folder:
         self._tidied = False
 
     def copy(self, file: Path) -> Path:
-        """Copy `file` into this folder and return the path of the copy; an identical file is reused."""
+        """Copy `file` into this folder and return the path of the copy.
+
+        If the folder has an identical file with this name, that file is used instead.
+        """
         return self.put(file.name, lambda target: shutil.copyfile(file, target))
 
     def put(self, name: str, write: Callable[[Path], object]) -> Path:
-        """Create a file in this folder by calling `write` with a temporary path; return the path of the file.
+        """Create a file in this folder and return its path.
 
-        The file is called `name`, or gets a number if the name is taken. A file with the same content is reused.
+        The function `write` writes the content to a temporary path. The file is called `name`, or `name` with a number
+        if this name is taken. If a file with one of these names has the same content, that file is used instead.
         """
         self.path.mkdir(parents=True, exist_ok=True)
         try:
@@ -88,8 +98,8 @@ def write_ply(
 ) -> None:
     """Write a mesh as a binary PLY file, without loss of precision.
 
-    Shapes: `vertices` and `normals` (N, 3), `uvs` (N, 2), `faces` (M, 3). The `attributes` of vertices have Mitsuba's
-    names, such as ``vertex_color``, and shapes (N, 1) or (N, 3).
+    Shapes of the arrays: `vertices` and `normals` (N, 3), `uvs` (N, 2), `faces` (M, 3). The `attributes` of vertices
+    have Mitsuba's names, such as ``vertex_color``, and shapes (N, 1) or (N, 3).
     """
     columns = {
         **dict(zip("xyz", vertices.T, strict=True)),

@@ -1,8 +1,8 @@
-"""A model as nested dictionaries with Mitsuba's names: valid JSON, and the same scene when read again.
+"""Converts a scene model to nested dictionaries with Mitsuba's names.
 
-A colour is ``{"type": "rgb", "value": [r, g, b]}``, a reference ``{"type": "ref", "id": name}``. A transform is a
-nested list, which `with_transforms` replaces by Mitsuba's own type. ``mitsuba.load_dict`` accepts all other values
-unchanged.
+The dictionaries are valid JSON; read again, they give the same scene. For example, a colour is ``{"type": "rgb",
+"value": [r, g, b]}``, and a reference is ``{"type": "ref", "id": name}``. A transform is a nested list, which
+`with_transforms` replaces by Mitsuba's own type. ``mitsuba.load_dict`` accepts all other values unchanged.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ RESERVED: Final = frozenset({"type", "id", "default", "include", "path", "alias"
 
 
 def scene_dict(model: SceneModel, name_file: Callable[[str], str]) -> Dict:
-    """Return the scene `model` as a dictionary.
+    """Return the scene `model` as a nested dictionary.
 
-    `name_file` maps a file name of the model to the file name in the dictionary.
+    `name_file` is called with each file name in the model, and returns the file name for the dictionary.
     """
     writer = PlainWriter(name_file)
     parts: list[tuple[str, Plugin]] = [("integrator", model.integrator), ("sensor", model.sensor)]
@@ -41,9 +41,9 @@ def scene_dict(model: SceneModel, name_file: Callable[[str], str]) -> Dict:
 
 
 def with_transforms(node: Mapping[str, Any], transform: Callable[[list[list[float]]], Any]) -> Dict:
-    """Return a copy of the dictionary `node` with `transform` applied to the nested list of every transform.
+    """Return a copy of the dictionary `node` in which `transform` was applied to every transform.
 
-    An example of `transform` is ``mitsuba.ScalarTransform4f``.
+    The function `transform` takes a nested list (4, 4); an example is ``mitsuba.ScalarTransform4f``.
     """
     return {
         key: transform(value)
@@ -56,7 +56,11 @@ def with_transforms(node: Mapping[str, Any], transform: Callable[[list[list[floa
 
 
 class PlainWriter:
-    """Turns nodes into dictionaries. Nested nodes with a name are written once, into `shared`, and referenced."""
+    """Converter of scene nodes to dictionaries.
+
+    Nested BSDFs, textures and media with a name are written once, into the dictionary `shared`, and so are shape
+    groups. References replace them elsewhere.
+    """
 
     def __init__(self, name_file: Callable[[str], str]) -> None:
         self._name_file = name_file
@@ -65,9 +69,9 @@ class PlainWriter:
         self.shared: Dict = {}
 
     def unique(self, name: str) -> str:
-        """Return `name` or, if taken, `name` with a number; the result is then taken.
+        """Return an unused name for an object: `name`, or `name` with a number if `name` is used.
 
-        Dots become underscores, because Mitsuba separates keys by dots.
+        The returned name then counts as used. Dots become underscores, because Mitsuba separates keys by dots.
         """
         unique = plain = name.replace(".", "_") or "unnamed"
         number = 1
@@ -78,7 +82,7 @@ class PlainWriter:
         return unique
 
     def node(self, plugin: Plugin) -> Dict:
-        """Return the dictionary of a node: its type, and the parameters that the scene sets.
+        """Return a node as a dictionary of its type and of the parameters that the scene sets.
 
         Other parameters are left out, because they have the same default in Mitsuba; see `ALWAYS` for exceptions.
         """
@@ -95,7 +99,7 @@ class PlainWriter:
         return result
 
     def share(self, plugin: Plugin, name: str) -> Dict:
-        """Return a reference to a node, which is written into `shared` under `name` or a similar name.
+        """Write a node into `shared`, under `name` or a similar name, and return a reference to it.
 
         Nodes that differ only in their names are written once.
         """

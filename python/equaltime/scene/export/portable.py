@@ -1,4 +1,4 @@
-"""Writes meshes and bitmaps that are inside other files as separate files, so that any renderer can read them."""
+"""Writes meshes and bitmaps inside glTF and OBJ files as separate files, which any renderer can read."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FORMATS = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "
 def portable(model: SceneModel, assets: Assets, folder: Folder) -> SceneModel:
     """Write meshes and bitmaps of glTF files, and parts of OBJ files, as separate files into `folder`.
 
-    Return `model` with the names of the new files.
+    Return a copy of `model` with the names of the new files; `model` itself if nothing had to be written.
     """
     return _Unpacker(assets, folder).node(model)
 

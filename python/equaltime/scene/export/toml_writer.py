@@ -1,4 +1,4 @@
-"""Turns a scene's dictionary into TOML, with one table for each object at the top level."""
+"""Converts the dictionary of a scene to TOML, with one table for each object at the top level."""
 
 from __future__ import annotations
 

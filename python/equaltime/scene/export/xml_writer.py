@@ -1,4 +1,4 @@
-"""Turns a scene's dictionary into Mitsuba 3's XML."""
+"""Converts the dictionary of a scene to Mitsuba 3's XML."""
 
 from __future__ import annotations
 

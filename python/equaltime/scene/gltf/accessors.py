@@ -1,4 +1,4 @@
-"""Accessors: typed arrays in the bytes of a glTF file, interleaved or not, with sparse corrections."""
+"""Reads accessors, the typed arrays of a glTF file: interleaved or not, with or without sparse corrections."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ MOST_ZEROS: Final = 1 << 19
 
 
 def floats(document: Document, index: int, *types: str) -> NDArray[np.float64]:
-    """Return the values (count, components) of accessor `index`; normalised integers become [0, 1] or [-1, 1].
+    """Return the values of accessor `index` as floats (count, components).
 
-    Raises `Malformed` if the data is not in the file, or if the accessor's type is not in `types`, such as ``VEC3``.
+    Normalised integers become numbers in [0, 1] or [-1, 1]. Raises `Malformed` if the data is not in the file, or if
+    the accessor's type, such as ``VEC3``, is not in `types`.
     """
     accessor = document.gltf.accessors[index]
     values = _values(document, index, types)
@@ -32,9 +33,9 @@ def floats(document: Document, index: int, *types: str) -> NDArray[np.float64]:
 
 
 def integers(document: Document, index: int, *types: str) -> NDArray[np.uint32]:
-    """Return the values (count, components) of accessor `index`, which must be unsigned integers.
+    """Return the values of accessor `index`, which must be unsigned integers, as an array (count, components).
 
-    Raises `Malformed` if the data is not in the file, or if the accessor's type is not in `types`, such as ``SCALAR``.
+    Raises `Malformed` if the data is not in the file, or if the accessor's type, such as ``SCALAR``, is not in `types`.
     """
     values = _values(document, index, types)
     if values.dtype.kind != "u":

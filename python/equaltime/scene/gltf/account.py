@@ -1,7 +1,8 @@
-"""Notes the properties of a glTF file that are not used, except properties that do not affect the picture.
+"""Finds the properties of a glTF file that are not used, and notes them for the user.
 
-The schema lists the properties that are read. A walk through the file along the schema finds all other properties. The
-walk also collects all indices, and so finds items of lists that no index refers to.
+Properties that do not affect the picture are not noted. The schema lists the properties that are read. A walk through
+the file along the schema finds all other properties. The walk also collects all indices, and so finds items of lists
+that no index refers to.
 """
 
 from __future__ import annotations
@@ -36,9 +37,9 @@ LISTS: Final = (
 
 
 def check_account(document: Document) -> None:
-    """Note in `document` all that this reader ignores: properties, vertex attributes, and items that nothing refers to.
+    """Add notes to `document` on everything that is not used: properties, vertex attributes, unreferenced list items.
 
-    Ignored properties of the same name share one note.
+    Unused properties of the same name share one note.
     """
     referred: set[tuple[str, int]] = set()
     for rule, value, place in walk(DOCUMENT, document.json):

@@ -1,4 +1,4 @@
-"""Animations of a glTF file: transforms of its nodes and deformations of its meshes while a shutter is open."""
+"""Animations of a glTF file: transforms of nodes and deformations of meshes while the shutter is open."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def _slerp(a: Array, b: Array, u: float) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Clip:
-    """The part of an animation during which the shutter is open."""
+    """The section of a glTF animation during which the shutter is open."""
 
     times: tuple[float, ...]
     """Times at which transforms are evaluated, in seconds, from opening to closing of the shutter."""
@@ -79,21 +79,25 @@ class Clip:
     _channels: dict[tuple[int, str], _Channel]
 
     def fields(self, node: int, time: float) -> dict[str, Array]:
-        """Return the animated properties of a node at a time, in seconds.
+        """Return the animated properties of node `node` at `time`, in seconds.
 
-        Possible keys are ``translation``, ``rotation``, ``scale`` and ``weights``, as far as they are animated.
+        Possible keys are ``translation``, ``rotation``, ``scale`` and ``weights``. Properties without animation are
+        left out.
         """
         return {path: self._channels[node, path].at(time) for path in PATHS if (node, path) in self._channels}
 
     @property
     def even(self) -> tuple[float, ...]:
-        """Evenly spaced times at which deforming meshes are evaluated; the core requires equal spacing."""
+        """Evenly spaced times, in seconds, at which deforming meshes are evaluated.
+
+        The core requires equal spacing.
+        """
         return tuple(np.linspace(self.times[0], self.times[-1], PARTS + 1).tolist())
 
     def morphing(self, node: int) -> tuple[float, ...]:
-        """Return the times at which to evaluate the morph targets of a node.
+        """Return the times, in seconds, at which to evaluate the morph targets of node `node`.
 
-        The result is empty without an animation of the weights, and has one time if the weights are constant.
+        The tuple is empty if the weights are not animated. It has one time if the animated weights are constant.
         """
         channel, begin, end = self._channels.get((node, "weights")), self.times[0], self.times[-1]
         if channel is None:
@@ -105,9 +109,10 @@ class Clip:
 
 
 def played(document: Document, number: int, shutter: tuple[float, float]) -> Clip:
-    """Return the part of animation `number` while the shutter is open; `shutter` is (opening, closing) in seconds.
+    """Return the section of animation `number` while the shutter is open, as a `Clip`.
 
-    Raises `Malformed` if the data of the animation is not valid.
+    The pair `shutter` has the times of opening and closing, in seconds. Raises `Malformed` if the data of the animation
+    is not valid.
     """
     animation = document.gltf.animations[number]
     channels: dict[tuple[int, str], _Channel] = {}

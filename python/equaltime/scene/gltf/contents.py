@@ -1,4 +1,4 @@
-"""Meshes and bitmaps of glTF files by name, such as ``model.glb#/meshes/0/primitives/1``."""
+"""Access to meshes and bitmaps of a glTF file by name, such as ``model.glb#/meshes/0/primitives/1``."""
 
 from __future__ import annotations
 
@@ -32,13 +32,16 @@ _BITMAP: Final = re.compile(r"/materials/(\d{1,9})/([a-z_]+)")
 
 
 def split(filename: str) -> tuple[str, str | None]:
-    """Split ``model.glb#/part`` into ``model.glb`` and ``/part``; the second is None for all other file names."""
+    """Split a name such as ``model.glb#/meshes/0/primitives/1`` at ``#``, and return file name and fragment.
+
+    The fragment is None for a name that is not a glTF file name followed by ``#``.
+    """
     match = _NAME.fullmatch(filename)
     return (match[1], match[2]) if match else (filename, None)
 
 
 class Contents:
-    """The meshes and bitmaps of one glTF file.
+    """Meshes and bitmaps of one glTF file, by fragment.
 
     A fragment is the part of a name after ``#``, such as ``/meshes/0/primitives/1``.
     """
@@ -53,13 +56,16 @@ class Contents:
 
     @property
     def extensions(self) -> dict[str, str]:
-        """Counterpart of each extension that the file uses, by the extension's name; see `MAPPING`."""
+        """Counterpart here, in words, of each glTF extension that the file uses, by the extension's name.
+
+        The words come from `MAPPING`, or are ``not used``.
+        """
         return self._document.extensions
 
     def sha256(self, fragment: str) -> str:
-        """Return the SHA-256 of the data of a primitive or a bitmap, in hexadecimal digits.
+        """Return the SHA-256, in hexadecimal digits, of the mesh or bitmap that `fragment` names.
 
-        Raises ValueError if the primitive or the bitmap does not exist or is malformed.
+        Raises ValueError if the mesh or bitmap does not exist or is malformed.
         """
         arrays: tuple[NDArray[Any] | None, ...]
         if _PRIMITIVE.fullmatch(fragment):
@@ -75,9 +81,10 @@ class Contents:
         return content.hexdigest()
 
     def mesh(self, fragment: str) -> Triangles:
-        """Return the primitive ``/meshes/M/primitives/P``, or ``/nodes/N/primitives/P`` as deformed by node N.
+        """Return the mesh that `fragment` names.
 
-        The prefix ``/animations/A/T`` selects the pose at time T (seconds) of animation A. The suffix ``/mirrored``
+        ``/meshes/M/primitives/P`` is primitive P of mesh M, and ``/nodes/N/primitives/P`` the same as deformed by node
+        N. The prefix ``/animations/A/T`` selects the pose at time T (seconds) of animation A. The suffix ``/mirrored``
         selects the triangles on which textures appear mirrored, and ``/unmirrored`` all others. Raises ValueError if
         the primitive does not exist or is malformed.
         """
@@ -85,7 +92,7 @@ class Contents:
             return self._mesh(fragment)
 
     def bitmap(self, fragment: str) -> Texels:
-        """Return the bitmap ``/materials/M/name`` of a material's parameter, such as ``/materials/2/roughness``.
+        """Return the bitmap of a material's parameter; `fragment` is its name, such as ``/materials/2/roughness``.
 
         Raises ValueError if the bitmap does not exist or is malformed.
         """

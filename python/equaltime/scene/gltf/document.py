@@ -34,7 +34,10 @@ MOST_PROBLEMS: Final = 20
 
 
 class Malformed(ValueError):
-    """Error in a glTF file; ``problems`` are pairs (place in the file, message)."""
+    """Error in a glTF file, with one or several problems.
+
+    ``problems`` are pairs: a path in the JSON, such as ``nodes[2].mesh``, and a message.
+    """
 
     def __init__(self, *problems: tuple[str, str]) -> None:
         self.problems = problems
@@ -43,7 +46,7 @@ class Malformed(ValueError):
 
 @dataclass(eq=False)
 class Document:
-    """The checked content of one file."""
+    """Checked content of one glTF file: JSON, binary data, and notes for the user."""
 
     json: Mapping[str, Any]
     """JSON of the file, checked against the schema."""
@@ -65,16 +68,22 @@ class Document:
 
     @property
     def extensions(self) -> dict[str, str]:
-        """Counterpart of each extension that the file uses, by the extension's name: from `MAPPING`, or `NOT_USED`."""
+        """Counterpart here, in words, of each glTF extension that the file uses, by the extension's name.
+
+        The words come from `MAPPING`; for an extension without counterpart they are `NOT_USED`.
+        """
         used = dict.fromkeys([*self.gltf.extensionsUsed, *self.gltf.extensionsRequired])
         return {name: MAPPING.get(name, NOT_USED) for name in used}
 
     def note(self, message: str, place: str) -> None:
-        """Add a note about a place in the file. Equal messages become one note with several places."""
+        """Add a note for the user about `place`, a path in the JSON such as ``nodes[2]``.
+
+        Equal messages become one note with several paths.
+        """
         self.notes.setdefault(message, {})[place] = None
 
     def view(self, index: int) -> memoryview:
-        """Return the bytes of buffer view `index`; raises `Malformed` if the data is missing or too short."""
+        """Return the bytes of buffer view `index`. Raises `Malformed` if the data is missing or too short."""
         view = self.gltf.bufferViews[index]
         begin, length = int(view.byteOffset or 0), int(view.byteLength)
         data = self._buffer(view.buffer)
@@ -99,7 +108,10 @@ class Document:
         return self._buffers[index]
 
     def resource(self, uri: str, place: str) -> bytes:
-        """Return the content of a data URI, or of a file beside the document; raises `Malformed` for `place`."""
+        """Return the content of a data URI, or of a file beside the document.
+
+        Raises `Malformed` if the content cannot be read. `place` is the path in the JSON that the error names.
+        """
         if uri.startswith("data:"):
             return _decoded(uri, place)
         try:
@@ -110,7 +122,7 @@ class Document:
             raise Malformed((place, str(error))) from error
 
     def size_of(self, uri: str) -> int:
-        """Return the size in bytes of a file beside the document, or 0 if it cannot be read."""
+        """Return the size in bytes of the file `uri` beside the document, or 0 if the file is not found."""
         try:
             return self.locate(self.relative(uri, "")).stat().st_size
         except (OSError, ValueError):
@@ -119,7 +131,8 @@ class Document:
     def relative(self, uri: str, place: str) -> str:
         """Return the file name that `uri` encodes, relative to the folder of the document.
 
-        Raises `Malformed` if the file is not in this folder or below.
+        Raises `Malformed` if the file is neither in this folder nor below. `place` is the path in the JSON that the
+        error names.
         """
         name = unquote(uri)
         path = PurePosixPath(name)
@@ -141,9 +154,10 @@ def _decoded(uri: str, place: str) -> bytes:
 
 
 def parse(name: str, content: bytes, locate: Callable[[str], Path]) -> Document:
-    """Return the checked document in `content`, the bytes of the ``.gltf`` or ``.glb`` file `name`.
+    """Check the glTF file `name` and return it as a `Document`.
 
-    `locate` maps a relative file name to a path; see `Document`. Raises `Malformed`.
+    `content` are the bytes of the ``.gltf`` or ``.glb`` file. `locate` maps a relative file name to a path. Raises
+    `Malformed` if the file is not valid.
     """
     from equaltime.scene.gltf.schema import (
         typed,

@@ -1,4 +1,7 @@
-"""Limits on the data that a glTF file expands to (with shared parts copied), relative to the size of the file."""
+"""Limits on the amount of data in a glTF file, relative to the size of the file.
+
+Data that is used several times counts several times.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,10 @@ attribute of a copy, a rotation of four bytes, has this size."""
 
 
 def check_extent(document: Document) -> None:
-    """Raise `Malformed` if the elements of primitives or the copies of nodes exceed the limits for the file's size."""
+    """Raise `Malformed` if primitives use too many elements, or nodes have too many copies, for the file's size.
+
+    A copy is an instance made by EXT_mesh_gpu_instancing.
+    """
     size = _bytes(document)
     elements = zeros = copies = 0
     for place, index in _of_primitives(document.gltf):
@@ -41,7 +47,7 @@ def check_extent(document: Document) -> None:
 
 
 def check_texels(document: Document, image: int, use: str, count: int) -> None:
-    """Record that the parameter `use` needs `count` texels of image `image`.
+    """Record in `document` that the parameter `use` needs `count` texels of image `image`.
 
     Raises `Malformed` if the repeated uses of images, recorded so far, exceed the limit for the file's size.
     """

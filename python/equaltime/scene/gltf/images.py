@@ -30,7 +30,7 @@ Check = Callable[[int], object]
 
 
 def decode(document: Document, index: int, check: Check) -> tuple[NDArray[Any], tuple[str, ...]]:
-    """Return the pixels of image `index`, and notes on parts of the image file that are not used.
+    """Return the pixels of image `index`, and notes on features of the image file that are not used.
 
     The pixels (H, W, 4) are uint8, uint16 or float32, with opacity not premultiplied. `check` is called with the number
     of pixels before they are read, and may raise `Malformed`. Raises `Malformed` if the image cannot be read.

@@ -1,4 +1,7 @@
-"""Counterparts of glTF's extensions, and approximations in them; shown by ``equaltime info``."""
+"""Table of the supported glTF extensions: the counterpart of each here, and its approximations, in words.
+
+The command ``equaltime info`` shows the entries for a file.
+"""
 
 from __future__ import annotations
 

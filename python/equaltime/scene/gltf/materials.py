@@ -1,4 +1,4 @@
-"""glTF materials as BSDFs and emitters of the scene tree."""
+"""Converts glTF materials to BSDFs, media and emitters of the scene tree."""
 
 from __future__ import annotations
 
@@ -26,7 +26,10 @@ FADED: Final = "_faded"
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """Properties of a mesh that decide which variant of a material's BSDF the mesh gets."""
+    """Properties of a mesh that the BSDF of its material depends on: vertex colours, opacities, mirrored textures.
+
+    One glTF material has a BSDF of its own for each variant in use.
+    """
 
     colored: bool
     """True if the mesh has vertex colours that are not all white."""
@@ -39,7 +42,7 @@ class Variant:
 class Materials:
     """Converter of a document's materials to BSDFs, media and emitters. Each BSDF and medium is created once.
 
-    A material is given by its index in the file, or None for the default material.
+    The methods take a material's index in the file, or None for the default material.
     """
 
     def __init__(self, document: Document, place: Place) -> None:
@@ -51,16 +54,19 @@ class Materials:
 
     @property
     def bsdfs(self) -> list[Object]:
-        """BSDFs created so far."""
+        """BSDFs created so far, as objects of the scene tree."""
         return list(self._bsdfs.values())
 
     @property
     def media(self) -> list[Object]:
-        """Interior media created so far."""
+        """Interior media created so far, as objects of the scene tree."""
         return list(self._media.values())
 
     def medium(self, material: int | None) -> str | None:
-        """Return the id of a material's interior medium, or None if the interior does not absorb."""
+        """Return the id of the medium inside shapes with this material, or None if the interior does not absorb.
+
+        The medium is created at the first call.
+        """
         sigma_t = self.look(material).sigma_t
         if material is None or not any(sigma_t):
             return None
@@ -72,13 +78,19 @@ class Materials:
         return str(self._media[material].id)
 
     def look(self, material: int | None) -> SurfaceLook:
-        """Return the parameters of a material, read from the file at the first call."""
+        """Return the parameters of a material's BSDF, emitter and medium.
+
+        They are read from the file at the first call.
+        """
         if material not in self._looks:
             self._looks[material] = look(None if material is None else self._document.gltf.materials[material])
         return self._looks[material]
 
     def bsdf(self, material: int | None, variant: Variant) -> str:
-        """Return the id of a material's BSDF for meshes of the given variant."""
+        """Return the id of a material's BSDF for meshes of the given variant.
+
+        The BSDF is created at the first call.
+        """
         key = (material, variant)
         if key not in self._bsdfs:
             self._bsdfs[key] = self._bsdf(material, variant)
@@ -91,7 +103,7 @@ class Materials:
     def emitter(self, material: int | None, variant: Variant) -> Object | None:
         """Return a material's area light for meshes of the given variant, or None if the material does not emit.
 
-        With an unlit material, vertices emit their colours.
+        If an unlit material has no texture, vertices with colours emit these colours.
         """
         seen = self.look(material)
         slot = seen.slots.get("radiance")

@@ -1,4 +1,4 @@
-"""Primitives of a document in the form of a shape: deformed, with the texture coordinates of the material."""
+"""Reads primitives of a glTF file as triangles, deformed, with the texture coordinates that the material uses."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["Source", "box", "read"]
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """Identification of a primitive: by the index of a mesh, or of a node that deforms a mesh.
+    """Address of a primitive: the index of a mesh, or of a node that deforms a mesh, and the primitive's number in it.
 
     The vertices are in the coordinates of the mesh, or in world space if the node has a skin.
     """
@@ -33,10 +33,11 @@ class Source:
 
 
 def read(pose: Pose, source: Source) -> Triangles | None:
-    """Return a primitive in a pose, or None if the primitive does not exist; raises `Malformed`.
+    """Return a primitive as triangles, deformed as in `pose`, or None if the primitive does not exist.
 
     Vertex colours are multiplied by the material's constant base colour, and vertex opacities by the constant opacity.
-    If a texture gives the base colour or the opacity, the bitmap of that texture includes the constant factor.
+    If a texture gives the base colour or the opacity, the bitmap of that texture includes the constant factor. Raises
+    `Malformed` if the data is not valid.
     """
     document, mesh = pose.document, _mesh(pose.document, source)
     gltf = document.gltf

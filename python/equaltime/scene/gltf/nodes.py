@@ -1,4 +1,4 @@
-"""The node hierarchy of a glTF file, with the transforms of the nodes to world space."""
+"""The node hierarchy of a glTF file, with the transform of each node to world space."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ THINNEST: Final = 1e-8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Placed:
-    """A node with the transform to world space."""
+    """A node of a glTF file, with its transform to world space."""
 
     index: int
     node: Any
@@ -34,11 +34,11 @@ class Placed:
 
 
 def placed(document: Document, scene: int | None, clip: Clip | None = None, hidden: bool = False) -> Iterator[Placed]:
-    """Iterate over the nodes of scene `scene`, each node before its children.
+    """Iterate over the nodes of scene `scene`, each node before its children, with their transforms to world space.
 
-    If `scene` is None, the roots are all nodes without a parent. With a clip, `Placed.to_world` is the transform at the
-    clip's first time. Hidden nodes are left out, unless `hidden` is true. Raises `Malformed` if the hierarchy is not
-    valid, for example if a node has two parents.
+    If `scene` is None, the roots are all nodes without a parent. `clip` is an animation; `Placed.to_world` is then the
+    transform at the clip's first time. Hidden nodes are left out, unless `hidden` is true. Raises `Malformed` if the
+    hierarchy is not valid, for example if a node has two parents.
     """
     nodes = document.gltf.nodes
     roots = _roots(document, scene, _parents(nodes))
@@ -139,9 +139,9 @@ def _composed(translations: Array, rotations: Array, scales: Array) -> Array:
 
 
 def product(a: Array, b: Array) -> Array:
-    """Return the matrix product of `a` and `b`, without BLAS, whose rounding depends on the machine.
+    """Return the matrix product of `a` and `b`, with the same rounding on every machine.
 
-    Overflow gives infinities, which are refused later.
+    BLAS is not used, because its rounding depends on the machine. Overflow gives infinities, which later checks refuse.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         product: Array = (a[..., :, :, None] * b[..., None, :, :]).sum(axis=-2)
@@ -149,9 +149,9 @@ def product(a: Array, b: Array) -> Array:
 
 
 def instances(document: Document, at: Placed) -> list[Array] | None:
-    """Return the transforms (4, 4) to world space of a node's copies by EXT_mesh_gpu_instancing.
+    """Return the copies of a node by EXT_mesh_gpu_instancing, as transforms (4, 4) to world space.
 
-    Returns None if the node does not have this extension.
+    Returns None if the node does not have this extension. Raises `Malformed` if the extension's data is not valid.
     """
     extension = (at.node.extensions or {}).get("EXT_mesh_gpu_instancing")
     if extension is None:
@@ -175,7 +175,7 @@ def instances(document: Document, at: Placed) -> list[Array] | None:
 
 
 def rigid(to_world: Array) -> Array:
-    """Return a transform (4, 4) without scale, shear and reflection, for cameras and lights.
+    """Return the transform `to_world` (4, 4) without scale, shear and reflection, for cameras and lights.
 
     The direction of the z axis is kept. The y axis becomes perpendicular to z, and x is the cross product of y and z.
     """

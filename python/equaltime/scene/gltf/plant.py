@@ -1,4 +1,4 @@
-"""Creates nodes of the scene tree from Python values."""
+"""Creates objects of the scene tree from Python values."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ __all__ = ["add", "plant"]
 
 
 def plant(kind: Kind, type_: str, place: Place, id_: str | None = None, **fields: object) -> Object:
-    """Return a scene-tree object of kind `kind` and plugin type `type_`.
+    """Return a new object of the scene tree, with plugin family `kind` (such as ``bsdf``) and plugin type `type_`.
 
-    The `fields` are parameters: plain values, objects or references. A field that is None is left out.
+    Error messages about the object name `place`, its position in the file. The `fields` are its parameters: plain
+    values, objects or references. A field that is None is left out.
     """
     result = Object(place, type_, kind, id=id_)
     for name, value in fields.items():
@@ -20,7 +21,10 @@ def plant(kind: Kind, type_: str, place: Place, id_: str | None = None, **fields
 
 
 def add(parent: Object, name: str | None, value: object) -> None:
-    """Add `value` to `parent` as parameter `name`, or as an object without a name. A value of None is not added."""
+    """Add `value` to `parent`: as parameter `name`, or without a name as a nested object.
+
+    A `value` of None is not added.
+    """
     if value is None:
         return
     node = value if isinstance(value, Object | Reference | Value) else Value(parent.place, value)

@@ -1,4 +1,7 @@
-"""Poses of a glTF file: transforms of nodes and weights of morph targets, as stored or at a time of an animation."""
+"""Poses of a glTF file: transforms of nodes and weights of morph targets.
+
+A pose is either stored in the file, or taken from an animation at one time.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ __all__ = ["Pose", "at_time"]
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """The pose of a file at one moment."""
+    """Pose of a glTF file at one moment: the transforms of its nodes and the weights of its morph targets."""
 
     document: Document
     clip: Clip | None = None
@@ -27,13 +30,13 @@ class Pose:
 
     @cached_property
     def worlds(self) -> dict[int, NDArray[np.float64]]:
-        """Transform (4, 4) to world space of each node, by index."""
+        """Transform (4, 4) from node to world space, for each index of a node."""
         return {at.index: at.to_world for at in placed(self.document, None, self.clip, hidden=True)}
 
     def weights(self, mesh: int, node: int | None) -> Any:
-        """Return the weights of the morph targets of mesh `mesh` in node `node`.
+        """Return the weights of the morph targets of mesh `mesh`, as placed by node `node`: one number per target.
 
-        Animated weights come first, then the weights of the node, then the weights of the mesh.
+        Animated weights take precedence over the node's weights, and the node's weights over the weights of the mesh.
         """
         nodes = self.document.gltf.nodes
         own = None if node is None else nodes[node].weights
@@ -43,7 +46,7 @@ class Pose:
 
 
 def at_time(document: Document, animation: int, time: float) -> Pose:
-    """Return the pose of animation `animation` at a time, in seconds.
+    """Return the pose of animation `animation` at `time`, in seconds.
 
     Raises `Malformed` if the animation does not exist or the time is not finite.
     """

@@ -1,4 +1,4 @@
-"""Primitives of glTF meshes as indexed triangles."""
+"""Reads primitives of glTF meshes as indexed triangles."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ TRIANGLES: Final = frozenset({4, 5, 6})
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Triangles:
-    """A mesh in its own coordinates, with the fields of `equaltime._core.MeshData`."""
+    """A triangle mesh in its own coordinates, with the field names of `equaltime._core.MeshData`."""
 
     vertices: Array
     """Positions (N, 3)."""
@@ -43,9 +43,10 @@ class Triangles:
 
     @property
     def attributes(self) -> dict[str, Array]:
-        """Vertex attributes by Mitsuba's names; empty without vertex colours.
+        """Vertex attributes by Mitsuba's names: colours (N, 3), opacities (N, 1) and radiances (N, 3).
 
-        These are colours (N, 3), opacities (N, 1) unless all are 1, and radiances (N, 3) if there are any.
+        Opacities are left out if all are 1, and radiances if the vertices emit no light of their own. Without vertex
+        colours, the dictionary is empty.
         """
         if self.colors is None:
             return {}
@@ -57,10 +58,11 @@ class Triangles:
 def triangles(
     document: Document, mesh: int, primitive: int, uv_set: int, weights: Sequence[float] | None = None
 ) -> Triangles:
-    """Return primitive `primitive` of mesh `mesh`, with texture coordinates from ``TEXCOORD_`` and `uv_set`.
+    """Return primitive `primitive` of mesh `mesh` as triangles.
 
-    Morph targets are added with `weights`, or with the weights of the mesh if `weights` is None. A primitive without
-    normals keeps None as normals; its shape has flat faces, as the specification requires. Raises `Malformed`.
+    Texture coordinates come from the set with index `uv_set`. Morph targets are added with `weights`, or with the
+    weights of the mesh if `weights` is None. A primitive without normals keeps None as normals; its shape has flat
+    faces, as the specification requires. Raises `Malformed` if the data is not valid.
     """
     if weights is None:
         weights = document.gltf.meshes[mesh].weights or ()
@@ -119,9 +121,10 @@ def _positions(document: Document, mesh: int, primitive: int, weights: Sequence[
 
 
 def mirrored_uvs(mesh: Triangles) -> NDArray[np.bool_]:
-    """Return for each triangle (M,) whether the texture appears mirrored as seen from the front.
+    """Return one boolean per triangle (M,): True if a texture appears mirrored, as seen from the front.
 
-    In the (u, v) plane, the corners of a triangle that is not mirrored run clockwise, because v points downwards.
+    The corners are drawn in a plane with u to the right and v upwards. Unmirrored triangles then run clockwise, because
+    v points downwards in glTF. Without texture coordinates, all are False.
     """
     if mesh.uvs is None:
         return np.zeros(len(mesh.faces), np.bool_)
@@ -132,10 +135,11 @@ def mirrored_uvs(mesh: Triangles) -> NDArray[np.bool_]:
 
 
 def color(document: Document, primitive: Any, warnings: list[str], place: str) -> Array | None:
-    """Return the vertex colours (N, 4) of a primitive, in [0, 1], or None without COLOR_0.
+    """Return the vertex colours and opacities (N, 4) of a primitive, in [0, 1], or None without COLOR_0.
 
-    The opacity is 1 if the file has none. Values that had to be changed are reported in `warnings`. Integers that are
-    not normalised raise `Malformed`, because their value for white is not defined.
+    The opacity is 1 if the file has none. Changes to values are reported in `warnings`, with the primitive's path
+    `place` in the JSON. Integers that are not normalised raise `Malformed`, because their value for white is not
+    defined.
     """
     index = vars(primitive.attributes).get("COLOR_0")
     if index is None:

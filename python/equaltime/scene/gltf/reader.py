@@ -31,10 +31,10 @@ PLACES_SHOWN: Final = 3
 def read_gltf(
     file: str, content: bytes, defines: Mapping[str, object], report: Report, search: Search
 ) -> Object | None:
-    """Return the scene in `content`, the bytes of the file named `file`, or None if the file has errors.
+    """Return the scene in a glTF file as a scene tree, or None if the file has errors.
 
-    The values of ``-D`` are in `defines`; see `DEFINITIONS`. Errors and notes are added to `report`, and files that the
-    document names to `search`.
+    `content` are the bytes of the file named `file`. `defines` are the values of the option ``-D``; see `DEFINITIONS`.
+    Errors and notes are added to `report`. The other files that the glTF file names are recorded in `search`.
     """
     place = Place(file)
     for name in sorted(set(defines) - set(DEFINITIONS)):

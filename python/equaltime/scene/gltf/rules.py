@@ -1,7 +1,7 @@
-"""Rules that check a JSON document. Rules are composed of smaller rules, and find errors with their places.
+"""Rules that check a JSON document, composed of smaller rules.
 
-A rule is a function of a value, the value's place (``materials[2].alphaCutoff``) and the whole document, and yields the
-problems of the value. `walk` visits all parts of a value along a rule, and finds properties that no rule lists.
+A rule is a function of a value, its path in the JSON (``materials[2].alphaCutoff``) and the whole document. It yields
+the problems of the value. `walk` visits all parts of a value along a rule, and finds properties that no rule lists.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def _range(low: float, high: float) -> str:
 
 
 def number(low: float = -math.inf, high: float = math.inf) -> Rule:
-    """Return a rule that accepts finite numbers in [low, high]."""
+    """Return a rule that accepts finite numbers from `low` to `high`, both included."""
 
     def rule(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
         if not _is_number(value, low, high):
@@ -52,7 +52,7 @@ def number(low: float = -math.inf, high: float = math.inf) -> Rule:
 
 
 def integer(low: int = 0) -> Rule:
-    """Return a rule that accepts integers of at least `low`; 3.0 counts as an integer."""
+    """Return a rule that accepts integers of at least `low`. The number 3.0 counts as an integer."""
 
     def rule(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
         if not _is_number(value, low, 2**53) or value != int(value):
@@ -62,7 +62,7 @@ def integer(low: int = 0) -> Rule:
 
 
 def numbers(count: int, low: float = -math.inf, high: float = math.inf) -> Rule:
-    """Return a rule that accepts lists of `count` finite numbers in [low, high]."""
+    """Return a rule that accepts lists of `count` finite numbers from `low` to `high`, both included."""
 
     def rule(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
         if not isinstance(value, list) or len(value) != count or not all(_is_number(v, low, high) for v in value):
@@ -73,7 +73,7 @@ def numbers(count: int, low: float = -math.inf, high: float = math.inf) -> Rule:
 
 @dataclass(frozen=True, slots=True)
 class Index:
-    """A rule that accepts an index into a list of the document."""
+    """A rule that accepts an index into one of the document's lists."""
 
     path: tuple[str, ...]
     """Keys from the top of the document to the list."""
@@ -89,12 +89,15 @@ class Index:
 
 
 def index(of: str) -> Rule:
-    """Return a rule that accepts an index into the list at path `of`, such as ``extensions/X/lights``."""
+    """Return a rule that accepts an index into one of the document's lists.
+
+    The parameter `of` is the path of the list, such as ``extensions/X/lights``.
+    """
     return Index(tuple(of.split("/")))
 
 
 def one_of(*choices: object) -> Rule:
-    """Return a rule that accepts the given strings or integers only."""
+    """Return a rule that accepts only the strings or integers in `choices`."""
 
     def rule(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
         if not isinstance(value, str | int) or value not in choices:
@@ -104,13 +107,13 @@ def one_of(*choices: object) -> Rule:
 
 
 def text(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
-    """Yield a problem if `value` is not a string."""
+    """Yield a problem if `value` is not a string. This function is a rule itself."""
     if not isinstance(value, str):
         yield place, _expected("a string", value)
 
 
 def flag(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
-    """Yield a problem if `value` is not a boolean."""
+    """Yield a problem if `value` is not a boolean. This function is a rule itself."""
     if not isinstance(value, bool):
         yield place, _expected("true or false", value)
 
@@ -157,27 +160,28 @@ class _Table:
 
 
 def every(item: Rule) -> Rule:
-    """Return a rule that accepts lists whose items follow the rule `item`."""
+    """Return a rule that accepts lists in which every item follows the rule `item`."""
     return _Every(item)
 
 
 def mapping(item: Rule) -> Rule:
-    """Return a rule that accepts JSON objects with any keys, whose values follow the rule `item`."""
+    """Return a rule that accepts JSON objects with any keys, in which every value follows the rule `item`."""
     return _Mapping(item)
 
 
 def table(needs: str = "", /, **fields: Rule) -> Rule:
-    """Return a rule that accepts JSON objects whose values follow the rules in `fields`.
+    """Return a rule that accepts JSON objects whose values follow the rules in `fields`, by key.
 
-    The keys in `needs`, separated by spaces, are required. Keys without a rule are allowed.
+    The string `needs` lists the required keys, separated by spaces. Keys that are not in `fields` are allowed.
     """
     return _Table(tuple(needs.split()), fields)
 
 
 def walk(rule: Rule, value: Any, place: str = "") -> Iterator[tuple[Rule | None, Any, str]]:
-    """Iterate over the leaves of `value`, which follows `rule`, as triples (rule, value, place).
+    """Iterate over the leaves of a JSON value that follows `rule`, as triples (rule, leaf, path in the JSON).
 
-    A leaf is a value whose rule has no parts. The rule is None for a property that no `table` lists.
+    A leaf is a value whose rule has no smaller rules for parts of the value. Properties that no `table` lists are
+    leaves, too, with None as their rule.
     """
     if isinstance(rule, _Every):
         for i, entry in enumerate(value):

@@ -32,10 +32,10 @@ __all__ = ["DOCUMENT", "MATERIAL_EXTENSIONS", "UNREADABLE", "typed"]
 
 
 def typed(document: Mapping[str, Any]) -> GLTF2:
-    """Return a JSON document that follows the schema as a `pygltflib.GLTF2`.
+    """Convert a JSON document that follows the schema to an object of the class `pygltflib.GLTF2`.
 
-    Materials without ``pbrMetallicRoughness`` get its default. Properties that pygltflib does not know are left out,
-    except the weights of nodes.
+    Materials without ``pbrMetallicRoughness`` get the default of this property. Properties that pygltflib does not know
+    are left out, except the weights of nodes.
     """
     gltf = _made(GLTF2, document)
     for material in gltf.materials:

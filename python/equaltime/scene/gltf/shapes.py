@@ -1,4 +1,4 @@
-"""The meshes of glTF nodes as shapes of the scene tree."""
+"""Converts the meshes of glTF nodes to shapes of the scene tree."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class _Copy:
 
 
 class Shapes:
-    """Converter of a document's meshes to shapes, which also records the placements of the shapes."""
+    """Converter of a document's meshes to shapes. It also records the transform of each shape, for `corners`."""
 
     def __init__(self, document: Document, place: Place, materials: Materials, clip: Clip | None = None) -> None:
         self._clip = clip
@@ -69,9 +69,10 @@ class Shapes:
         self._groups: dict[tuple[int, bool], Object] = {}
 
     def of(self, nodes: list[Placed]) -> list[Object]:
-        """Return the shapes of all nodes: one for each primitive and copy.
+        """Return the shapes of all `nodes`: one shape for each primitive of each copy of a mesh.
 
-        Many copies of a large mesh become instances of one shape group; the groups come first.
+        A primitive becomes two shapes if its normal map appears mirrored on some of its triangles only. Many copies of
+        a large mesh become instances of one shape group instead. Shape groups come first in the list.
         """
         copies = [copy for at in nodes if at.node.mesh is not None for copy in self._copies(at)]
         counts = Counter(copy.mesh for copy in copies if copy.bent is None)
@@ -85,7 +86,10 @@ class Shapes:
         return [*self._groups.values(), *made]
 
     def corners(self) -> Array:
-        """Return the corners (N, 3), in world space, of the bounding boxes of all shapes made so far."""
+        """Return the corners (N, 3), in world space, of the bounding boxes of all shapes made so far.
+
+        Each box has eight corners.
+        """
         boxes = {source: box(self._document, source) for source in dict.fromkeys(source for source, _ in self._seen)}
         standing = [
             corners @ to_world[:3, :3].T + to_world[:3, 3]

@@ -1,4 +1,4 @@
-"""Skins of glTF files: deformation of meshes by joints."""
+"""Skins of glTF files, which deform meshes by the transforms of joints."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ Array = NDArray[np.float64]
 
 @np.errstate(over="ignore", invalid="ignore")  # non-finite values are reported with the mesh
 def skinned(pose: Pose, node: int, primitive: Any, vertices: Array, normals: Array | None) -> tuple[Array, Any]:
-    """Return `vertices` (N, 3) and `normals` (N, 3), deformed by the skin of node `node`, in world space.
+    """Return `vertices` (N, 3) and `normals` (N, 3) in world space, deformed by the skin of node `node`.
 
-    Without normals, the returned normals are None. The transform of the node itself has no effect, as the specification
-    says. Raises `Malformed` if the data of the skin is not valid.
+    If `normals` is None, the returned normals are None, too. The transform of the node itself has no effect, as the
+    specification says. Raises `Malformed` if the data of the skin is not valid.
     """
     document = pose.document
     joints, weights = _influences(document, primitive, len(vertices), f"nodes[{node}]")

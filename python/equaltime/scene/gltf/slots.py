@@ -1,7 +1,7 @@
-"""A parameter of a glTF material (a slot): a constant factor times some channels of a texture.
+"""Slots: the parameters of glTF materials. A slot is a constant factor times some channels of a texture.
 
 glTF packs several parameters into one image, such as roughness and metalness, or opacity and colour. Each parameter
-becomes a bitmap of its own, multiplied by the factor. Eight-bit images stay eight-bit if their values do not change.
+becomes a bitmap of its own, multiplied by its factor. Eight-bit images stay eight-bit if their values do not change.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ ALPHA = (3,)
 
 @dataclass(frozen=True, slots=True)
 class TextureUse:
-    """A textureInfo of glTF: a texture with the transform of the texture coordinates."""
+    """A textureInfo object of glTF: the index of a texture, and a transform of the texture coordinates."""
 
     index: int
     uv_set: int = 0
@@ -39,9 +39,10 @@ class TextureUse:
 
     @property
     def to_uv(self) -> NDArray[np.float64]:
-        """Transform (4, 4) of the texture coordinates, as ``to_uv`` of `bitmap`: scale, then rotation, then offset.
+        """Transform (4, 4) of the texture coordinates, for the parameter ``to_uv`` of the plugin `bitmap`.
 
-        The rotation is counter-clockwise as seen in the picture, with v downwards.
+        Coordinates are scaled, then rotated, then offset. The rotation is counter-clockwise as seen in the picture,
+        with v downwards.
         """
         sine, cosine = math.sin(self.rotation), math.cos(self.rotation)
         result = np.eye(4)
@@ -51,9 +52,9 @@ class TextureUse:
 
 
 def texture_use(info: Any) -> TextureUse | None:
-    """Return a textureInfo as a `TextureUse`, or None for None.
+    """Convert a textureInfo object of glTF to a `TextureUse`. None stays None.
 
-    `info` is an object of pygltflib, or a mapping inside an extension.
+    `info` is an object of pygltflib, or a mapping if the textureInfo is inside an extension.
     """
     if info is None:
         return None
@@ -74,7 +75,7 @@ def texture_use(info: Any) -> TextureUse | None:
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """One parameter of a material."""
+    """One parameter of a glTF material: a constant factor times some channels of a texture, if there is one."""
 
     factor: tuple[float, ...]
     """Constant factor: one number, or a colour."""
@@ -90,7 +91,7 @@ class Slot:
 
     @property
     def constant(self) -> tuple[float, ...]:
-        """Value of the parameter without a texture, or where the texture is white."""
+        """Value of the parameter without its texture: one number, or the channels of a colour."""
         value = np.array(self.factor)
         if self.curve is not None:
             value = self.curve(value)
@@ -100,12 +101,15 @@ class Slot:
 
     @property
     def plain(self) -> bool:
-        """True if the channels of the texture are the parameter, without factor, curve or cutoff."""
+        """True if the texture's channels are the parameter's value: all factors are 1, without curve and cutoff."""
         return self.curve is None and self.cutoff is None and all(f == 1.0 for f in self.factor)
 
     @property
     def raw(self) -> bool:
-        """Parameter ``raw`` of `bitmap`: False if texels may be encoded as sRGB (slots that are encoded and plain)."""
+        """Value of the parameter ``raw`` of the plugin `bitmap`.
+
+        It is False if the slot is plain and its texels may be encoded as sRGB.
+        """
         return not (self.encoded and self.plain)
 
     @np.errstate(over="ignore", invalid="ignore")  # `bake` refuses texels that are not finite
@@ -169,8 +173,8 @@ def mask(values: NDArray[np.float32], cutoff: float) -> NDArray[np.uint8]:
     """Return a mask on a finer grid: 255 where the interpolated `values` (H, W, 1) are at least `cutoff`, else 0.
 
     glTF interpolates first and then applies the cutoff, but a bitmap can only interpolate after the cutoff. This
-    function therefore interpolates, with up to four times as many texels per side. The result is for lookup by the
-    nearest texel.
+    function therefore interpolates, with up to four times as many texels per side. The bitmap of the mask is then
+    looked up without interpolation.
     """
     height, width, _ = values.shape
     if np.all((values == values.min()) | (values == values.max())) and max(height, width) >= FINEST_MASK:

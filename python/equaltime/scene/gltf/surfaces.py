@@ -1,4 +1,4 @@
-"""glTF materials as parameters of the principled BSDF, independent of a scene.
+"""Converts glTF materials to parameters of the principled BSDF, independent of a scene.
 
 The table in `equaltime.scene.gltf` lists the counterparts; this module has the formulas.
 """
@@ -32,9 +32,9 @@ _DEEPEST = 3
 
 
 def capped(document: Mapping[str, Any]) -> list[str]:
-    """Set the `UNIT_FACTORS` of materials that are above 1 to 1, in place.
+    """Set material factors above 1 in the JSON `document` to 1, in place; see `UNIT_FACTORS`.
 
-    Return the places of these factors, such as ``materials[2].pbrMetallicRoughness.metallicFactor``.
+    Return the JSON paths of the changed factors, such as ``materials[2].pbrMetallicRoughness.metallicFactor``.
     """
     materials = document.get("materials")
     if not isinstance(materials, list):
@@ -109,7 +109,10 @@ class _Reading:
 
 
 def look(material: Any) -> SurfaceLook:
-    """Return the parameters of `material`, a `pygltflib.Material`, or the default parameters for None."""
+    """Return the parameters of a glTF material's BSDF, emitter and medium.
+
+    `material` is a `pygltflib.Material`, or None for the default material.
+    """
     if material is None:
         one = Slot((1.0,))
         plain = {"base_color": Slot((1.0, 1.0, 1.0)), "metallic": one, "roughness": one}

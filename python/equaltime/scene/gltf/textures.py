@@ -1,6 +1,6 @@
 """Bitmaps of glTF materials: texels, computed on demand, and the parameters of the lookup.
 
-The name of a bitmap is its place in the file, such as ``model.glb#/materials/2/roughness``.
+The name of a bitmap, such as ``model.glb#/materials/2/roughness``, has the file, the material and the parameter.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ NEAREST: Final = 9728
 def bake(document: Document, material: int, name: str) -> Texels:
     """Return the bitmap of the parameter `name` of material `material`.
 
-    Raises `Malformed` if the image is not valid, and KeyError if the parameter does not exist or has no texture.
+    For a normal map, the suffix ``_mirrored`` of `name` inverts the green channel. Raises `Malformed` if the image is
+    not valid, and KeyError if the parameter does not exist or has no texture.
     """
     slot = look(document.gltf.materials[material]).slots[name.removesuffix(MIRRORED)]
     if slot.texture is None:
@@ -60,7 +61,10 @@ def _source(document: Document, texture: int) -> int:
 
 
 def bitmap_parameters(document: Document, slot: Slot) -> dict[str, Any]:
-    """Return the parameters of the plugin `bitmap` for a slot with a texture, except the file name."""
+    """Return the parameters of the plugin `bitmap` for a material's parameter with a texture.
+
+    The file name is not among the returned parameters.
+    """
     use = slot.texture
     assert use is not None, "only textured parameters are given as bitmaps"
     result: dict[str, Any] = {"raw": slot.raw}

@@ -1,4 +1,4 @@
-"""Cameras and lights of glTF files as sensors and emitters of the scene tree."""
+"""Converts cameras and lights of glTF files to sensors and emitters of the scene tree."""
 
 from __future__ import annotations
 
@@ -38,7 +38,10 @@ SUNLIGHT: Final = (0.5, -1.0, -0.8)
 
 
 def sensor(document: Document, at: Placed, place: Place, times: tuple[float, ...] = ()) -> Object:
-    """Return the camera of a node as a sensor, animated with keys at `times` if the node moves."""
+    """Return the camera of the node `at` as a sensor of the scene tree.
+
+    If the node moves, the sensor is animated with one key for each of the `times`.
+    """
     camera = document.gltf.cameras[at.node.camera]
     place = place.key("cameras").key(at.node.camera)
     view = camera.orthographic if camera.type == "orthographic" else camera.perspective
@@ -90,7 +93,7 @@ def _film(aspect: float, place: Place) -> Object:
 
 
 def default_camera(corners: Array, place: Place) -> Object:
-    """Return a perspective camera that has all points `corners` (N, 3) in view."""
+    """Return a perspective camera of the scene tree that has all points `corners` (N, 3) in view."""
     if len(corners) == 0:
         corners = np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]])
     middle = 0.5 * corners.min(axis=0) + 0.5 * corners.max(axis=0)
@@ -106,22 +109,25 @@ def default_camera(corners: Array, place: Place) -> Object:
 
 
 def sky(radiance: float, place: Place) -> Object | None:
-    """Return a constant environment with this radiance, or None if the radiance is 0."""
+    """Return a constant environment with radiance `radiance` in W/(m² sr), or None if the radiance is 0."""
     return plant("emitter", "constant", place, radiance=radiance) if radiance > 0.0 else None
 
 
 def sun(irradiance: float, place: Place) -> Object | None:
-    """Return a directional light from above, the front (+z) and slightly from the left; None if `irradiance` is 0."""
+    """Return a directional light with irradiance `irradiance` in W/m², or None if the irradiance is 0.
+
+    The light comes from above, from the front (+z) and slightly from the left.
+    """
     if irradiance <= 0.0:
         return None
     return plant("emitter", "directional", place, irradiance=irradiance, direction=SUNLIGHT)
 
 
 def light(document: Document, at: Placed, place: Place) -> Object | None:
-    """Return the light of a node (KHR_lights_punctual) as an emitter, or None if the node has no light.
+    """Return the light of the node `at` (KHR_lights_punctual) as an emitter, or None if the node has no light.
 
-    A spot light whose cone is closed also gives None. Candela and lux are taken as W/sr and W/m² per channel, because
-    only ratios of lights are visible in an image.
+    A spot light whose cone has no width also gives None. Candela and lux are taken as W/sr and W/m² per channel,
+    because only ratios of lights are visible in an image.
     """
     extension = (at.node.extensions or {}).get("KHR_lights_punctual")
     if extension is None:

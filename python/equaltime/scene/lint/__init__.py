@@ -1,8 +1,9 @@
-"""Lint: checks a scene for hazards before the render.
+"""Lint: checks a scene for hazards before the render, such as lights without power or meshes with gaps.
 
-Each module checks one kind of hazard: `surfaces` (triangles, orientation, gaps), `lights`, `materials`, `media`,
-`extent` (size and place), `camera`. A scene that cannot be rendered at all is refused when it is loaded: for example a
-scene with a duplicate id, or with a vertex that is not finite. Repairs by the readers of files are reported, too.
+Each module checks one group of hazards: `surfaces` (triangles, orientation, gaps), `lights`, `materials`, `media`,
+`extent` (size and position) and `camera`. A scene that cannot be rendered at all is refused when it is loaded: for
+example a scene with a duplicate id, or with a vertex that is not finite. Repairs made while reading files are reported,
+too.
 
 The option ``fast`` skips checks that would delay a render: meshes beyond 10 000 triangles in total, and the values of
 textures.
@@ -26,7 +27,7 @@ __all__ = ["Finding", "Severity", "lint"]
 
 
 def lint(scene: Scene, *, fast: bool = False) -> tuple[Finding, ...]:
-    """Return the hazards of a scene, warnings first; `fast` skips slow checks.
+    """Return the hazards found in a scene as findings, warnings first. `fast` skips slow checks.
 
     Raises SceneError or ValueError if a file of the scene no longer exists.
     """

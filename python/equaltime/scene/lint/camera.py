@@ -1,4 +1,4 @@
-"""Hazards of the camera's position."""
+"""Checks for hazards of the camera's position."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 
 def check_camera(world: World) -> Iterator[Finding]:
-    """Yield a finding if the camera is inside shapes with an interior medium, but the sensor names no medium."""
+    """Yield a finding if shapes with an interior medium contain the camera, but the sensor names no medium."""
     model = world.scene.model
     if model.sensor.medium is not None or not sees_media(model.integrator):
         return

@@ -1,4 +1,7 @@
-"""Hazards of size and place: shapes too far from the camera, and meshes written too far from their own origin."""
+"""Checks for coarsely rounded vertices.
+
+They occur in shapes too far from the camera, and in meshes that are written too far from their own origin.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,11 @@ STEPS: Final = 1000.0
 
 
 def check_extent(world: World) -> Iterator[Finding]:
-    """Yield findings for shapes and mesh files whose vertices are rounded too coarsely for the size of the shape."""
+    """Yield findings for meshes whose vertices are too coarse for the size of the mesh.
+
+    Vertices are coarse if rounding to single precision, in the core or in the mesh's file, leaves few distinct
+    positions.
+    """
     found = {part: steps for part in world.meshes if (steps := _steps(part)) < STEPS}
     if found:
         yield Finding(

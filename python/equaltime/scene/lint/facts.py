@@ -27,7 +27,10 @@ MOST_PLACES: Final = 8
 
 @dataclass(frozen=True)
 class Finding:
-    """One kind of hazard in one scene."""
+    """A hazard found in a scene: the check that found it, the objects concerned, their number, and advice.
+
+    One finding covers all objects with the same hazard.
+    """
 
     check: str
     """Id of the check, such as ``dark-lights``."""
@@ -44,12 +47,15 @@ class Finding:
     """Advice to the user."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the finding as JSON data."""
+        """Return the finding as a dictionary for JSON, with one key for each field."""
         return {**self.__dict__, "where": list(self.where)}
 
 
 def first_places(places: Iterable[object]) -> tuple[str, ...]:
-    """Return the first `MOST_PLACES` different places, as text."""
+    """Return the first `MOST_PLACES` different items of `places` as text.
+
+    Such an item is usually the name of an object with its position in the scene file.
+    """
     return tuple(dict.fromkeys(map(str, places)))[:MOST_PLACES]
 
 
@@ -66,7 +72,10 @@ UNCERTAIN: Final = 1e-2
 
 @dataclass(frozen=True, eq=False)
 class MeshFacts:
-    """Results of one pass over the triangles of a mesh."""
+    """Results of one pass over the triangles of a mesh.
+
+    They are counts of bad triangles, area, volume, closedness, and hashes for comparison with other meshes.
+    """
 
     degenerate: int
     """Number of triangles without area, which the core drops."""
@@ -93,7 +102,7 @@ class MeshFacts:
 
 
 def facts(part: Part) -> MeshFacts:
-    """Return the facts about all triangles of the mesh of `part`."""
+    """Return the results of one pass over all triangles of the mesh of `part`, the surface of a shape."""
     mesh = part.mesh
     assert mesh is not None
     points = part.points.astype(np.float64)
@@ -128,7 +137,10 @@ def facts(part: Part) -> MeshFacts:
 
 
 def border(parts: list[Part]) -> list[int]:
-    """Return, for each mesh, the number of border edges: edges of a single triangle among all meshes."""
+    """Return the number of border edges of each mesh in `parts`.
+
+    A border edge belongs to a single triangle among all these meshes.
+    """
     keys, owners = [], []
     for number, part in enumerate(parts):
         assert part.mesh is not None
@@ -142,9 +154,10 @@ def border(parts: list[Part]) -> list[int]:
 
 
 def within(place: Array, part: Part) -> bool:
-    """Tell whether a place, a point (3,) in world space, is inside a closed shape: a sphere or a closed mesh.
+    """Tell whether the point `place` (3,), in world space, is inside the shape of `part`.
 
-    The result is False for shapes of a group, because their coordinates are in the group's own space.
+    Only spheres and closed meshes have an inside. The result is False for shapes of a group, because their coordinates
+    are in the group's own space.
     """
     if part.grouped:
         return False
@@ -156,14 +169,14 @@ def within(place: Array, part: Part) -> bool:
 
 
 def in_bounds(place: Array, part: Part) -> bool:
-    """Tell whether a place, a point (3,), is inside the bounding box of a shape."""
+    """Tell whether the point `place` (3,) is inside the bounding box of the shape of `part`."""
     return bool(((part.bounds[0] < place) & (place < part.bounds[1])).all())
 
 
 def surrounds(part: Part, place: Array) -> bool:
-    """Tell whether a place, a point (3,), is inside a closed mesh.
+    """Tell whether the point `place` (3,) is inside the closed mesh of `part`.
 
-    The test is the solid angle of the mesh as seen from the place (Van Oosterom & Strackee 1983).
+    The test is the solid angle of the mesh as seen from the point (Van Oosterom & Strackee 1983).
     """
     mesh = part.mesh
     assert mesh is not None

@@ -1,4 +1,7 @@
-"""Hazards of emitters: zero power, facing away from the whole scene, or light that no sampling technique finds."""
+"""Checks for hazards of emitters.
+
+The hazards are zero power, facing away from the whole scene, and light that no sampling technique finds.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +40,12 @@ FLAT = 1e-4
 
 
 def check_lights(world: World) -> Iterator[Finding]:
-    """Yield findings for emitters: without power, very dim, facing away, enclosed, or behind glass."""
+    """Yield findings for emitters whose light is missing or hard to find.
+
+    Reported emitters have no power, are very dim beside others, face away from the scene, or are enclosed by opaque
+    shapes. Point, spot and directional lights are also reported in scenes with smooth glass or mirrors: no sampling
+    technique finds their caustics.
+    """
     model = world.scene.model
     nodes = {
         id(node): node

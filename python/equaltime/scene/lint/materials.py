@@ -1,4 +1,4 @@
-"""Hazards of materials: surfaces that reflect nearly all light, and textures outside of their parameter's range."""
+"""Checks for hazards of materials: surfaces that reflect nearly all light, and textures with values out of range."""
 
 from __future__ import annotations
 
@@ -17,7 +17,11 @@ WHITE: Final = 0.999
 
 
 def check_materials(world: World) -> Iterator[Finding]:
-    """Yield findings for surfaces that reflect nearly all light, and for textures outside of the range."""
+    """Yield findings for surfaces that reflect nearly all light, and for textures with values out of range.
+
+    Such surfaces are reported only if the scene sets no limit on the path length. The range is that of the parameter
+    that uses the texture.
+    """
     nodes = list({id(node): node for node in world.scene.model.nodes()}.values())
     white = [node for node in nodes if isinstance(node, Diffuse) and _reflects(node) >= WHITE]
     if white and world.scene.max_depth == -1:

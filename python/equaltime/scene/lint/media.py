@@ -1,4 +1,4 @@
-"""Hazards of media: densities that are too large for rays in single precision."""
+"""Checks for hazards of media: densities that are too large for rays in single precision."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SHORTEST: Final = 1e-7
 
 
 def check_media(world: World) -> Iterator[Finding]:
-    """Yield a finding if a mean free path is too short compared with the extent of the scene."""
+    """Yield a finding for media whose mean free path is too short compared with the extent of the scene."""
     extent = _extent(world)
     if extent == 0.0 or not sees_media(world.scene.model.integrator):
         return

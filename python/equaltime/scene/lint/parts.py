@@ -1,4 +1,4 @@
-"""The scene in the form that lint checks: surfaces as they are rendered, with vertices rounded as in the core."""
+"""The scene as lint checks it: one surface per shape, with vertices rounded as in the core."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ FAST_TRIANGLES: Final = 10_000
 
 @dataclass(eq=False)
 class Part:
-    """The surface of one shape of the scene."""
+    """The surface of one shape of the scene, with the shape's name."""
 
     shape: Solid
     name: Name
@@ -75,13 +75,16 @@ class Part:
 
     @property
     def one_sided(self) -> bool:
-        """True if exactly one side absorbs all light, or if the front emits and absorbs all light."""
+        """True if exactly one side of the surface absorbs all light.
+
+        Also True if the front emits light and absorbs all incident light.
+        """
         sides = self.surface.sides
         return (sides.front is None) != (sides.back is None) or (sides.front is None and sides.radiance is not None)
 
     @property
     def refracts(self) -> bool:
-        """True if the surface is a refracting interface, which should be part of a closed shape."""
+        """True if the surface is a refracting interface, such as clear glass. It should belong to a closed shape."""
         return any(
             (isinstance(leaf, Dielectric) and not isinstance(leaf, ThinDielectric) and leaf.int_ior != leaf.ext_ior)
             or (isinstance(leaf, Principled) and leaf.transmits)
@@ -90,7 +93,10 @@ class Part:
 
 
 class World:
-    """A scene in the form that lint checks. Meshes are transformed to world space at the first use."""
+    """A scene as lint checks it: its surfaces, camera position and names.
+
+    Meshes are transformed to world space at the first use.
+    """
 
     def __init__(self, scene: Scene, *, fast: bool = False) -> None:
         self.scene = scene
@@ -101,14 +107,17 @@ class World:
         """Number of meshes that were skipped to save time."""
 
     def called(self, node: Plugin) -> str:
-        """Return the name of `node` for findings. The node can be any part of the scene except a shape."""
+        """Return the name of `node` for findings, with its position in the scene file.
+
+        The node can be any object of the scene except a shape.
+        """
         return str(Name(node.id, node.title, self.scene.place_of(node)))
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:
-        """All surfaces, each once; surfaces of groups come last.
+        """Surfaces of all shapes, each once. Surfaces of shape groups come last.
 
-        A fast check skips meshes after `FAST_TRIANGLES` triangles, and counts them in `skipped`.
+        A fast check skips meshes after `FAST_TRIANGLES` triangles, and counts the skipped meshes in `skipped`.
         """
         parts = tuple(self._surfaces())
         corners = np.array([part.bounds for part in parts if not part.grouped]).reshape(-1, 3)
@@ -139,17 +148,20 @@ class World:
 
     @cached_property
     def meshes(self) -> tuple[Part, ...]:
-        """Surfaces that consist of triangles."""
+        """Surfaces in `parts` that consist of triangles."""
         return tuple(part for part in self.parts if part.mesh is not None)
 
 
 def lets_light_through(part: Part) -> bool:
-    """Tell whether the BSDF of a surface lets light through."""
+    """Tell whether the BSDF of the surface `part` lets light through."""
     return part.shape.bsdf is not None and part.shape.bsdf.transmits
 
 
 def leaves(bsdf: Bsdf | None) -> Iterator[Bsdf]:
-    """Iterate over the innermost BSDFs of `bsdf`; `bsdf` itself if no BSDF is nested in it."""
+    """Iterate over the innermost BSDFs inside `bsdf`, such as the two BSDFs of a blend.
+
+    A BSDF without nested BSDFs yields itself, and None yields no BSDF.
+    """
     if bsdf is None:
         return
     inner = getattr(bsdf, "bsdf", None)

@@ -1,4 +1,4 @@
-"""Hazards of surfaces: triangles without area, coincident triangles, wrong orientation, and gaps."""
+"""Checks for hazards of surfaces: triangles without area, coincident triangles, wrong orientation, and gaps."""
 
 from __future__ import annotations
 
@@ -17,7 +17,11 @@ MUCH = 1e-2
 
 
 def check_surfaces(world: World) -> Iterator[Finding]:
-    """Yield the findings about all surfaces of the scene."""
+    """Yield findings for the surfaces of the scene.
+
+    They report triangles without area, slivers, shading normals that face backwards, coincident triangles, shapes
+    turned inside out, and refracting meshes with gaps.
+    """
     known = {part: facts(part) for part in world.meshes}
     yield from _degenerate(known)
     yield from _slivers(known)
