@@ -20,9 +20,9 @@ class Reason:
     """An object of the scene that uses an effect, such as a BSDF, with its position in the scene file."""
 
     place: str
-    """Place of the element: ``file:line`` or ``file: key.path``; empty for a scene made in memory."""
+    """Position of the object in its file: ``file:line`` or ``file: key.path``; empty for a scene made in memory."""
     what: str
-    """Kind and type of the element, such as ``bsdf 'dielectric'``."""
+    """Family and type of the object, such as ``bsdf 'dielectric'``."""
 
     def __str__(self) -> str:
         return f"{self.place}: {self.what}" if self.place else self.what
@@ -31,8 +31,8 @@ class Reason:
 def derive(scene: Scene) -> Mapping[str, tuple[Reason, ...]]:
     """Return the effects that a scene uses: a mapping from the name of an effect to the objects that use the effect.
 
-    If no single object uses an effect, the mapping names the scene as a whole. Objects that change nothing in the image
-    are left out (see `equaltime.scene.inert`). Raises SceneError if the core cannot use the scene.
+    An effect that no single object uses has the scene as a whole as its only entry. Objects that change nothing in the
+    image are left out (see `equaltime.scene.inert`). Raises SceneError if the core cannot use the scene.
     """
     nodes = list(_nodes(scene))
     called = {name: kind_of(name) for name, used in scene.core.effects().items() if used}

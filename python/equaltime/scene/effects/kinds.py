@@ -56,9 +56,10 @@ __all__ = ["KINDS", "Kind", "kind_of"]
 
 @dataclass(frozen=True)
 class Kind:
-    """Description of an effect (a feature of scenes, such as media): name, title, users and stand-in.
+    """Description of an effect, a feature of scenes such as media.
 
-    The description is independent of any scene.
+    It has the effect's name, its title, a test for objects that use the effect, and the stand-in if the effect is left
+    out.
     """
 
     name: str

@@ -1,6 +1,6 @@
 """Leaves effects (features such as lens or media) out of a scene: a simpler stand-in replaces each effect.
 
-The image is then biased, and its result names the effects that were left out.
+The image is then biased, and the result of the render names the effects that were left out.
 
 Bitmaps and checkerboards become their means. Normal and bump maps are dropped. Masks become opaque, the environment
 black, a thin lens a pinhole, and media a vacuum. Moving objects stand where they are at the centre of the shutter's
@@ -76,7 +76,9 @@ def parse_names(names: Iterable[str]) -> dict[str, int | None]:
 
 
 def leave_out(scene: Scene, strategy: Strategy, names: Iterable[str]) -> tuple[Scene, Strategy]:
-    """Return scene and strategy without the named effects; the same scene object if the scene does not change.
+    """Return a scene and a strategy without the effects in `names`, such as ``textures`` or ``long_paths=4``.
+
+    If the scene does not change, the same scene object is returned.
 
     Raises
     ------

@@ -1,8 +1,8 @@
 """Converts a scene model to nested dictionaries with Mitsuba's names.
 
-The dictionaries are valid JSON; read again, they give the same scene. For example, a colour is ``{"type": "rgb",
-"value": [r, g, b]}``, and a reference is ``{"type": "ref", "id": name}``. A transform is a nested list, which
-`with_transforms` replaces by Mitsuba's own type. ``mitsuba.load_dict`` accepts all other values unchanged.
+The dictionaries are valid JSON; read again, they give the same scene. For example, a reference is
+``{"type": "ref", "id": name}``, and a colour ``{"type": "rgb", "value": [r, g, b]}``. A transform is a nested list,
+which `with_transforms` replaces by Mitsuba's own type. ``mitsuba.load_dict`` accepts all other values unchanged.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ class PlainWriter:
         return result
 
     def share(self, plugin: Plugin, name: str) -> Dict:
-        """Write a node into `shared`, under `name` or a similar name, and return a reference to it.
+        """Write a node into `shared`, under `name` or a similar name, and return a reference to the written node.
 
         Nodes that differ only in their names are written once.
         """

@@ -1,4 +1,4 @@
-"""glTF 2.0 (``.gltf``, ``.glb``) as Mitsuba's plugins: the counterpart of each part of a file.
+"""Converts glTF 2.0 files (``.gltf``, ``.glb``) to Mitsuba's plugins. A table lists the plugin for each element.
 
 Meshes and bitmaps stay in the file. The model names them, and `Assets` reads their data through this package:
 ``model.glb#/meshes/0/primitives/1`` (shape `gltf`) and ``model.glb#/materials/2/roughness`` (`bitmap`). In the table,

@@ -32,9 +32,10 @@ _BITMAP: Final = re.compile(r"/materials/(\d{1,9})/([a-z_]+)")
 
 
 def split(filename: str) -> tuple[str, str | None]:
-    """Split a name such as ``model.glb#/meshes/0/primitives/1`` at ``#``, and return file name and fragment.
+    """Split the name of a mesh or bitmap in a glTF file at ``#``, and return the pair (file name, fragment).
 
-    The fragment is None for a name that is not a glTF file name followed by ``#``.
+    For example, ``model.glb#/meshes/0/primitives/1`` has the fragment ``/meshes/0/primitives/1``. All other names are
+    returned unchanged, with None as fragment.
     """
     match = _NAME.fullmatch(filename)
     return (match[1], match[2]) if match else (filename, None)
@@ -56,9 +57,9 @@ class Contents:
 
     @property
     def extensions(self) -> dict[str, str]:
-        """Counterpart here, in words, of each glTF extension that the file uses, by the extension's name.
+        """Mitsuba plugins or parameters that the glTF extensions of the file become, in words, by the extension's name.
 
-        The words come from `MAPPING`, or are ``not used``.
+        The words come from `MAPPING`; an unsupported extension has the entry ``not used``.
         """
         return self._document.extensions
 

@@ -61,16 +61,16 @@ class Document:
     size: int
     """Size of the file, in bytes."""
     notes: dict[str, dict[str, None]] = field(default_factory=dict)
-    """Notes on parts of the file that are changed or not used, in order of discovery, each with places in the file."""
+    """Notes on parts of the file that are changed or not used, in order of discovery, each with paths in the JSON."""
     uses: dict[int, dict[str, int]] = field(default_factory=dict)
     """Uses of each image, by index: names of material parameters decoded from the image, with numbers of texels."""
     _buffers: dict[int, memoryview] = field(default_factory=dict)
 
     @property
     def extensions(self) -> dict[str, str]:
-        """Counterpart here, in words, of each glTF extension that the file uses, by the extension's name.
+        """Mitsuba plugins or parameters that the glTF extensions of the file become, in words, by the extension's name.
 
-        The words come from `MAPPING`; for an extension without counterpart they are `NOT_USED`.
+        The words come from `MAPPING`; an unsupported extension has the entry `NOT_USED`.
         """
         used = dict.fromkeys([*self.gltf.extensionsUsed, *self.gltf.extensionsRequired])
         return {name: MAPPING.get(name, NOT_USED) for name in used}
@@ -156,7 +156,7 @@ def _decoded(uri: str, place: str) -> bytes:
 def parse(name: str, content: bytes, locate: Callable[[str], Path]) -> Document:
     """Check the glTF file `name` and return it as a `Document`.
 
-    `content` are the bytes of the ``.gltf`` or ``.glb`` file. `locate` maps a relative file name to a path. Raises
+    `content` has the bytes of the ``.gltf`` or ``.glb`` file. `locate` maps a relative file name to a path. Raises
     `Malformed` if the file is not valid.
     """
     from equaltime.scene.gltf.schema import (

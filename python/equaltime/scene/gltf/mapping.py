@@ -1,6 +1,6 @@
-"""Table of the supported glTF extensions: the counterpart of each here, and its approximations, in words.
+"""Table of the supported glTF extensions: the Mitsuba plugins or parameters that an extension becomes, in words.
 
-The command ``equaltime info`` shows the entries for a file.
+The entries also name the approximations. The command ``equaltime info`` shows the entries for a file.
 """
 
 from __future__ import annotations

@@ -80,7 +80,7 @@ class Materials:
     def look(self, material: int | None) -> SurfaceLook:
         """Return the parameters of a material's BSDF, emitter and medium.
 
-        They are read from the file at the first call.
+        The parameters are read from the file at the first call.
         """
         if material not in self._looks:
             self._looks[material] = look(None if material is None else self._document.gltf.materials[material])

@@ -149,7 +149,7 @@ def product(a: Array, b: Array) -> Array:
 
 
 def instances(document: Document, at: Placed) -> list[Array] | None:
-    """Return the copies of a node by EXT_mesh_gpu_instancing, as transforms (4, 4) to world space.
+    """Return the transforms (4, 4) to world space of the copies that EXT_mesh_gpu_instancing makes of the node `at`.
 
     Returns None if the node does not have this extension. Raises `Malformed` if the extension's data is not valid.
     """

@@ -11,7 +11,7 @@ __all__ = ["add", "plant"]
 def plant(kind: Kind, type_: str, place: Place, id_: str | None = None, **fields: object) -> Object:
     """Return a new object of the scene tree, with plugin family `kind` (such as ``bsdf``) and plugin type `type_`.
 
-    Error messages about the object name `place`, its position in the file. The `fields` are its parameters: plain
+    `place` is the object's position in the file, for error messages. The `fields` are the object's parameters: plain
     values, objects or references. A field that is None is left out.
     """
     result = Object(place, type_, kind, id=id_)
@@ -21,7 +21,7 @@ def plant(kind: Kind, type_: str, place: Place, id_: str | None = None, **fields
 
 
 def add(parent: Object, name: str | None, value: object) -> None:
-    """Add `value` to `parent`: as parameter `name`, or without a name as a nested object.
+    """Add `value` to `parent`: as the parameter `name`, or as an unnamed nested object if `name` is None.
 
     A `value` of None is not added.
     """

@@ -30,7 +30,7 @@ class Pose:
 
     @cached_property
     def worlds(self) -> dict[int, NDArray[np.float64]]:
-        """Transform (4, 4) from node to world space, for each index of a node."""
+        """Transforms (4, 4) from each node to world space, by the index of the node."""
         return {at.index: at.to_world for at in placed(self.document, None, self.clip, hidden=True)}
 
     def weights(self, mesh: int, node: int | None) -> Any:

@@ -33,7 +33,7 @@ def read_gltf(
 ) -> Object | None:
     """Return the scene in a glTF file as a scene tree, or None if the file has errors.
 
-    `content` are the bytes of the file named `file`. `defines` are the values of the option ``-D``; see `DEFINITIONS`.
+    `content` has the bytes of the file named `file`. `defines` has the values of the option ``-D``; see `DEFINITIONS`.
     Errors and notes are added to `report`. The other files that the glTF file names are recorded in `search`.
     """
     place = Place(file)

@@ -1,7 +1,8 @@
 """Rules that check a JSON document, composed of smaller rules.
 
-A rule is a function of a value, its path in the JSON (``materials[2].alphaCutoff``) and the whole document. It yields
-the problems of the value. `walk` visits all parts of a value along a rule, and finds properties that no rule lists.
+A rule is a function of three arguments: a value, the value's path in the JSON (such as ``materials[2].alphaCutoff``)
+and the whole document. The function yields the problems of the value, as pairs (path, message). `walk` visits all parts
+of a value along a rule, and finds properties that no rule lists.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ __all__ = [
 ]
 
 Problems = Iterator[tuple[str, str]]
-"""Problems of a value, as pairs (place, message)."""
+"""Problems of a value, as pairs (path in the JSON, message)."""
 LARGEST = 3.4028235e38
 """Largest float32, and so the largest number in a glTF file."""
 Rule = Callable[[Any, str, Mapping[str, Any]], Problems]

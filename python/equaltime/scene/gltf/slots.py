@@ -144,7 +144,7 @@ def _decoded(pixels: Array, encoded: bool) -> NDArray[np.float32]:
 
 
 def faded(light: Slot, opacity: Slot) -> Slot | None:
-    """Return the emission `light` multiplied by `opacity`, as one slot.
+    """Return the emission `light` multiplied by the opacity `opacity`, as one parameter (slot) of a material.
 
     Returns None if `light` and `opacity` have different textures.
     """

@@ -1,6 +1,6 @@
 """Checks for coarsely rounded vertices.
 
-They occur in shapes too far from the camera, and in meshes that are written too far from their own origin.
+Coarse vertices occur in shapes too far from the camera, and in meshes written too far from their own origin.
 """
 
 from __future__ import annotations

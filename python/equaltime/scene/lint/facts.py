@@ -1,6 +1,7 @@
-"""Facts about a mesh, computed in time linear in the number of triangles: by sums and hashes, with few sorts.
+"""Facts about a mesh, such as its volume, and whether the mesh is closed.
 
-Two vertices are equal if the core rounds them to the same position. A sum of 64-bit hashes represents a multiset: two
+The computation uses sums and hashes, with few sorts, so that its time is nearly linear in the number of triangles. Two
+vertices are equal if the core rounds them to the same position. A sum of 64-bit hashes represents a multiset: two
 different multisets have equal sums with a probability of about 2^-64.
 """
 
@@ -22,7 +23,7 @@ Severity = Literal["warning", "note"]
 """Warning: the image may be wrong or take long. Note: the renderer handles the hazard, or it may be intended."""
 
 MOST_PLACES: Final = 8
-"""Largest number of places that a finding names; `Finding.count` counts all."""
+"""Largest number of objects that a finding names; `Finding.count` counts all."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ class Finding:
     what: str
     """Description of the hazard, with figures."""
     where: tuple[str, ...]
-    """The first `MOST_PLACES` shapes, BSDFs or lights, with their places in the file."""
+    """The first `MOST_PLACES` shapes, BSDFs or lights, with their positions in the file."""
     count: int
     """Number of triangles, vertices, texels or objects, as `what` says."""
     becomes: str
@@ -74,7 +75,7 @@ UNCERTAIN: Final = 1e-2
 class MeshFacts:
     """Results of one pass over the triangles of a mesh.
 
-    They are counts of bad triangles, area, volume, closedness, and hashes for comparison with other meshes.
+    The results are counts of bad triangles, area, volume, closedness, and hashes for comparison with other meshes.
     """
 
     degenerate: int

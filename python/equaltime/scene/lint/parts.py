@@ -84,7 +84,10 @@ class Part:
 
     @property
     def refracts(self) -> bool:
-        """True if the surface is a refracting interface, such as clear glass. It should belong to a closed shape."""
+        """True if the surface is a refracting interface, such as clear glass.
+
+        A refracting surface should belong to a closed shape.
+        """
         return any(
             (isinstance(leaf, Dielectric) and not isinstance(leaf, ThinDielectric) and leaf.int_ior != leaf.ext_ior)
             or (isinstance(leaf, Principled) and leaf.transmits)

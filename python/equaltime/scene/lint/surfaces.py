@@ -19,8 +19,8 @@ MUCH = 1e-2
 def check_surfaces(world: World) -> Iterator[Finding]:
     """Yield findings for the surfaces of the scene.
 
-    They report triangles without area, slivers, shading normals that face backwards, coincident triangles, shapes
-    turned inside out, and refracting meshes with gaps.
+    The findings report triangles without area, slivers, shading normals that face backwards, and coincident triangles.
+    They also report shapes turned inside out, one-sided shapes around the camera, and refracting shapes with gaps.
     """
     known = {part: facts(part) for part in world.meshes}
     yield from _degenerate(known)

@@ -31,7 +31,10 @@ class Animation:
 
 @dataclass(frozen=True, slots=True)
 class Deformation:
-    """Files of a mesh at several times. All files have the same triangles, but different vertices."""
+    """A mesh that deforms: one file for each of several times.
+
+    All files have the same triangles, but different vertices.
+    """
 
     times: tuple[float, ...]
     """Times of the keys, increasing, in the units of the sensor's ``shutter_open`` and ``shutter_close``."""
@@ -47,7 +50,7 @@ def mesh_files(filename: str | Deformation) -> tuple[str, ...]:
 
 
 def poses(placement: Matrix | Animation) -> tuple[Matrix, ...]:
-    """Return the transforms in `placement` as a tuple: one, or for an `Animation` one for each key."""
+    """Return the transforms in `placement` as a tuple: one transform, or for an `Animation` one for each key."""
     return placement.matrices if isinstance(placement, Animation) else (placement,)
 
 

@@ -39,14 +39,14 @@ NO_MORE = "one of Mitsuba 0.6, which Mitsuba 3 and equaltime have not"
 class Plugin(BaseModel):
     """Base class of all nodes of the scene model.
 
-    Each subclass is one Mitsuba plugin, such as ``diffuse``, or the common base of several plugins.
+    Each subclass is one plugin, such as ``diffuse``, or the common base of several plugins.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
     kind: ClassVar[Kind]
     roles: ClassVar[Mapping[Kind, str]] = {}
-    """Fields by kind of object, for nested objects that are assigned by their kind and not by a parameter name.
+    """Fields by family of plugins, for nested objects that are assigned by their family and not by a parameter name.
 
     See `slots` for the other fields.
     """

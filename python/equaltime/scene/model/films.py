@@ -150,7 +150,10 @@ class HdrFilm(Plugin):
 
     @property
     def crop(self) -> tuple[int, int, int, int]:
-        """Crop window (x, y, width, height) in pixels. Without a crop window in the scene, it covers the whole film."""
+        """Crop window (x, y, width, height) in pixels.
+
+        The window is the whole film if the scene sets no crop window.
+        """
         width = self.width if self.crop_width is None else self.crop_width
         height = self.height if self.crop_height is None else self.crop_height
         return self.crop_offset_x, self.crop_offset_y, width, height

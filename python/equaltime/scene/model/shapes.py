@@ -190,7 +190,10 @@ class Serialized(MeshFile):
 
 
 class Gltf(MeshFile):
-    """A mesh in a glTF file, an extension to Mitsuba: ``model.glb#/meshes/0/primitives/1``."""
+    """A mesh in a glTF file, an extension to Mitsuba.
+
+    An example of a file name is ``model.glb#/meshes/0/primitives/1``.
+    """
 
     type: Literal["gltf"] = "gltf"
 

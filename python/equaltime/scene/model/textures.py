@@ -131,7 +131,10 @@ class MeshAttribute(TexturePlugin):
     """Texture by which the attribute is multiplied, for parameters of BSDFs; an extension to Mitsuba."""
 
     def numbers(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the attribute's `values` times ``scale``, and clamped if ``cut`` is set; ``times`` is not applied."""
+        """Return the attribute's `values` times ``scale``, clamped to [0, 1] if ``cut`` is set.
+
+        The result is not multiplied by the texture ``times``.
+        """
         scaled = self.scale * values
         return np.clip(scaled, 0.0, 1.0) if self.cut else scaled
 

@@ -210,7 +210,7 @@ def as_array(matrix: Matrix) -> NDArray[np.float64]:
 def linear_scale(matrix: Matrix) -> float | None:
     """Return the factor by which a transform scales all lengths.
 
-    Returns None if the factor depends on the direction, up to the tolerance `SHAPE_TOLERANCE`.
+    Returns None if the factor depends on the direction by more than the tolerance `SHAPE_TOLERANCE`.
     """
     linear = as_array(matrix)[:3, :3]
     largest = float(np.abs(linear).max()) or 1.0  # so that squares neither overflow nor vanish
@@ -224,7 +224,7 @@ def linear_scale(matrix: Matrix) -> float | None:
 def without_shear(matrix: Matrix, about: Sequence[float] = (0.0, 0.0, 0.0)) -> NDArray[np.float64]:
     """Return a transform as an array (4, 4), with small shear removed.
 
-    A rotation written with four digits has such shear, but shapes that are sampled in closed form must have none. A
+    A rotation written with four digits has small shear, but shapes that are sampled in closed form must have none. A
     transform with larger shear or uneven scale (see `SHAPE_TOLERANCE`) is returned unchanged. The corrected transform
     maps the point `about` as before.
     """
