@@ -43,7 +43,8 @@ def scene_dict(model: SceneModel, name_file: Callable[[str], str]) -> Dict:
 def with_transforms(node: Mapping[str, Any], transform: Callable[[list[list[float]]], Any]) -> Dict:
     """Return a copy of the dictionary `node` in which `transform` was applied to every transform.
 
-    The function `transform` takes a nested list (4, 4); an example is ``mitsuba.ScalarTransform4f``.
+    The function `transform` takes a nested list (4, 4); an example is ``mitsuba.ScalarTransform4f``. For an animated
+    transform, it takes the dictionary of the animation.
     """
     return {
         key: transform(value)
