@@ -46,11 +46,13 @@ class StrategyRuns:
     parts: Parts | None = None
     """Bias and variance of the final images; None without images or without a reference of their size."""
     heavy: bool = False
-    """Whether the squared errors have a heavy tail (see `tails`)."""
+    """Whether few pixels of few repeats make most of the squared error: a heavy tail (see `tails`)."""
 
     @classmethod
     def of(cls, label: str, rows: Sequence[Row], folder: Path, reference: Reference | None) -> StrategyRuns:
-        """Join the records of a strategy, and check its final images for heavy tails and for light that runs missed.
+        """Join the records of a strategy, and check its final images for heavy tails and for missed light.
+
+        The tail is heavy if few pixels of few repeats make most of the error.
 
         Images are read from ``folder``. Without images or without a reference of their size, the checks are left out.
         """
@@ -70,7 +72,7 @@ class StrategyRuns:
         return tuple(sorted((row for row in self.rows if row.last), key=lambda row: row.repeat))
 
     def apart_from(self, other: StrategyRuns) -> bool:
-        """Tell whether this strategy's runs all began before the other strategy's runs, or all after.
+        """Tell whether all runs of one of the two strategies began before all runs of the other.
 
         True means that one of the strategies was added to the experiment later.
         """
@@ -78,7 +80,7 @@ class StrategyRuns:
         return bool(own and others) and (max(own) < min(others) or max(others) < min(own))
 
     def images(self) -> Floats | None:
-        """Return the final images (K, H, W, 3) of the first K repeats, with K limited by memory.
+        """Return the final images of the first K repeats as one array (K, H, W, 3); memory limits K.
 
         Returns None if one of these images is missing or not finite.
 

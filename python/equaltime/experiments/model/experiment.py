@@ -64,7 +64,7 @@ class SceneEntry(Value):
     """Replace the parts that cannot be rendered, as `equaltime.load` does."""
 
     def load(self) -> Scene:
-        """Read the scene and apply size, crop and max_depth; raises SceneError."""
+        """Return the scene, with the entry's size, crop and max_depth; raises SceneError for an invalid scene."""
         if isinstance(self.scene, Scene):
             scene = self.scene
         else:
@@ -117,11 +117,11 @@ class StrategyEntry(Value):
 
     @property
     def place(self) -> str:
-        """Place of the entry in its file, ``FILE:LINE: strategies[N]``; empty if the entry was not read from a file."""
+        """File, line and keys at which the entry was read, ``FILE:LINE: strategies[N]``; empty if it was not read."""
         return self._origin.place
 
     def at(self, place: str) -> Self:
-        """Return a copy of the entry with ``place``, such as ``FILE:LINE: strategies[N]``, for error messages."""
+        """Return a copy of the entry whose `place` in error messages is this text, ``FILE:LINE: strategies[N]``."""
         entry = self.model_copy()
         entry._origin = _Origin(place)
         return entry

@@ -1,4 +1,4 @@
-"""Reads experiments from TOML, and makes experiments from a scene and options.
+"""Reader of experiments from TOML; also makes experiments from a scene and options.
 
 An experiment can continue the records in a folder only if both have the same identity (see `identity_of`).
 """
@@ -42,9 +42,10 @@ __all__ = [
 def identity_of(
     experiment: Experiment, scenes: Sequence[Scene], subjects: Sequence[Subject], threads: int
 ) -> dict[str, Any]:
-    """Return every setting that affects a record, as JSON data.
+    """Return every setting that affects the records of an experiment, as JSON data.
 
-    Titles, targets, crops, the baseline and the number of repeats do not affect records, and may change between calls.
+    ``subjects`` are the renderers of its strategies. Titles, targets, crops, the baseline and the number of repeats do
+    not affect records, and may change between calls.
     """
     wish = experiment.reference
     return {
@@ -72,8 +73,8 @@ def identity_of(
 def run_seeds(scene: str, strategy: str, repeats: int) -> tuple[int, ...]:
     """Return one seed for each repeat of a strategy on a scene.
 
-    Seeds are distinct 31-bit numbers, which every renderer accepts. A seed is a hash of the two names and the number of
-    the repeat. Adding strategies or repeats therefore changes no seed.
+    Seeds are distinct 31-bit numbers, which every renderer accepts. A seed is a hash of scene name, strategy label and
+    number of the repeat. Adding strategies or repeats therefore changes no seed.
     """
     seeds: dict[int, None] = {}
     for repeat in range(repeats):
@@ -232,9 +233,9 @@ def _suited(text: str, scene: Scene) -> StrategyEntry:
 
 
 def with_roulette(strategy: Strategy, scene: Scene) -> Strategy:
-    """Return the strategy, with Russian roulette added if the scene's max_depth is unlimited or above 64.
+    """Return the strategy, with Russian roulette added if the scene's ``max_depth`` is unlimited or above 64.
 
-    A strategy that has roulette is returned unchanged.
+    A strategy that already has roulette is returned unchanged.
     """
     if strategy.roulette == "none" and not 0 <= scene.max_depth <= _DEPTH_WITHOUT_ROULETTE:
         return strategy.model_copy(update={"roulette": "throughput"})
@@ -330,7 +331,7 @@ def check_installed() -> None:
 def split_strategies(text: str) -> tuple[str, ...]:
     """Split text such as ``naive,best,heuristic=balance,mis`` into the texts of strategies.
 
-    A part with ``=`` belongs to the strategy before it: here ``naive``, ``best,heuristic=balance`` and ``mis``.
+    An item with ``=`` belongs to the strategy before it: here ``naive``, ``best,heuristic=balance`` and ``mis``.
     """
     strategies: list[str] = []
     for part in text.split(","):

@@ -57,12 +57,12 @@ class Gate:
 
     @property
     def agrees(self) -> bool:
-        """Whether the test finds no difference between the expected images: p is above the level."""
+        """Whether the test finds no difference between the expected images: its p-value is above its level."""
         return bool(self.agreement.p > self.level)
 
     @property
     def note(self) -> str:
-        """Sentence for reports on the difference and the reference used; empty if the peer agrees."""
+        """Sentence for reports: how the images differ, and which reference is used; empty if the peer agrees."""
         if self.agrees:
             return ""
         width, height = self.size

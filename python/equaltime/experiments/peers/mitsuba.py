@@ -78,21 +78,21 @@ class MitsubaPeer:
 
     @property
     def reference_note(self) -> str:
-        """Sentence on the known limits of a reference that `for_reference` renders."""
+        """Sentence for reports on the known limits of a reference that the peer from `for_reference` renders."""
         if self.sampler not in UNFIT_SAMPLERS:
             return CAVEAT
         another = f"with the sampler {fit_sampler(self.sampler)}, because {self.sampler} is no reference"
         return f"that one is rendered {another}: {UNFIT_SAMPLERS[self.sampler]}; {CAVEAT}"
 
     def for_reference(self) -> MitsubaPeer:
-        """Return the peer to render references with: itself, or a copy with another sampler if its own is unfit."""
+        """Return the peer that renders references: this peer, or a copy with another sampler if its own is unfit."""
         fit = fit_sampler(self.sampler)
         return self if fit == self.sampler else dataclasses.replace(self, sampler=fit)
 
     def prepare(self, scene: Scene, threads: int) -> float:
         """Start Mitsuba if necessary, load ``scene`` and compile; return the seconds that this takes.
 
-        For a scene loaded before, the recorded seconds of that first time are returned.
+        For a scene that is loaded already, returns the seconds that its first loading took.
 
         Raises PeerError if Mitsuba or LLVM is missing, or Mitsuba cannot use the scene, integrator or sampler.
         """

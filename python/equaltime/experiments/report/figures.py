@@ -33,7 +33,10 @@ _KINDS = {"pdf": {"CreationDate": None}, "png": {}}
 
 
 def write_figure(figure: Figure, folder: Path, name: str) -> tuple[str, ...]:
-    """Write a figure as PDF and PNG, each file atomically; return the names FOLDER/NAME.pdf and FOLDER/NAME.png."""
+    """Write a figure to ``folder`` as NAME.pdf and NAME.png, each atomically.
+
+    Returns the names of both files with the last part of the folder's path, as in ``figures/NAME.pdf``.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     for kind, metadata in _KINDS.items():
         with replacing(folder / f"{name}.{kind}") as file:
@@ -64,9 +67,9 @@ def write_figures(
 
 
 def draw_comparison(scene: SceneResult, pictures: Pictures, crops: Sequence[Window]) -> Figure:
-    """Return a figure of the reference with marked crops, and beside it the crops of all images.
+    """Return a figure of the reference with marked windows ``crops``, and beside it the crops of all images.
 
-    The figure has one row per crop, and one column for the reference and for each strategy.
+    The crops form a table: a row per window, a column for the reference, and a column per strategy.
     """
     shown = [strategy for strategy in scene.strategies if strategy.label in pictures.runs]
     height, width = pictures.reference.mean.shape[:2]

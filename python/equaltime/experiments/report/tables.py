@@ -40,7 +40,10 @@ _CELLS: Mapping[Quantity, Callable[[Interval], Cell]] = {
 
 
 def beside_table(slug: str, summary: Summary) -> Table | None:
-    """Return a table of published and measured numbers; None if the experiment tests no published numbers."""
+    """Return a table of published and measured numbers; None if the experiment compares no published numbers.
+
+    ``slug`` begins the table's id.
+    """
     if not summary.beside:
         return None
     rows = tuple(_row(line, len(summary.scenes) > 1) for line in summary.beside)
@@ -65,7 +68,7 @@ _NOTHING = Cell("\N{EN DASH}", state="unknown")
 
 
 def label_row(scene: SceneResult, strategy: StrategyResult, look: Look, cells: Sequence[Sequence[Cell]] = ()) -> Row:
-    """Return a table row of a strategy, with tags such as "baseline" and "biased" beside its label."""
+    """Return a table row of a strategy with these ``cells``; tags such as "baseline" and "biased" follow its label."""
     tags = ["baseline"] * (strategy.label == scene.baseline) + ["biased"] * strategy.biased
     if strategy.renderer != "core":
         tags.append(strategy.renderer)

@@ -46,7 +46,7 @@ class Film:
 
 @dataclass(frozen=True, eq=False)
 class Studio:
-    """Renders the films of an experiment after its runs."""
+    """Renderer of an experiment's films, used after the runs."""
 
     experiment: Experiment
     scenes: Sequence[Scene]
@@ -58,7 +58,7 @@ class Studio:
     threads: int
 
     def wants(self, key: Key) -> bool:
-        """Tell whether the run with this key is recorded but the film of its strategy is missing."""
+        """Tell whether to render a film: the run ``key`` is recorded, but the film of its strategy is missing."""
         return self._ended(key) is not None and not self.folder.film(*key[:2]).exists()
 
     def shoot(self, key: Key, number: int, subject: Subject) -> None:

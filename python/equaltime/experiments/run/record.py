@@ -55,7 +55,7 @@ def read_array(path: Path, shape: tuple[int, ...]) -> NDArray[Any]:
 
 
 def read_arrays(path: Path, names: Sequence[str]) -> tuple[NDArray[Any], ...]:
-    """Read the arrays with these names from an ``.npz`` file, in the order of names.
+    """Read the arrays with these names from an ``.npz`` file, and return the arrays in the order of ``names``.
 
     Raises `ImageError` if the file is missing or damaged, or an array is missing.
     """
@@ -183,7 +183,7 @@ def load(path: Path) -> tuple[Row, ...]:
 
 
 def complete(rows: Iterable[Row]) -> tuple[Row, ...]:
-    """Return the rows of finished runs: those runs that have their last row."""
+    """Return the rows of finished runs: runs whose last row is among ``rows``."""
     rows = tuple(rows)
     ended = {row.key for row in rows if row.last}
     return tuple(row for row in rows if row.key in ended)

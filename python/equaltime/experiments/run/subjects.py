@@ -1,4 +1,4 @@
-"""Makes the subjects (objects that render: strategies, peers, your own) and the scenes of an experiment."""
+"""Scenes and subjects of an experiment; a subject renders: a strategy, a peer (another renderer), or your own code."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def make_subjects(experiment: Experiment) -> tuple[Subject, ...]:
 
 
 def close_subjects(subjects: Sequence[Subject]) -> None:
-    """Close the subjects that have a ``close`` method, and thereby their processes and files."""
+    """Close all subjects that have a ``close`` method, which ends their processes and closes their files."""
     for subject in subjects:
         if close := getattr(subject, "close", None):
             close()
