@@ -1,4 +1,4 @@
-"""Messages of the command line: errors, warnings, quotes, and lines about an image."""
+"""Messages of the command line: errors, warnings, quotes (predictions of a render), and lines about an image."""
 
 from __future__ import annotations
 
@@ -219,7 +219,7 @@ def print_quote(quote: Quote) -> None:
 
 
 def print_no_quote(why: str) -> None:
-    """Print one line with the reason why there is no quote."""
+    """Print one line with ``why``, the reason why there is no quote (prediction of time and error)."""
     print(f"no quote: {why}", flush=True)
 
 

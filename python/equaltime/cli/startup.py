@@ -1,7 +1,8 @@
 """Handler that ends the ``equaltime`` command quietly if Ctrl-C comes during its imports.
 
 Importing this module installs the handler, but only in a process that was started as the command. The package imports
-it before all slow imports. From the call of `ready` until the call of `over`, the command line handles Ctrl-C itself.
+this module before all slow modules. From the call of `ready` until the call of `over`, the command line handles Ctrl-C
+itself.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Experiments that measure the time to a given accuracy, their statistics and their reports.
 
-Every number in a report comes from a record, with an interval or the reason why no interval can be trusted.
+Every number in a report comes from recorded runs. It has an interval, or the reason why no interval can be trusted.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ MOST_ULP: Final = ROUNDING * 2.0**24
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result of one renderer in one case."""
+    """Result of one renderer in one hard case: its score, and the limit that the score must not exceed."""
 
     expected: float | None
     got: float | None
@@ -57,7 +57,7 @@ class Outcome:
         return self.limit * self.error / abs(self.expected) + ROUNDING
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the outcome as JSON data; numbers that are not finite become None."""
+        """Return the outcome as a dict for JSON; numbers that are not finite become None."""
         data = {**vars(self), "pass": self.passed, "resolution": self.resolution}
         return {
             name: None if isinstance(value, float) and not math.isfinite(value) else value
@@ -107,7 +107,7 @@ def judge_same(first: Images, second: Images, limit: float) -> Outcome:
 
 
 def judge_bits(first: NDArray[np.float32], second: NDArray[np.float32]) -> Outcome:
-    """Compare two images bit by bit; the outcome passes only if they are equal."""
+    """Compare two images bit by bit; the outcome passes only if all bits are equal."""
     a, b = first.astype(np.float64), second.astype(np.float64)
     apart = np.abs(a - b) / np.spacing(np.maximum(np.abs(first), np.abs(second)))
     ulp = float(apart.max())

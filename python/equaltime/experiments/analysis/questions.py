@@ -1,6 +1,6 @@
 """Verdicts on three questions of experiments: which strategies are biased, samples to an error, squared error x time.
 
-`verdict` answers the fourth question, for time to an error.
+The module `verdict` answers the fourth question: the time to an error.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 
 
 def speed_up(baseline: Runs, runs: Runs, target: float) -> Interval:
-    """Return the baseline's time to the error ``target``, divided by the time that ``runs`` need.
+    """Return the baseline's time to the error ``target``, divided by the time to that error in ``runs``.
 
     If the ratio is above 1, ``runs`` are faster. Each repeat of one strategy is paired with the same repeat of the
     other, which ran beside it; surplus repeats are left out. If few events make most of an error (a heavy tail), the
@@ -79,9 +79,9 @@ def _typical_ratio(first: Runs, second: Runs, target: float) -> Interval:
 def efficiency(baseline: Runs, runs: Runs) -> Interval:
     """Return the baseline's squared error x time at the end of its runs, divided by the same product for ``runs``.
 
-    The ratio is the median over pairs of repeats. For independent samples it equals the ratio of times to equal error.
-    The median describes typical runs, also for heavy-tailed errors, and ignores rare bad runs. No time is extrapolated.
-    The result is unknown if either strategy is biased.
+    The ratio is the median over pairs of repeats. For independent samples, the ratio also holds for times to equal
+    error. The median describes typical runs, also for heavy-tailed errors, and ignores rare bad runs. No time is
+    extrapolated. The result is unknown if either strategy is biased.
     """
     repeats = min(baseline.repeats, runs.repeats)
     costs = [(r.relmse * r.seconds)[:repeats, -1] for r in (baseline, runs)]

@@ -1,4 +1,4 @@
-"""All runs of one strategy on one scene: joins records and images into the data that intervals are computed from."""
+"""All runs of one strategy on one scene: records and images, joined into the data from which intervals follow."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ Its later error is then not predictable."""
 
 @dataclass(frozen=True, eq=False)
 class StrategyRuns:
-    """The records (rows) of one strategy on one scene, and the times and errors of runs, joined from the records."""
+    """The records (rows) of one strategy on one scene, and the times and errors of its runs, taken from the records."""
 
     label: str
     rows: tuple[Row, ...]
@@ -52,9 +52,8 @@ class StrategyRuns:
     def of(cls, label: str, rows: Sequence[Row], folder: Path, reference: Reference | None) -> StrategyRuns:
         """Join the records of a strategy, and check its final images for heavy tails and for missed light.
 
-        The tail is heavy if few pixels of few repeats make most of the error.
-
-        Images are read from ``folder``. Without images or without a reference of their size, the checks are left out.
+        The tail is heavy if few pixels of few repeats make most of the error. Images are read from ``folder``. Without
+        images or without a reference of their size, the checks are left out.
         """
         spp, runs = runs_of(rows)
         plain = cls(label, tuple(rows), folder, spp, runs)
@@ -68,7 +67,7 @@ class StrategyRuns:
 
     @property
     def last(self) -> tuple[Row, ...]:
-        """Record of the last checkpoint of each repeat, in the order of repeats."""
+        """The last row of each repeat's records, in the order of repeats."""
         return tuple(sorted((row for row in self.rows if row.last), key=lambda row: row.repeat))
 
     def apart_from(self, other: StrategyRuns) -> bool:

@@ -141,7 +141,7 @@ class StrategyEntry(Value):
 
 
 class ReferenceWish(Value):
-    """Wanted accuracy of the references against which errors are measured."""
+    """Wanted accuracy of the references, the precise images against which errors are measured."""
 
     error: Error = 0.005
     """Relative error at which rendering a reference stops (0.005 is 0.5 %)."""
@@ -218,7 +218,7 @@ class Experiment(Value):
         return experiment
 
     def replace(self, **changes: object) -> Experiment:
-        """Return a copy with some values changed; the copy is checked again."""
+        """Return a copy of the experiment with some values changed; the values of the copy are checked again."""
         fields = {name: getattr(self, name) for name in self.model_fields_set}
         if {"budget", "spp"} & changes.keys():
             fields |= {"budget": None, "spp": None}
@@ -230,7 +230,7 @@ class Experiment(Value):
         return Experiment.model_validate(changed)
 
     def load_scenes(self) -> tuple[Scene, ...]:
-        """Read all scenes; raises `ExperimentError` with the problems of all of them."""
+        """Return all scenes, read from their files; raises `ExperimentError` with the problems of all scenes."""
         scenes: list[Scene] = []
         problems: list[Problem] = []
         for number, entry in enumerate(self.scenes):

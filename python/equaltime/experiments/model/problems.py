@@ -169,10 +169,10 @@ def _theirs_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def unfit_character(name: str) -> str:
-    """Return the first character of a name that cannot be stored in a one-line record, as text such as ``U+000A``.
+    """Return the first character of a name that a line of the records cannot hold, as text such as ``U+000A``.
 
-    Returns an empty text if there is none. Such characters are control characters, line and paragraph separators, and
-    unpaired surrogates.
+    Returns an empty text if there is no such character. Such characters are control characters, line and paragraph
+    separators, and unpaired surrogates.
     """
     found = next((one for one in name if unicodedata.category(one) in ("Cc", "Cs", "Zl", "Zp")), None)
     if found is None:

@@ -123,7 +123,7 @@ _QUICK_REFERENCES_SECONDS: Final = 10.0
 def is_experiment(path: Path, unreadable: bool = False) -> bool:
     """Tell whether a file is an experiment: a TOML file with a list of scenes or of strategies.
 
-    Returns ``unreadable`` for a TOML file that cannot be read.
+    The value of ``unreadable`` is returned for a TOML file that cannot be read.
     """
     if path.suffix.lower() != ".toml":
         return False
@@ -243,7 +243,7 @@ def with_roulette(strategy: Strategy, scene: Scene) -> Strategy:
 
 
 def quicker(experiment: Experiment) -> Experiment:
-    """Return a smaller experiment for a first look, which ends in under a minute if it has a time budget.
+    """Return a smaller copy of the experiment; if it has a time budget, the copy ends in under a minute.
 
     Films shrink to at most 96 pixels a side, unless the reference is a file, whose size is fixed. There are at most 6
     repeats, and budgets shrink to about 18 s for all runs. Sample counts (``spp``) are kept.
@@ -322,7 +322,7 @@ def make_experiment(
 
 
 def check_installed() -> None:
-    """Raise EqualtimeError if a package is missing that the report will need after the runs."""
+    """Raise EqualtimeError if a package is not installed that the report will need after the runs."""
     missing = [name for name in ("flip_evaluator", "matplotlib", "jinja2") if find_spec(name) is None]
     if missing:
         raise EqualtimeError(f"this needs the packages {', '.join(missing)}: pip install equaltime[report]")

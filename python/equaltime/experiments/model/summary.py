@@ -167,10 +167,11 @@ class Summary(Shown):
         return self.verdict
 
     def to_frame(self) -> pandas.DataFrame:
-        """Return the error curves as a table for pandas: a row for each checkpoint of each strategy on each scene.
+        """Return the error curves as a pandas table, with a row for each point of each strategy's curve on each scene.
 
         Columns: ``scene``, ``strategy``, ``biased``, ``spp``; ``seconds``, ``error`` and ``own_estimate``, each with
-        ``_low`` and ``_high`` (95 %). Times in seconds, errors relative. Raises `EqualtimeError` without pandas.
+        ``_low`` and ``_high`` (95 %). Times are in seconds; errors are relative (0.02 is 2 %). Raises `EqualtimeError`
+        without pandas.
         """
         rows = [
             {"scene": scene.name, "strategy": strategy.label, "biased": strategy.biased, "spp": spp, **point}

@@ -96,7 +96,7 @@ class CommandPeer:
 
     @property
     def name(self) -> str:
-        """Command of the renderer on one line, as the name in records."""
+        """The command on one line: the name of this renderer in records."""
         return " ".join(self.command.split())
 
     @property
@@ -121,7 +121,7 @@ class CommandPeer:
         return 0.0
 
     def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Checkpoint]:
-        """Run the command for each sample count of ``ladder``, and yield each image with its time.
+        """Run the command for each sample count of ``ladder``, and yield each image with its time and sample count.
 
         The first run that takes ``seconds`` or longer is the last.
         """

@@ -35,10 +35,11 @@ class MitsubaPeer:
     """Mitsuba 3 as a renderer, in a separate process.
 
     Mitsuba gets the same scene as a Mitsuba dictionary, with a box filter and the scene's ``max_depth`` and
-    ``rr_depth``. Mitsuba cannot continue an image, so each checkpoint is a separate render with its own seed and time.
+    ``rr_depth``. Mitsuba cannot continue an image, so each checkpoint (image and time at a sample count) is a separate
+    render with its own seed.
 
     A sampler may round the sample count. A checkpoint gives the count actually taken, and a count that rounds to the
-    previous one is skipped. Importing, loading and compiling are set-up. A render that compiles kernels is repeated,
+    previous count is skipped. Importing, loading and compiling are set-up. A render that compiles kernels is repeated,
     and `compiling` adds up the seconds of such first renders.
 
     `equaltime.images.mitsuba_reference` describes the limits of a reference by Mitsuba. For one seed the image depends
@@ -72,7 +73,7 @@ class MitsubaPeer:
 
     @property
     def name(self) -> str:
-        """Name in records: variant, integrator, sampler and, if given, roulette depth."""
+        """Name of this renderer in records: variant, integrator, sampler and, if given, roulette depth."""
         roulette = "" if self.rr_depth is None else f",rr_depth={self.rr_depth}"
         return f"mitsuba,variant={self.variant},integrator={self.integrator},sampler={self.sampler}{roulette}"
 
@@ -115,7 +116,7 @@ class MitsubaPeer:
         return self._setup[self._key]
 
     def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Checkpoint]:
-        """Render an image for each sample count of ``ladder``, and yield each image with its time.
+        """Render an image for each sample count of ``ladder``, and yield each image with its time and sample count.
 
         The first render that takes ``seconds`` or longer is the last.
         """

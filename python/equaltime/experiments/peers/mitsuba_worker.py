@@ -40,7 +40,7 @@ def samples_per_pass(spp: int, pixels: int, wavefront: int) -> int:
     """Return the samples per pixel of each pass, if ``spp`` samples per pixel are taken in equal passes.
 
     The result is the largest divisor of ``spp`` for which a pass takes at most ``wavefront`` samples, over all pixels.
-    If there is none, the result is 1.
+    If even one sample per pixel is too many, the result is 1.
     """
     fitting = max(wavefront // pixels, 1)
     return next(spp // passes for passes in range(-(-spp // fitting), spp + 1) if spp % passes == 0)
@@ -71,7 +71,7 @@ class MitsubaWorker:
     """Handler of requests: each method answers one of the requests that the module's docstring lists."""
 
     def start(self, variant: str, threads: int) -> Answer:
-        """Import Mitsuba, choose its variant and start ``threads`` threads; return times and version.
+        """Import Mitsuba, choose its variant and start ``threads`` threads; return seconds and version.
 
         Raises PeerError if Mitsuba, the variant or LLVM is missing.
         """
@@ -123,7 +123,7 @@ class MitsubaWorker:
     def render(self, key: str, spp: int, seed: int, file: str, wavefront: int) -> Answer:
         """Render the scene of ``key`` to ``file``; return sample count, seconds of rendering and seconds of warming up.
 
-        If the render compiled kernels, its time counts as warming up, and the image is rendered again.
+        If the render compiled kernels, the time of this render counts as warming up, and the image is rendered again.
         """
         loaded = self._scenes[key]
         count = loaded.count(spp)

@@ -119,8 +119,8 @@ def end(process: subprocess.Popen[Any]) -> None:
 class Worker:
     """A process that answers each JSON line with a JSON line; errors of the process become `PeerError`.
 
-    The process has its own session, so that Ctrl-C does not reach the process; `close` ends it. The process also ends
-    when its input ends.
+    The process has its own session, so that Ctrl-C does not reach the process. The process ends when `close` is called
+    or its standard input ends.
     """
 
     def __init__(self, command: Sequence[str], who: str, limit: float) -> None:
@@ -144,8 +144,8 @@ class Worker:
         """Send a request to the process, and return the answer.
 
         ``do`` names the request, and ``question`` has its parameters. The time limit is the worker's, but at least
-        ``at_least`` seconds. Raises PeerError if the answer is an error,
-        the process ended, or the time limit passed. A process over its time limit is ended.
+        ``at_least`` seconds. Raises PeerError if the answer is an error, the process ended, or the time limit passed. A
+        process over its time limit is ended.
         """
         try:
             with limited(self._process, max(self._limit, at_least), self._who):

@@ -49,7 +49,7 @@ def unmarked(summary: Summary, target: float) -> dict[str, list[str]]:
 def clearest(summary: Summary) -> float | None:
     """Return the target error for which `draw_dots` draws most dots; None if no target has a dot.
 
-    Among equals, the smallest error is returned.
+    If several targets have equally many dots, the smallest is returned.
     """
     counts = {target: _count(summary, target) for target in summary.targets}
     most = max(counts.values(), default=0)

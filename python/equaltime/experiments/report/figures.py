@@ -56,9 +56,10 @@ def write_figures(
     pictures: Pictures | None,
     crops: Sequence[Window],
 ) -> tuple[str, ...]:
-    """Write the error curves of a scene, and its crops if there are pictures, to ``folder``; return the file names.
+    """Write figures of a scene's error curves, and of its crops if there are pictures, to ``folder``.
 
-    ``slug`` begins the file names. ``crops`` are windows (x, y, width, height) in pixels.
+    Returns the files as ``FOLDER/SLUG-curves.pdf`` and so on. ``targets`` are errors, drawn as horizontal lines.
+    ``crops`` are windows (x, y, width, height) in pixels. ``looks`` gives colour, marker and line style by label.
     """
     drawn = {f"{slug}-curves": draw_curves(scene, targets, looks, (6.0, 4.0), legend=True)}
     if pictures is not None and pictures.runs and crops:

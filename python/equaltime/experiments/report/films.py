@@ -64,13 +64,13 @@ class FilmView:
     seconds: float
     """Time of the last picture, in seconds."""
     aspect: str
-    """Width over height, as CSS writes it."""
+    """Width and height of the pictures as CSS text, such as ``16 / 9``."""
 
 
 def film_view(scene: SceneResult, looks: Mapping[str, Look], stops: int) -> FilmView | None:
     """Return the films of a scene for a page; None if the scene has no films.
 
-    All pictures are multiplied by 2 to the power ``stops``.
+    All pictures are multiplied by 2 to the power ``stops``. ``looks`` gives colour, marker and line style by label.
     """
     films = _films(scene)
     if not films:
@@ -83,7 +83,8 @@ def film_view(scene: SceneResult, looks: Mapping[str, Look], stops: int) -> Film
 def write_animation(folder: Path, slug: str, scene: SceneResult, stops: int) -> tuple[str, ...]:
     """Write all films of a scene side by side into one animated WebP file.
 
-    Returns the name of the file, or () without films. All pictures are multiplied by 2 to the power ``stops``.
+    Returns the file as ``FOLDER/SLUG-forming.webp``; () without films. All pictures are multiplied by 2 to the
+    power ``stops``.
     """
     films = _films(scene)
     if not films:

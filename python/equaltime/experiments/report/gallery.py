@@ -32,6 +32,7 @@ def kinds_of(scene: SceneResult, pictures: Pictures, looks: Mapping[str, Look], 
 
     Each series has one picture per strategy; the series of images begins with the reference. Pictures with a side
     longer than ``longest`` pixels are reduced by averaging blocks of pixels. Crops are never reduced.
+    ``looks`` gives colour, marker and line style by label.
     """
     shown = [strategy for strategy in scene.strategies if strategy.label in pictures.runs]
     if not shown:

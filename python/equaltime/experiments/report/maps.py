@@ -44,7 +44,7 @@ def error_map(pixels: Floats) -> Floats:
 def spread_map(runs: NDArray[Any], reference: Reference) -> Floats | None:
     """Return the relative standard error of each pixel of one run (H, W).
 
-    It is estimated from the spread over the K images in ``runs`` (K, H, W, 3).
+    The estimate comes from the spread over the K images in ``runs`` (K, H, W, 3).
 
     Returns None for fewer than two runs.
     """

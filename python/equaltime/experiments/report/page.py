@@ -51,7 +51,10 @@ class OverviewView:
 
 
 def overview_views(summary: Summary, looks: Mapping[str, Look]) -> tuple[OverviewView, ...]:
-    """Return one chart and table of all scenes for each target error, in the order of ``summary.targets``."""
+    """Return one chart and table of all scenes for each target error, in the order of ``summary.targets``.
+
+    ``looks`` gives colour, marker and line style by label.
+    """
     tables = overview_tables(summary, looks)
     return tuple(_view(summary, target, table, looks) for target, table in zip(summary.targets, tables, strict=True))
 
@@ -124,7 +127,7 @@ def write_report(summary: Summary, folder: Path) -> Path:
     summary
         Results of the experiment. If image files are missing, the page says which.
     folder
-        Folder to write to; made if it does not exist.
+        Folder to write to; it is made if it does not exist.
 
     Returns
     -------

@@ -133,7 +133,7 @@ def chart(
 def dots(summary: Summary, prefix: str, target: float, looks: Mapping[str, Look], width: float) -> Any:
     """Return the chart of times to the error ``target`` on all scenes as an ``<svg>`` element, ``width`` inches wide.
 
-    Ids in the element begin with ``prefix``.
+    Ids in the element begin with ``prefix``. ``looks`` gives colour, marker and line style by label.
     """
     names = ", ".join(scene.name for scene in summary.scenes)
     description = (

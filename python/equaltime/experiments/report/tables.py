@@ -76,7 +76,10 @@ def label_row(scene: SceneResult, strategy: StrategyResult, look: Look, cells: S
 
 
 def time_table(slug: str, scene: SceneResult, targets: Sequence[float], looks: Mapping[str, Look]) -> Table:
-    """Return a table with each strategy's time to each target error, and below it the speed-up over the baseline."""
+    """Return a table with each strategy's time to each target error, and below it the speed-up over the baseline.
+
+    ``slug`` begins the table's id. ``looks`` gives colour, marker and line style by label.
+    """
     rows = []
     for strategy in scene.strategies:
         cells = []
@@ -95,7 +98,8 @@ def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Tab
     """Return a table with checks of each strategy.
 
     Columns are the slope of the error, the error at equal time, the render's own error estimate, the bias, and the
-    p-value of equal expected images.
+    p-value of equal expected images. ``slug`` begins the table's id. ``looks`` gives colour, marker and line style by
+    label.
     """
     standard = scene.standard or "the standard"
     columns = ["slope", "error at equal time", "its own estimate", "bias", f"p, same mean as {standard}"]
@@ -115,7 +119,10 @@ def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Tab
 
 
 def point_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Table:
-    """Return a table of every checkpoint of every strategy: samples, time, error and own error estimate."""
+    """Return a table of the points of all error curves: samples, time, error, and the render's own error estimate.
+
+    ``slug`` begins the table's id. ``looks`` gives colour, marker and line style by label.
+    """
     rows = []
     for strategy in scene.strategies:
         curve = strategy.curve

@@ -187,7 +187,7 @@ class SceneView:
 
     @property
     def aspect(self) -> str:
-        """Width over height of the images, as CSS writes it."""
+        """Width and height of the images as CSS text, such as ``16 / 9``."""
         return f"{self.size[0]} / {self.size[1]}"
 
     def split(self, crops: Sequence[Crop]) -> str:

@@ -76,7 +76,7 @@ def error_cell(interval: Interval) -> Cell:
 def factor_cell(interval: Interval) -> Cell:
     """Return a table cell with a ratio, such as ``31x [27, 35]`` but with a real multiplication sign.
 
-    A ratio of 0 or infinity means that one strategy does not reach the error. Such a ratio is printed as a bound.
+    A ratio of 0 or infinity means that one of the two strategies does not reach the error; it is printed as a bound.
     """
     if interval.trusted and interval.value in (0.0, math.inf):
         end, sign = (interval.low, _AT_LEAST) if interval.value else (interval.high, _AT_MOST)

@@ -1,6 +1,6 @@
 """Ray directions on a surface, drawn uniformly and from the surface's BSDF, with their weights.
 
-The surface is in the middle of a scene's picture. Directions are in its local frame, z along the normal. BSDF
+The surface is in the middle of a scene's picture. Directions are in the surface's local frame, z along the normal. BSDF
 directions are samples of the C++ core, and the core's BSDF gives the weights of uniform directions.
 """
 

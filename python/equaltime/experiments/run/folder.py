@@ -59,7 +59,7 @@ class Folder:
 
     @property
     def experiment(self) -> Path:
-        """Path of the file with the experiment and its identity."""
+        """Path of the JSON file with the experiment and its identity (all settings that affect records)."""
         return self.path / "experiment.json"
 
     @property
@@ -129,9 +129,9 @@ class Folder:
             raise _refused(self.path, f"cannot be locked: {error.strerror or error}; use another folder") from error
 
     def claim(self, identity: Mapping[str, Any], experiment: BaseModel) -> None:
-        """Record the ``identity`` of an experiment, or check that it matches the identity recorded before.
+        """Write the ``identity`` of an experiment to the folder, or check that it matches the identity written before.
 
-        The folder must be locked. Scenes and strategies may be added or dropped; dropped ones stay in the records. A
+        The folder must be locked. Scenes and strategies may be added or dropped; their records stay in the folder. A
         scene or strategy with a recorded name must be unchanged, and so must all other settings.
 
         Raises
@@ -209,7 +209,7 @@ class Folder:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[IO[bytes]]:
-    """Yield a temporary file to write; after the context, it replaces the file ``path`` atomically.
+    """Yield a temporary file to write; after the context, the temporary file replaces ``path`` atomically.
 
     The new contents are then on the disk. After an error in the context, ``path`` is unchanged.
     """

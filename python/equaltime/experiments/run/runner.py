@@ -1,7 +1,8 @@
 """Runner of experiments: renders every strategy on every scene, repeat after repeat, and records each checkpoint.
 
 The order of strategies alternates, so that a change of the machine's speed does not favour a strategy.
-Recorded runs are not repeated. A run's clock is stopped while a checkpoint's image is made, measured and recorded.
+Recorded runs are not repeated. A run's clock is stopped while the image at a checkpoint is made, measured and
+recorded.
 """
 
 from __future__ import annotations
