@@ -61,8 +61,8 @@ class ImageEnvironment:
 
     Row i is centred at the polar angle pi i / (H - 1) from the local +y axis. Column j is centred at the angle
     2 pi (j + 1/2) / W from the local -z axis, turning towards +x; columns wrap around. The image thus has W (H - 1)
-    cells, each between four texel centres. `sample` picks a cell with a probability proportional to its mean brightness
-    times its solid angle, then a uniform point in the cell.
+    cells, each between four texel centres. `sample` picks a cell, then a uniform point in the cell. The probability of
+    a cell is proportional to its mean brightness times its solid angle.
     """
 
     def __init__(self, pixels: Array, to_world: Array) -> None:

@@ -1,6 +1,6 @@
 """The hard cases: small scenes that test a renderer on the user's own machine.
 
-Either the mean of a case's image is known in closed form, or a change of the scene must not change a bit of the image.
+Each case knows its correct image: the mean is known in closed form, or a changed scene must give the same bits.
 
 `cases` has the list, `judge` the criteria of passing, `subjects` the renderers. With random seeds, a correct renderer
 fails at least one case of known mean with the probability `equaltime.hardcases.judge.LEVEL`. A case has the same limit

@@ -35,8 +35,8 @@ class MitsubaPeer:
     """Mitsuba 3 as a renderer, in a separate process.
 
     Mitsuba gets the same scene as a Mitsuba dictionary, with a box filter and the scene's ``max_depth`` and
-    ``rr_depth``. Mitsuba cannot continue an image, so each checkpoint (image and time at a sample count) is a separate
-    render with its own seed.
+    ``rr_depth``. A checkpoint is the image and the time at a sample count. Mitsuba cannot continue an image:
+    each checkpoint is a separate render with its own seed.
 
     A sampler may round the sample count. A checkpoint gives the count actually taken, and a count that rounds to the
     previous count is skipped. Importing, loading and compiling are set-up. A render that compiles kernels is repeated,

@@ -64,7 +64,8 @@ class LossView:
     """Two loss maps of one strategy, each with a sentence.
 
     The first map (``half``) marks the blocks of pixels that make half of the strategy's squared error. The second map
-    (``ratio``) shows the strategy's error divided by the baseline's. Its texts are empty if there is no second map.
+    (``ratio``) shows the strategy's error divided by the baseline's. ``ratio_uri`` and ``ratio_alt`` are empty without
+    a second map.
     """
 
     label: str

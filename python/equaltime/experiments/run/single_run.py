@@ -98,7 +98,7 @@ class SingleRun:
     def record(self, folder: Folder, recorder: Recorder, ladder: Sequence[int] | float) -> float:
         """Render the run, append a row to the records at each sample count, and return the seconds of rendering.
 
-        A row is written at the next count or at the end of the run, because the row says whether it is the run's last.
+        Each row says whether it is the run's last row. It is thus written at the next count, or at the end of the run.
 
 
         Parameters
