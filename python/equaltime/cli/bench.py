@@ -25,7 +25,10 @@ __all__ = ["bench", "share_bar"]
 
 
 def parse_threads(text: str) -> tuple[int, ...]:
-    """Parse thread counts separated by commas, such as ``1,2``; 0 stands for one thread per processor."""
+    """Parse thread counts separated by commas, such as ``1,2``, and return them as integers.
+
+    0 stands for one thread per processor. Raises typer.BadParameter for any other text.
+    """
     words = text.replace(" ", "").split(",")
     if not all(word.isascii() and word.isdigit() and int(word) <= MOST_THREADS for word in words):
         raise typer.BadParameter(f"'{text}' is no list of numbers of threads up to {MOST_THREADS}; write 1,2")

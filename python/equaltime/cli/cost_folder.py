@@ -18,8 +18,8 @@ __all__ = ["cost_folder"]
 def cost_folder(source: Path, output: Path, changes: Changes, command: str, as_json: bool) -> int:
     """Run or continue every experiment file in the folder ``source``, with results in ``output``.
 
-    Returns the exit code: 0 if all ran, 1 if an experiment failed, 130 after Ctrl-C. The reports show ``command``, the
-    command line.
+    Returns the exit code: 0 if all ran, 1 if an experiment failed, 130 after Ctrl-C. ``command`` is the command line,
+    which the reports show.
     """
     check_installed()
 

@@ -18,7 +18,7 @@ __all__ = ["as_data", "recorded"]
 
 
 def recorded(folder: Path) -> str:
-    """Return a sentence with the number of finished runs that are recorded in a folder and its subfolders."""
+    """Return a sentence on how many finished runs the records of a folder and its subfolders hold."""
     runs = _runs(folder)
     if runs == 0:
         return "no run was finished"
@@ -35,7 +35,7 @@ def _runs(folder: Path) -> int:
 
 
 def as_data(value: object) -> Any:
-    """Convert a value, such as a `Summary`, to JSON data; numbers that are not finite become None."""
+    """Return a value, such as a `Summary`, as JSON data; numbers that are not finite become None."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {field.name: as_data(getattr(value, field.name)) for field in dataclasses.fields(value)}
     if isinstance(value, BaseModel):

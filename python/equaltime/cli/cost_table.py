@@ -20,7 +20,7 @@ _ANY_WIDTH = 1000
 
 
 def print_summary(summary: Summary, folder: Path) -> None:
-    """Print one table per scene, the paths of report and records in ``folder``, and the verdict."""
+    """Print one table per scene, the paths of report and records in ``folder``, and the verdict in one sentence."""
     console = plain_console()
     if not console.is_terminal:
         console.width = _ANY_WIDTH

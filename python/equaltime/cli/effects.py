@@ -1,4 +1,4 @@
-"""The command ``equaltime effects``: lists the effects that a scene uses, with their costs."""
+"""The command ``equaltime effects``: lists the effects, such as motion blur, that a scene uses, with their costs."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def effects(
     substitute: Substitute = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
 ) -> int:
-    """List the effects that a scene uses, with the cost of each: in time, in noise, in memory.
+    """List the effects, such as motion blur, that a scene uses, and what each costs in time, in noise and in memory.
 
     The scene is rendered in turn with and without each effect that can be left out, on a smaller film. Effects that the
     scene does not use cost nothing.

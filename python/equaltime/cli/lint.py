@@ -40,7 +40,10 @@ def lint(
 
 
 def print_hazards(scene: Scene) -> tuple[Finding, ...]:
-    """Run the fast checks of a scene, and return their findings; print one line if there are findings."""
+    """Run the fast checks of a scene, and return their findings.
+
+    Prints one line to stderr if there are findings. Returns no findings for a scene that cannot be checked.
+    """
     try:
         findings = tuple(finding for finding in hazards(scene, fast=True) if finding.check != "mended-files")
     except ValueError:
@@ -52,7 +55,7 @@ def print_hazards(scene: Scene) -> tuple[Finding, ...]:
 
 
 def summary(findings: Sequence[Finding]) -> str:
-    """Return one line with the numbers of warnings and notes and the names of their checks; empty if none."""
+    """Return one line that counts warnings and notes and names their checks; empty without findings."""
     told = []
     for severity in ("warning", "note"):
         checks = [finding.check for finding in findings if finding.severity == severity]

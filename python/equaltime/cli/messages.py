@@ -1,4 +1,4 @@
-"""Messages of the command line: errors, warnings, quotes, and lines about an image."""
+"""Messages of the command line: errors, warnings, quotes (predictions of a render), and lines about an image."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ __all__ = [
 def headline(result: Result) -> str:
     """Return a line on a render: size, samples per pixel, error or noise, and bias.
 
-    The line also names errors that the number does not include, such as paths left out.
+    The line also names errors that its error number does not include, such as the error by paths left out.
     """
     height, width = result.samples.shape
     origin, number = result.origin, stated(result.origin)
@@ -72,9 +72,9 @@ def _bias(result: Result, number: Stated) -> str:
 
 
 def stopped(result: Result) -> list[str]:
-    """Return a line on why the render ended.
+    """Return one or two lines: the reason why the render ended, and perhaps a warning.
 
-    A second line warns if the stop favours images that missed rare light (see `selects_images`).
+    The warning says that the stop rule favours images that missed rare light (see `selects_images`).
     """
     fewest, most = int(result.samples.min()), int(result.samples.max())
     reasons = {
@@ -128,7 +128,7 @@ def wrote(files: Sequence[Path]) -> str:
 
 
 def doubts(result: Result, findings: Sequence[Finding] = ()) -> list[str]:
-    """Return one line for each reason to doubt the image or its error.
+    """Return one line for each reason not to trust the image or its error.
 
     ``findings`` are the hazards that `equaltime.cli.lint` found in the scene, if known.
     """
@@ -148,14 +148,20 @@ def doubts(result: Result, findings: Sequence[Finding] = ()) -> list[str]:
 
 
 def left_by_interrupt(result: Result, scene: Scene) -> list[str]:
-    """Return a line if Ctrl-C ended the render before the scene's other outputs (AOVs) were made, else no line."""
+    """Return one line if Ctrl-C ended the render before the scene's other outputs (AOVs) were made.
+
+    Otherwise return an empty list.
+    """
     if result.stopped_by != "interrupt" or result.aovs or not asked_for(scene):
         return []
     return ["the outputs beside the image were not rendered; --resume renders them when the image is finished"]
 
 
 def kept_elsewhere(result: Result) -> str:
-    """Save a result to a temporary folder because its own file cannot be written; return a remark with the path."""
+    """Save a result to a temporary folder because its own file cannot be written.
+
+    Returns a remark with the path of the saved file; empty if this fails, too.
+    """
     with suppress(OSError):
         path = Path(tempfile.mkdtemp(prefix="equaltime-")) / "render.exr"
         with suppress(ImageError):  # also if only the preview fails
@@ -213,14 +219,14 @@ def print_quote(quote: Quote) -> None:
 
 
 def print_no_quote(why: str) -> None:
-    """Print one line with the reason why there is no quote."""
+    """Print one line with ``why``, the reason why there is no quote (prediction of time and error)."""
     print(f"no quote: {why}", flush=True)
 
 
 def while_heard(say: Callable[[T], object]) -> Callable[[T], None]:
-    """Return a function that calls ``say``, but stops calling it after the first OSError.
+    """Return a function that passes its argument to ``say``, but does nothing after the first OSError of ``say``.
 
-    A closed pipe or a full disk then does not end a render.
+    A closed pipe or a full disk therefore does not end a render.
     """
     heard = True
 

@@ -69,8 +69,8 @@ def quote(
     """Predict the time to an error, or the error after a time, before rendering.
 
     First renders a pilot: a twentieth of the work, at most ten seconds, but at least 8 samples per pixel. Also
-    renders some pixels with all their samples. Reports how fast the error falls, where in the image it is, and which
-    light causes it.
+    renders some pixels with all their samples. Reports how fast the error falls, where in the image the error is
+    large, and which light causes the error.
 
 
     For instance:

@@ -168,7 +168,7 @@ def render(
 
     * `equaltime render scene.toml -o out.exr --strategy best,technique=bsdf --seed 7 --json`
 
-    Strategies: the presets best (MIS, a lattice, lights by a tree, roulette; paths are split, and noisy parts get
+    Strategies: the presets best (MIS, a lattice, lights by a tree, roulette; paths are split, and noisy pixels get
     more samples, where that pays), mis, bsdf and light (each plain), naive (uniform directions, roulette by albedo),
     and
 

@@ -23,9 +23,9 @@ A signal that was held back while a command ended counts as a first one, too.
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Let SIGINT and SIGTERM raise `KeyboardInterrupt`, once for all signals within a second.
+    """Let SIGINT and SIGTERM raise `KeyboardInterrupt` inside the context.
 
-    Signals that arrive while the context ends raise nothing.
+    Further signals within a second are ignored, and so are signals that arrive while the context ends.
     """
     raised = -_ONE_PRESS
 

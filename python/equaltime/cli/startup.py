@@ -1,7 +1,8 @@
-"""Ends the ``equaltime`` command quietly if Ctrl-C comes during its imports.
+"""Handler that ends the ``equaltime`` command quietly if Ctrl-C comes during its imports.
 
 Importing this module installs the handler, but only in a process that was started as the command. The package imports
-it before all slow imports. From `ready` until `over` the command line handles Ctrl-C itself.
+this module before all slow modules. From the call of `ready` until the call of `over`, the command line handles Ctrl-C
+itself.
 """
 
 from __future__ import annotations
@@ -18,7 +19,10 @@ __all__ = ["over", "ready", "runs_the_command"]
 
 
 def runs_the_command(arguments: list[str]) -> bool:
-    """Tell whether a process with these arguments (``sys.orig_argv``) runs the command: script or ``-m equaltime``."""
+    """Tell whether a process with these ``arguments`` runs the command: by its script, or by ``-m equaltime``.
+
+    ``arguments`` has the form of ``sys.orig_argv``, with Python's own options.
+    """
     before, after = arguments[1:2], arguments[2:3]
     while before and before[0].startswith("-") and before[0] != "-m":  # Python's own options
         arguments = arguments[1:]

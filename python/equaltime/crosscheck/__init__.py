@@ -8,7 +8,7 @@ Where textbooks have a standard method, the cross-check uses it, and differs fro
 Philox, lights sampled uniformly by area, microfacets by their distribution D, multiple importance sampling with the
 balance heuristic, no Russian roulette. The cross-check is slow, and noisier at equal samples: use it for small images.
 
-Read it in this order: `tracer` (the estimator), `scattering`, `lights`, `environment`, `world` (intersection),
+Read the modules in this order: `tracer` (the estimator), `scattering`, `lights`, `environment`, `world` (intersection),
 `camera`.
 """
 

@@ -16,7 +16,7 @@ __all__ = ["render_result"]
 
 
 def render_result(scene: Scene, spp: int, seed: int) -> Result:
-    """Render a scene by the cross-check, and return image and error bar; ``spp`` counts samples per pixel."""
+    """Render a scene by the cross-check with ``spp`` samples per pixel; return the image with its error bar."""
     begin = clock.perf_counter()
     mean, variance = render(scene, spp=spp, seed=seed)
     seconds = clock.perf_counter() - begin

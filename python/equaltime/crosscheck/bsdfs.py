@@ -1,8 +1,8 @@
 """Diffuse, metal and glass BSDFs by Mitsuba 3's formulas, in local coordinates; `scattering` covers all BSDFs.
 
 The normal is +z, on the side of the viewer; wo points to the viewer (z > 0), wi to the light. `evaluate` returns
-f(wo, wi) times the cosine of wi, and the density per solid angle with which `sample` draws wi. Mirrors and glass
-scatter into discrete directions: they evaluate to zero, and the density of their samples is infinite.
+the BSDF f(wo, wi) times the cosine of wi, and the density per solid angle with which `sample` draws wi. Mirrors and
+glass scatter into discrete directions: `evaluate` gives zero for them, and `sample` gives an infinite density.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scattered:
-    """Directions that a BSDF sampled, with weights and densities: one row per path."""
+    """Directions drawn by a BSDF's `sample`, with weights and densities; each array has one row per path."""
 
     wi: Array
     """Unit directions to the light (N, 3)."""
@@ -42,7 +42,7 @@ class Scattered:
 
 
 def evaluate(bsdf: Bsdf, wo: Array, wi: Array) -> tuple[Array, Array]:
-    """Return f times the cosine of wi (N, 3), and the density per solid angle (N,) with which `sample` draws wi.
+    """Return the BSDF times the cosine of wi (N, 3), and the density per solid angle (N,) with which `sample` draws wi.
 
     `wo` and `wi` are unit local directions (N, 3).
     """
@@ -57,9 +57,9 @@ def evaluate(bsdf: Bsdf, wo: Array, wi: Array) -> tuple[Array, Array]:
 
 
 def sample(bsdf: Bsdf, wo: Array, front: Mask, rng: np.random.Generator) -> Scattered:
-    """Draw a direction wi for each local direction wo (N, 3), and return wi with weight and density.
+    """Draw a direction wi to the light for each local direction wo (N, 3) to the viewer.
 
-    `front` (N,) is True where the viewer is on the front side.
+    Returns the directions with weights and densities. `front` (N,) is True where the viewer is on the front side.
     """
     if isinstance(bsdf, Dielectric):
         return _glass(bsdf, wo, front, rng)
@@ -78,7 +78,10 @@ def sample(bsdf: Bsdf, wo: Array, front: Mask, rng: np.random.Generator) -> Scat
 
 
 def draw_cosine(count: int, rng: np.random.Generator) -> Array:
-    """Return local directions (count, 3) with density cos / pi, by Malley's method: points of the unit disk, lifted."""
+    """Return local directions (count, 3) whose density per solid angle is their cosine with the normal over pi.
+
+    Uses Malley's method: uniform points of the unit disk are lifted to the hemisphere.
+    """
     square, phi = rng.random(count), rng.uniform(0.0, 2.0 * math.pi, count)
     r = np.sqrt(square)
     return np.stack([r * np.cos(phi), r * np.sin(phi), np.sqrt(1.0 - square)], axis=1)
@@ -88,9 +91,9 @@ def draw_cosine(count: int, rng: np.random.Generator) -> Array:
 
 
 def microfacets(bsdf: RoughConductor, m: Array) -> Array:
-    """Return the microfacet distribution D (N,) at normals m (N, 3).
+    """Return the microfacet distribution D (N,) of a rough metal at facet normals m (N, 3).
 
-    D is an area of facets per solid angle of m and per area of the surface.
+    D is the area of facets per solid angle of their normals and per area of the surface.
     """
     alpha_u, alpha_v = map(constant, bsdf.alphas)
     across, z2 = (m[:, 0] / alpha_u) ** 2 + (m[:, 1] / alpha_v) ** 2, m[:, 2] ** 2
@@ -103,8 +106,8 @@ def microfacets(bsdf: RoughConductor, m: Array) -> Array:
 def smith(bsdf: RoughConductor, v: Array) -> Array:
     """Return Smith's masking function G1 (N,): the share of microfacets visible from unit directions v (N, 3).
 
-    For Beckmann facets G1 is the usual rational approximation. See Walter et al. 2007, eq. 27 and 34. Callers take both
-    directions as independent: G = G1(wo) G1(wi).
+    For Beckmann facets G1 is the usual rational approximation. See Walter et al. 2007, eq. 27 and 34. Callers multiply
+    the shares of both directions, as if they were independent: G = G1(wo) G1(wi).
     """
     alpha_u, alpha_v = map(constant, bsdf.alphas)
     slope = np.hypot(alpha_u * v[:, 0], alpha_v * v[:, 1]) / v[:, 2]  # roughness times the tangent of the angle
@@ -126,7 +129,7 @@ def _rough(bsdf: RoughConductor, wo: Array, wi: Array) -> tuple[Array, Array]:
 
 
 def draw_microfacets(bsdf: RoughConductor, count: int, rng: np.random.Generator) -> Array:
-    """Return microfacet normals (count, 3), drawn with the density D times the normal's cosine.
+    """Return `count` random microfacet normals (count, 3), with the density D times the normal's cosine.
 
     Slopes are drawn for an isotropic surface, then scaled by the roughness along u and v.
     """

@@ -17,10 +17,10 @@ GAUSSIAN_CUT = 4.0
 
 
 class Camera:
-    """A pinhole camera: rays through places on the film.
+    """A pinhole camera that makes rays through points on the film.
 
-    Camera space looks along +z, with +x to the left of the image and +y up. Places are in pixels of the whole film,
-    from its upper left corner: the middle of the first pixel is (0.5, 0.5).
+    Camera space looks along +z, with +x to the left of the image and +y up. Points on the film are in pixels of the
+    whole film, from its upper left corner: the middle of the first pixel is (0.5, 0.5).
     """
 
     def __init__(self, sensor: Perspective) -> None:
@@ -33,19 +33,19 @@ class Camera:
 
     @property
     def origin(self) -> Array:
-        """Position of the pinhole (3,)."""
+        """Position of the pinhole (3,) in the world."""
         return self._to_world[:3, 3]
 
     def pixels(self) -> Array:
-        """Return the upper left corners of the crop window's pixels (height * width, 2), row by row."""
+        """Return the upper left corner (x, y) of each pixel of the crop window, as rows (height * width, 2)."""
         x, y, width, height = self._film.crop
         columns, rows = np.meshgrid(np.arange(x, x + width), np.arange(y, y + height))
         return np.stack([columns, rows], axis=-1).reshape(-1, 2).astype(np.float64)
 
     def rays(self, places: Array) -> tuple[Array, Array, Array]:
-        """Return unit directions (N, 3) of rays from `origin` through `places` (N, 2), and their near and far ends.
+        """Return the unit directions (N, 3) of rays from `origin` through the film points `places` (N, 2).
 
-        The ends are distances (N,) along the ray, from the pinhole to the near plane and to the far plane.
+        Also returns two distances (N,) along each ray: from the pinhole to the near plane, and to the far plane.
         """
         width, height = self._film.size
         x, y = (1.0 - 2.0 * (places / (width, height) + self._principal_point)).T

@@ -1,4 +1,4 @@
-"""Environment emitters: constant, or a latitude-longitude image by Mitsuba's mapping."""
+"""Environment emitters: a constant sky, or a latitude-longitude image in Mitsuba's orientation."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ class Environment(Protocol):
         """Return the density per solid angle (N,) with which `sample` draws directions."""
 
     def sample(self, count: int, rng: np.random.Generator) -> Array:
-        """Draw unit world directions (count, 3)."""
+        """Return random unit world directions (count, 3) towards the environment."""
 
 
 def make_environment(emitter: Constant | EnvMap, assets: Assets) -> Environment | None:
-    """Return the environment of an emitter, or None if the environment is black."""
+    """Return the environment that an emitter of the scene describes, or None if the environment is black."""
     if isinstance(emitter, Constant):
         return ConstantEnvironment(np.array(emitter.radiance)) if any(emitter.radiance) else None
     image = ImageEnvironment(assets.image(emitter).astype(np.float64) * emitter.scale, as_array(emitter.to_world))
@@ -50,7 +50,7 @@ class ConstantEnvironment:
         return np.full(len(directions), 0.25 / math.pi)
 
     def sample(self, count: int, rng: np.random.Generator) -> Array:
-        """Draw unit world directions (count, 3), uniformly over the sphere."""
+        """Return random unit world directions (count, 3), uniform over the sphere."""
         z, phi = rng.uniform(-1.0, 1.0, count), rng.uniform(0.0, 2.0 * math.pi, count)
         r = np.sqrt(1.0 - z**2)
         return np.stack([r * np.cos(phi), r * np.sin(phi), z], axis=1)
@@ -61,8 +61,8 @@ class ImageEnvironment:
 
     Row i is centred at the polar angle pi i / (H - 1) from the local +y axis. Column j is centred at the angle
     2 pi (j + 1/2) / W from the local -z axis, turning towards +x; columns wrap around. The image thus has W (H - 1)
-    cells, each between four texel centres. `sample` picks a cell with a probability proportional to its mean brightness
-    times its solid angle, then a place in the cell uniformly.
+    cells, each between four texel centres. `sample` picks a cell, then a uniform point in the cell. The probability of
+    a cell is proportional to its mean brightness times its solid angle.
     """
 
     def __init__(self, pixels: Array, to_world: Array) -> None:
@@ -101,7 +101,7 @@ class ImageEnvironment:
         return density
 
     def sample(self, count: int, rng: np.random.Generator) -> Array:
-        """Draw unit world directions (count, 3), by cell weight and then uniformly in the cell."""
+        """Return random unit world directions (count, 3): a cell by its weight, then a uniform point in the cell."""
         cell = np.searchsorted(self._running, rng.uniform(0.0, self.total, count), side="right")
         row, column = np.divmod(np.minimum(cell, self._running.size - 1), self._columns)
         theta = math.pi * (row + rng.random(count)) / self._rows

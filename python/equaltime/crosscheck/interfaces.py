@@ -30,7 +30,7 @@ def thin_reflectance(bsdf: ThinDielectric, wo: Array) -> Array:
 
 
 def mirror_share(bsdf: Plastic, wo: Array) -> Array:
-    """Return the probability (N,) in [0, 1] of sampling the mirror reflection rather than the diffuse body below."""
+    """Return the probability (N,) in [0, 1] that a sample is the mirror reflection, not from the diffuse body."""
     ior = bsdf.int_ior / bsdf.ext_ior
     seen, _ = fresnel_dielectric(np.maximum(wo[:, 2], 0.0), np.full(len(wo), ior))
     mirror = np.mean(constant(bsdf.specular_reflectance)) * seen
@@ -97,9 +97,9 @@ def rough_dielectric(bsdf: RoughDielectric, wo: Array, wi: Array, front: bool = 
 
 
 def visible(facets: RoughConductor, v: Array) -> Array:
-    """Return the exact share (N,) of facets visible from unit directions v (N, 3).
+    """Return the share (N,) of microfacets visible from unit directions v (N, 3), without approximation.
 
-    The share normalises the density of visible normals. `smith` only approximates the share for Beckmann facets.
+    The density of visible normals is divided by this share. For Beckmann facets, `smith` only approximates the share.
     """
     if facets.distribution == "ggx":
         return smith(facets, v)

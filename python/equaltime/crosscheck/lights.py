@@ -1,4 +1,4 @@
-"""Light sampling without importance: one light with equal probability, then a point uniform over the light's area."""
+"""Light sampling without importance: each light is equally probable, and points are uniform over a light's area."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Lights:
         return len(self._surfaces) + len(self._points) + (self.environment is not None)
 
     def emitted(self, hits: Hits, directions: Array) -> Array:
-        """Return the radiance (N, 3) that surfaces emit towards ray origins; only front sides emit.
+        """Return the radiance (N, 3) that the hit surfaces emit towards the rays' origins; only front sides emit.
 
         `directions` (N, 3) are the unit directions of the rays.
         """
@@ -63,20 +63,26 @@ class Lights:
         return emission
 
     def surface_pdf(self, hits: Hits, directions: Array) -> Array:
-        """Return the density per solid angle (N,) with which `sample` chooses the surface points that rays hit."""
+        """Return the density per solid angle (N,) with which `sample` chooses the surface points in `hits`.
+
+        `directions` (N, 3) are the unit directions of the rays that hit these points.
+        """
         cosine = np.abs(dot(hits.normal, directions))
         area = self._areas[self._world.shape[hits.patch]]
         density: Array = hits.t**2 / (np.maximum(cosine, 1e-300) * area * max(self.count, 1))
         return density
 
     def environment_pdf(self, directions: Array) -> Array:
-        """Return the density per solid angle (N,) with which `sample` chooses directions to the environment."""
+        """Return the density per solid angle (N,) with which `sample` chooses these directions to the environment."""
         if self.environment is None:
             return np.zeros(len(directions))
         return self.environment.pdf(directions) / self.count
 
     def sample(self, points: Array, rng: np.random.Generator) -> LightSamples:
-        """Choose a light for each of `points` (N, 3), and a place on the light; visibility is not tested."""
+        """Return a light sample for each of `points` (N, 3): a random light and a random point on the light.
+
+        Whether the light is visible from the point is not tested.
+        """
         n = len(points)
         samples = LightSamples(np.zeros((n, 3)), np.full(n, np.inf), np.zeros((n, 3)), np.ones(n), np.zeros(n))
         samples.wi[:, 2] = 1.0

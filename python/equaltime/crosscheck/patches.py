@@ -1,4 +1,4 @@
-"""The scene's surfaces as patches; a patch is one triangle, sphere or disk, with the index of its shape.
+"""The surfaces of a scene as patches: a patch is one triangle, sphere or disk, and knows the index of its shape.
 
 Patches are numbered from 0: all triangles first, then the spheres, then the disks.
 """
@@ -65,7 +65,7 @@ class Disk:
 
 
 def collect(model: SceneModel, assets: Assets) -> tuple[Triangles, list[Sphere], list[Disk]]:
-    """Return the triangles, spheres and disks of all shapes of a scene; meshes lose triangles without area."""
+    """Return the triangles, spheres and disks of all shapes of a scene; triangles without area are left out."""
     meshes: list[Triangles] = []
     spheres: list[Sphere] = []
     disks: list[Disk] = []

@@ -1,4 +1,4 @@
-"""Primary hits: the first surface behind the middle of each pixel."""
+"""Primary hits: the first surface that the ray through the middle of each pixel hits."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ class PrimaryHits:
 
 
 def primary_hits(scene: Scene) -> PrimaryHits:
-    """Return the first surface behind each pixel's middle, between the clip planes.
+    """Return the first surface that the ray through each pixel's middle hits, in arrays (H, W) of the crop window.
 
-    A moving scene is taken at the middle of the shutter time.
+    Surfaces outside the clip planes are ignored. A moving scene is taken at the middle of the shutter time.
     """
     model = still(scene.model)
     camera, world = Camera(camera_of(model)), World(model, scene.assets)

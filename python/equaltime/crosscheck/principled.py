@@ -1,4 +1,4 @@
-"""Value of the principled BSDF by Burley's formulas with Mitsuba 3's parameters, in float64 and local coordinates.
+"""Values of the principled BSDF, by Burley's formulas with Mitsuba 3's parameters, in float64 and local coordinates.
 
 As in `equaltime.crosscheck.interfaces`, the normal is +z on the viewer's side, and values include the cosine of wi.
 """
@@ -21,7 +21,7 @@ LUMINANCE = np.array([0.212671, 0.715160, 0.072169])
 
 
 def principled(bsdf: Principled, wo: Array, wi: Array, front: bool = True) -> Array:
-    """Return the BSDF value (N, 3) times the cosine of wi, for local unit directions (N, 3).
+    """Return the BSDF times the cosine of wi (N, 3), for local unit directions wo and wi (N, 3).
 
     The value is for radiance: refraction scales it by 1/eta^2. `front` tells whether the viewer is on the front side.
     """
@@ -41,7 +41,7 @@ def principled(bsdf: Principled, wo: Array, wi: Array, front: bool = True) -> Ar
 
 
 def main_facets(bsdf: Principled) -> RoughConductor:
-    """Return the GGX facets of the main lobe, as a rough conductor."""
+    """Return a rough conductor that has the GGX facets of the BSDF's main lobe, for the functions of `bsdfs`."""
     rough, aspect = float(constant(bsdf.roughness)), math.sqrt(1.0 - 0.9 * float(constant(bsdf.anisotropic)))
     u, v = max(LEAST_ALPHA, rough**2 / aspect), max(LEAST_ALPHA, rough**2 * aspect)
     return RoughConductor(distribution="ggx", alpha_u=u, alpha_v=v)

@@ -1,4 +1,4 @@
-"""Refuses scenes with plugins that the cross-check cannot trace, by name, before the first ray."""
+"""Refusal of scenes that the cross-check cannot trace; the error names the plugins, before the first ray."""
 
 from __future__ import annotations
 
@@ -21,7 +21,10 @@ TRACED: Final = (
 
 
 def check(model: SceneModel) -> None:
-    """Raise RenderError with the names of all parts of `model` that the cross-check cannot trace."""
+    """Raise RenderError if the cross-check cannot trace the scene `model`.
+
+    The error names all plugins and settings that the cross-check lacks.
+    """
     unknown = {f"'{node.title}'" for node in model.nodes() if not isinstance(node, TRACED)}
     unknown |= {"'priority'" for shape in model.shapes if getattr(shape, "priority", None) is not None}
     unknown |= {"'hide_emitters'"} if model.integrator.hides_emitters else set()
@@ -38,6 +41,6 @@ def camera_of(model: SceneModel) -> Perspective:
 
 
 def constant(value: Texture | T) -> T:
-    """Return the parameter's value, which must not be a texture: `check` has refused textures."""
+    """Return `value` unchanged, with the type of a constant; `check` has refused textures before."""
     assert not isinstance(value, TexturePlugin), "textures are refused before"
     return value

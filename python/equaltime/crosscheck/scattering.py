@@ -1,7 +1,7 @@
 """All BSDFs of the cross-check: evaluation and sampling, in local coordinates.
 
-As in `bsdfs`, the normal is +z on the side of the viewer; wo points to the viewer (z > 0), wi to the light. BSDFs that
-`bsdfs` does not have are sampled by a mixture of lobes with textbook densities: cosines, and facets by D.
+As in `bsdfs`, the normal is +z on the side of the viewer; wo points to the viewer (z > 0), wi to the light. BSDFs
+missing in `bsdfs` are sampled by a mixture of lobes: diffuse lobes by the cosine, microfacets by their distribution D.
 """
 
 from __future__ import annotations
@@ -35,12 +35,15 @@ Generator = np.random.Generator
 
 
 def is_single(bsdf: Bsdf) -> bool:
-    """Tell whether the BSDF scatters into discrete directions only, so that light sampling contributes zero."""
+    """Tell whether the BSDF is a mirror or clear glass: it scatters into discrete directions only.
+
+    Light sampling then contributes zero.
+    """
     return bsdf.type in ("conductor", "dielectric", "thindielectric")
 
 
 def evaluate(bsdf: Bsdf, wo: Array, wi: Array, front: Mask) -> tuple[Array, Array]:
-    """Return f times the cosine of wi (N, 3), and the density per solid angle (N,) with which `sample` draws wi.
+    """Return the BSDF times the cosine of wi (N, 3), and the density per solid angle (N,) with which `sample` draws wi.
 
     `wo` and `wi` are unit local directions (N, 3). `front` (N,) is True where the viewer is on the front side.
     """
@@ -56,9 +59,9 @@ def evaluate(bsdf: Bsdf, wo: Array, wi: Array, front: Mask) -> tuple[Array, Arra
 
 
 def sample(bsdf: Bsdf, wo: Array, front: Mask, rng: Generator) -> Scattered:
-    """Draw a direction wi for each local direction wo (N, 3), and return wi with weight and density.
+    """Draw a direction wi to the light for each local direction wo (N, 3) to the viewer.
 
-    `front` (N,) is True where the viewer is on the front side.
+    Returns the directions with weights and densities. `front` (N,) is True where the viewer is on the front side.
     """
     if isinstance(bsdf, ThinDielectric):
         return _pane(bsdf, wo, rng)

@@ -21,13 +21,15 @@ def dot(a: Array, b: Array) -> Array:
 
 
 def normalize(a: Array) -> Array:
-    """Return the rows scaled to length 1."""
+    """Return the rows (N, 3) of `a`, each scaled to length 1."""
     unit: Array = a / np.sqrt(dot(a, a))[..., None]
     return unit
 
 
 def perpendicular(n: Array) -> Array:
-    """Return a unit vector perpendicular to each unit row (N, 3), as Mitsuba does if there is no tangent.
+    """Return a unit vector perpendicular to each unit vector in `n`, as an array (N, 3).
+
+    Mitsuba chooses the same vector for a surface without a tangent.
 
     See Duff et al. 2017, "Building an orthonormal basis, revisited".
     """
@@ -49,7 +51,7 @@ class Frames:
 
     @classmethod
     def from_normals(cls, n: Array, tangents: Array) -> Frames:
-        """Return frames with unit normals ``n`` (N, 3) and s along the tangents (N, 3), projected onto the surface."""
+        """Return frames with unit normals ``n`` (N, 3); s is along the ``tangents`` projected onto the surface."""
         s = tangents - n * dot(n, tangents)[:, None]
         useless = ~(dot(s, s) > 1e-24 * dot(tangents, tangents))
         s[useless] = perpendicular(n[useless])
@@ -57,10 +59,10 @@ class Frames:
         return cls(s, np.cross(n, s), n)
 
     def to_local(self, v: Array) -> Array:
-        """Return world directions (N, 3) in local coordinates."""
+        """Return the world directions ``v`` (N, 3) in local coordinates, row by row."""
         return np.stack([dot(v, self.s), dot(v, self.t), dot(v, self.n)], axis=1)
 
     def to_world(self, v: Array) -> Array:
-        """Return local directions (N, 3) in world coordinates."""
+        """Return the local directions ``v`` (N, 3) in world coordinates, row by row."""
         world: Array = v[:, :1] * self.s + v[:, 1:2] * self.t + v[:, 2:] * self.n
         return world

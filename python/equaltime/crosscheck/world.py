@@ -29,7 +29,7 @@ ATTEMPTS = 8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Hits:
-    """Nearest surface that each ray hits, one row per ray; without a hit `patch` is -1 and `t` infinite."""
+    """Nearest surface that each ray hits, one row per ray; for a ray without a hit, `patch` is -1 and `t` infinite."""
 
     t: Array
     """Distances along unit directions (N,)."""
@@ -46,9 +46,9 @@ class Hits:
 
 
 class World:
-    """All surfaces of a scene, ready for ray intersection.
+    """All surfaces (patches) of a scene, ready for ray intersection.
 
-    For each patch, ``shape`` is the index of its shape, and ``primitive`` the index of the triangle in that shape.
+    For each patch, ``shape`` holds the index of its shape, and ``primitive`` the index of the triangle in that shape.
     """
 
     def __init__(self, model: SceneModel, assets: Assets) -> None:
@@ -78,8 +78,8 @@ class World:
     def intersect(self, origins: Array, directions: Array, start: Index) -> tuple[Array, Index]:
         """Return distance (N,) and patch number (N,) of each ray's first hit; infinity and -1 without a hit.
 
-        `directions` (N, 3) are unit. `start` (N,) is the number of the patch that a ray leaves, or -1. A ray can hit
-        its start patch again only on a sphere's far side. No ray therefore hits its own origin, without any tolerance.
+        `directions` (N, 3) are unit vectors. `start` (N,) is the number of the patch that a ray leaves, or -1. A ray
+        can hit its start patch again only on a sphere's far side. Rays need no tolerance to miss their own origin.
         """
         best, patch = self._nearest_triangle(origins, directions, start)
         for number, sphere in enumerate(self.spheres, self.first_sphere):
@@ -90,7 +90,10 @@ class World:
         return best, patch
 
     def hits(self, origins: Array, directions: Array, t: Array, patch: Index) -> Hits:
-        """Return points, normals and tangents at the distances ``t`` and patches that `intersect` returned."""
+        """Return the hits of rays with their points, normals and tangents.
+
+        ``t`` (N,) are the distances and ``patch`` (N,) the patch numbers that `intersect` returned for these rays.
+        """
         there = patch >= 0
         point = origins + np.where(there, t, 0.0)[:, None] * directions
         normal, tangent = np.zeros_like(point), np.zeros_like(point)

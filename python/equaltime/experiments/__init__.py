@@ -1,6 +1,6 @@
 """Experiments that measure the time to a given accuracy, their statistics and their reports.
 
-Every number in a report comes from a record, with an interval or the reason why no interval can be trusted.
+Every number in a report comes from recorded runs. It has an interval, or the reason why no interval can be trusted.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def cost(
     repeats, threads
         Number of renders of each strategy on each scene, and of worker threads; 0 threads stand for one per processor.
     strategies
-        Strategies to compare instead: labels of the experiment's strategies, or texts for `Strategy.parse`.
+        Strategies to compare instead of all in ``source``: labels of its strategies, or texts for `Strategy.parse`.
     define
         Values for the variables of a scene file.
     substitute

@@ -1,10 +1,10 @@
 """The hard cases: small scenes that test a renderer on the user's own machine.
 
-Either the mean of a case's image is known in closed form, or a change of the scene must not change a bit of the image.
+Each case knows its correct image: the mean is known in closed form, or a changed scene must give the same bits.
 
 `cases` has the list, `judge` the criteria of passing, `subjects` the renderers. With random seeds, a correct renderer
-fails at least one case of known mean with the probability `equaltime.hardcases.judge.LEVEL`. The limit of a case is the
-same if only some cases are run.
+fails at least one case of known mean with the probability `equaltime.hardcases.judge.LEVEL`. A case has the same limit
+if only some cases are run.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ __all__ = ["CASES", "CaseReport", "SelfTest", "selftest"]
 
 @dataclass(frozen=True)
 class CaseReport:
-    """Outcome of one case, for equaltime and for the peer (another renderer)."""
+    """Outcomes of one case: one of equaltime, and one of the peer (another renderer) if there is a peer."""
 
     case: Case
     ours: Outcome

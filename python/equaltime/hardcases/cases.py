@@ -54,9 +54,9 @@ class Case:
 
     @property
     def for_peers(self) -> bool:
-        """Whether other renderers run the case too.
+        """Whether peers (other renderers) run the case, too.
 
-        False for changes of threads or crop: these need equal bits, which other renderers do not guarantee.
+        False for changes of threads or crop: these need equal bits, which peers do not guarantee.
         """
         return self.threads == 0 and self.crop is None
 

@@ -1,7 +1,7 @@
 """Criteria of passing a hard case: a t-test for noisy images, units in the last place for images without noise.
 
-A renderer makes one image for each of several seeds. The mean values of these images are nearly normal. The t-test
-uses the spread of the mean values, not the renderer's error bars. All t-tests share one family-wise level, `LEVEL`.
+A renderer makes one image for each of several seeds. The means of these images are nearly normally distributed. The
+t-test uses the spread of the means, not the renderer's error bars. All t-tests share one family-wise level, `LEVEL`.
 Without noise, every pixel is compared.
 """
 
@@ -28,7 +28,7 @@ MOST_ULP: Final = ROUNDING * 2.0**24
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result of one renderer in one case."""
+    """Result of one renderer in one hard case: its score, and the limit that the score must not exceed."""
 
     expected: float | None
     got: float | None
@@ -37,7 +37,7 @@ class Outcome:
     """Standard error of ``got`` (of the difference if two sets of images are compared); 0 without noise."""
     kind: Literal["z", "ulp", "failure"]
     score: float
-    """Deviation: in standard errors as a normal deviate, or in units in the last place for the worst pixel."""
+    """Deviation from the expected value: in standard errors, or for the worst pixel in units in the last place."""
     limit: float
     """Largest score that passes."""
     seconds: float = 0.0
@@ -51,13 +51,13 @@ class Outcome:
 
     @property
     def resolution(self) -> float | None:
-        """Smallest relative bias that fails on average; None without noise or without a nonzero expected value."""
+        """Smallest relative bias that fails on average; None if the images have no noise or the expected mean is 0."""
         if not self.expected or self.kind != "z":
             return None
         return self.limit * self.error / abs(self.expected) + ROUNDING
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the outcome as JSON data; numbers that are not finite become None."""
+        """Return the outcome as a dict for JSON; numbers that are not finite become None."""
         data = {**vars(self), "pass": self.passed, "resolution": self.resolution}
         return {
             name: None if isinstance(value, float) and not math.isfinite(value) else value
@@ -66,7 +66,10 @@ class Outcome:
 
 
 def limit_of(cases: int) -> float:
-    """Return the largest |z| that passes one case, if ``cases`` cases share the false-alarm rate `LEVEL`."""
+    """Return the largest score that passes one of ``cases`` t-tests, which share the false-alarm rate `LEVEL`.
+
+    The score is the absolute deviation from the expected mean, in standard errors, as a normal deviate.
+    """
     from scipy import stats  # late: slow to import
 
     return float(stats.norm.isf(share(LEVEL, cases) / 2.0))
@@ -75,8 +78,9 @@ def limit_of(cases: int) -> float:
 def judge_value(images: Images, expected: float, limit: float) -> Outcome:
     """Compare the mean of images of independent seeds with the known mean ``expected``, by a t-test.
 
-    Instead, every pixel is compared with ``expected`` if the images have no noise, there is only one image, or
-    ``expected`` is 0. ``limit`` is the largest |z| that passes.
+    Returns score and limit as an outcome. ``limit`` is the largest score of the t-test that passes, from `limit_of`.
+    If the images have no noise, there is only one image, or ``expected`` is 0, every pixel is compared with
+    ``expected`` instead.
     """
     stack = np.array(images, dtype=np.float64)
     got, unit = float(stack.mean()), float(np.spacing(np.float32(abs(expected))))
@@ -89,9 +93,9 @@ def judge_value(images: Images, expected: float, limit: float) -> Outcome:
 
 
 def judge_same(first: Images, second: Images, limit: float) -> Outcome:
-    """Test whether two sets of images have the same expected mean, by Welch's t-test.
+    """Compare the means of two sets of images by Welch's t-test; the outcome passes if they do not differ surely.
 
-    ``limit`` is the largest |z| that passes.
+    ``limit`` is the largest score that passes, from `limit_of`.
     """
     a, b = (np.array([np.asarray(image, dtype=np.float64).mean() for image in side]) for side in (first, second))
     expected, got = float(a.mean()), float(b.mean())
@@ -103,7 +107,7 @@ def judge_same(first: Images, second: Images, limit: float) -> Outcome:
 
 
 def judge_bits(first: NDArray[np.float32], second: NDArray[np.float32]) -> Outcome:
-    """Compare two images bit by bit; the outcome passes only if they are equal."""
+    """Compare two images bit by bit; the outcome passes only if all bits are equal."""
     a, b = first.astype(np.float64), second.astype(np.float64)
     apart = np.abs(a - b) / np.spacing(np.maximum(np.abs(first), np.abs(second)))
     ulp = float(apart.max())
@@ -113,7 +117,7 @@ def judge_bits(first: NDArray[np.float32], second: NDArray[np.float32]) -> Outco
 
 
 def broken(expected: float | None, reason: str) -> Outcome:
-    """Return the outcome of a case that could not be rendered."""
+    """Return the failed outcome of a case that could not be rendered; ``reason`` says why."""
     return Outcome(expected, None, 0.0, "failure", math.inf, 0.0, note=reason)
 
 

@@ -33,7 +33,7 @@ _FIRST_SEED = 1
 
 
 class OurSubject:
-    """Equaltime's core as a renderer of hard cases, with the strategy that the case names."""
+    """Equaltime's core as a renderer of hard cases; it uses the strategy that a case names."""
 
     def __init__(self, threads: int = 0) -> None:
         self._threads = threads

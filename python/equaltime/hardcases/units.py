@@ -33,7 +33,7 @@ __all__ = ["in_units"]
 
 
 def in_units(scene: Scene, length: float = 1.0, light: float = 1.0) -> Scene:
-    """Return the scene with every length multiplied by `length`, and every light's brightness by `light`.
+    """Return the scene with all lengths multiplied by the factor `length`, and all brightness by the factor `light`.
 
     Raises ValueError for lights whose radiance is a texture.
     """

@@ -16,7 +16,8 @@ __all__ = ["beside"]
 def beside(theirs: Theirs, summary: Summary) -> tuple[Beside, ...]:
     """Return one measured number for each number published in the claim ``theirs``, in order.
 
-    If a number was not measured, its interval is unknown and has a note with the reason.
+    Each result holds the published number and the measured interval. If a number was not measured, its interval is
+    unknown and has a note with the reason.
     """
     return tuple(_beside(number, summary) for number in theirs.numbers)
 

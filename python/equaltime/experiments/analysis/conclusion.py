@@ -1,4 +1,4 @@
-"""Concludes an experiment: summarises its records, compares them with published numbers, writes the report."""
+"""Conclusion of an experiment: its summary, the comparison with published numbers, and the report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Verdicts of experiments that do not ask for time, but for bias, samples to an error, or squared error x time."""
+"""Verdicts on three questions of experiments: which strategies are biased, samples to an error, squared error x time.
+
+The module `verdict` answers the fourth question: the time to an error.
+"""
 
 from __future__ import annotations
 
@@ -16,8 +19,8 @@ _TIMES = "\N{MULTIPLICATION SIGN}"
 def bias_verdict(scenes: Sequence[SceneResult], level: float) -> str:
     """Return a sentence that lists the strategies found biased, those not found biased, and those not tested.
 
-    A strategy is biased if its expected image differs from that of the scene's standard strategy. ``level`` is the
-    false-alarm rate of all these tests together.
+    A strategy is biased if its expected image differs from the expected image of the scene's standard strategy.
+    ``level`` is the false-alarm rate of all these tests together.
     """
     found, right, open_ = [], [], []
     for scene, strategy in _others(scenes):
@@ -50,8 +53,8 @@ def samples_verdict(scenes: Sequence[SceneResult]) -> str:
 def efficiency_verdict(scenes: Sequence[SceneResult]) -> str:
     """Return a sentence with each strategy's gain: the baseline's squared error x time, divided by the strategy's.
 
-    With several scenes, each gain is a geometric mean, with its smallest and largest value. The standard strategy comes
-    first.
+    With several scenes, each gain is a geometric mean over scenes, with its smallest and largest value. The standard
+    strategy comes first.
     """
     baseline = " / ".join(dict.fromkeys(scene.baseline for scene in scenes))
     found: dict[str, list[tuple[str, Interval]]] = {}

@@ -27,12 +27,12 @@ Floats = NDArray[np.float64]
 
 
 def speed_up(baseline: Runs, runs: Runs, target: float) -> Interval:
-    """Return the baseline's time to the error ``target``, divided by the time that ``runs`` need.
+    """Return the baseline's time to the error ``target``, divided by the time to that error in ``runs``.
 
-    Above 1, ``runs`` are faster than the baseline. Repeat r of both must have run side by side; surplus repeats are
-    left out. If few events make most of an error (a heavy tail), the ratio is the median over pairs of repeats. If the
-    target is not reached, or a time has only one valid limit, the ratio is a bound. The bound is kept only if it tells
-    which is faster.
+    If the ratio is above 1, ``runs`` are faster. Each repeat of one strategy is paired with the same repeat of the
+    other, which ran beside it; surplus repeats are left out. If few events make most of an error (a heavy tail), the
+    ratio is the median over pairs of repeats. If the target is not reached, or only one limit of a time can be
+    trusted, the ratio is a bound. A bound that does not tell which strategy is faster becomes unknown.
     """
     repeats = min(baseline.repeats, runs.repeats)
     first, second = (_first(r, repeats) for r in (baseline, runs))
@@ -77,10 +77,11 @@ def _typical_ratio(first: Runs, second: Runs, target: float) -> Interval:
 
 
 def efficiency(baseline: Runs, runs: Runs) -> Interval:
-    """Return the baseline's squared error x time at the end of runs, divided by the value of ``runs``.
+    """Return the baseline's squared error x time at the end of its runs, divided by the same product for ``runs``.
 
-    The ratio is the median over pairs of repeats. For independent samples it equals the ratio of times to equal error.
-    The median describes typical runs, also for heavy-tailed errors, and ignores rare bad runs. No time is extrapolated.
+    The ratio is the median over pairs of repeats. For independent samples, the ratio also holds for times to equal
+    error. The median describes typical runs, also for heavy-tailed errors, and ignores rare bad runs. No time is
+    extrapolated. The result is unknown if either strategy is biased.
     """
     repeats = min(baseline.repeats, runs.repeats)
     costs = [(r.relmse * r.seconds)[:repeats, -1] for r in (baseline, runs)]

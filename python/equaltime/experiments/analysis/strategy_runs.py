@@ -1,4 +1,4 @@
-"""All runs of one strategy on one scene: joins records and images into the data that intervals are computed from."""
+"""All runs of one strategy on one scene: records and images, joined into the data from which intervals follow."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ Its later error is then not predictable."""
 
 @dataclass(frozen=True, eq=False)
 class StrategyRuns:
-    """The records (rows) of one strategy on one scene, and the times and errors of runs, joined from the records."""
+    """The records (rows) of one strategy on one scene, and the times and errors of its runs, taken from the records."""
 
     label: str
     rows: tuple[Row, ...]
@@ -46,13 +46,14 @@ class StrategyRuns:
     parts: Parts | None = None
     """Bias and variance of the final images; None without images or without a reference of their size."""
     heavy: bool = False
-    """Whether the squared errors have a heavy tail (see `tails`)."""
+    """Whether few pixels of few repeats make most of the squared error: a heavy tail (see `tails`)."""
 
     @classmethod
     def of(cls, label: str, rows: Sequence[Row], folder: Path, reference: Reference | None) -> StrategyRuns:
-        """Join the records of a strategy, and check its final images for heavy tails and for light that runs missed.
+        """Join the records of a strategy, and check its final images for heavy tails and for missed light.
 
-        Images are read from ``folder``. Without images or without a reference of their size, the checks are left out.
+        The tail is heavy if few pixels of few repeats make most of the error. Images are read from ``folder``. Without
+        images or without a reference of their size, the checks are left out.
         """
         spp, runs = runs_of(rows)
         plain = cls(label, tuple(rows), folder, spp, runs)
@@ -66,11 +67,11 @@ class StrategyRuns:
 
     @property
     def last(self) -> tuple[Row, ...]:
-        """Record of the last checkpoint of each repeat, in the order of repeats."""
+        """The last row of each repeat's records, in the order of repeats."""
         return tuple(sorted((row for row in self.rows if row.last), key=lambda row: row.repeat))
 
     def apart_from(self, other: StrategyRuns) -> bool:
-        """Tell whether this strategy's runs all began before the other strategy's runs, or all after.
+        """Tell whether all runs of one of the two strategies began before all runs of the other.
 
         True means that one of the strategies was added to the experiment later.
         """
@@ -78,7 +79,7 @@ class StrategyRuns:
         return bool(own and others) and (max(own) < min(others) or max(others) < min(own))
 
     def images(self) -> Floats | None:
-        """Return the final images (K, H, W, 3) of the first K repeats, with K limited by memory.
+        """Return the final images of the first K repeats as one array (K, H, W, 3); memory limits K.
 
         Returns None if one of these images is missing or not finite.
 

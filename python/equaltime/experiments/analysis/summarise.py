@@ -1,6 +1,6 @@
-"""Turns records into a `Summary`.
+"""Computation of a `Summary` from the records of an experiment.
 
-The only inputs are the rows, the images that the rows name, the references and the provenance.
+The inputs are the rows of the records, the images that the rows name, the references, and the origin of the records.
 """
 
 from __future__ import annotations

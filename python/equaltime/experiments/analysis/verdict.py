@@ -32,9 +32,10 @@ def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Q
     """Return the sentence that answers an experiment's question.
 
     For the question ``time`` the answer has two numbers: the standard strategy's time to an error, and its speed-up
-    over the baseline. Both are given at the smallest target for which their intervals are trusted, on all scenes if
-    possible. Numbers within the runs are preferred, then numbers for which only the baseline is extrapolated. Without a
-    trusted speed-up, one with a trusted lower limit is used. `questions` answers the other questions.
+    over the baseline. Both numbers are for the smallest target error at which their intervals are trusted, on all
+    scenes if possible. Numbers that need no extrapolation are preferred, then numbers for which only the baseline is
+    extrapolated. Without a trusted speed-up, a speed-up with a trusted lower limit is used. The module `questions`
+    answers the other questions.
     """
     if question == "bias":
         return bias_verdict(scenes, LEVEL)

@@ -64,7 +64,7 @@ class SceneEntry(Value):
     """Replace the parts that cannot be rendered, as `equaltime.load` does."""
 
     def load(self) -> Scene:
-        """Read the scene and apply size, crop and max_depth; raises SceneError."""
+        """Return the scene, with the entry's size, crop and max_depth; raises SceneError for an invalid scene."""
         if isinstance(self.scene, Scene):
             scene = self.scene
         else:
@@ -117,11 +117,11 @@ class StrategyEntry(Value):
 
     @property
     def place(self) -> str:
-        """Place of the entry in its file, ``FILE:LINE: strategies[N]``; empty if the entry was not read from a file."""
+        """File, line and keys at which the entry was read, ``FILE:LINE: strategies[N]``; empty if it was not read."""
         return self._origin.place
 
     def at(self, place: str) -> Self:
-        """Return a copy of the entry with ``place``, such as ``FILE:LINE: strategies[N]``, for error messages."""
+        """Return a copy of the entry whose `place` in error messages is this text, ``FILE:LINE: strategies[N]``."""
         entry = self.model_copy()
         entry._origin = _Origin(place)
         return entry
@@ -141,7 +141,7 @@ class StrategyEntry(Value):
 
 
 class ReferenceWish(Value):
-    """Wanted accuracy of the references against which errors are measured."""
+    """Wanted accuracy of the references, the precise images against which errors are measured."""
 
     error: Error = 0.005
     """Relative error at which rendering a reference stops (0.005 is 0.5 %)."""
@@ -218,7 +218,7 @@ class Experiment(Value):
         return experiment
 
     def replace(self, **changes: object) -> Experiment:
-        """Return a copy with some values changed; the copy is checked again."""
+        """Return a copy of the experiment with some values changed; the values of the copy are checked again."""
         fields = {name: getattr(self, name) for name in self.model_fields_set}
         if {"budget", "spp"} & changes.keys():
             fields |= {"budget": None, "spp": None}
@@ -230,7 +230,7 @@ class Experiment(Value):
         return Experiment.model_validate(changed)
 
     def load_scenes(self) -> tuple[Scene, ...]:
-        """Read all scenes; raises `ExperimentError` with the problems of all of them."""
+        """Return all scenes, read from their files; raises `ExperimentError` with the problems of all scenes."""
         scenes: list[Scene] = []
         problems: list[Problem] = []
         for number, entry in enumerate(self.scenes):

@@ -1,4 +1,4 @@
-"""Problems of invalid experiments: finds contradictions, and words the messages."""
+"""Problems of invalid experiments: contradictions between values, and the messages about them."""
 
 from __future__ import annotations
 
@@ -43,7 +43,10 @@ _LIMITS = {"gt": "more than", "ge": "at least", "lt": "less than", "le": "at mos
 
 
 def name_of_scene(entry: object, number: int) -> str:
-    """Return the name of a scene: as given, else its file's name without suffix, else ``scene-N``, N from 1."""
+    """Return the name of a scene: the name given, else its file's name without suffix, else ``scene-N``.
+
+    ``number`` is the scene's index from 0; N is one more.
+    """
     source = _get(_get(entry, "scene"), "source") if not isinstance(_get(entry, "scene"), Mapping) else None
     path = _get(entry, "path") or source
     given = _get(entry, "name")
@@ -51,7 +54,7 @@ def name_of_scene(entry: object, number: int) -> str:
 
 
 def name_of_strategy(entry: object) -> str:
-    """Return the label of a strategy; without a label the strategy's text, or the name of its renderer."""
+    """Return the name of a strategy: its label, else its text, else the name of its renderer."""
     if isinstance(entry, str):
         return entry
     peer = _get(entry, "peer")
@@ -67,7 +70,7 @@ def file_name(text: str) -> str:
 
 
 def explained(model: type[BaseModel], error: ValidationError) -> tuple[Problem, ...]:
-    """Return the errors of pydantic's validation as problems, each with its path of keys and a message."""
+    """Return pydantic's errors for the class ``model`` as problems, each with its path of keys and a message."""
     problems: dict[Problem, None] = {}
     for details in error.errors(include_url=False):
         location = _without_union(details["loc"])
@@ -82,7 +85,7 @@ def explained(model: type[BaseModel], error: ValidationError) -> tuple[Problem, 
 
 
 def crossed(values: Mapping[str, Any]) -> tuple[Problem, ...]:
-    """Return the contradictions between an experiment's values; missing values are ignored."""
+    """Return a problem for each contradiction between an experiment's values; missing values are ignored."""
     return tuple(
         Problem(place, message)
         for check in (_scene_problems, _strategy_problems, _ladder_problems, _reference_problems, _theirs_problems)
@@ -166,10 +169,10 @@ def _theirs_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def unfit_character(name: str) -> str:
-    """Return the first character of a name that cannot be stored in a one-line record, as text such as ``U+000A``.
+    """Return the first character of a name that a line of the records cannot hold, as text such as ``U+000A``.
 
-    Returns an empty text if there is none. Such characters are control characters, line and paragraph separators, and
-    unpaired surrogates.
+    Returns an empty text if there is no such character. Such characters are control characters, line and paragraph
+    separators, and unpaired surrogates.
     """
     found = next((one for one in name if unicodedata.category(one) in ("Cc", "Cs", "Zl", "Zp")), None)
     if found is None:

@@ -1,4 +1,4 @@
-"""Reads experiments from TOML, and makes experiments from a scene and options.
+"""Reader of experiments from TOML; also makes experiments from a scene and options.
 
 An experiment can continue the records in a folder only if both have the same identity (see `identity_of`).
 """
@@ -42,9 +42,10 @@ __all__ = [
 def identity_of(
     experiment: Experiment, scenes: Sequence[Scene], subjects: Sequence[Subject], threads: int
 ) -> dict[str, Any]:
-    """Return every setting that affects a record, as JSON data.
+    """Return every setting that affects the records of an experiment, as JSON data.
 
-    Titles, targets, crops, the baseline and the number of repeats do not affect records, and may change between calls.
+    ``subjects`` are the renderers of its strategies. Titles, targets, crops, the baseline and the number of repeats do
+    not affect records, and may change between calls.
     """
     wish = experiment.reference
     return {
@@ -72,8 +73,8 @@ def identity_of(
 def run_seeds(scene: str, strategy: str, repeats: int) -> tuple[int, ...]:
     """Return one seed for each repeat of a strategy on a scene.
 
-    Seeds are distinct 31-bit numbers, which every renderer accepts. A seed is a hash of the two names and the number of
-    the repeat. Adding strategies or repeats therefore changes no seed.
+    Seeds are distinct 31-bit numbers, which every renderer accepts. A seed is a hash of scene name, strategy label and
+    number of the repeat. Adding strategies or repeats therefore changes no seed.
     """
     seeds: dict[int, None] = {}
     for repeat in range(repeats):
@@ -122,7 +123,7 @@ _QUICK_REFERENCES_SECONDS: Final = 10.0
 def is_experiment(path: Path, unreadable: bool = False) -> bool:
     """Tell whether a file is an experiment: a TOML file with a list of scenes or of strategies.
 
-    Returns ``unreadable`` for a TOML file that cannot be read.
+    The value of ``unreadable`` is returned for a TOML file that cannot be read.
     """
     if path.suffix.lower() != ".toml":
         return False
@@ -232,9 +233,9 @@ def _suited(text: str, scene: Scene) -> StrategyEntry:
 
 
 def with_roulette(strategy: Strategy, scene: Scene) -> Strategy:
-    """Return the strategy, with Russian roulette added if the scene's max_depth is unlimited or above 64.
+    """Return the strategy, with Russian roulette added if the scene's ``max_depth`` is unlimited or above 64.
 
-    A strategy that has roulette is returned unchanged.
+    A strategy that already has roulette is returned unchanged.
     """
     if strategy.roulette == "none" and not 0 <= scene.max_depth <= _DEPTH_WITHOUT_ROULETTE:
         return strategy.model_copy(update={"roulette": "throughput"})
@@ -242,7 +243,7 @@ def with_roulette(strategy: Strategy, scene: Scene) -> Strategy:
 
 
 def quicker(experiment: Experiment) -> Experiment:
-    """Return a smaller experiment for a first look, which ends in under a minute if it has a time budget.
+    """Return a smaller copy of the experiment; if it has a time budget, the copy ends in under a minute.
 
     Films shrink to at most 96 pixels a side, unless the reference is a file, whose size is fixed. There are at most 6
     repeats, and budgets shrink to about 18 s for all runs. Sample counts (``spp``) are kept.
@@ -321,7 +322,7 @@ def make_experiment(
 
 
 def check_installed() -> None:
-    """Raise EqualtimeError if a package is missing that the report will need after the runs."""
+    """Raise EqualtimeError if a package is not installed that the report will need after the runs."""
     missing = [name for name in ("flip_evaluator", "matplotlib", "jinja2") if find_spec(name) is None]
     if missing:
         raise EqualtimeError(f"this needs the packages {', '.join(missing)}: pip install equaltime[report]")
@@ -330,7 +331,7 @@ def check_installed() -> None:
 def split_strategies(text: str) -> tuple[str, ...]:
     """Split text such as ``naive,best,heuristic=balance,mis`` into the texts of strategies.
 
-    A part with ``=`` belongs to the strategy before it: here ``naive``, ``best,heuristic=balance`` and ``mis``.
+    An item with ``=`` belongs to the strategy before it: here ``naive``, ``best,heuristic=balance`` and ``mis``.
     """
     strategies: list[str] = []
     for part in text.split(","):

@@ -29,7 +29,10 @@ error times time."""
 
 @dataclass(frozen=True)
 class Curve:
-    """Error of a strategy as a function of time; each tuple has one entry per checkpoint, in order of time."""
+    """Error of a strategy as a function of time.
+
+    Each tuple has one entry per checkpoint (moment at which the error is measured), in order of time.
+    """
 
     spp: tuple[int, ...]
     seconds: tuple[Interval, ...]
@@ -118,13 +121,13 @@ class SceneResult:
 
     @property
     def other_depth(self) -> str:
-        """Sentence that the experiment's ``max_depth`` differs from the scene file's; empty if equal or unknown."""
+        """Sentence for reports if the experiment's ``max_depth`` differs from the scene file's; else empty."""
         return "" if self.scene_max_depth is None else other_depth(self.max_depth, self.scene_max_depth)
 
 
 @dataclass(frozen=True)
 class Beside:
-    """A published number, and the number that the experiment measured for comparison."""
+    """One published number beside the number that the experiment measured."""
 
     what: str
     theirs: str
@@ -164,10 +167,11 @@ class Summary(Shown):
         return self.verdict
 
     def to_frame(self) -> pandas.DataFrame:
-        """Return the error curves as a table for pandas: a row for each checkpoint of each strategy on each scene.
+        """Return the error curves as a pandas table, with a row for each point of each strategy's curve on each scene.
 
         Columns: ``scene``, ``strategy``, ``biased``, ``spp``; ``seconds``, ``error`` and ``own_estimate``, each with
-        ``_low`` and ``_high`` (95 %). Times in seconds, errors relative. Raises `EqualtimeError` without pandas.
+        ``_low`` and ``_high`` (95 %). Times are in seconds; errors are relative (0.02 is 2 %). Raises `EqualtimeError`
+        without pandas.
         """
         rows = [
             {"scene": scene.name, "strategy": strategy.label, "biased": strategy.biased, "spp": spp, **point}

@@ -1,4 +1,4 @@
-"""A published claim that an experiment tests, and the quantities to measure for comparison with its numbers."""
+"""Published claims that experiments test, and the quantities to measure beside the published numbers."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class TheirNumber(Value):
 
 
 class Theirs(Value):
-    """A published claim in equaltime's words, with the figures that its authors published."""
+    """A published claim, put in equaltime's terms, with the figures that its authors published."""
 
     source: Words
     """Author or publication of the claim."""
@@ -56,6 +56,6 @@ class Theirs(Value):
     numbers: Annotated[tuple[TheirNumber, ...], Field(strict=False)] = ()
 
     def of(self, labels: Iterable[str]) -> Theirs:
-        """Return a copy of the claim that keeps only the numbers of strategies with these labels."""
+        """Return a copy of the claim with only the published numbers of strategies that have these labels."""
         kept = set(labels)
         return self.model_copy(update={"numbers": tuple(n for n in self.numbers if n.strategy in kept)})

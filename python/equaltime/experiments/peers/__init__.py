@@ -18,8 +18,8 @@ def peer_subject(
 ) -> MitsubaPeer | CommandPeer:
     """Return the renderer that an experiment's ``peer`` entry describes; a command runs in ``folder``.
 
-    If the entry has no time limit, `time_limit` gives it, from the ``budget`` of a run and the time of a ``reference``,
-    both in seconds. Raises PeerError for an invalid command.
+    If the entry has no time limit, `time_limit` computes the limit. It uses the ``budget`` of a run and the longest
+    time of a ``reference``, both in seconds. Raises PeerError for an invalid command.
     """
     limit = time_limit(budget, reference) if peer.limit is None else peer.limit
     if peer.command is not None:

@@ -1,4 +1,4 @@
-"""Tests whether a peer (another renderer) and equaltime have the same expected image, before times are compared.
+"""Test whether a peer (another renderer) and equaltime have the same expected image, before times are compared.
 
 If the expected images differ, the peer's error against equaltime's reference never falls below the difference. Such a
 peer is measured against its `own_reference` instead, and reports show a note.
@@ -57,12 +57,12 @@ class Gate:
 
     @property
     def agrees(self) -> bool:
-        """Whether the test finds no difference between the expected images: p is above the level."""
+        """Whether the test finds no difference between the expected images: its p-value is above its level."""
         return bool(self.agreement.p > self.level)
 
     @property
     def note(self) -> str:
-        """Sentence for reports on the difference and the reference used; empty if the peer agrees."""
+        """Sentence for reports: how the images differ, and which reference is used; empty if the peer agrees."""
         if self.agrees:
             return ""
         width, height = self.size
@@ -84,8 +84,8 @@ def check(
 ) -> Gate:
     """Test whether a peer and equaltime have the same expected image of a scene.
 
-    Both render a small, box-filtered version of ``scene`` with many seeds. If the peer has a fixed image size
-    (``resizable`` is false), both render at the scene's size. Afterwards the peer is still prepared for that version.
+    Both renderers render a small, box-filtered version of ``scene`` with many seeds. If the peer has a fixed image size
+    (``resizable`` is false), both render at the scene's size. Prepare the peer again before it renders ``scene``.
 
     Parameters
     ----------
@@ -130,11 +130,11 @@ def resizable(peer: Subject) -> bool:
 def own_reference(
     peer: Subject, scene: Scene, error: float, seconds: float, threads: int = 0, first_seed: int = _FIRST_REFERENCE_SEED
 ) -> KnownReference:
-    """Render a reference with the peer itself: the mean of independent renders, with its noise from their spread.
+    """Return a reference rendered by the peer: the mean of independent renders, whose spread tells the mean's noise.
 
     Rendering ends at the relative ``error`` or after ``seconds``, but not before eight renders. The two halves of the
-    reference are the odd and the even renders. If the peer's sampler is biased, a copy of the peer with another sampler
-    renders.
+    reference are the odd and the even renders. If the peer's sampler is biased, a copy of the peer with an unbiased
+    sampler renders.
     """
     with _fit(peer) as renderer:
         return _own_reference(renderer, scene, error, seconds, threads, first_seed)

@@ -1,4 +1,4 @@
-"""Uses any command that writes an image as a renderer in an experiment: the way to add your own renderer.
+"""A peer (another renderer) that is any command that writes an image: the way to add your own renderer.
 
 ::
 
@@ -96,16 +96,16 @@ class CommandPeer:
 
     @property
     def name(self) -> str:
-        """Command of the renderer on one line, as the name in records."""
+        """The command on one line: the name of this renderer in records."""
         return " ".join(self.command.split())
 
     @property
     def resizable(self) -> bool:
-        """Whether the command is given the image size, by ``{json}`` or by ``{width}`` and ``{height}``."""
+        """Whether the command learns the image size, from ``{json}`` or from ``{width}`` and ``{height}``."""
         return "{json}" in self.command or ("{width}" in self.command and "{height}" in self.command)
 
     def prepare(self, scene: Scene, threads: int) -> float:
-        """Keep the scene with a box filter, and return the set-up time: 0 seconds.
+        """Remember the scene, with a box filter, for later runs; return the set-up time, which is 0 seconds.
 
         Raises PeerError if the program is missing, or if the command needs a scene file and there is none.
         """
@@ -121,7 +121,7 @@ class CommandPeer:
         return 0.0
 
     def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Checkpoint]:
-        """Run the command for each sample count of ``ladder``, and yield each image with its time.
+        """Run the command for each sample count of ``ladder``, and yield each image with its time and sample count.
 
         The first run that takes ``seconds`` or longer is the last.
         """

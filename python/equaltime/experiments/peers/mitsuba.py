@@ -35,10 +35,11 @@ class MitsubaPeer:
     """Mitsuba 3 as a renderer, in a separate process.
 
     Mitsuba gets the same scene as a Mitsuba dictionary, with a box filter and the scene's ``max_depth`` and
-    ``rr_depth``. Mitsuba cannot continue an image, so each checkpoint is a separate render with its own seed and time.
+    ``rr_depth``. A checkpoint is the image and the time at a sample count. Mitsuba cannot continue an image:
+    each checkpoint is a separate render with its own seed.
 
     A sampler may round the sample count. A checkpoint gives the count actually taken, and a count that rounds to the
-    previous one is skipped. Importing, loading and compiling are set-up. A render that compiles kernels is repeated,
+    previous count is skipped. Importing, loading and compiling are set-up. A render that compiles kernels is repeated,
     and `compiling` adds up the seconds of such first renders.
 
     `equaltime.images.mitsuba_reference` describes the limits of a reference by Mitsuba. For one seed the image depends
@@ -72,27 +73,27 @@ class MitsubaPeer:
 
     @property
     def name(self) -> str:
-        """Name in records: variant, integrator, sampler and, if given, roulette depth."""
+        """Name of this renderer in records: variant, integrator, sampler and, if given, roulette depth."""
         roulette = "" if self.rr_depth is None else f",rr_depth={self.rr_depth}"
         return f"mitsuba,variant={self.variant},integrator={self.integrator},sampler={self.sampler}{roulette}"
 
     @property
     def reference_note(self) -> str:
-        """Sentence on the known limits of a reference that `for_reference` renders."""
+        """Sentence for reports on the known limits of a reference that the peer from `for_reference` renders."""
         if self.sampler not in UNFIT_SAMPLERS:
             return CAVEAT
         another = f"with the sampler {fit_sampler(self.sampler)}, because {self.sampler} is no reference"
         return f"that one is rendered {another}: {UNFIT_SAMPLERS[self.sampler]}; {CAVEAT}"
 
     def for_reference(self) -> MitsubaPeer:
-        """Return the peer to render references with: itself, or a copy with another sampler if its own is unfit."""
+        """Return the peer that renders references: this peer, or a copy with another sampler if its own is unfit."""
         fit = fit_sampler(self.sampler)
         return self if fit == self.sampler else dataclasses.replace(self, sampler=fit)
 
     def prepare(self, scene: Scene, threads: int) -> float:
         """Start Mitsuba if necessary, load ``scene`` and compile; return the seconds that this takes.
 
-        For a scene loaded before, the recorded seconds of that first time are returned.
+        For a scene that is loaded already, returns the seconds that its first loading took.
 
         Raises PeerError if Mitsuba or LLVM is missing, or Mitsuba cannot use the scene, integrator or sampler.
         """
@@ -115,7 +116,7 @@ class MitsubaPeer:
         return self._setup[self._key]
 
     def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Checkpoint]:
-        """Render an image for each sample count of ``ladder``, and yield each image with its time.
+        """Render an image for each sample count of ``ladder``, and yield each image with its time and sample count.
 
         The first render that takes ``seconds`` or longer is the last.
         """

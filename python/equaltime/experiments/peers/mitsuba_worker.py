@@ -37,9 +37,10 @@ NO_LLVM = (
 
 
 def samples_per_pass(spp: int, pixels: int, wavefront: int) -> int:
-    """Return the samples per pixel in each of several equal passes that make ``spp``.
+    """Return the samples per pixel of each pass, if ``spp`` samples per pixel are taken in equal passes.
 
-    The result is the largest divisor of ``spp`` for which a pass has at most ``wavefront`` samples in all pixels, or 1.
+    The result is the largest divisor of ``spp`` for which a pass takes at most ``wavefront`` samples, over all pixels.
+    If even one sample per pixel is too many, the result is 1.
     """
     fitting = max(wavefront // pixels, 1)
     return next(spp // passes for passes in range(-(-spp // fitting), spp + 1) if spp % passes == 0)
@@ -67,10 +68,10 @@ class Loaded:
 
 
 class MitsubaWorker:
-    """Answers requests; the methods are the requests that the module's docstring lists."""
+    """Handler of requests: each method answers one of the requests that the module's docstring lists."""
 
     def start(self, variant: str, threads: int) -> Answer:
-        """Import Mitsuba, choose its variant and start ``threads`` threads; return times and version.
+        """Import Mitsuba, choose its variant and start ``threads`` threads; return seconds and version.
 
         Raises PeerError if Mitsuba, the variant or LLVM is missing.
         """
@@ -96,7 +97,7 @@ class MitsubaWorker:
         return {"seconds": perf_counter() - begin, "version": mitsuba.__version__}
 
     def load(self, key: str, file: str, integrator: Answer, sampler: str) -> Answer:
-        """Load a scene once per key, and return the seconds.
+        """Load a scene from ``file`` unless ``key`` is known; return the seconds that loading took the first time.
 
         Loading uses at least two threads: on one thread, Mitsuba 3.9 hangs while reading an EXR file.
         """
@@ -116,13 +117,13 @@ class MitsubaWorker:
         return {"seconds": self._scenes[key].seconds}
 
     def count(self, key: str, spp: int) -> Answer:
-        """Return the samples per pixel that the sampler takes when asked for ``spp``; some samplers round the count."""
+        """Return the samples per pixel that the sampler takes for ``spp``; some samplers round the count."""
         return {"spp": self._scenes[key].count(spp)}
 
     def render(self, key: str, spp: int, seed: int, file: str, wavefront: int) -> Answer:
-        """Render to ``file``, and return sample count, seconds of rendering and seconds of warming up.
+        """Render the scene of ``key`` to ``file``; return sample count, seconds of rendering and seconds of warming up.
 
-        If the render compiled kernels, its time counts as warming up, and the image is rendered again.
+        If the render compiled kernels, the time of this render counts as warming up, and the image is rendered again.
         """
         loaded = self._scenes[key]
         count = loaded.count(spp)

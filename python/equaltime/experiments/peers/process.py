@@ -49,14 +49,14 @@ DEFAULT_LIMIT = time_limit(None)
 
 
 def send_to_all(process: subprocess.Popen[Any], kind: signal.Signals) -> None:
-    """Send a signal to a process and its children; the process must lead its own session."""
+    """Send the signal ``kind`` to a process and its children; the process must lead its own session."""
     with contextlib.suppress(ProcessLookupError, PermissionError):
         os.killpg(process.pid, kind)
 
 
 @contextmanager
 def limited(process: subprocess.Popen[Any], seconds: float, who: str) -> Iterator[None]:
-    """Context with a time limit for a process: after ``seconds``, end the process group and raise `PeerError`.
+    """Limit the time of a process during the context: after ``seconds``, end its process group and raise `PeerError`.
 
     The process must lead its own session. Code in the context may wait for the process, but must not reap it. Otherwise
     the system could reuse the process id, and another process would be ended. ``who`` names the peer in the error.
@@ -119,8 +119,8 @@ def end(process: subprocess.Popen[Any]) -> None:
 class Worker:
     """A process that answers each JSON line with a JSON line; errors of the process become `PeerError`.
 
-    The process has its own session, so that Ctrl-C does not reach the process; `close` ends it. The process also ends
-    when its input ends.
+    The process has its own session, so that Ctrl-C does not reach the process. The process ends when `close` is called
+    or its standard input ends.
     """
 
     def __init__(self, command: Sequence[str], who: str, limit: float) -> None:
@@ -141,10 +141,11 @@ class Worker:
         return self._process.poll() is None
 
     def ask(self, do: str, at_least: float = 0.0, **question: Any) -> dict[str, Any]:
-        """Send the request ``do`` with its parameters, and return the answer.
+        """Send a request to the process, and return the answer.
 
-        The time limit is the worker's, but at least ``at_least`` seconds. Raises PeerError if the answer is an error,
-        the process ended, or the time limit passed. A process over its time limit is ended.
+        ``do`` names the request, and ``question`` has its parameters. The time limit is the worker's, but at least
+        ``at_least`` seconds. Raises PeerError if the answer is an error, the process ended, or the time limit passed. A
+        process over its time limit is ended.
         """
         try:
             with limited(self._process, max(self._limit, at_least), self._who):

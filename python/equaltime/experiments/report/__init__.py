@@ -1,7 +1,8 @@
 """Reports: one self-contained HTML page per experiment, with figures as PDF and PNG beside it.
 
-`page` assembles the parts that the other modules make of a `Summary`: curves, tables, pictures, maps, sentences. The
-files in ``template/`` are its HTML, style and script; they are copied into the page, which loads no other files.
+The module `page` assembles what the other modules make from a `Summary`: curves, tables, pictures, maps, sentences.
+The folder ``template/`` has the HTML, style and script of the page. All are copied into the page, which loads no other
+file.
 """
 
 from __future__ import annotations

@@ -163,7 +163,8 @@ def _draw_marks(axes: Axes, scene: SceneResult, targets: Sequence[float]) -> Non
 def tick(axis: Any, words: Callable[[float], str], most: float = 8.0) -> None:
     """Put ticks on a logarithmic axis at 1, 2 and 5 times powers of ten.
 
-    With more than ``most`` ticks, only powers of ten get one. ``words`` formats the number of a tick.
+    If these are more than ``most`` ticks, only powers of ten get a tick. The function ``words`` formats the number at a
+    tick.
     """
     ticker = optional("matplotlib.ticker")
     low, high = axis.get_view_interval()

@@ -1,4 +1,4 @@
-"""Figure of times to an error on all scenes: one row per scene, one dot with interval per strategy."""
+"""Figure of the times to one target error on all scenes: a row per scene, a dot with interval per strategy."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ _LETTERS = 6.8
 
 
 def has_dots(summary: Summary, target: float) -> bool:
-    """Tell whether the figure would have a dot: a trusted time to the error ``target`` on any scene."""
+    """Tell whether `draw_dots` would draw any dot: some scene has a trusted time to the error ``target``."""
     return _count(summary, target) > 0
 
 
 def unmarked(summary: Summary, target: float) -> dict[str, list[str]]:
-    """Return label → names of the scenes on which the strategy has neither a dot nor an arrow in the figure.
+    """Return, by strategy label, the names of the scenes on which `draw_dots` draws no mark for the strategy.
 
-    Strategies with a mark on every scene are left out.
+    Strategies with a mark (dot or arrow) on every scene are left out.
     """
     found: dict[str, list[str]] = {}
     for scene in summary.scenes:
@@ -47,7 +47,10 @@ def unmarked(summary: Summary, target: float) -> dict[str, list[str]]:
 
 
 def clearest(summary: Summary) -> float | None:
-    """Return the target error whose figure has most dots, the smallest if several do; None if no figure has a dot."""
+    """Return the target error for which `draw_dots` draws most dots; None if no target has a dot.
+
+    If several targets have equally many dots, the smallest is returned.
+    """
     counts = {target: _count(summary, target) for target in summary.targets}
     most = max(counts.values(), default=0)
     return min(target for target, count in counts.items() if count == most) if most else None
@@ -56,7 +59,8 @@ def clearest(summary: Summary) -> float | None:
 def draw_dots(summary: Summary, target: float, looks: Mapping[str, Look], width: float) -> Figure:
     """Draw the times to the error ``target`` on all scenes, and return the figure, ``width`` inches wide.
 
-    Hollow dots are extrapolated. Arrows are lower limits. ``looks`` gives colour, marker and line style by label.
+    Hollow dots are extrapolated times. Arrows are lower limits of times. ``looks`` gives colour, marker and line style
+    by label.
     """
     height = _REST + _ROW * len(summary.scenes)
     figure: Figure = optional("matplotlib.figure").Figure(

@@ -33,7 +33,10 @@ _KINDS = {"pdf": {"CreationDate": None}, "png": {}}
 
 
 def write_figure(figure: Figure, folder: Path, name: str) -> tuple[str, ...]:
-    """Write a figure as PDF and PNG, each file atomically; return the names FOLDER/NAME.pdf and FOLDER/NAME.png."""
+    """Write a figure to ``folder`` as NAME.pdf and NAME.png, each atomically.
+
+    Returns the names of both files with the last part of the folder's path, as in ``figures/NAME.pdf``.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     for kind, metadata in _KINDS.items():
         with replacing(folder / f"{name}.{kind}") as file:
@@ -53,9 +56,10 @@ def write_figures(
     pictures: Pictures | None,
     crops: Sequence[Window],
 ) -> tuple[str, ...]:
-    """Write the error curves of a scene, and its crops if there are pictures, to ``folder``; return the file names.
+    """Write figures of a scene's error curves, and of its crops if there are pictures, to ``folder``.
 
-    ``slug`` begins the file names. ``crops`` are windows (x, y, width, height) in pixels.
+    Returns the files as ``FOLDER/SLUG-curves.pdf`` and so on. ``targets`` are errors, drawn as horizontal lines.
+    ``crops`` are windows (x, y, width, height) in pixels. ``looks`` gives colour, marker and line style by label.
     """
     drawn = {f"{slug}-curves": draw_curves(scene, targets, looks, (6.0, 4.0), legend=True)}
     if pictures is not None and pictures.runs and crops:
@@ -64,9 +68,9 @@ def write_figures(
 
 
 def draw_comparison(scene: SceneResult, pictures: Pictures, crops: Sequence[Window]) -> Figure:
-    """Return a figure of the reference with marked crops, and beside it the crops of all images.
+    """Return a figure of the reference with marked windows ``crops``, and beside it the crops of all images.
 
-    The figure has one row per crop, and one column for the reference and for each strategy.
+    The crops form a table: a row per window, a column for the reference, and a column per strategy.
     """
     shown = [strategy for strategy in scene.strategies if strategy.label in pictures.runs]
     height, width = pictures.reference.mean.shape[:2]

@@ -42,7 +42,7 @@ _MARGIN, _TEXT = 12, 15
 
 @dataclass(frozen=True)
 class Reel:
-    """Film of one strategy: one image file with all pictures, row by row, and the time of each picture in seconds."""
+    """Film of one strategy for a page: an image file with all pictures, row by row, and the time of each picture."""
 
     label: str
     look: Look
@@ -51,6 +51,7 @@ class Reel:
     columns: int
     rows: int
     times: tuple[float, ...]
+    """Time of each picture, in seconds since the first sample."""
     says: tuple[str, ...]
     """Caption of each picture."""
 
@@ -63,11 +64,14 @@ class FilmView:
     seconds: float
     """Time of the last picture, in seconds."""
     aspect: str
-    """Width over height, as CSS writes it."""
+    """Width and height of the pictures as CSS text, such as ``16 / 9``."""
 
 
 def film_view(scene: SceneResult, looks: Mapping[str, Look], stops: int) -> FilmView | None:
-    """Return the films of a scene for a page, all exposed by ``stops``, a power of 2; None without films."""
+    """Return the films of a scene for a page; None if the scene has no films.
+
+    All pictures are multiplied by 2 to the power ``stops``. ``looks`` gives colour, marker and line style by label.
+    """
     films = _films(scene)
     if not films:
         return None
@@ -79,7 +83,8 @@ def film_view(scene: SceneResult, looks: Mapping[str, Look], stops: int) -> Film
 def write_animation(folder: Path, slug: str, scene: SceneResult, stops: int) -> tuple[str, ...]:
     """Write all films of a scene side by side into one animated WebP file.
 
-    Returns the name of the file, or () without films. ``stops`` is the exposure, a power of 2.
+    Returns the file as ``FOLDER/SLUG-forming.webp``; () without films. All pictures are multiplied by 2 to the
+    power ``stops``.
     """
     films = _films(scene)
     if not films:

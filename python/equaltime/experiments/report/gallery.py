@@ -30,8 +30,9 @@ _COUNTS = "cividis"
 def kinds_of(scene: SceneResult, pictures: Pictures, looks: Mapping[str, Look], longest: int) -> tuple[Kind, ...]:
     """Return the series of pictures of a scene: images, error maps, standard-error maps, sample counts.
 
-    Each series has one picture per strategy; the images begin with the reference. Pictures with a side longer than
-    ``longest`` pixels are reduced by averaging blocks of pixels. Crops are never reduced.
+    Each series has one picture per strategy; the series of images begins with the reference. Pictures with a side
+    longer than ``longest`` pixels are reduced by averaging blocks of pixels. Crops are never reduced.
+    ``looks`` gives colour, marker and line style by label.
     """
     shown = [strategy for strategy in scene.strategies if strategy.label in pictures.runs]
     if not shown:
@@ -76,12 +77,14 @@ def colour_bar(colours: str, steps: int = 9) -> tuple[str, ...]:
 
 
 def choose_crops(pixels: Mapping[str, Floats], shape: tuple[int, ...], count: int = 2) -> tuple[Window, ...]:
-    """Return square windows (x, y, width, height) in which the strategies' errors differ most, without overlap.
+    """Return the square windows (x, y, width, height) in which the strategies' errors differ most.
+
+    The windows do not overlap.
 
     Parameters
     ----------
     pixels
-        Label → squared errors (K, H, W).
+        Squared errors of each strategy's pixels in K repeats, (K, H, W), by label.
     shape
         Height and width of the image, in pixels.
     count

@@ -27,7 +27,7 @@ State = Literal["waiting", "earlier", "done", "left out", "failed"]
 
 @dataclass(frozen=True)
 class Card:
-    """Entry of one experiment on the index page: its title, state, results or problem."""
+    """Entry of one experiment on the index page: its title, its state, and its results or its problem."""
 
     name: str
     """Name of the experiment's folder beside the page."""

@@ -1,8 +1,8 @@
 """Colour, marker and line style of each strategy, used throughout a page.
 
-Colours differ for normal sight and for each kind of colour blindness (simulated after Machado 2009). Their contrast
-with the page, light or dark, is at least 3. Each colour comes with a marker, and from the ninth strategy on with
-dashes. Only the baseline is grey.
+The colours can be told apart with normal sight and with each type of colour blindness (simulated after Machado 2009).
+The contrast of a colour with the page, light or dark, is at least 3. Each colour comes with a marker, and from the
+ninth strategy on with dashes. Only the baseline is grey.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Look:
 
 
 def looks(labels: Sequence[str], baseline: str) -> dict[str, Look]:
-    """Return the colour, marker and line style of each label; the baseline always gets index 0, which is grey."""
+    """Return a colour, marker and line style for each label of a strategy; the baseline is grey (index 0)."""
     ordered = dict.fromkeys((baseline, *labels))
     return {label: _look(place) for place, label in enumerate(ordered)}
 

@@ -1,6 +1,7 @@
-"""Loss maps of each strategy: the square blocks of pixels that cause half of its squared error.
+"""Loss maps: where in the image a strategy's squared error arises.
 
-A second map compares the error with the baseline's, block by block.
+The first map of a strategy marks the fewest square blocks of pixels that make half of its squared error. The second
+map compares the error with the baseline's, block by block.
 """
 
 from __future__ import annotations
@@ -38,10 +39,11 @@ INTRODUCTION = (
 def losing(
     scene: SceneResult, pictures: Pictures, looks: Mapping[str, Look], longest: int
 ) -> tuple[tuple[LossView, ...], Bar | None]:
-    """Return maps of where each strategy's squared error arises and how it compares with the baseline's.
+    """Return two maps for each strategy of a scene, and the colour bar of the second maps.
 
-    The second value is the colour bar of the comparisons, None if no strategy can be compared with the baseline. Maps
-    are drawn over the reference in grey, with sides of at most ``longest`` pixels.
+    The first map shows the blocks of pixels that make half of the strategy's squared error. The second map compares the
+    error with the baseline's. The bar is None if no strategy can be compared with the baseline. Maps are drawn over the
+    reference in grey; each side has at most ``longest`` pixels. ``looks`` gives colour, marker and line style by label.
     """
     factors = {strategy.label: _to_equal_time(strategy) for strategy in scene.strategies}
     equal = {label: own * factors[label] for label, own in pictures.squares.items()}

@@ -26,7 +26,7 @@ _FEWEST = 3
 
 
 def squares(runs: NDArray[Any], reference: Reference) -> Floats:
-    """Return the relative squared errors (K, H, W) of the pixels of K images ``runs`` (K, H, W, 3).
+    """Return the relative squared error of each pixel (K, H, W) of the K images in ``runs`` (K, H, W, 3).
 
     The reference's own noise is subtracted, so that a value may be negative by chance.
     """
@@ -34,12 +34,17 @@ def squares(runs: NDArray[Any], reference: Reference) -> Floats:
 
 
 def error_map(pixels: Floats) -> Floats:
-    """Return the relative error of each pixel (H, W): the root of the mean of `squares` (K, H, W) over K runs."""
+    """Return the relative error of each pixel (H, W): the root of its mean squared error over K runs.
+
+    ``pixels`` are the squared errors (K, H, W) from `squares`.
+    """
     return np.asarray(np.sqrt(np.maximum(pixels.mean(axis=0), 0.0)))
 
 
 def spread_map(runs: NDArray[Any], reference: Reference) -> Floats | None:
-    """Return the relative standard error of each pixel of one run (H, W), from the spread over K runs (K, H, W, 3).
+    """Return the relative standard error of each pixel of one run (H, W).
+
+    The estimate comes from the spread over the K images in ``runs`` (K, H, W, 3).
 
     Returns None for fewer than two runs.
     """
@@ -70,12 +75,12 @@ class Losses:
     """Blocks that are significantly worse or better than the baseline's; None with fewer than three repeats."""
 
     def spread(self, flags: NDArray[np.generic], shape: tuple[int, ...]) -> NDArray[np.generic]:
-        """Return an image of the height and width in ``shape``: each pixel has the value of its block in ``flags``."""
+        """Return an image in which each pixel has its block's value in ``flags``; ``shape`` is (height, width)."""
         return flags.repeat(self.block, axis=0).repeat(self.block, axis=1)[: shape[0], : shape[1]]
 
 
 def losses(own: Floats, baseline: Floats | None) -> Losses:
-    """Find the fewest blocks of pixels that make half of a strategy's squared error, and compare with the baseline.
+    """Return the blocks of pixels that make half of a strategy's squared error, and a comparison with the baseline.
 
     Parameters
     ----------

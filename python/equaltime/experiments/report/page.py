@@ -1,4 +1,4 @@
-"""Writes the report of an experiment: one HTML page from templates, which contains all its pictures and scripts."""
+"""The report of an experiment: one HTML page, made from templates, which contains all its pictures and scripts."""
 
 from __future__ import annotations
 
@@ -51,7 +51,10 @@ class OverviewView:
 
 
 def overview_views(summary: Summary, looks: Mapping[str, Look]) -> tuple[OverviewView, ...]:
-    """Return one chart and table of all scenes for each target error, in the order of ``summary.targets``."""
+    """Return one chart and table of all scenes for each target error, in the order of ``summary.targets``.
+
+    ``looks`` gives colour, marker and line style by label.
+    """
     tables = overview_tables(summary, looks)
     return tuple(_view(summary, target, table, looks) for target, table in zip(summary.targets, tables, strict=True))
 
@@ -65,9 +68,9 @@ def _view(summary: Summary, target: float, table: Table, looks: Mapping[str, Loo
 
 
 def without_marks(summary: Summary, target: float) -> str:
-    """Return a sentence that lists the strategies without a mark in the chart of times, and their scenes.
+    """Return a sentence on the strategies that have no mark on some scenes in the chart of times to ``target``.
 
-    Empty if every strategy has a mark on every scene.
+    The sentence names these scenes. It is empty if every strategy has a mark on every scene.
     """
     parts = []
     for label, names in unmarked(summary, target).items():
@@ -81,7 +84,10 @@ _PALETTES = (("all", LIGHT), ("screen and (prefers-color-scheme: dark)", DARK))
 
 
 def write_page(template: str, path: Path, **values: object) -> Path:
-    """Fill in a template with ``values``, and write the page to ``path`` atomically; return ``path``."""
+    """Fill in the template file named ``template`` with ``values``, and write the page to ``path`` atomically.
+
+    Returns ``path``.
+    """
     jinja: Any = optional("jinja2")
     markup: Any = optional("markupsafe").Markup
     files = resources.files(__package__) / "template"
@@ -121,7 +127,7 @@ def write_report(summary: Summary, folder: Path) -> Path:
     summary
         Results of the experiment. If image files are missing, the page says which.
     folder
-        Folder to write to; made if it does not exist.
+        Folder to write to; it is made if it does not exist.
 
     Returns
     -------
@@ -166,7 +172,7 @@ _OWN_IDS = ("content", "overview", "directions", "reading", "provenance")
 
 
 def longest_side(summary: Summary) -> int:
-    """Return the longest side that pictures may have, in pixels, from 128 to 640: more pictures must be smaller."""
+    """Return the longest side that pictures may have, in pixels: from 128 to 640, less for more pictures."""
     pictures = sum(1 + _MAPS * len(scene.strategies) for scene in summary.scenes)
     return max(_SHORTEST, min(_LONGEST, math.isqrt(_PIXELS // max(1, pictures))))
 

@@ -1,4 +1,4 @@
-"""Images of a report: reads the files that a summary names, and converts them to PNG for the page."""
+"""Images of a report, read from the files that a summary names and converted to PNG for the page."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ class Pictures:
 
     reference: Reference
     own: Mapping[str, Reference]
-    """Label → reference for the strategy: the scene's, or the strategy's own."""
+    """Reference of each strategy by label: the scene's reference, or one for the strategy alone."""
     runs: Mapping[str, Images]
-    """Label → final images of its repeats (K, H, W, 3), in float32 to save memory."""
+    """Final images of each strategy's K repeats, (K, H, W, 3), by label; float32 saves memory."""
     samples: Mapping[str, Floats]
-    """Label → samples of each pixel (H, W)."""
+    """Sample counts of each strategy's pixels, (H, W), by label."""
     stops: int
     """Exposure of all images: linear values are multiplied by 2 to this power."""
     missing: tuple[str, ...]
@@ -48,12 +48,12 @@ class Pictures:
 
     @property
     def squares(self) -> dict[str, Floats]:
-        """Label → relative squared errors of each run's pixels (K, H, W)."""
+        """Relative squared errors of the pixels of each strategy's K runs, (K, H, W), by label."""
         return {label: squares(runs, self.own[label]) for label, runs in self.runs.items()}
 
 
 def load_pictures(scene: SceneResult) -> Pictures | str:
-    """Read the images of a scene; without a readable reference, return a sentence with the reason."""
+    """Return the images of a scene, read from files; without a readable reference, return a sentence that says why."""
     if scene.reference is None:
         return "The records name no reference image, so nothing can be shown beside it."
     try:

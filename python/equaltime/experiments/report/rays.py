@@ -40,7 +40,7 @@ _LIGHT = LIGHT[1]
 
 @dataclass(frozen=True)
 class RaysView:
-    """Pictures of sampled rays for a page, and a table of effective sample shares."""
+    """Pictures of sampled rays for a page, and a table: the effective share of the samples of each technique."""
 
     wide: Any
     narrow: Any
@@ -77,7 +77,10 @@ def write_rays(folder: Path, directions: Directions) -> tuple[str, ...]:
 
 
 def draw_rays(directions: Directions, columns: int) -> Figure:
-    """Return a figure of every scene's rays: uniform sampling above BSDF sampling, ``columns`` scenes side by side."""
+    """Return a figure of every scene's rays, with ``columns`` scenes side by side.
+
+    For each scene, uniform sampling is drawn above BSDF sampling.
+    """
     bands = math.ceil(len(directions) / columns)
     size = (1.4 * columns, bands * 2.55)
     figure: Figure = optional("matplotlib.figure").Figure(figsize=size, facecolor="none")

@@ -1,4 +1,4 @@
-"""Charts for web pages: Matplotlib's SVG, with the page's colours (light or dark), unique ids, and text as text."""
+"""Charts for web pages: Matplotlib's SVG, with the page's colours (light or dark), unique ids, and selectable text."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def inline_svg(
     figure
         Figure to draw.
     prefix
-        Prefix of every id, so that a page can have several figures.
+        Beginning of every id, so that ids of several figures on a page differ.
     colours
         ``#rrggbb`` → its replacement, such as ``var(--ink)``.
     titles
@@ -119,7 +119,7 @@ def chart(
 ) -> Any:
     """Return a scene's curves of error against time as an ``<svg>`` element whose ids begin with ``prefix``.
 
-    `draw_curves` describes ``targets``, ``looks`` and ``size``.
+    ``targets``, ``looks`` and ``size`` are parameters of `draw_curves`.
     """
     titles = {curve_gid(order): point_titles(strategy) for order, strategy in enumerate(scene.strategies)}
     labels = ", ".join(strategy.label for strategy in scene.strategies)
@@ -133,7 +133,7 @@ def chart(
 def dots(summary: Summary, prefix: str, target: float, looks: Mapping[str, Look], width: float) -> Any:
     """Return the chart of times to the error ``target`` on all scenes as an ``<svg>`` element, ``width`` inches wide.
 
-    Ids in the element begin with ``prefix``.
+    Ids in the element begin with ``prefix``. ``looks`` gives colour, marker and line style by label.
     """
     names = ", ".join(scene.name for scene in summary.scenes)
     description = (
@@ -146,7 +146,7 @@ def dots(summary: Summary, prefix: str, target: float, looks: Mapping[str, Look]
 def themed(figure: Figure, prefix: str, description: str, titles: Mapping[str, Sequence[str]] | None = None) -> Any:
     """Return a figure as an ``<svg>`` element that takes the colours of the page, light or dark.
 
-    `inline_svg` describes the parameters.
+    The parameters are described at `inline_svg`.
     """
     colours = {colour: f"var(--s{index})" for index, colour in enumerate(LIGHT)}
     colours |= {"#ffffff": "var(--page)", INK: "var(--ink)", MUTED: "var(--muted)", GRID: "var(--grid)"}

@@ -40,7 +40,10 @@ _CELLS: Mapping[Quantity, Callable[[Interval], Cell]] = {
 
 
 def beside_table(slug: str, summary: Summary) -> Table | None:
-    """Return a table of published and measured numbers; None if the experiment tests no published numbers."""
+    """Return a table of published and measured numbers; None if the experiment compares no published numbers.
+
+    ``slug`` begins the table's id.
+    """
     if not summary.beside:
         return None
     rows = tuple(_row(line, len(summary.scenes) > 1) for line in summary.beside)
@@ -65,7 +68,7 @@ _NOTHING = Cell("\N{EN DASH}", state="unknown")
 
 
 def label_row(scene: SceneResult, strategy: StrategyResult, look: Look, cells: Sequence[Sequence[Cell]] = ()) -> Row:
-    """Return a table row of a strategy, with tags such as "baseline" and "biased" beside its label."""
+    """Return a table row of a strategy with these ``cells``; tags such as "baseline" and "biased" follow its label."""
     tags = ["baseline"] * (strategy.label == scene.baseline) + ["biased"] * strategy.biased
     if strategy.renderer != "core":
         tags.append(strategy.renderer)
@@ -73,7 +76,10 @@ def label_row(scene: SceneResult, strategy: StrategyResult, look: Look, cells: S
 
 
 def time_table(slug: str, scene: SceneResult, targets: Sequence[float], looks: Mapping[str, Look]) -> Table:
-    """Return a table with each strategy's time to each target error, and below it the speed-up over the baseline."""
+    """Return a table with each strategy's time to each target error, and below it the speed-up over the baseline.
+
+    ``slug`` begins the table's id. ``looks`` gives colour, marker and line style by label.
+    """
     rows = []
     for strategy in scene.strategies:
         cells = []
@@ -92,7 +98,8 @@ def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Tab
     """Return a table with checks of each strategy.
 
     Columns are the slope of the error, the error at equal time, the render's own error estimate, the bias, and the
-    p-value of equal expected images.
+    p-value of equal expected images. ``slug`` begins the table's id. ``looks`` gives colour, marker and line style by
+    label.
     """
     standard = scene.standard or "the standard"
     columns = ["slope", "error at equal time", "its own estimate", "bias", f"p, same mean as {standard}"]
@@ -112,7 +119,10 @@ def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Tab
 
 
 def point_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Table:
-    """Return a table of every checkpoint of every strategy: samples, time, error and own error estimate."""
+    """Return a table of the points of all error curves: samples, time, error, and the render's own error estimate.
+
+    ``slug`` begins the table's id. ``looks`` gives colour, marker and line style by label.
+    """
     rows = []
     for strategy in scene.strategies:
         curve = strategy.curve

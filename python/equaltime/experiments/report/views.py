@@ -28,7 +28,7 @@ class Frame:
 
     label: str
     look: Look | None
-    """Look of the strategy; None for the reference."""
+    """Colour, marker and line style of the strategy; None for the reference."""
     uri: str
     alt: str
     caption: str
@@ -36,7 +36,7 @@ class Frame:
 
     @property
     def key(self) -> str:
-        """Unique key of the frame in its series, even if a strategy is labelled "reference"."""
+        """Text that identifies the frame in its series, even if a strategy is labelled "reference"."""
         return f"strategy {self.label}" if self.look else "reference"
 
 
@@ -50,7 +50,7 @@ class Bar:
 
 @dataclass(frozen=True)
 class Kind:
-    """A series of pictures, one per strategy, of one kind: images, errors, standard errors, or sample counts."""
+    """A series of pictures, one per strategy: all are images, error maps, standard-error maps, or sample counts."""
 
     name: str
     slug: str
@@ -61,10 +61,11 @@ class Kind:
 
 @dataclass(frozen=True)
 class LossView:
-    """Two maps of one strategy, each with a sentence.
+    """Two loss maps of one strategy, each with a sentence.
 
-    One shows the blocks that make half of the strategy's squared error, the other its error over the baseline's. The
-    second may be missing.
+    The first map (``half``) marks the blocks of pixels that make half of the strategy's squared error. The second map
+    (``ratio``) shows the strategy's error divided by the baseline's. ``ratio_uri`` and ``ratio_alt`` are empty without
+    a second map.
     """
 
     label: str
@@ -83,7 +84,7 @@ class Row:
     label: str
     look: Look | None
     tags: tuple[str, ...]
-    """Words beside the label: baseline, biased, or another renderer's kind."""
+    """Words beside the label: baseline, biased, or the name of another renderer."""
     cells: tuple[tuple[Cell, ...], ...]
     """Cells of each column: one number, or two numbers one below the other."""
     title: str = ""
@@ -105,7 +106,7 @@ class Table:
     def footnotes(self) -> tuple[str, ...]:
         """Footnotes of all cells, each once, in reading order.
 
-        Remarks that differ only in one number become one footnote with the smallest and the largest number.
+        Remarks that differ only in their first number become one footnote with the smallest and the largest number.
         """
         return tuple(_merged(same) for same in self._groups.values())
 
@@ -165,7 +166,7 @@ class SceneView:
     """Sentence on size, depth, reference, repeats and equal time."""
     verdict: str
     wide_chart: str
-    """An ``<svg>`` element that needs no escaping, as ``narrow_chart`` is."""
+    """An ``<svg>`` element that needs no escaping; ``narrow_chart`` is another."""
     narrow_chart: str
     legend: tuple[Row, ...]
     tables: tuple[tuple[str, Table], ...]
@@ -187,19 +188,22 @@ class SceneView:
 
     @property
     def aspect(self) -> str:
-        """Width over height of the images, as CSS writes it."""
+        """Width and height of the images as CSS text, such as ``16 / 9``."""
         return f"{self.size[0]} / {self.size[1]}"
 
     def split(self, crops: Sequence[Crop]) -> str:
-        """Return the image's width for a CSS grid, such as ``2.667fr``, beside a column of crops that is 1fr wide.
+        """Return the width of the image's column in a CSS grid, such as ``2.667fr``.
 
-        With this width, the image is as high as its crops together.
+        The column of crops beside the image is 1fr wide. The image is then as high as all crops, one below the other.
         """
         heights = sum(crop.window[3] / crop.window[2] for crop in crops) or 2.0
         return f"{heights * self.size[0] / self.size[1]:.3f}fr"
 
     def place(self, window: tuple[int, int, int, int]) -> str:
-        """Return CSS for the position and size of a window (x, y, width, height) on the image, in % of the image."""
+        """Return CSS that places a window over the image, with position and size in % of the image.
+
+        ``window`` is (x, y, width, height) in pixels of the image.
+        """
         (x, y, w, h), (width, height) = window, self.size
         parts = {"left": x / width, "top": y / height, "width": w / width, "height": h / height}
         return "; ".join(f"{name}: {100.0 * part:.3f}%" for name, part in parts.items())

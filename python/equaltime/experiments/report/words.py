@@ -1,4 +1,4 @@
-"""Formats numbers for reports: three digits, a unit that fits the magnitude, intervals with significant digits only."""
+"""Numbers as text for reports: three digits, a unit that fits the magnitude, intervals with significant digits only."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _TIMES = "\N{MULTIPLICATION SIGN}"
 
 @dataclass(frozen=True)
 class Cell:
-    """Text of one number in a table, with its interval and remarks."""
+    """One number of a table as text, with its interval and remarks."""
 
     text: str
     """The number with its unit, or a word instead."""
@@ -69,14 +69,14 @@ _SAMPLES = _Unit(1.0, f"{_THIN}spp")
 
 
 def error_cell(interval: Interval) -> Cell:
-    """Format a relative error (0.02 is 2 %) and its interval in per cent."""
+    """Return a table cell with a relative error (0.02 is 2 %) and its interval in per cent."""
     return _cell(interval, _ERROR)
 
 
 def factor_cell(interval: Interval) -> Cell:
-    """Format a ratio, such as ``31x [27, 35]`` with a real multiplication sign.
+    """Return a table cell with a ratio, such as ``31x [27, 35]`` but with a real multiplication sign.
 
-    A ratio of 0 or infinity means that one strategy does not reach the error. Such a ratio is printed as a bound.
+    A ratio of 0 or infinity means that one of the two strategies does not reach the error; it is printed as a bound.
     """
     if interval.trusted and interval.value in (0.0, math.inf):
         end, sign = (interval.low, _AT_LEAST) if interval.value else (interval.high, _AT_MOST)
@@ -86,26 +86,29 @@ def factor_cell(interval: Interval) -> Cell:
 
 
 def plain_cell(interval: Interval) -> Cell:
-    """Format a number without unit and its interval."""
+    """Return a table cell with a number without unit and its interval."""
     return _cell(interval, _PLAIN)
 
 
 def samples_cell(interval: Interval) -> Cell:
-    """Format a count of samples per pixel; an infinite one is printed as "not reached"."""
+    """Return a table cell with a count of samples per pixel; an infinite count is printed as "not reached"."""
     if math.isinf(interval.value):
         return Cell("not reached", note=interval.note, state="unknown")
     return _cell(interval, _SAMPLES)
 
 
 def probability_cell(p: float | None, note: str = "") -> Cell:
-    """Format a p-value; None is printed as a dash."""
+    """Return a table cell with the p-value ``p`` and a remark ``note``; None is printed as a dash."""
     if p is None:
         return Cell("\N{EN DASH}", note=note, state="unknown")
     return Cell(f"{p:.2f}" if p >= 0.01 else f"{p:.4f}" if p >= 0.0001 else "< 0.0001", note=note)
 
 
 def seconds_cell(interval: Interval) -> Cell:
-    """Format a duration, given in seconds, in ms, s, min, h or d; an infinite one is printed as "not reached"."""
+    """Return a table cell with a duration in ms, s, min, h or d; an infinite duration is printed as "not reached".
+
+    ``interval`` is in seconds.
+    """
     if math.isinf(interval.value):
         return Cell("not reached", note=interval.note, state="unknown")
     shown = {"low": interval.low, "high": interval.high}.get(interval.bound, interval.value)
@@ -131,18 +134,18 @@ def _cell(interval: Interval, unit: _Unit) -> Cell:
 
 
 def percent(value: float) -> str:
-    """Format a relative error (0.02 is 2 %) in per cent, with up to three digits."""
+    """Return a relative error (0.02 is 2 %) as text in per cent, with up to three digits."""
     return _short(100.0 * value) + _ERROR.symbol
 
 
 def seconds(value: float) -> str:
-    """Format a duration, given in seconds, in ms, s, min, h or d, with up to three digits."""
+    """Return a duration, given in seconds, as text in ms, s, min, h or d, with up to three digits."""
     unit = _time_unit(value)
     return _short(value * unit.scale) + unit.symbol
 
 
 def slug(name: str, taken: Iterable[str] = ()) -> str:
-    """Return the name in lower case with ``-`` for other characters, safe in file names, URLs and ids.
+    """Return a name made safe for file names, URLs and ids: lower-case letters, digits and ``-``.
 
     If the result is in ``taken``, a number is appended.
     """
@@ -218,7 +221,10 @@ def _against(scene: SceneResult) -> str:
 
 
 def provenance_groups(summary: Summary) -> list[tuple[str, list[tuple[str, str]]]]:
-    """Return the facts needed to repeat an experiment: pairs of a heading and its rows, each a name and a value."""
+    """Return the facts needed to repeat an experiment, in groups.
+
+    Each group is a heading and its rows; each row is the name and the value of a fact.
+    """
     groups: dict[str, list[tuple[str, str]]] = {"": []}
     _sort_into(groups, "", summary.provenance)
     groups["digests of the scenes"] = [(scene.name, scene.digest) for scene in summary.scenes]

@@ -1,1 +1,1 @@
-"""Runs experiments, and records each result so that an interrupted experiment can be continued."""
+"""Runners of experiments, which record each result, so that an interrupted experiment can be continued."""

@@ -1,4 +1,4 @@
-"""Runs all experiments of a folder, each with its own folder of results, and writes one index page."""
+"""Runner of all experiments of a folder, each with its own folder of results, and writes one index page."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Changes:
     threads: int | None = None
 
     def of(self, experiment: Experiment) -> Experiment:
-        """Return the experiment with these changes; if it gives sample counts, the budget is ignored."""
+        """Return the experiment with these changes; the budget is ignored if the experiment gives sample counts."""
         return make_experiment(
             experiment,
             quick=self.quick,
@@ -46,9 +46,9 @@ class Changes:
 
 
 def experiments_in(folder: Path) -> tuple[Path, ...]:
-    """Return the experiment files (TOML) of a folder, and unreadable TOML files; ``x2`` comes before ``x10``.
+    """Return the paths of a folder's experiment files (TOML) in natural order: ``x2`` comes before ``x10``.
 
-    Raises ExperimentError if there are none.
+    Unreadable TOML files are included. Raises ExperimentError if there is no file.
     """
     found = sorted((path for path in folder.glob("*.toml") if is_experiment(path, unreadable=True)), key=_natural)
     if not found:

@@ -1,6 +1,6 @@
 """Ray directions on a surface, drawn uniformly and from the surface's BSDF, with their weights.
 
-The surface is in the middle of a scene's picture. Directions are in its local frame, z along the normal. BSDF
+The surface is in the middle of a scene's picture. Directions are in the surface's local frame, z along the normal. BSDF
 directions are samples of the C++ core, and the core's BSDF gives the weights of uniform directions.
 """
 
@@ -43,7 +43,7 @@ class Rays:
 
 
 def sample_directions(scene: Scene) -> dict[str, Rays] | None:
-    """Return technique (``uniform`` and ``bsdf``) → rays on the surface in the middle of the picture.
+    """Return the rays of the techniques ``uniform`` and ``bsdf`` on the surface in the middle of the picture.
 
     Returns None if there is no surface or if it scatters no light.
     """
@@ -74,7 +74,10 @@ def sample_directions(scene: Scene) -> dict[str, Rays] | None:
 
 
 def write_directions(path: Path, names: Sequence[str], scenes: Sequence[Scene]) -> None:
-    """Sample directions on every scene, and write them to an ``.npz`` file; ``names`` are the names of ``scenes``."""
+    """Sample directions on every scene, and write all directions to an ``.npz`` file.
+
+    ``names`` are the names of ``scenes``, in the same order.
+    """
     found = {name: sample_directions(scene) for name, scene in zip(names, scenes, strict=True)}
     known = {name: rays for name, rays in found.items() if rays is not None}
     ways = [rays[way] for rays in known.values() for way in ("uniform", "bsdf")]
@@ -89,7 +92,7 @@ def write_directions(path: Path, names: Sequence[str], scenes: Sequence[Scene]) 
 
 
 def read_directions(path: Path) -> Mapping[str, Mapping[str, Rays]]:
-    """Read a file of `write_directions`, and return scene → technique → rays.
+    """Read a file of `write_directions`, and return rays by name of the scene and then by technique.
 
     Raises `ImageError` if the file cannot be read.
     """

@@ -54,12 +54,12 @@ class Folder:
 
     @property
     def records(self) -> Path:
-        """Path of the records, a CSV file."""
+        """Path of the CSV file with the records."""
         return self.path / "records.csv"
 
     @property
     def experiment(self) -> Path:
-        """Path of the file with the experiment and its identity."""
+        """Path of the JSON file with the experiment and its identity (all settings that affect records)."""
         return self.path / "experiment.json"
 
     @property
@@ -68,7 +68,7 @@ class Folder:
         return self.path / "provenance.json"
 
     def reference(self, scene: str, strategy: str | None = None) -> Path:
-        """Return the path of a scene's reference, or of the reference that only one strategy is measured against."""
+        """Return the path of a scene's reference; with ``strategy``, of the reference for that strategy alone."""
         name = file_name(scene) if strategy is None else f"{file_name(scene)}--{file_name(strategy)}"
         return self.path / "references" / f"{name}.npz"
 
@@ -129,9 +129,9 @@ class Folder:
             raise _refused(self.path, f"cannot be locked: {error.strerror or error}; use another folder") from error
 
     def claim(self, identity: Mapping[str, Any], experiment: BaseModel) -> None:
-        """Record the ``identity`` of an experiment, or check that it matches the identity recorded before.
+        """Write the ``identity`` of an experiment to the folder, or check that it matches the identity written before.
 
-        The folder must be locked. Scenes and strategies may be added or dropped; dropped ones stay in the records. A
+        The folder must be locked. Scenes and strategies may be added or dropped; their records stay in the folder. A
         scene or strategy with a recorded name must be unchanged, and so must all other settings.
 
         Raises
@@ -162,7 +162,7 @@ class Folder:
             raise _refused(self.path, why)
 
     def note(self, section: str, key: str, facts: Mapping[str, Any]) -> None:
-        """Write facts to the provenance under a section and a key, replacing earlier facts there.
+        """Write facts to the provenance file under a section and a key; earlier facts under that key are replaced.
 
         The folder must be locked.
         """
@@ -171,7 +171,7 @@ class Folder:
         self._write(self.provenance, provenance)
 
     def read_provenance(self) -> dict[str, Any]:
-        """Return the provenance: section → key → facts, empty if there is no file.
+        """Return the contents of the provenance file: facts by section and key; empty if there is no file.
 
         Raises ExperimentError if the file is damaged.
         """
@@ -209,7 +209,7 @@ class Folder:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[IO[bytes]]:
-    """Yield a temporary file to write; after the context, the file replaces ``path`` atomically.
+    """Yield a temporary file to write; after the context, the temporary file replaces ``path`` atomically.
 
     The new contents are then on the disk. After an error in the context, ``path`` is unchanged.
     """

@@ -1,6 +1,6 @@
 """Films of how an image converges: pictures from one run of a strategy, at moments chosen for viewing.
 
-The checkpoints of an error curve grow geometrically: towards its end, much of a run would pass without a new picture.
+The points of an error curve are spaced geometrically: late in a run, much time would pass without a new picture.
 Pictures therefore come from a separate run, and are closer together at the beginning, where the image changes most.
 This run lasts as long as the budget, and its times are not recorded.
 """
@@ -46,7 +46,7 @@ class Film:
 
 @dataclass(frozen=True, eq=False)
 class Studio:
-    """Renders the films of an experiment after its runs."""
+    """Renderer of an experiment's films, used after the runs."""
 
     experiment: Experiment
     scenes: Sequence[Scene]
@@ -58,11 +58,14 @@ class Studio:
     threads: int
 
     def wants(self, key: Key) -> bool:
-        """Tell whether the run with this key is recorded but the film of its strategy is missing."""
+        """Tell whether to render a film: the run ``key`` is recorded, but the film of its strategy is missing."""
         return self._ended(key) is not None and not self.folder.film(*key[:2]).exists()
 
     def shoot(self, key: Key, number: int, subject: Subject) -> None:
-        """Render the film of the strategy in ``key``, and write it to the folder; ``number`` is the scene's index."""
+        """Render the film of the scene and strategy in ``key``, and write the film to the folder.
+
+        ``number`` is the scene's index, and ``subject`` the renderer.
+        """
         ended = self._ended(key)
         assert ended is not None, "ask first what is wanted"
         seconds = self.experiment.budget or ended.wall_s

@@ -1,4 +1,4 @@
-"""Tests peers (other renderers) before timing: a peer whose expected image differs gets its own reference."""
+"""Tests of peers (other renderers) before timing: a peer whose expected image differs gets its own reference."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ def pass_gates(
     """Test each peer once for the same expected image as equaltime's on a scene.
 
     For each peer that differs, a reference rendered by the peer is written to ``folder``. The outcomes go to the
-    provenance, under ``agreements``, scene and label. Peers with a recorded outcome are skipped.
+    provenance file, under ``agreements``, scene and label. Peers with a recorded outcome are skipped.
 
     Parameters
     ----------
     name
         Name of the scene.
     gates
-        Number of these comparisons on all scenes of the experiment; they share one false-alarm rate.
+        Number of such tests on all scenes of the experiment; all tests share one false-alarm rate.
     """
     from equaltime.experiments.peers import agreement
     from equaltime.statistics.agreement import LEVEL, share

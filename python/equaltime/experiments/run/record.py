@@ -1,5 +1,7 @@
 """Records: a CSV file with one row for each checkpoint of each run, which survives kill -9 at any moment.
 
+A checkpoint is a moment of a run at which its error is measured.
+
 A row is appended with a single write, and is on the disk before the next checkpoint begins. A kill leaves at worst an
 incomplete last line and the rows of an unfinished run. `load` skips the incomplete line. `Recorder` removes the line
 and the rows before it appends. A run is therefore in the file once and complete, or can be repeated.
@@ -29,7 +31,7 @@ _RESTORE = "put a copy of the file there, or remove it to go on without it"
 
 
 def read_array(path: Path, shape: tuple[int, ...]) -> NDArray[Any]:
-    """Read the array of an ``.npy`` file, which must have this ``shape``.
+    """Return the array of an ``.npy`` file, which must have this ``shape``.
 
     Raises
     ------
@@ -55,7 +57,7 @@ def read_array(path: Path, shape: tuple[int, ...]) -> NDArray[Any]:
 
 
 def read_arrays(path: Path, names: Sequence[str]) -> tuple[NDArray[Any], ...]:
-    """Read the arrays with these names from an ``.npz`` file, in the order of names.
+    """Read the arrays with these names from an ``.npz`` file, and return the arrays in the order of ``names``.
 
     Raises `ImageError` if the file is missing or damaged, or an array is missing.
     """
@@ -72,7 +74,7 @@ Key = tuple[str, str, int]
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """One row of the records: one checkpoint of one run.
+    """One row of the records: one checkpoint of one run, a moment at which its error is measured.
 
     Errors are relative (0.02 is 2 %), times are in seconds, and None is an empty cell.
     """
@@ -142,7 +144,7 @@ class Row:
 
     @property
     def key(self) -> Key:
-        """Scene, strategy label and repeat of the row's run."""
+        """Scene, strategy label and number of the repeat: the key of the row's run."""
         return self.scene, self.strategy, self.repeat
 
 
@@ -183,7 +185,7 @@ def load(path: Path) -> tuple[Row, ...]:
 
 
 def complete(rows: Iterable[Row]) -> tuple[Row, ...]:
-    """Return the rows of finished runs: those runs that have their last row."""
+    """Return the rows of finished runs: runs whose last row is among ``rows``."""
     rows = tuple(rows)
     ended = {row.key for row in rows if row.last}
     return tuple(row for row in rows if row.key in ended)

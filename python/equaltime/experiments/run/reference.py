@@ -81,7 +81,8 @@ def obtain(
 ) -> KnownReference:
     """Return a reference of the scene: read from ``wish.file`` if given, else from the cache, else rendered.
 
-    A cached reference is used if it has the wanted error or was rendered for the wanted time.
+    A cached reference is used if its error is at most ``wish.error``, or if its time limit was at least
+    ``wish.seconds``.
 
     Parameters
     ----------
@@ -112,7 +113,7 @@ def obtain(
 def render(
     scene: Scene, error: float, seconds: float, threads: int = 0, report: Report | None = None
 ) -> KnownReference:
-    """Render a reference as the mean of two independent halves with equal sample counts.
+    """Render and return a reference: the mean of two independent halves with equal sample counts.
 
     Rendering ends when the mean has at most 1.02 times the relative ``error``, or after about ``seconds``.
 

@@ -1,7 +1,8 @@
-"""Runs experiments: every strategy on every scene in turn, repeat after repeat, and records each checkpoint.
+"""Runner of experiments: renders every strategy on every scene, repeat after repeat, and records each checkpoint.
 
 The order of strategies alternates, so that a change of the machine's speed does not favour a strategy.
-Recorded runs are not repeated. A run's clock is stopped while a checkpoint's image is made, measured and recorded.
+Recorded runs are not repeated. A run's clock is stopped while the image at a checkpoint is made, measured and
+recorded.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ Phase = Literal["setup", "agreement", "reference", "run", "film"]
 
 @dataclass(frozen=True)
 class RunProgress:
-    """Progress of an experiment, as given to a progress callback."""
+    """Progress of an experiment: the argument of progress callbacks."""
 
     phase: Phase
     scene: str

@@ -1,4 +1,4 @@
-"""One run of one strategy on one scene: chooses sample counts, renders, measures and records."""
+"""One run of one strategy on one scene: choice of sample counts, rendering, measuring of errors, and recording."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _LEAST_STEP = 1.1
 
 
 def counts() -> Iterator[int]:
-    """Yield the sample counts of checkpoints without end: 2, 4, 6, 8, 12, 16, 24, 32, 48, and so on.
+    """Yield the sample counts at which errors are measured, without end: 2, 4, 6, 8, 12, 16, 24, 32, 48, and so on.
 
     The counts are powers of two and, from 4 on, also 1.5 times each power.
     """
@@ -39,8 +39,8 @@ def counts() -> Iterator[int]:
 class BudgetLadder:
     """Iterator over the sample counts of a run that ends near its time budget.
 
-    Call `taken` after each checkpoint: the last count is chosen from the time of the checkpoint before. All strategies
-    then end at nearly the same time, which makes their last images comparable. Counts are even, because a render's own
+    Call `taken` after each count: the last count is chosen from the time of the count before. All strategies then end
+    at nearly the same time, which makes their last images comparable. Counts are even, because a render's own
     error estimate comes from two halves.
     """
 
@@ -96,9 +96,9 @@ class SingleRun:
     """Sample counts of the first repeat, which this run must match; None for the first repeat."""
 
     def record(self, folder: Folder, recorder: Recorder, ladder: Sequence[int] | float) -> float:
-        """Render the run, append a row to the records for each checkpoint, and return the seconds of rendering.
+        """Render the run, append a row to the records at each sample count, and return the seconds of rendering.
 
-        A row is written at the next checkpoint or at the end of the run, because the row says whether it is the last.
+        Each row says whether it is the run's last row. It is thus written at the next count, or at the end of the run.
 
 
         Parameters

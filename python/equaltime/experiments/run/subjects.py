@@ -1,4 +1,4 @@
-"""Makes the subjects (objects that render: strategies, peers, your own) and the scenes of an experiment."""
+"""Scenes and subjects of an experiment; a subject renders: a strategy, a peer (another renderer), or your own code."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _LOG = logging.getLogger(__name__)
 
 
 def scenes_of(experiment: Experiment) -> tuple[Scene, ...]:
-    """Read the scenes of an experiment, in order.
+    """Return the scenes of an experiment in order, read from their files.
 
     If the experiment has a peer (another renderer), the scenes get a box filter, the only filter that all renderers
     treat alike.
@@ -41,7 +41,7 @@ def make_subjects(experiment: Experiment) -> tuple[Subject, ...]:
     """Return one subject, an object that renders, for each strategy of an experiment, in order.
 
     Raises ExperimentError with all problems, such as names that a record cannot hold. A renderer that is not installed
-    is reported later, when it is prepared for a scene.
+    is reported later, when the renderer is prepared for a scene.
     """
     subjects: list[Subject] = []
     problems: list[Problem] = []
@@ -57,7 +57,7 @@ def make_subjects(experiment: Experiment) -> tuple[Subject, ...]:
 
 
 def close_subjects(subjects: Sequence[Subject]) -> None:
-    """Close the subjects that have a ``close`` method, and thereby their processes and files."""
+    """Close all subjects that have a ``close`` method, which ends their processes and closes their files."""
     for subject in subjects:
         if close := getattr(subject, "close", None):
             close()
