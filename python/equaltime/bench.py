@@ -57,7 +57,7 @@ def spread(values: Sequence[float]) -> Spread:
 
 @dataclass(frozen=True)
 class Measurement:
-    """Measured speed of one scene with one number of threads. A `Spread` covers the repeats."""
+    """Measured speed of one scene with one number of threads. Each `Spread` is the median of the repeats."""
 
     name: str
     """Path of the scene's file as it was given, or ``scene N`` for scene number N in memory."""
@@ -68,7 +68,7 @@ class Measurement:
     limit_ratio: Spread
     """Seconds that Embree alone needs for the rays, divided by the seconds of the render."""
     scaling: Spread
-    """Speed-up over the first number of threads, for the same scene and repeat."""
+    """Paths per second, divided by the paths per second with the first number of threads in the same repeat."""
     repeats: int
     samples: int
     """Samples per pixel in each repeat."""

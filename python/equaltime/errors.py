@@ -74,7 +74,10 @@ class SceneError(EqualtimeError):
 
 
 class EffectError(EqualtimeError):
-    """Raised if an effect does not exist, cannot be left out, or would bias the image beyond the requested error."""
+    """Raised if effects cannot be left out as requested; an effect is a feature of the scene or of its light.
+
+    Reasons are an unknown effect, an effect that must stay, and a bias above the requested error.
+    """
 
 
 class StrategyError(EqualtimeError):
@@ -82,7 +85,7 @@ class StrategyError(EqualtimeError):
 
 
 class ExperimentError(EqualtimeError):
-    """Raised if an experiment or its records cannot be used; ``problems`` lists every mistake found."""
+    """Raised if an experiment or its records (saved results) cannot be used; ``problems`` lists every mistake found."""
 
     def __init__(self, problems: tuple[Problem, ...]) -> None:
         self.problems = problems
@@ -128,7 +131,7 @@ class SampleError(RenderError):
     """
 
     kind: ClassVar[str] = "bad sample"
-    """Name of the problem if ``what`` is not given."""
+    """Words for the problem in the error message, unless the argument ``what`` gives other words."""
 
     def __init__(
         self,

@@ -73,8 +73,8 @@ class Strategy(BaseModel):
     """Depth at which every path is cut, counted like the scene's ``max_depth``, which applies too. Biased."""
     sampler: Literal["independent", "stratified", "sobol", "lattice"] = "lattice"
     """Kind of random numbers. ``independent`` numbers have no structure. ``stratified`` uses jittered strata, as many
-    as samples at powers of four. ``sobol`` uses Owen-scrambled Sobol points, a pair for each decision. ``lattice`` uses
-    one lattice with random shifts for all decisions at the first eight vertices (Cools, Kuo & Nuyens 2006)."""
+    as samples at powers of four. ``sobol`` uses Owen-scrambled Sobol points, a pair for each random choice. ``lattice``
+    uses one lattice with random shifts for all choices at the first eight vertices (Cools, Kuo & Nuyens 2006)."""
     adaptive: Literal["none", "error", "neighbours", "history", "cutoff"] = "error"
     """Rule by which pixels get more samples after a pilot (`equaltime.film.adaptive`). ``none`` gives all pixels the
     same number. ``error`` prefers pixels whose neighbours showed a large error, if the pilot shows a gain. ``error`` is

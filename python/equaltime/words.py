@@ -12,7 +12,7 @@ __all__ = ["Shown", "a", "duration", "nearest", "percent", "seconds_of", "shorte
 
 MOST_NAMES: Final = 512
 LONGEST_NAME: Final = 100
-"""Limits for `nearest`: the number of names, and the letters of a word. Its time grows with their product."""
+"""Limits of `nearest`: names in `MOST_NAMES`, letters in `LONGEST_NAME`. The time grows with their product."""
 _BRACKETS: Mapping[type[object], tuple[str, str]] = {list: ("[", "]"), tuple: ("(", ")"), dict: ("{", "}")}
 _UNITS = [("ms", 1e-3, 0.9995), ("s", 1.0, 299.5), ("min", 60.0, 1.8e4), ("h", 3600.0, 3.6e5)]
 """Units of time: name, seconds, and the number of seconds from which the next unit serves better."""

@@ -1,6 +1,7 @@
 """Distance of an image from the truth, which is known from a reference with noise.
 
-All images are (H, W, 3) linear RGB. With R the reference, m its mean over pixels and channels, and v the variance of R:
+All images are (H, W, 3) linear RGB. Let I be the image, R the reference, m the mean of R over pixels and channels, and
+v the variance of R. A mean is over pixels and channels:
 
 - ``relmse``  mean of ((I - R)² - v) / (R² + (0.1 m)²): the square of ``error``;
 - ``error``   square root of |relmse|, with the sign of relmse: 0.02 is 2 %;
@@ -9,9 +10,9 @@ All images are (H, W, 3) linear RGB. With R the reference, m its mean over pixel
 - ``flip``    HDR-FLIP, see `flip`.
 
 The first three metrics subtract v, and so contain no noise of the reference on average. The reason is that the noises
-of I and R are independent: ``E (I - R)² = (I - T)² + v`` with T the truth. Near convergence, these metrics can be
-negative. A negative value is kept, because replacing it by 0 would bias the average over repeats. The noise cannot be
-subtracted from ``mare`` and ``flip``, which have bounds instead.
+of I and R are independent: the expectation of (I - R)² over references is (I - T)² + v, with T the truth. Near
+convergence, these metrics can be negative. A negative value is kept, because replacing it by 0 would bias the average
+over repeats. The noise cannot be subtracted from ``mare`` and ``flip``, which have bounds instead.
 """
 
 from __future__ import annotations
@@ -103,18 +104,18 @@ class Reference:
 
     @property
     def relmse(self) -> float:
-        """Relative MSE of the reference against the truth, one number; `measure` subtracts it from an image's."""
+        """Relative MSE that the reference's own noise adds to an image's relative MSE; one number."""
         return float(divided(self.noise, self.denominator).mean())
 
     @property
     def relmse_doubt(self) -> float:
-        """Standard error of an image's relMSE that is left after the reference's variance v is subtracted; one number.
+        """Standard error of relMSE that is left after the reference's variance v is subtracted; one number.
 
-        With n the reference's noise (R minus the truth), it is the standard error of the mean of n² - v. Pixels are
-        taken as independent. Half the difference of the two ``halves`` has the same distribution as n. Its square minus
-        v therefore shows the spread of n² - v, without an assumption on the distribution or the correlation of
-        channels. Without ``halves``, or if v itself comes from them, the noise is taken as normal with fully correlated
-        channels.
+        With n the reference's noise (R minus the truth), it is the standard error of the mean of n² - v, where both are
+        divided by the denominator of relMSE. Pixels are taken as independent. Half the difference of the two ``halves``
+        has the same distribution as n. Its square minus v therefore shows the spread of n² - v, without an assumption
+        on the distribution or the correlation of channels. Without ``halves``, or if v itself comes from them, the
+        noise is taken as normal with fully correlated channels.
         """
         if self.halves is not None and self.variance.any():
             parts = divided((0.5 * (self.halves[0] - self.halves[1])) ** 2 - self.noise, self.denominator)

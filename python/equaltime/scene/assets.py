@@ -97,7 +97,7 @@ class Assets:
     def extensions(self, filename: str) -> dict[str, str]:
         """Return the extensions that a glTF file uses, as a dict from the name to words.
 
-        The words say by which part of the scene the extension is represented, or ``not used``.
+        The words name the plugin or parameter that represents the extension, or are ``not used``.
         """
         return self._within(self.path(filename)).extensions
 

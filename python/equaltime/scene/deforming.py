@@ -21,9 +21,9 @@ from equaltime.words import shortened
 __all__ = ["check", "parse", "steps", "uneven"]
 
 MOST_PARTS: Final = 128
-"""Largest number of equal parts of the shutter time, which is Embree's limit."""
+"""Largest number of equal intervals of the time in which the shutter is open, which is Embree's limit."""
 NEAR: Final = 1e-4
-"""Largest distance between a key's time and its boundary of two parts, as a fraction of the shutter time."""
+"""Largest distance between a key's time and an interval's end, as a fraction of the time the shutter is open."""
 
 
 def parse(value: Mapping[str, object]) -> Deformation:

@@ -61,7 +61,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sides:
-    """The BSDFs of a surface's front and back, None for a side that absorbs all light, and the surface's emission."""
+    """The BSDFs of a surface's front and back, and the emission of its front. A BSDF of None absorbs all light."""
 
     front: Bsdf | None
     back: Bsdf | None

@@ -9,9 +9,9 @@ This module finds invisible surfaces: a `null`, and glass with the index of refr
 surface adds to a path's length, except that volumetric integrators do not count a `null` or thin glass. An invisible
 surface can be left out in two cases:
 
-- If paths have no limit, every invisible surface can be. Glass must stay if the scene has a point, spot or directional
-  light, because these do not shine through glass.
-- If the integrator is volumetric, a `null` and thin glass can be.
+- If paths have no limit, every invisible surface can be left out. An exception is glass in a scene with a point, spot
+  or directional light, because these lights do not shine through glass.
+- If the integrator is volumetric, a `null` and thin glass can be left out.
 
 A surface that emits light or bounds a medium always stays, even if the medium has no density.
 """

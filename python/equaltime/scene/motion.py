@@ -64,7 +64,7 @@ def span(times: Sequence[float], time: float) -> tuple[int, float]:
 
 
 def posed(mesh: str | Deformation, time: float) -> str | Deformation:
-    """Return the mesh at `time`: a file name, or a deformation of two files that is frozen between both.
+    """Return `mesh` as it is at `time`: a file name, or a deformation that is frozen between the poses of two files.
 
     `time` is ignored for a mesh that is already frozen at a time of its own.
     """

@@ -96,7 +96,10 @@ _FARTHEST: Final = 2.0**20
 
 @dataclass(frozen=True, slots=True)
 class ImageMap:
-    """An image of a material, looked up at (su u + ou, sv v + ov); `scale` is (su, sv), and `offset` is (ou, ov)."""
+    """An image of a material. Texture coordinates (u, v) show the image's point (su u + ou, sv v + ov).
+
+    `scale` is (su, sv), and `offset` is (ou, ov).
+    """
 
     rest: bytes
     """The name of the file as written, with its quotes or comment."""

@@ -32,7 +32,7 @@ class Name:
     id: str | None
     type: str
     place: str
-    """File and line, or path of keys; empty for a scene without places."""
+    """File and line, or path of keys; empty if the scene was made in memory."""
 
     def __str__(self) -> str:
         what = f"{self.type}, {self.place}" if self.place else self.type

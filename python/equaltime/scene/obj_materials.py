@@ -62,7 +62,7 @@ class Materials:
         return bool(self._found)
 
     def of(self, name: bytes) -> tuple[str, Material] | None:
-        """Return the material called `name`, after the file name of its library; None if there is no such material.
+        """Return a pair: the file name of a library, and the material called `name` in it. None if there is none.
 
         The name is also tried without quotes, and without a comment such as `` #3`` at its end.
         """
@@ -99,7 +99,8 @@ class Materials:
     def bsdf(self, library: str, material: Material, own: object, place: Place, mesh: MeshData) -> Object:
         """Return the BSDF of a `material` for both sides of `mesh`, as an object that describes a plugin.
 
-        `library` is the file name of the material's MTL file. `own` is the reflectance for a material without any.
+        `library` is the file name of the material's MTL file. `own` is the reflectance if the material has no ``Kd`` or
+        ``map_Kd``. `place` is the file and line for messages.
         """
 
         def given(word: str, number: object) -> object:

@@ -35,7 +35,7 @@ class Outside:
     """Report on one texture with values outside the range of the parameter that uses it; ``str()`` gives a warning."""
 
     node: Plugin
-    """The part of the scene that has the parameter."""
+    """The plugin that has the parameter."""
     name: str
     """The parameter's name."""
     texture: Bitmap | MeshAttribute
@@ -63,9 +63,10 @@ def of_textures(node: Plugin, assets: Assets) -> Iterator[Outside]:
 
 
 def of_mesh(shape: Plugin, assets: Assets) -> Iterator[Outside]:
-    """Yield a report for each parameter on the mesh `shape` whose mesh attribute has values outside its range.
+    """Yield a report for each parameter whose mesh attribute has values outside the parameter's range.
 
-    The parameters are those that the shape's BSDF, emitter and textures have. Other shapes give no reports.
+    Parameters of all plugins in `shape`, such as its BSDF and emitter, are examined. A shape that is no mesh gives no
+    reports.
     """
     if not isinstance(shape, MeshFile):
         return

@@ -30,7 +30,7 @@ WINDOWED: Final = frozenset({"openexr", "rla"})
 MOST_SHOWN: Final = 1 << 27
 """Bytes of a display window that any file may declare; its pixels outside the data window take no space in the file."""
 MOST_PARTS: Final = 64
-"""Largest number of parts and levels that are counted; some formats find one only by decoding all before it."""
+"""Largest number of images, and of smaller copies, that are counted in a file; counting may decode them all."""
 NEAR_SRGB: Final = (2.15, 2.45)
 """Range of powers that mean sRGB in practice: 2.2, which sRGB files declare, and 2.4, the power of its upper part."""
 ALIASES: Final = {"linear": "lin", "scene_linear": "lin", "lin_srgb": "lin", "acescg": "lin_ap1"}
@@ -48,7 +48,7 @@ class Texels:
     srgb: bool
     """Whether uint8 texels are encoded as sRGB; other texels are linear."""
     told: tuple[str, ...] = ()
-    """Remarks on unused parts of the file."""
+    """Remarks for the user on content of the file that is not used."""
 
     @property
     def linear(self) -> NDArray[np.float32]:

@@ -101,17 +101,17 @@ class Scene(Shown):
     """A valid scene that is ready to render; immutable."""
 
     model: SceneModel
-    """The description, with references resolved."""
+    """All plugins of the scene and their parameters, with references replaced by the plugins."""
     source: Path | None
-    """The file that the scene was read from, if any."""
+    """The file from which the scene was read; None for a scene made from a dictionary."""
     assets: Assets = field(repr=False)
     """The meshes and images that the scene names."""
     warnings: tuple[str, ...] = ()
-    """Warnings about harmless oddities of the files, and about replaced parts."""
+    """Warnings about harmless oddities of the files, and about replaced plugins."""
     substitutions: tuple[Substitution, ...] = ()
-    """Parts that were replaced or left out, as the argument ``substitute`` of `load` allowed."""
+    """Plugins and parameters that were replaced or left out, as the argument ``substitute`` of `load` allowed."""
     places: Places = field(default=NOWHERE, repr=False)
-    """Places of the scene's parts in their files."""
+    """Files and lines at which the scene's plugins are described."""
     _seconds: dict[str, float] = field(default_factory=dict, repr=False)
     _own_max_depth: int | None = field(default=None, repr=False)
     """The value of `own_max_depth`, once `with_` has changed the path length."""
@@ -152,7 +152,7 @@ class Scene(Shown):
     def extensions(self) -> dict[str, str] | None:
         """Extensions that the scene's glTF file uses, as a dict from the name to words; None for other files.
 
-        The words say by which part of the scene an extension is represented, or ``not used``.
+        The words name the plugin or parameter that represents the extension, or are ``not used``.
         """
         if self.source is None or self.source.suffix.lower() not in GLTF:
             return None

@@ -33,10 +33,10 @@ def sides(bsdf: Bsdf) -> tuple[Bsdf | None, Bsdf | None]:
 
 
 def turns(bsdf: Bsdf) -> bool:
-    """Tell how a bump or normal map in `bsdf` bends normals on the back of a surface.
+    """Tell whether the bent normal on the back of a surface is the negative of the bent normal on the front.
 
-    True if the bent normal on the back is the negative of the front's bent normal. False if ``twosided`` wraps the map:
-    the back then shows a mirror image of the front. False too without a map.
+    Return True if `bsdf` has a bump or normal map that no ``twosided`` wraps. Return False if ``twosided`` wraps the
+    map: the back then shows a mirror image of the front. Return False too without a map.
     """
     if isinstance(bsdf, BlendBsdf):
         return any(map(turns, bsdf.bsdf))

@@ -31,9 +31,9 @@ class Substitution:
 
     place: str
     what: str
-    """The replaced part, such as ``bsdf 'measured'``."""
+    """The replaced plugin or parameter, such as ``bsdf 'measured'``."""
     by: str
-    """The substitute, such as ``'diffuse'``; empty if the part was left out."""
+    """The substitute, such as ``'diffuse'``; empty if there is none, and `what` was left out."""
 
     def __str__(self) -> str:
         done = f"is replaced by {self.by}" if self.by else "is left out"

@@ -38,7 +38,10 @@ def scale(factors: float | Sequence[float]) -> Matrix4:
 
 
 def rotate(axis: Sequence[float], angle: float) -> Matrix4:
-    """Return the rotation by `angle` about `axis` (3 numbers of any length but zero), by Rodrigues' formula."""
+    """Return the rotation by `angle` degrees about the vector `axis`, by Rodrigues' formula.
+
+    `axis` is 3 numbers, not all zero. Its length does not matter.
+    """
     length = math.hypot(*axis)
     if length == 0.0 or not math.isfinite(length):
         raise ValueError("the axis of a rotation must have a direction")

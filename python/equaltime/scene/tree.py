@@ -59,7 +59,10 @@ class Place(NamedTuple):
         return ": ".join(part for part in (where, self.path) if part)
 
     def key(self, name: str | int, line: int | None = None) -> Place:
-        """Return the place of the key or index `name` inside this place; without `line`, the line stays the same."""
+        """Return the position of the key or index `name` inside the object at this position.
+
+        The path of keys gets one more key. Without `line`, the line stays the same.
+        """
         step = f"[{name}]" if isinstance(name, int) else f".{name}" if self.path else name
         return Place(self.file, self.line if line is None else line, self.path + step)
 
@@ -73,7 +76,10 @@ class Report:
         self._untold = 0
 
     def add(self, place: Place, message: str) -> None:
-        """Add a problem at `place`; raises SceneError at once if the number of problems reaches `MOST_TOLD`."""
+        """Add a problem at `place` (file and line, or path of keys).
+
+        Raises SceneError at once if the number of problems reaches `MOST_TOLD`.
+        """
         self._problems[place, message] = None
         if len(self._problems) >= MOST_TOLD:
             last = Problem(place.file, f"{MOST_TOLD} problems are told; the rest of the scene was not looked at")
@@ -176,7 +182,7 @@ class Object:
         return words | {node.id for node in nodes if isinstance(node, Reference)} | {alias.id for alias in self.aliases}
 
     def place_of(self, name: str) -> Place:
-        """Return the place of the first child called `name`, or of the object itself if there is no such child."""
+        """Return file and line of the first child called `name`, or of the object itself if there is no such child."""
         return next((child.node.place for child in self.children if child.name == name), self.place)
 
 
@@ -188,7 +194,7 @@ ALONE: Final = ("sensor", "integrator")
 class Places:
     """Files and lines at which the plugins of a scene are described.
 
-    `shapes` are the places of the model's shapes, in order. `of` finds the place of any plugin.
+    `shapes` has file and line of each of the model's shapes, in order. `of` finds file and line of any plugin.
     """
 
     def __init__(self, shapes: tuple[Place, ...], parts: Iterable[tuple[Plugin, Place]]) -> None:
@@ -197,10 +203,10 @@ class Places:
         self._known = {id(part): place for part, place in self._parts}
 
     def of(self, part: Plugin) -> Place | None:
-        """Return the place of the plugin `part`, or of the first plugin equal to `part`.
+        """Return file and line of the plugin `part`, or of the first plugin equal to `part`.
 
-        Return None if the file describes no such plugin. A scene has only one sensor and one integrator. Their places
-        are therefore found even if a parameter has changed.
+        Return None if no file describes such a plugin. A scene has only one sensor and one integrator. These two are
+        therefore found even if a parameter has changed.
         """
         if (place := self._known.get(id(part))) is not None:
             return place
@@ -209,7 +215,7 @@ class Places:
 
 
 def told_once(place: Place, message: str) -> tuple[Place, str]:
-    """Return `place` and `message` for a problem, without naming the file twice.
+    """Return `place` (file and line) and `message` for a problem, so that the file is not named twice.
 
     If the message begins with the file of `place`, as in ``file:3: text``, the file is removed from the message, and
     the line number moves into the place.
@@ -221,4 +227,4 @@ def told_once(place: Place, message: str) -> tuple[Place, str]:
 
 
 NOWHERE: Final = Places((), ())
-"""The empty places, for a model that was made in memory."""
+"""`Places` without any file or line, for a model that was made in memory."""
