@@ -68,8 +68,9 @@ def render(
     scene
         A loaded scene, the path of a scene file, or a dict as for `load_dict`.
     spp
-        Samples per pixel. If no limit is given: the scene's own sample count, or 64. One sample alone gives no
-        standard error. If several limits are given, the first one reached ends the render.
+        Samples per pixel. Without ``spp``, ``time`` and ``error``, the scene's own sample count is taken, or else 64.
+        One sample alone gives no standard error. If several of the three limits are given, the first one reached ends
+        the render.
     time
         Seconds from the first sample of this run to the final film. If the limit falls within a pass, the pass is not
         completed: some pixels then have fewer samples, or none. Outputs that the scene asks for beside the image take
@@ -77,7 +78,8 @@ def render(
     strategy
         A `Strategy`, or text for `Strategy.parse`.
     observer
-        An `Observer`, which is told of progress, quotes, ended passes, and checkpoints that could not be written.
+        An `Observer`. Its methods are called for progress, quotes (predictions of time and error), ended passes, and
+        checkpoints that could not be written.
     seed
         Seed of all random numbers, 0 … 2^64 - 1. Renders with different seeds are independent.
     threads
@@ -85,7 +87,7 @@ def render(
     backend
         ``core``, or ``embreex`` for the slow float64 cross-check (``spp`` and ``seed`` only).
     error
-        Relative error to reach: 0.02 is 2 %. The argument ``stop`` chooses how.
+        Relative error to reach: 0.02 is 2 %. The argument ``stop`` chooses the rule that ends the render.
     resume
         A result, or a file that `Result.save` wrote. The render continues it, and gets the same bits as a render that
         was never stopped.
@@ -93,11 +95,12 @@ def render(
         EXR file in which the render so far is saved, and the seconds between two savings. The interval grows if saving
         would take more than half of the time.
     without
-        Names of effects to leave out (`equaltime.effects`). The image is then biased, and is labelled as biased. A
-        pilot measures the bias, and the image's error includes that bias.
+        Names of effects to leave out; an effect is a feature of the scene or of its light, see `equaltime.effects`. The
+        image is then biased, and is labelled as biased. A pilot (a short render) measures the bias, and the image's
+        error includes that bias.
     within
-        Largest bias, such as 0.01, from effects that a pilot chooses to leave out. The longest paths may be among these
-        effects. If ``error`` is given, the bias also stays within half of ``error``.
+        Largest relative bias, such as 0.01, from effects that a pilot chooses to leave out. The longest paths may be
+        among these effects. If ``error`` is given, the bias also stays within half of ``error``.
     show
         A viewer that receives the image after passes, at most a few times a second, and at the end.
     traps

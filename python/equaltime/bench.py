@@ -33,7 +33,7 @@ _FILMS = 2
 
 @dataclass(frozen=True)
 class Spread:
-    """Median of repeats, with an interval that holds the true median with a probability of at least 95 %."""
+    """Median of repeats, with an interval for the true median: 95 % or more if there are at least 6 repeats."""
 
     median: float
     low: float
@@ -41,10 +41,10 @@ class Spread:
 
 
 def spread(values: Sequence[float]) -> Spread:
-    """Return the median of ``values``, with its 95 % interval by the sign test.
+    """Return the median of ``values``, with its 95 % confidence interval by the sign test.
 
-    The sign test uses ranks and assumes nothing about the distribution. Fewer than 6 values cannot give 95 %: the
-    interval then goes from the smallest to the largest value.
+    The sign test uses ranks and assumes nothing about the distribution. Fewer than 6 values cannot give 95 %. Their
+    interval goes from the smallest to the largest value.
     """
     ordered = sorted(values)
     count = len(ordered)
@@ -57,7 +57,7 @@ def spread(values: Sequence[float]) -> Spread:
 
 @dataclass(frozen=True)
 class Measurement:
-    """Measured speed of one scene on one number of threads."""
+    """Measured speed of one scene with one number of threads. Each `Spread` is the median of the repeats."""
 
     name: str
     """Path of the scene's file as it was given, or ``scene N`` for scene number N in memory."""
@@ -68,7 +68,7 @@ class Measurement:
     limit_ratio: Spread
     """Seconds that Embree alone needs for the rays, divided by the seconds of the render."""
     scaling: Spread
-    """Speed-up over the first number of threads, for the same scene and repeat."""
+    """Paths per second, divided by the paths per second with the first number of threads in the same repeat."""
     repeats: int
     samples: int
     """Samples per pixel in each repeat."""
@@ -86,7 +86,10 @@ class Measurement:
     """Seconds of two phases: ``load`` reads the files, ``build`` makes the core's scene."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the measurement as JSON data: medians by field name, and intervals [low, high] in ``intervals``."""
+        """Return the measurement as JSON data, by field name.
+
+        A field that is a `Spread` becomes its median. The dict ``intervals`` holds [low, high] by the same names.
+        """
         spreads = {name: value for name, value in vars(self).items() if isinstance(value, Spread)}
         facts = {name: value for name, value in vars(self).items() if name not in spreads}
         return {
@@ -107,7 +110,7 @@ class Report:
     build: Mapping[str, Any] = field(hash=False)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the report as JSON data."""
+        """Return the report as JSON data: the list ``scenes``, and the dicts ``machine`` and ``build``."""
         return {
             "scenes": [measurement.as_dict() for measurement in self.scenes],
             "machine": dict(self.machine),
@@ -158,7 +161,7 @@ def measure(
     strategy: Strategy | str = "best",
     progress: Callable[[float], object] | None = None,
 ) -> Report:
-    """Return the speed of every scene on every number of threads.
+    """Render every scene with every number of threads, and return the measured speeds.
 
     Parameters
     ----------

@@ -51,12 +51,12 @@ class EqualtimeError(Exception):
 
 @dataclass(frozen=True)
 class Problem:
-    """One mistake in a scene or an experiment, with its place."""
+    """One mistake in a scene or an experiment, with the file and line (or path of keys) where it was found."""
 
     place: str
     """``file:line`` or ``file: key.path``, as exact as the format allows."""
     message: str
-    """The finding, the expectation, and the nearest known name."""
+    """Words that say which value was found, which values are allowed, and often the nearest known name."""
 
     def __str__(self) -> str:
         return f"{self.place}: {self.message}" if self.place else self.message
@@ -74,7 +74,10 @@ class SceneError(EqualtimeError):
 
 
 class EffectError(EqualtimeError):
-    """Raised if an effect does not exist, cannot be left out, or would bias the image beyond the requested error."""
+    """Raised if effects cannot be left out as requested; an effect is a feature of the scene or of its light.
+
+    Reasons are an unknown effect, an effect that must stay, and a bias above the requested error.
+    """
 
 
 class StrategyError(EqualtimeError):
@@ -82,7 +85,7 @@ class StrategyError(EqualtimeError):
 
 
 class ExperimentError(EqualtimeError):
-    """Raised if an experiment or its records cannot be used; ``problems`` lists every mistake found."""
+    """Raised if an experiment or its records (saved results) cannot be used; ``problems`` lists every mistake found."""
 
     def __init__(self, problems: tuple[Problem, ...]) -> None:
         self.problems = problems
@@ -112,19 +115,23 @@ class BrightImage(RenderError):
         return type(self), (self.pixel, self.value, self.result, self.kept)
 
     def with_result(self, result: object, kept: str = "") -> Self:
-        """Return this error with another result. ``kept`` names the file where that result is saved, if any."""
+        """Return a copy of this error that carries another result.
+
+        ``kept`` names the file where that result is saved; empty if it is not saved.
+        """
         return type(self)(self.pixel, self.value, result, kept)
 
 
 class SampleError(RenderError):
-    """Raised for an unusable sample, after the end of its pass.
+    """Raised for an unusable sample, after the pass of the render that took the sample.
 
-    ``pixel`` is the sample's position (x, y) in the whole film. ``command`` holds the words of a command line that
-    shows the sample's path; empty if there is no such command.
+    ``pixel`` is the sample's pixel (x, y) in the whole film, and ``index`` its number within the pixel. ``result`` is
+    the render so far. ``command`` is a command line, as a tuple of words, that shows the sample's path. ``command`` is
+    empty if no command can show the path.
     """
 
     kind: ClassVar[str] = "bad sample"
-    """Name of the problem if ``what`` is not given."""
+    """Words for the problem in the error message, unless the argument ``what`` gives other words."""
 
     def __init__(
         self,
@@ -144,7 +151,7 @@ class SampleError(RenderError):
         return type(self), (self.pixel, self.index, self.seed, self.result, self.command, self.what)
 
     def with_words(self, *words: str) -> Self:
-        """Return this error with ``words`` appended to its command; an empty command stays empty."""
+        """Return a copy of this error with ``words`` appended to ``command``; an empty command stays empty."""
         command = (*self.command, *words) if self.command else ()
         return type(self)(self.pixel, self.index, self.seed, self.result, command, self.what)
 
@@ -156,7 +163,7 @@ class NonFiniteSample(SampleError):
 
 
 class FaultySample(SampleError):
-    """Raised if a sample caused a floating-point fault, whatever the sample's value; ``what`` names the fault."""
+    """Raised if a sample caused a floating-point fault, even if its value is finite; ``what`` names the fault."""
 
 
 class PeerError(RenderError):

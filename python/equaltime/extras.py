@@ -1,4 +1,7 @@
-"""Imports optional packages when they are first used, and names the extra that installs a missing package."""
+"""Imports optional packages when they are first used.
+
+The error for a missing package names the extra that installs it, as in ``pip install equaltime[report]``.
+"""
 
 from __future__ import annotations
 
@@ -11,9 +14,10 @@ __all__ = ["optional"]
 
 
 def optional(module: str, extra: str = "report") -> Any:
-    """Return the imported ``module`` of an optional package.
+    """Import and return the Python module called ``module``, which belongs to an optional package.
 
-    Raises EqualtimeError if the package is missing; the message says that ``extra`` installs the package.
+    Raises EqualtimeError if the package is missing. The message says ``pip install equaltime[extra]``, where ``extra``
+    is the name of a group of optional packages.
     """
     try:
         return importlib.import_module(module)

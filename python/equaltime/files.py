@@ -1,4 +1,4 @@
-"""Writes files completely or not at all, removes files that killed processes left, and locks open files."""
+"""Writes files completely or not at all, removes temporary files of killed processes, and locks open files."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ except ImportError:  # a system without POSIX locks
 
 
 def lock(descriptor: int) -> None:
-    """Take the exclusive lock on an open file; wait while another process holds the lock.
+    """Take the exclusive lock on the open file ``descriptor``; wait while another process holds the lock.
 
     Raises `OSError` if the system has no locks on files.
     """
@@ -30,9 +30,9 @@ def lock(descriptor: int) -> None:
 
 
 def try_lock(descriptor: int) -> None:
-    """Take the exclusive lock on an open file without waiting.
+    """Take the exclusive lock on the open file ``descriptor`` without waiting.
 
-    Raises `BlockingIOError` if another process holds the lock, and another `OSError` if there are no locks.
+    Raises `BlockingIOError` if another process holds the lock, and another `OSError` if the system has no file locks.
     """
     _flock(descriptor, wait=False)
 
@@ -48,9 +48,9 @@ _NUMBERS = count()
 
 
 def to_disk(path: Path) -> None:
-    """Wait until a file's content, or the names in a folder, are on the disk.
+    """Wait until the data at ``path`` is on the disk: a file's content, or the names in a folder.
 
-    Raises `OSError`: a full disk may be noticed only here.
+    Raises `OSError` if the system cannot write the data, such as on a full disk.
     """
     descriptor = os.open(path, os.O_RDONLY)
     try:
@@ -61,11 +61,11 @@ def to_disk(path: Path) -> None:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield an empty temporary file beside ``path``, and rename the file to ``path`` at the end of the block.
+    """Yield the path of an empty temporary file beside ``path``; at the end of the block, rename it to ``path``.
 
     If the block raises, the temporary file is removed, and an existing file at ``path`` stays unchanged. A symbolic
-    link stays a link: its target is replaced, and the new file gets the target's mode. Raises `OSError`, also if
-    ``path`` is a pipe, a socket or a device.
+    link stays a link, and its target is replaced. The new file gets the mode of the file that it replaces. Raises
+    `OSError` if the file cannot be written, or if ``path`` is a pipe, a socket or a device.
     """
     path = Path(os.path.realpath(path))
     mode = _mode(path)
@@ -79,10 +79,10 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def give_new_name(temporary: Path, path: Path) -> None:
-    """Give a temporary file of `beside` the new name ``path``; raises `FileExistsError` if the name is taken.
+    """Rename ``temporary``, a file that `beside` made, to ``path``; raises `FileExistsError` if ``path`` exists.
 
-    If the process is killed, ``path`` is the complete file or does not exist. On a file system without hard links,
-    ``path`` may then also be an empty file.
+    Even if the process is killed, ``path`` is the complete file or does not exist. On a file system without hard
+    links, a killed process may also leave an empty file at ``path``.
     """
     if os.path.lexists(path):  # before the file is synced, which takes long
         raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
@@ -107,7 +107,7 @@ def _rename_to_new(temporary: Path, path: Path) -> None:
 
 
 def make_folder(path: Path) -> None:
-    """Make a folder and its missing parents. On return, the names of all new folders are on the disk."""
+    """Make a folder and its missing parents, and wait until the names of all new folders are on the disk."""
     missing = [folder for folder in (path, *path.parents) if not folder.exists()]
     path.mkdir(parents=True, exist_ok=True)
     for folder in missing:
@@ -122,12 +122,13 @@ def _name_to_disk(path: Path) -> None:
 
 @contextmanager
 def beside(path: Path, tidied: bool = False) -> Iterator[Path]:
-    """Yield an empty temporary file in the folder of ``path``; at the end of the block, remove it if not renamed.
+    """Yield the path of an empty temporary file in the folder of ``path``, and remove that file after the block.
 
-    If the process is killed, its temporary file stays. The next process that writes in the folder removes that file.
-    A lock marks a file that is being written; the lock ends with the process. Some network folders do not share locks
-    between machines. The file's name therefore holds the machine's name, and other machines' files are left alone.
-    ``tidied`` says that the caller has just called `tidy` for this folder, which takes time in a large folder.
+    A file that the block has renamed is kept. If the process is killed, its temporary file stays, until the next
+    process that writes in the folder removes it. A lock marks a file that is being written, and ends with its process.
+    Some network folders do not share locks between machines. Each temporary name therefore holds the machine's name,
+    and other machines' files are left alone. Pass ``tidied`` if `tidy` was just called for this folder: `tidy`, which
+    is slow in a large folder, is then skipped.
     """
     if not tidied:
         tidy(path.parent)
@@ -159,7 +160,10 @@ def _mode(path: Path) -> int | None:
 
 
 def tidy(folder: Path) -> None:
-    """Remove the temporary files in ``folder`` that killed processes of this machine left, as far as possible."""
+    """Remove the temporary files that killed processes of this machine left in ``folder``.
+
+    Files that cannot be removed are skipped without an error.
+    """
     part = re.compile(re.escape(_machine()) + r"-\d+-[0-9a-f]+\.part")
     with suppress(OSError):
         for left in [file for file in folder.iterdir() if part.fullmatch(file.name)]:

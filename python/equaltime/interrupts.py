@@ -16,16 +16,17 @@ _held_at = -math.inf
 
 
 def last_held_back() -> float:
-    """Return the time (`time.monotonic`) at which `held_back` last caught a signal; -inf if it never did."""
+    """Return the time, on the clock `time.monotonic`, at which `held_back` last caught a signal; -inf if never."""
     return _held_at
 
 
 @contextmanager
 def held_back() -> Iterator[list[int]]:
-    """Catch Ctrl-C and SIGTERM inside the block, and yield the growing list of the caught signals' numbers.
+    """Catch Ctrl-C and SIGTERM inside the block, without calling their handlers.
 
-    A second Ctrl-C therefore cannot destroy the result that the first Ctrl-C saves. Only signals with a Python handler
-    are caught; a signal without one acts as usual. In any thread but the main thread, no signal is caught.
+    The yielded list gets the number of each caught signal. A second Ctrl-C therefore cannot interrupt the saving that
+    the first Ctrl-C began. A signal is caught only if it has a Python handler, and only in the main thread. Other
+    signals act as usual.
     """
 
     def note(_: int) -> None:

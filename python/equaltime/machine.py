@@ -1,4 +1,4 @@
-"""Number of processors and size of memory that this process may use: the machine's, or a container's limits."""
+"""Number of processors and size of memory that this process may use: all of the machine, or a container's limit."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ _OWN = Path("/proc/self/cgroup")
 
 
 def worker_threads(wanted: int) -> int:
-    """Return the number of worker threads for a ``wanted`` number: 0 stands for one thread per processor."""
+    """Return the number of worker threads to start: ``wanted``, or for 0 one thread per processor."""
     return wanted or processors()
 
 
 def processors(groups: Path = _GROUPS) -> int:
     """Return the number of processors that this process may use, at least 1.
 
-    A container's share of processor time can lower the number. A share is rounded up: 1.5 processors count as 2.
-    ``groups`` is the folder of the system's cgroups.
+    A container may limit the processor time. The limit is rounded up: 1.5 processors count as 2. ``groups`` is the
+    folder of the system's cgroups, Linux's limits for containers.
     """
     present = len(allowed_processors()) or os.cpu_count() or 1
     return min([present, *(max(1, math.ceil(share)) for share in _shares(groups))])
@@ -39,7 +39,7 @@ def memory_bytes(groups: Path = _GROUPS) -> int:
     """Return the size of memory that this process may use, in bytes: the machine's, or a container's smaller limit.
 
     A limit of 0 bytes is ignored, because no process could run with it. ``groups`` is the folder of the system's
-    cgroups.
+    cgroups, Linux's limits for containers.
     """
     present = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     names = ("memory.max", "memory.limit_in_bytes")

@@ -1,9 +1,9 @@
-"""Strategies: methods for sampling paths, as a frozen value that every output names.
+"""Strategies: the methods by which a render samples paths, as one immutable value that every output names.
 
-A strategy changes the cost of an image, but not the expected image. Exceptions are biased (`Strategy.biased`):
-``truncate`` cuts paths, and ``adaptive`` has biased rules for comparison. To add a word to a field, add the word to the
-field's ``Literal`` and to the core. A field without meaning for the other fields' values is None. Such a field is
-refused if it is given.
+A strategy changes the cost of an image, but not the expected image. Two fields of `Strategy` are exceptions:
+``truncate`` cuts paths, and some rules of ``adaptive`` are biased; see `Strategy.biased`. To add a word to a field, add
+the word to the field's ``Literal`` and to the compiled core. Some fields only have a meaning for certain values of
+another field. Without a meaning such a field is None, and giving it a value is an error.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ __all__ = ["PRESETS", "Strategy"]
 
 
 class Strategy(BaseModel):
-    """A choice of methods for sampling light paths.
+    """A choice of methods for sampling light paths; immutable.
 
-    ``Strategy()`` is the preset ``best``. `Strategy.parse` reads ``preset,key=value,…`` or a TOML file. ``str()``
-    writes the shortest such text, so that ``Strategy.parse(str(s)) == s``.
+    ``Strategy()`` is the preset ``best``. `Strategy.parse` reads ``preset,key=value,…`` or a TOML file. ``str()`` of a
+    strategy gives `name`, a text from which `Strategy.parse` makes an equal strategy.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
@@ -73,8 +73,8 @@ class Strategy(BaseModel):
     """Depth at which every path is cut, counted like the scene's ``max_depth``, which applies too. Biased."""
     sampler: Literal["independent", "stratified", "sobol", "lattice"] = "lattice"
     """Kind of random numbers. ``independent`` numbers have no structure. ``stratified`` uses jittered strata, as many
-    as samples at powers of four. ``sobol`` uses Owen-scrambled Sobol points, a pair for each decision. ``lattice`` uses
-    one lattice with random shifts for all decisions at the first eight vertices (Cools, Kuo & Nuyens 2006)."""
+    as samples at powers of four. ``sobol`` uses Owen-scrambled Sobol points, a pair for each random choice. ``lattice``
+    uses one lattice with random shifts for all choices at the first eight vertices (Cools, Kuo & Nuyens 2006)."""
     adaptive: Literal["none", "error", "neighbours", "history", "cutoff"] = "error"
     """Rule by which pixels get more samples after a pilot (`equaltime.film.adaptive`). ``none`` gives all pixels the
     same number. ``error`` prefers pixels whose neighbours showed a large error, if the pilot shows a gain. ``error`` is
@@ -109,12 +109,12 @@ class Strategy(BaseModel):
 
     @property
     def biased(self) -> bool:
-        """Whether the expected image differs from the scene's light transport."""
+        """Whether the expected image is wrong: True with ``truncate``, or with a biased rule of ``adaptive``."""
         return self.truncate is not None or self.adaptive in _LOOK_AT_THEMSELVES
 
     @property
     def name(self) -> str:
-        """Shortest text from which `parse` makes this strategy, such as ``mis,sampler=sobol``."""
+        """Text from which `parse` makes this strategy, with the fewest keys: such as ``mis,sampler=sobol``."""
         candidates = [_text_as_variation(self, preset) for preset in PRESETS]
         return min(candidates, key=lambda text: text.count(","))
 
@@ -123,16 +123,16 @@ class Strategy(BaseModel):
 
     @classmethod
     def of(cls, strategy: Strategy | str) -> Strategy:
-        """Return ``strategy`` itself, or the strategy that a text describes; raises `StrategyError` like `parse`."""
+        """Return ``strategy`` if it is a `Strategy`, or else parse it as text; raises `StrategyError` like `parse`."""
         return strategy if isinstance(strategy, Strategy) else cls.parse(strategy)
 
     @classmethod
     def parse(cls, text: str | Path) -> Strategy:
         """Return the strategy that a text or a TOML file describes.
 
-        A text is ``preset``, ``preset,key=value,…``, ``key=value,…`` or the path of a file (``.toml``). The file has
-        the fields as keys, and ``preset = "…"``. Fields that are not given come from the preset, which is ``best`` if
-        absent.
+        A text is ``preset``, ``preset,key=value,…``, ``key=value,…`` or the path of a file (``.toml``). The keys of a
+        text or a file are the fields of `Strategy`. A file names its preset by ``preset = "…"``. All other fields have
+        the preset's values. The preset is ``best`` if none is named.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""JSON without NaN and Infinity, which every reader accepts."""
+"""JSON text without NaN and Infinity, because many JSON readers refuse these words."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ def json_text(
     ensure_ascii: bool = True,
     default: Callable[[Any], object] | None = None,
 ) -> str:
-    """Return ``data`` as JSON text, in which every number that is not finite is null.
+    """Return ``data`` as JSON text, with ``null`` for every number that is not finite.
 
-    The options are as for `json.dumps`. Numbers in values that ``default`` returns become null too. Raises ValueError
-    for a key that is not finite, because null cannot be a key.
+    The options are as for `json.dumps`. Values that ``default`` returns are treated in the same way. Raises ValueError
+    for a dict key that is not finite, because ``null`` cannot be a key.
     """
     return json.dumps(
         _finite(data),

@@ -12,7 +12,7 @@ __all__ = ["Shown", "a", "duration", "nearest", "percent", "seconds_of", "shorte
 
 MOST_NAMES: Final = 512
 LONGEST_NAME: Final = 100
-"""Limits for `nearest`: the number of names, and the letters of a word. Its time grows with their product."""
+"""Limits of `nearest`: names in `MOST_NAMES`, letters in `LONGEST_NAME`. The time grows with their product."""
 _BRACKETS: Mapping[type[object], tuple[str, str]] = {list: ("[", "]"), tuple: ("(", ")"), dict: ("{", "}")}
 _UNITS = [("ms", 1e-3, 0.9995), ("s", 1.0, 299.5), ("min", 60.0, 1.8e4), ("h", 3600.0, 3.6e5)]
 """Units of time: name, seconds, and the number of seconds from which the next unit serves better."""
@@ -22,9 +22,9 @@ _PART = rf"({_NUMBER})({'|'.join(sorted(_SECONDS, key=len, reverse=True))})"
 
 
 def seconds_of(text: str) -> float:
-    """Return the seconds that a text such as ``10s``, ``500ms``, ``2.5m``, ``1h30m``, ``2d`` or ``10`` means.
+    """Return the number of seconds in a text such as ``10s``, ``500ms``, ``2.5m``, ``1h30m``, ``2d`` or ``10``.
 
-    Raises ValueError for any other text.
+    Raises ValueError for a text that is no duration.
     """
     words = text.strip().lower().replace(" ", "")
     if re.fullmatch(_NUMBER, words):
@@ -41,15 +41,15 @@ def duration(seconds: float) -> str:
 
 
 def percent(error: float) -> str:
-    """Return an error as text in percent: 0.025 becomes ``2.5 %``."""
+    """Return a relative error as text in percent, with three digits: 0.025 becomes ``2.5 %``."""
     return f"{100.0 * error:.3g} %"
 
 
 class Shown:
-    """Base class of results that are displayed by their answer instead of by all their fields.
+    """Base class of results that print a short summary instead of all their fields.
 
-    A subclass defines ``__str__``: the answer in the first line, then at most ten lines. ``repr`` shows the first line,
-    and a notebook shows all lines.
+    A subclass defines ``__str__``: the answer in the first line, then at most ten lines. ``repr`` shows the class and
+    the first line, and a notebook shows all lines.
     """
 
     def __repr__(self) -> str:
@@ -65,9 +65,9 @@ def a(noun: str) -> str:
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
-    """Return the known name that is most similar to `word`, or None if no name is similar.
+    """Return the name in `known` that is most similar to `word`, or None if no name is similar.
 
-    Also return None for a very long word or very many names, since the comparison would take too long.
+    Return None too for a word above `LONGEST_NAME` letters or for more than `MOST_NAMES` names, which would take long.
     """
     names = sorted(known)
     if len(names) > MOST_NAMES or len(word) > LONGEST_NAME:
@@ -79,9 +79,10 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
 
 
 def suggestion(word: str, known: Iterable[str]) -> str:
-    """Return "; did you mean 'x'?" if a known name is similar to `word`, else "; expected one of ...".
+    """Return the end of an error message about the unknown name `word`.
 
-    Return an empty string if there are no known names.
+    The text is "; did you mean 'x'?" if a name in `known` is similar, else "; expected one of ...". With an empty
+    `known`, the text is empty too.
     """
     names = sorted(known)
     if near := nearest(word, names):
@@ -93,9 +94,9 @@ def suggestion(word: str, known: Iterable[str]) -> str:
 
 
 def shortened(value: object, width: int) -> str:
-    """Return ``repr(value)`` cut to `width` characters, with ``...`` at a cut.
+    """Return ``repr(value)`` in at most `width` characters; a longer text is cut, and ends with ``...``.
 
-    The rest of a large list or dictionary is never formatted.
+    Only the shown beginning of a large list or dictionary is formatted.
     """
     text = ""
     for piece in _pieces(value, width):

@@ -1,1 +1,1 @@
-"""Image files, previews, and metrics between images."""
+"""Image files, previews, and metrics that compare two images."""

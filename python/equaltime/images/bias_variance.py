@@ -1,13 +1,13 @@
 """Bias and variance of an estimator, measured separately from renders with independent seeds.
 
-Let D_r = I_r - R be the difference of render r from the reference R, and v the variance of R. < > divides by the
-metric's denominator (`equaltime.images.metrics`), then takes the mean over pixels and channels:
+Let D_r = I_r - R be the difference of render r from the reference image R, and v the variance of R. The brackets <x>
+divide x by the denominator of relMSE (`equaltime.images.metrics`), and take the mean over pixels and channels:
 
-- bias² = mean over pairs r ≠ s of <D_r D_s> - <v>: independent renders share nothing but the bias and R's noise;
-- variance = mean of <D_r²> - mean over pairs of <D_r D_s>: the sample variance of one render.
+- bias² = mean over pairs r ≠ s of <D_r D_s> - <v>. Independent renders share only the bias and R's noise.
+- variance = mean over r of <D_r²> - mean over pairs of <D_r D_s>. This is the sample variance of one render.
 
-Both estimates are unbiased, and their sum is the expected relMSE of one render. Only the K x K matrix <D_r D_s> is
-needed.
+Both estimates are unbiased, and their sum is the expected relMSE of one render. For K renders, only the K x K matrix
+<D_r D_s> is needed.
 """
 
 from __future__ import annotations
@@ -28,9 +28,10 @@ Floats = NDArray[np.float64]
 
 
 def reduced(values: NDArray[Any], longest: int) -> Floats:
-    """Return an image (H, W, …) with blocks of pixels averaged, so that no side exceeds ``longest`` pixels.
+    """Return the image ``values`` (H, W, …) reduced until no side exceeds ``longest`` pixels.
 
-    Rows and columns at the end that fill no block are dropped. A small image is returned unchanged.
+    Each new pixel is the mean of a block of pixels. Rows and columns at the end that fill no block are dropped. A
+    small image is returned unchanged.
     """
     factor = math.ceil(max(values.shape[:2]) / longest)
     if factor == 1:
@@ -43,7 +44,7 @@ def reduced(values: NDArray[Any], longest: int) -> Floats:
 
 @dataclass(frozen=True)
 class Parts:
-    """Squared bias and variance of a render, both relative: 0.0004 is (2 %)²."""
+    """Squared bias and variance of one render, with intervals. Both are relative squares: 0.0004 is (2 %)²."""
 
     bias2: Interval
     """Squared bias. Without any bias, its estimate scatters around 0 and may be negative."""
@@ -54,11 +55,11 @@ class Parts:
 
 
 def relmse_of_parts(images: ArrayLike, reference: Reference) -> Parts:
-    """Return bias² and variance of K renders (K, H, W, 3) that differ only in their seeds.
+    """Return the bias² and the variance of one render, from K renders (K, H, W, 3) that differ only in their seeds.
 
-    The intervals come from the jackknife over renders. The interval of bias² is corrected for the jackknife's double
-    counting (see `_pairs_variance`), and includes the reference's noise, which all renders share. Both values are
-    unknown if K is 1 or a pixel is not finite.
+    Intervals come from the jackknife over renders. The interval of bias² is corrected, because the jackknife counts the
+    noise of pairs twice (see `_pairs_variance`). That interval also includes the reference's noise, which all renders
+    share. Both values are unknown if K is 1 or if a pixel is not finite.
     """
     stack = np.asarray(images, np.float64)
     repeats = len(stack)

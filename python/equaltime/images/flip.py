@@ -1,4 +1,4 @@
-"""HDR-FLIP: how much a viewer would see when flipping between two images (Andersson et al. 2020, 2021)."""
+"""HDR-FLIP: the difference that a viewer sees when flipping between two images (Andersson et al. 2020, 2021)."""
 
 from __future__ import annotations
 
@@ -33,12 +33,13 @@ def available() -> bool:
 
 
 def flip(image: ArrayLike, reference: ArrayLike) -> float:
-    """Return the mean HDR-FLIP of two images (H, W, 3) in linear RGB: 0 for equal images, 1 for the largest difference.
+    """Return HDR-FLIP between two images (H, W, 3) in linear RGB, as its mean over pixels.
 
-    NVIDIA's ``flip-evaluator`` computes it, at the package's default of 67 pixels per degree. Negative values count as
-    black. FLIP takes its exposures from the reference, so its value does not depend on a common scale. The package ends
-    the process if a reference is dim. Both images are therefore scaled by a power of two, which brings the brightest
-    luminance of the reference near 1. The package is given the exposures that it would derive.
+    The value is 0 for equal images, and 1 for the largest difference. NVIDIA's package ``flip-evaluator`` computes it,
+    at the default of 67 pixels per degree. Negative pixel values count as black. FLIP takes its exposures from the
+    reference, so a common factor of both images changes nothing. The package ends the process if a reference is dim.
+    Both images are therefore scaled by a power of two, which brings the brightest luminance of the reference near 1.
+    The package gets the exposures that it would derive itself.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Images in float32, as files hold them; the largest number is 3.4e38."""
+"""Conversion of images to float32, as files hold them; the largest number in float32 is 3.4e38."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ __all__ = ["as_float32", "beyond_float32"]
 
 
 def as_float32(image: NDArray[Any]) -> NDArray[np.float32]:
-    """Return an image in float32; values beyond the range of float32 become infinite."""
+    """Return an image as float32; values beyond the range of float32 become infinite."""
     with np.errstate(over="ignore"):
         return image.astype(np.float32)
 
 
 def beyond_float32(image: NDArray[Any], corner: tuple[int, int], where: str) -> BrightImage | None:
-    """Return an error for the first pixel of an image (H, W, 3) that float32 cannot hold; None if all pixels fit.
+    """Return the error for the first pixel of an image (H, W, 3) that is not finite in float32; None if all are.
 
     Parameters
     ----------
     corner
         Position (x, y) of the image's first pixel in the whole film.
     where
-        Name of the image for the error message; may be empty.
+        Name of the image, with which the error message begins; may be empty.
     """
     beyond = np.argwhere(~np.isfinite(as_float32(image)))
     if not len(beyond):

@@ -1,4 +1,4 @@
-"""Reads and writes image files of any program through OpenImageIO.
+"""Reads image files of any program, and writes image files, through OpenImageIO.
 
 Files are written under a temporary name in the same folder and then renamed. A reader therefore never sees half a file,
 and a failure leaves an existing file unchanged. The layout of saved renders is in `equaltime.rendering.render_file`.
@@ -47,7 +47,7 @@ _REC709 = (0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329)
 
 @dataclass(frozen=True)
 class Window:
-    """Position (x, y) of a file's pixels in the full film, from the film's top left corner, and the film's size."""
+    """Rectangle of a file's pixels in the full film: its first pixel (x, y) from the top left, and the film's size."""
 
     x: int
     y: int
@@ -57,7 +57,7 @@ class Window:
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """Content of an image file: channels, position in the film, and attributes."""
+    """Content of an image file: channels, position in the film, and text attributes."""
 
     channels: Mapping[str, NDArray[np.float32]]
     """Channels (H, W) in float32, by name."""
@@ -67,21 +67,22 @@ class Picture:
     attributes: Mapping[str, str] = field(default_factory=dict)
     """Text attributes whose names begin with ``equaltime:``, by full name."""
     record: Mapping[str, Any] = field(default_factory=dict)
-    """Record of a render by equaltime, as `equaltime.rendering.render_file` reads it; empty for other files."""
+    """Data on how equaltime rendered the image, as `equaltime.rendering.render_file` reads it; empty for other
+    files."""
 
     @property
     def image(self) -> NDArray[np.float32]:
-        """Image (H, W, 3) of the channels R, G and B, linear; raises `ImageError` if one of these is missing."""
+        """Linear image (H, W, 3) of the channels R, G and B; raises `ImageError` if one of the channels is missing."""
         return self._rgb("")
 
     @property
     def standard_error(self) -> NDArray[np.float32] | None:
-        """Standard error (H, W, 3) of ``image``; None if the file does not have one."""
+        """Standard error (H, W, 3) of ``image``; None if the file has no channel ``stderr.R``."""
         return self._rgb("stderr.") if "stderr.R" in self.channels else None
 
     @property
     def samples(self) -> NDArray[np.int64] | None:
-        """Number of samples of each pixel (H, W); None if the file does not have these numbers."""
+        """Number of samples of each pixel (H, W); None if the file has no channel ``samples``."""
         counts = self.channels.get("samples")
         return None if counts is None else counts.astype(np.int64)
 
@@ -93,7 +94,7 @@ class Picture:
 
 
 def read(path: str | os.PathLike[str]) -> Picture:
-    """Return the first image of a file that OpenImageIO supports, as float32 channels by name.
+    """Return the content of an image file: its first image, with all channels in float32.
 
     Raises
     ------
@@ -126,27 +127,31 @@ def _texts(spec: Any) -> dict[str, str]:
 
 
 def linear_rgb() -> dict[str, Any]:
-    """Return the attributes, for OpenImageIO, of linear RGB with the primaries of Rec. 709."""
+    """Return the attributes by which an OpenImageIO file declares linear RGB with the primaries of Rec. 709."""
     return {"oiio:ColorSpace": "lin_rec709", "chromaticities": _REC709}
 
 
 def write_exr(path: Path, image: NDArray[Any], description: str = "") -> None:
-    """Write an image (H, W, 3) to an EXR file without further channels; raises `ImageError`.
+    """Write an image (H, W, 3) to an EXR file with the channels R, G and B.
 
-    On failure, an existing file stays unchanged. ``description`` becomes the attribute ``ImageDescription``.
+    ``description`` becomes the attribute ``ImageDescription``. Raises `ImageError` on failure; an existing file then
+    stays unchanged.
     """
     attributes = {"compression": "zip", **linear_rgb(), "ImageDescription": description}
     write(path, "openexr", [Part(RGB, np.asarray(image, np.float32), attributes)])
 
 
 def escaped(text: str) -> str:
-    """Return a text as an image attribute can hold it: bytes of a file name that are not UTF-8 become escapes."""
+    r"""Return ``text`` in a spelling that an image attribute can hold.
+
+    Bytes of a file name that are not UTF-8 become escapes such as ``\udcff``.
+    """
     return text.encode("utf-8", "backslashreplace").decode()
 
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """One image of a file, with pixels (H, W, C) of type float32, uint32 or uint8."""
+    """One of the images (subimages) of a file, with pixels (H, W, C) of type float32, uint32 or uint8."""
 
     channels: tuple[str, ...]
     pixels: NDArray[Any]
@@ -156,7 +161,7 @@ class Part:
     """OpenImageIO's name of the number type in the file; empty for the type of ``pixels``."""
 
     def spec(self, window: Window | None) -> Any:
-        """Return OpenImageIO's specification of the part, at ``window`` in the full film."""
+        """Return the OpenImageIO ``ImageSpec`` of this image; ``window`` is its rectangle in the full film, if any."""
         height, width, count = self.pixels.shape
         types = {"uint8": "uint8", "uint32": "uint", "float32": "float"}
         spec = oiio.ImageSpec(width, height, count, self.kind or types[self.pixels.dtype.name])
@@ -175,9 +180,10 @@ class Part:
 
 
 def write(path: Path, file_format: str, parts: Sequence[Part], window: Window | None = None) -> None:
-    """Write the parts to one image file, with their pixels unchanged; raises `ImageError`.
+    """Write one image file whose subimages are ``parts``, with their pixels unchanged.
 
-    On failure, an existing file stays unchanged. ``file_format`` is OpenImageIO's name, such as ``openexr``.
+    ``file_format`` is OpenImageIO's name, such as ``openexr``. ``window`` is the rectangle of the pixels in the full
+    film. Raises `ImageError` on failure; an existing file then stays unchanged.
     """
     specs = tuple(part.spec(window) for part in parts)
     output = started(lambda: oiio.ImageOutput.create(file_format))
@@ -199,9 +205,10 @@ def write(path: Path, file_format: str, parts: Sequence[Part], window: Window | 
 
 
 def check_writable(path: Path, extensions: tuple[str, ...]) -> None:
-    """Raise `ImageError` if ``path`` cannot be written, or does not have one of the ``extensions``.
+    """Raise `ImageError` if ``path`` cannot be written, or does not end in one of the ``extensions``.
 
-    The check comes before a render, since a failure after an hour of rendering would cost more.
+    An extension has a dot and lower-case letters, such as ``.exr``. Call this before a render, because a failure after
+    an hour of rendering costs more.
     """
     if path.suffix.lower() not in extensions:
         found = f"extension '{path.suffix}'" if path.suffix else "no extension"

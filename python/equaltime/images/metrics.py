@@ -1,6 +1,7 @@
 """Distance of an image from the truth, which is known from a reference with noise.
 
-All images are (H, W, 3) linear RGB. With R the reference, m its mean over pixels and channels, and v the variance of R:
+All images are (H, W, 3) linear RGB. Let I be the image, R the reference, m the mean of R over pixels and channels, and
+v the variance of R. A mean is over pixels and channels:
 
 - ``relmse``  mean of ((I - R)² - v) / (R² + (0.1 m)²): the square of ``error``;
 - ``error``   square root of |relmse|, with the sign of relmse: 0.02 is 2 %;
@@ -9,9 +10,9 @@ All images are (H, W, 3) linear RGB. With R the reference, m its mean over pixel
 - ``flip``    HDR-FLIP, see `flip`.
 
 The first three metrics subtract v, and so contain no noise of the reference on average. The reason is that the noises
-of I and R are independent: ``E (I - R)² = (I - T)² + v`` with T the truth. Near convergence, these metrics can be
-negative. A negative value is kept, because replacing it by 0 would bias the average over repeats. The noise cannot be
-subtracted from ``mare`` and ``flip``, which have bounds instead.
+of I and R are independent: the expectation of (I - R)² over references is (I - T)² + v, with T the truth. Near
+convergence, these metrics can be negative. A negative value is kept, because replacing it by 0 would bias the average
+over repeats. The noise cannot be subtracted from ``mare`` and ``flip``, which have bounds instead.
 """
 
 from __future__ import annotations
@@ -64,7 +65,10 @@ class Reference:
 
     @classmethod
     def of_images(cls, images: ArrayLike) -> Reference:
-        """Return the reference made of K independent renders (K, H, W, 3) by one strategy; K is 2 or more."""
+        """Return the reference that is the mean of K independent renders (K, H, W, 3) by one strategy.
+
+        K is 2 or more. If K is even, ``halves`` are the means of the first and of the last K / 2 renders.
+        """
         stack = np.asarray(images, np.float64)
         middle = len(stack) // 2
         halves = None if len(stack) % 2 else (stack[:middle].mean(axis=0), stack[middle:].mean(axis=0))
@@ -74,9 +78,9 @@ class Reference:
     def denominator(self) -> Floats:
         """Denominator of the relative squared error, (H, W, 3).
 
-        Without noise it is D = R² + (0.1 m)², where R is the reference and m the mean of R over pixels and channels. If
-        R has the variance v, 1 / D is too large on average, by the factor 1 + v (4 R² / D - 1) / D to second order. The
-        result is D times that factor.
+        Let D = R² + (0.1 m)², where R is the reference, and m the mean of R over pixels and channels. Without noise,
+        the denominator is D. If R has the variance v, 1 / D is too large on average, by the factor
+        1 + v (4 R² / D - 1) / D to second order. The denominator is then D times this factor.
         """
         square = self.mean**2
         plain: Floats = square + (0.1 * self.mean.mean()) ** 2
@@ -85,9 +89,9 @@ class Reference:
 
     @property
     def noise(self) -> Floats:
-        """Variance to subtract from squared differences (H, W, 3).
+        """Variance (H, W, 3) of the reference, to subtract from an image's squared differences.
 
-        If ``variance`` is zero everywhere, the halves give an estimate.
+        If ``variance`` is zero everywhere and ``halves`` are given, their difference gives an estimate.
         """
         if self.halves is None or self.variance.any():
             return self.variance
@@ -95,22 +99,23 @@ class Reference:
 
     @property
     def noisy(self) -> bool:
-        """Whether the reference has any known noise: True if ``noise`` is not zero everywhere."""
+        """Whether the reference has known noise: True if ``noise`` is above zero in any pixel."""
         return bool(self.noise.any())
 
     @property
     def relmse(self) -> float:
-        """Relative MSE of the reference itself, which is subtracted from the relative MSE of other images."""
+        """Relative MSE that the reference's own noise adds to an image's relative MSE; one number."""
         return float(divided(self.noise, self.denominator).mean())
 
     @property
     def relmse_doubt(self) -> float:
-        """Standard error of the mean of n² - v, with n the reference's noise: the error of the subtraction in relMSE.
+        """Standard error of relMSE that is left after the reference's variance v is subtracted; one number.
 
-        Pixels are taken as independent. Half the difference of the halves has the distribution of n. The square of that
-        half difference, less v, therefore shows the spread of n² - v. No assumption on the distribution or on the
-        correlation of channels is needed. Without halves, or if v itself comes from the halves, the noise is taken as
-        normal with fully correlated channels.
+        With n the reference's noise (R minus the truth), it is the standard error of the mean of n² - v, where both are
+        divided by the denominator of relMSE. Pixels are taken as independent. Half the difference of the two ``halves``
+        has the same distribution as n. Its square minus v therefore shows the spread of n² - v, without an assumption
+        on the distribution or the correlation of channels. Without ``halves``, or if v itself comes from them, the
+        noise is taken as normal with fully correlated channels.
         """
         if self.halves is not None and self.variance.any():
             parts = divided((0.5 * (self.halves[0] - self.halves[1])) ** 2 - self.noise, self.denominator)
@@ -122,7 +127,7 @@ class Reference:
 
 @dataclass(frozen=True)
 class Measured:
-    """Distance of one image from the truth, with the uncertainty due to the reference's noise.
+    """One metric of one image: its distance from the truth, with the uncertainty due to the reference's noise.
 
     Another render of the same scene has another distance. Only repeated renders show how distances spread.
     """
@@ -146,7 +151,7 @@ class Measured:
 
 
 def measure(image: ArrayLike, reference: Reference, metrics: Iterable[Metric] = METRICS) -> dict[str, Measured]:
-    """Return the named metrics of an image (H, W, 3) against a reference, by name.
+    """Return the wanted ``metrics`` of an image (H, W, 3) against a reference, as a dict by the metric's name.
 
     All metrics are NaN for an image with a pixel that is not finite. Against a black reference, relative metrics are 0
     for a black image, and infinite for any other image.
@@ -171,7 +176,10 @@ def measure(image: ArrayLike, reference: Reference, metrics: Iterable[Metric] = 
 
 
 def contributions(image: ArrayLike, reference: Reference) -> Floats:
-    """Return the relative squared error of each pixel (H, W), less the reference's noise; the mean is relMSE."""
+    """Return the relative squared error of each pixel (H, W), minus the reference's variance.
+
+    The mean over pixels is relMSE. A pixel's value is the mean over its channels, and may be negative.
+    """
     pixels = np.asarray(image, np.float64)
     _check(pixels, reference)
     parts: Floats = divided((pixels - reference.mean) ** 2 - reference.noise, reference.denominator).mean(axis=2)
@@ -188,13 +196,14 @@ def _square(pixels: Floats, reference: Reference, relative: bool) -> Measured:
 
 
 def reference_doubt(pixels: Floats, reference: Reference, relative: bool = True) -> float:
-    """Return the standard error that the reference's noise n causes in an image's relMSE, or in MSE if not relative.
+    """Return the standard error that the reference's noise n causes in an image's relMSE; in MSE if not ``relative``.
 
-    The delta method gives it, with the derivatives of the squares, of their denominators, and of m in the denominators.
-    I - R stands for the unknown I - T. Since I - R contains the noise n, the result also counts the variation of n²,
-    and more. The result is therefore too large rather than too small, by little for a reference better than the image.
-    Pixels are taken as independent. The halves R1 and R2, if there are any, show the correlation of a pixel's channels,
-    since (R1 - R2) / 2 has the distribution of n. Without halves, channels are taken as fully correlated.
+    The result is one number. The delta method gives it from the derivatives of the squares, of their denominators, and
+    of the reference's mean in the denominators. With I the image (``pixels``), R the reference and T the truth, I - R
+    stands for the unknown I - T. Since I - R contains n, the result also counts the variation of n², and is rather too
+    large. The excess is small if the reference is better than the image. Pixels are taken as independent. The
+    reference's ``halves`` R1 and R2 show the correlation of a pixel's channels, since (R1 - R2) / 2 has the
+    distribution of n. Without halves, channels are taken as fully correlated.
     """
     difference = pixels - reference.mean
     slope = -2.0 * difference
@@ -234,7 +243,7 @@ def _bounded(value: float, doubt: float) -> Measured:
 
 
 def divided(numerator: Floats, denominator: Floats) -> Floats:
-    """Return the ratio of two arrays, where 0 / 0 is 0, as for black pixels of a black reference."""
+    """Return the ratio of two arrays, element by element; 0 / 0 is 0, as for black pixels of a black reference."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio: Floats = np.where(numerator == 0.0, 0.0, numerator / denominator)
     return ratio
@@ -249,9 +258,9 @@ def _check(pixels: Floats, reference: Reference) -> None:
 
 
 def squared_errors(images: Iterable[ArrayLike], reference: Reference) -> NDArray[np.float64]:
-    """Return the relative squared errors (K, H * W) of the pixels of K images (H, W, 3), means over RGB.
+    """Return the relative squared error of every pixel (K, H * W) of K images (H, W, 3).
 
-    The reference's noise is not subtracted.
+    A pixel's value is the mean over R, G and B. The reference's variance is not subtracted.
     """
     denominator = np.maximum(reference.denominator, np.finfo(np.float64).tiny)
     squares = (np.square(np.asarray(image, np.float64) - reference.mean) / denominator for image in images)

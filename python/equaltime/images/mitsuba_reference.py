@@ -1,4 +1,4 @@
-"""Known errors of references that Mitsuba 3 rendered, in the words of all outputs."""
+"""Known errors of reference images that Mitsuba 3 rendered, with the words by which outputs warn of them."""
 
 from __future__ import annotations
 
@@ -28,10 +28,13 @@ _FIT = "independent"
 
 
 def fit_sampler(sampler: str) -> str:
-    """Return the sampler for a reference by Mitsuba: `sampler`, or ``independent`` if `sampler` is biased."""
+    """Return the name of the sampler with which Mitsuba renders a reference.
+
+    It is `sampler`, or ``independent`` if the images of `sampler` are biased (`UNFIT_SAMPLERS`).
+    """
     return _FIT if sampler in UNFIT_SAMPLERS else sampler
 
 
 def is_mitsuba(software: str) -> bool:
-    """Tell whether the name of a program, such as the one that wrote an image, is Mitsuba's."""
+    """Tell whether `software`, the name of the program that wrote an image, is Mitsuba's."""
     return software.lower().startswith("mitsuba")

@@ -1,4 +1,4 @@
-"""Previews for viewing: images in sRGB with eight bits per channel, at exposure 0, clipped to [0, 1].
+"""Previews of linear images for viewing: sRGB with eight bits per channel, at exposure 0, clipped to [0, 1].
 
 No exposure is fitted to the image, so two previews can be compared by eye.
 """
@@ -21,7 +21,7 @@ SOURCE: Final = "equaltime:scene"
 
 
 def srgb_bytes(image: NDArray[Any]) -> NDArray[np.uint8]:
-    """Return linear RGB (H, W, 3) encoded as eight-bit sRGB, by the exact curve of IEC 61966-2-1."""
+    """Return a linear RGB image (H, W, 3) as eight-bit sRGB, by the exact curve of IEC 61966-2-1."""
     linear = np.clip(image, 0.0, 1.0)
     encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.power(linear, 1.0 / 2.4) - 0.055)
     return np.asarray(np.round(255.0 * encoded), np.uint8)
@@ -36,9 +36,9 @@ def write_png(
 ) -> None:
     """Write the preview of a linear image (H, W, 3) to a PNG file.
 
-    ``description`` and the path ``scene`` of the scene's file become attributes. ``alpha`` (H, W) must already be
-    multiplied into the image (associated). The file gets alpha and unmultiplied colours, as PNG requires. A fully
-    transparent pixel keeps its colour.
+    ``description`` and ``scene`` (the path of the scene file) become attributes of the file. If ``alpha`` (H, W) is
+    given, the image must already be multiplied by it (associated). The file gets alpha and unmultiplied colours, as PNG
+    requires. A fully transparent pixel keeps its colour.
 
     Raises
     ------

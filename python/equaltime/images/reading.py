@@ -1,4 +1,4 @@
-"""Common tools of image readers: open files, check declared sizes, and report OpenImageIO's messages."""
+"""Tools that all image readers share: open files, check declared sizes, and report OpenImageIO's messages."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ ALWAYS: Final = 1 << 22
 
 
 def excess(spec: Any, path: str | os.PathLike[str]) -> str | None:
-    """Return a message if the file declares more pixels than a file of its size can hold, else None.
+    """Return an error message if an image file declares more pixels than a file of its size can hold, else None.
 
-    ``spec`` is OpenImageIO's description of the file. The check comes before memory is allocated.
+    ``spec`` is the file's OpenImageIO ``ImageSpec``. Call this before memory is allocated for the pixels.
     """
     declared, size = spec.image_bytes(True), os.path.getsize(path)
     if declared <= max(ALWAYS, MOST_INFLATED * size):
@@ -34,9 +34,9 @@ def excess(spec: Any, path: str | os.PathLike[str]) -> str | None:
 
 
 def complaint(speaker: Any) -> str:
-    """Return the last error message of OpenImageIO or of one of its objects, on one line and without repetitions.
+    """Return the last error message of ``speaker``, which is the module OpenImageIO or one of its objects.
 
-    The message may quote bytes of the file that are not UTF-8; these are replaced by a placeholder.
+    The message is on one line, without repetitions. Bytes in it that are not UTF-8 are replaced by a placeholder.
     """
     try:
         message: str = speaker.geterror()
@@ -46,7 +46,7 @@ def complaint(speaker: Any) -> str:
 
 
 def utf8(path: str | os.PathLike[str]) -> str:
-    """Return the path as UTF-8 text, which OpenImageIO needs; raises `ImageError` if it is not UTF-8."""
+    """Return ``path`` as text for OpenImageIO; raises `ImageError` if the path is not UTF-8."""
     name = os.fspath(path)
     try:
         name.encode()
@@ -56,9 +56,10 @@ def utf8(path: str | os.PathLike[str]) -> str:
 
 
 def started(make: Callable[[], Any]) -> Any:
-    """Return the OpenImageIO object that ``make`` makes, with one retry after a failure without a message.
+    """Call ``make`` and return the OpenImageIO object that it makes, or None if it fails.
 
-    The first use of OpenImageIO may fail silently if the system gives it no threads.
+    A failure without an error message is tried once more. OpenImageIO's first use fails silently if the system gives it
+    no threads.
     """
     made = make()
     return make() if made is None and not _complains() else made
@@ -73,9 +74,10 @@ def _complains() -> bool:
 
 @contextmanager
 def opened(path: str | os.PathLike[str], **wishes: int) -> Iterator[Any]:
-    """Yield OpenImageIO's reader of a file, and close it after the block; raises `ImageError` for an unreadable file.
+    """Yield an OpenImageIO ``ImageInput`` for a file, and close it after the block.
 
-    ``wishes`` are hints for OpenImageIO, named without the prefix ``oiio:``.
+    ``wishes`` are OpenImageIO's options for reading, by name without the prefix ``oiio:``, such as
+    ``UnassociatedAlpha=1``. Raises `ImageError` for an unreadable file.
     """
     config = oiio.ImageSpec()
     for name, value in wishes.items():
@@ -92,9 +94,10 @@ def opened(path: str | os.PathLike[str], **wishes: int) -> Iterator[Any]:
 
 
 def read_part(path: str | os.PathLike[str], name: str, kind: str) -> tuple[list[str], NDArray[Any]] | None:
-    """Return channel names and pixels (H, W, C) of the part called ``name``; None if there is no such part.
+    """Return the channel names and the pixels (H, W, C) of the subimage called ``name`` in an EXR file.
 
-    The first part of the file is not searched. ``kind`` is OpenImageIO's name of the wanted number type.
+    Return None if there is no such subimage. The first subimage is not searched. ``kind`` is OpenImageIO's name of the
+    wanted number type, such as ``float``.
     """
     with opened(path) as source:
         number = 1
@@ -113,7 +116,11 @@ def read_part(path: str | os.PathLike[str], name: str, kind: str) -> tuple[list[
 
 
 def reason(speaker: Any, path: str | os.PathLike[str]) -> str:
-    """Return the clearest reason, as text, why OpenImageIO or its reader ``speaker`` cannot read a file."""
+    """Return a short text that says why the file at ``path`` cannot be read.
+
+    The text is "no such file" for a missing file, and else the last error message of ``speaker``, which is the module
+    OpenImageIO or its reader of the file.
+    """
     said = complaint(speaker)  # or OpenImageIO prints the message when the process ends
     if not Path(path).exists():
         return "no such file"

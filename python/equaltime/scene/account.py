@@ -1,7 +1,7 @@
-"""The account of a file: a list of its statements that have no effect on the picture, one line per kind.
+"""The account of a scene file: a list of its statements that have no effect on the picture, one line per message.
 
-A reader uses each statement, property or parameter of its file, refuses it with an error, or counts it here. At the
-end, the reader counts everything that it has not used, so that no statement is dropped silently.
+A reader uses each statement, property or parameter of its file, refuses it with an error, or counts it in the account.
+At the end, the reader counts everything that it has not used. No statement is therefore dropped silently.
 """
 
 from __future__ import annotations
@@ -16,14 +16,17 @@ MOST_KINDS: Final = 30
 
 
 class Account:
-    """The unused statements of one file: their number by kind, and the first place of each kind."""
+    """The unused statements of one file, counted by message, with the file and line of each message's first one.
+
+    Iteration yields the lines to report, as text.
+    """
 
     def __init__(self) -> None:
         self._entries: dict[str, tuple[str, int]] = {}
         self._untold = 0
 
     def tell(self, kind: str, place: object) -> None:
-        """Count one more unused statement at `place`; `kind` is the message about it, without the place."""
+        """Count one more unused statement at `place` (file and line); `kind` is the message, without the place."""
         first, count = self._entries.get(kind, (str(place), 0))
         if count == 0 and len(self._entries) >= MOST_KINDS:
             self._untold += 1

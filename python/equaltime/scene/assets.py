@@ -1,6 +1,6 @@
 """The meshes and images that a scene names, read when needed and checked.
 
-Reading raises ValueError with a readable message. The caller adds the place in the scene file.
+Reading raises ValueError with a readable message. The caller adds the file and line where the scene names the file.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ CHUNK = 1 << 22
 
 
 class Assets:
-    """The files of one scene. Their contents are kept until `release`, and read again when needed after it.
+    """The meshes and images of one scene. Their contents are kept until `release`; a later use reads them again.
 
-    A file that has changed since its first use is refused, so that the scene stays the same.
+    A file that has changed since its first use is refused with ValueError, so that the scene stays the same.
     """
 
     def __init__(self, search: Search) -> None:
@@ -45,9 +45,9 @@ class Assets:
         self._by_material: dict[Path, dict[bytes, Mesh]] = {}
 
     def mesh(self, shape: MeshFile) -> Mesh:
-        """Return the mesh of `shape` in its own coordinates, with finite vertices and valid indices.
+        """Return the mesh of `shape` in local coordinates, with finite vertices and valid indices.
 
-        For a deforming mesh, return the first pose.
+        For a deforming mesh, return the first pose. Raises ValueError if the file cannot be used.
         """
         filename = mesh_files(shape.filename)[0]
         path = self.path(filename)
@@ -95,23 +95,29 @@ class Assets:
         return self._contents[path]
 
     def extensions(self, filename: str) -> dict[str, str]:
-        """Return the extensions that a glTF file uses: from the name to a description of the treatment."""
+        """Return the extensions that a glTF file uses, as a dict from the name to words.
+
+        The words name the plugin or parameter that represents the extension, or are ``not used``.
+        """
         return self._within(self.path(filename)).extensions
 
     def image(self, emitter: EnvMap) -> NDArray[np.float32]:
-        """Return the image of `emitter`: (H, W, 3), linear sRGB, finite and not negative."""
+        """Return the image (H, W, 3) of `emitter` in linear sRGB; all values are finite and at least 0."""
         path = self.path(emitter.filename)
         if path not in self._images:
             self._images[path], self._told[path] = _read_sky(path)
         return self._images[path]
 
     def told_of_image(self, emitter: EnvMap) -> tuple[str, ...]:
-        """Return remarks on the image file of `emitter`, such as unused channels; the image is read if needed."""
+        """Return remarks for the user on the image file of `emitter`, such as unused channels.
+
+        The image is read if needed.
+        """
         self.image(emitter)
         return self._told[self.path(emitter.filename)]
 
     def texture(self, bitmap: Bitmap) -> Texels:
-        """Return the texels of `bitmap`, all finite; raises ValueError if its file cannot be read."""
+        """Return the texels of `bitmap`, all finite; raises ValueError if the image file cannot be read."""
         path, fragment = self.path(bitmap.filename), split(bitmap.filename)[1]
         key = bitmap.filename, bitmap.raw
         if key not in self._texels:
@@ -120,7 +126,10 @@ class Assets:
         return self._texels[key]
 
     def sha256(self, filename: str) -> str:
-        """Return the SHA-256, in hexadecimal digits, of a file, or of the part of a file in ``file#part``."""
+        """Return the SHA-256, in hexadecimal digits, of a file.
+
+        For ``file.gltf#fragment``, it covers only the mesh or the image that the fragment names.
+        """
         path, fragment = self.path(filename), split(filename)[1]
         if fragment is not None:
             return self._within(path).sha256(fragment)
@@ -133,12 +142,12 @@ class Assets:
         return self._sums[path]
 
     def absolute(self, filename: str) -> str:
-        """Return the name with an absolute path; a fragment in ``file#part`` is kept."""
+        """Return `filename` with an absolute path; a fragment, as in ``file.gltf#fragment``, is kept."""
         inside = split(filename)[1]
         return str(self.path(filename).absolute()) + ("" if inside is None else f"#{inside}")
 
     def release(self) -> None:
-        """Remove the contents of all files from memory."""
+        """Free the memory of all files' contents."""
         self._meshes.clear()
         self._by_material.clear()
         self._images.clear()
@@ -151,7 +160,10 @@ class Assets:
         return self._search.files
 
     def path(self, filename: str) -> Path:
-        """Return the path of the file; raises ValueError if it is missing or has changed since it was first used."""
+        """Return the path of the file called `filename`, without a fragment.
+
+        Raises ValueError if the file is missing, or has changed since its first use.
+        """
         path = self._search.find(split(filename)[0])
         try:
             if not path.is_file():

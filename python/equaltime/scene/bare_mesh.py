@@ -1,9 +1,9 @@
 """Reads a single mesh file (.obj, .ply) as a scene: the mesh with its materials, a camera, a sky and a sun.
 
 `equaltime.scene.obj_materials` makes the materials of an OBJ file. Faces whose material has no colour take the colours
-of their vertices. A PLY file has the image that a comment ``TextureFile`` names, or the colours of its vertices or
-faces. Mitsuba reads none of these materials: in a scene file, a shape of type ``obj`` or ``ply`` has the BSDF that the
-scene gives it.
+of their vertices. A PLY file is coloured by the image that a comment ``TextureFile`` names, or by the colours of its
+vertices or faces. These materials are only used if the mesh itself is loaded as a scene. In a scene file, a shape of
+type ``obj`` or ``ply`` has the BSDF that the scene gives it, as in Mitsuba.
 """
 
 from __future__ import annotations
@@ -33,9 +33,10 @@ _COLORS: Final = ("vertex_color", "face_color")
 def read_mesh(
     file: str, content: bytes, defines: Mapping[str, object], report: Report, search: Search
 ) -> Object | None:
-    """Return the tree of a scene with the mesh `file`; None if the file is invalid. Problems go to `report`.
+    """Return the root of the tree (parsed nodes) of a scene that shows the mesh `file`.
 
-    Any variable in `defines` is a problem. `content` is not used: the mesh readers read the file themselves.
+    If the file is invalid, return None, with the problem in `report`. Any variable in `defines` is reported as a
+    problem. `content` is not used, because the mesh readers read the file themselves.
     """
     place, path = Place(file), Path(file)
     for name in sorted(defines):

@@ -1,4 +1,4 @@
-"""The type of the core's scene builder; see `equaltime._core.SceneBuilder` for its calls."""
+"""Names for two types of the core (the renderer in C++): its scene, and the `equaltime._core.SceneBuilder` for it."""
 
 from __future__ import annotations
 

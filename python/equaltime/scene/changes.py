@@ -1,4 +1,4 @@
-"""Changes to a model by parameter name, checked like the scene file itself."""
+"""Changes to parameters of a scene's model; new values are checked like a scene file's."""
 
 from __future__ import annotations
 
@@ -19,14 +19,18 @@ P = TypeVar("P", bound=Plugin)
 
 
 def deep(integrator: Integrator, max_depth: int) -> Integrator:
-    """Return `integrator` with another `max_depth`; an integrator without this parameter is replaced by a `Path`."""
+    """Return `integrator` with another `max_depth`.
+
+    In an `Aov` or a `Moment`, the first integrator inside changes. An integrator without this parameter is replaced by
+    a `Path`.
+    """
     if isinstance(integrator, Moment | Aov) and integrator.integrators:
         return changed(integrator, integrators=(deep(integrator.integrators[0], max_depth),))
     return changed(integrator if isinstance(integrator, Path) else Path(), max_depth=max_depth)
 
 
 def changed(plugin: P, **changes: object) -> P:
-    """Return `plugin` with some parameters changed; an invalid value raises SceneError."""
+    """Return `plugin` with the parameters in `changes` replaced, by name; an invalid value raises SceneError."""
     try:
         return plugin.replace(**changes)
     except ValidationError as error:
@@ -35,9 +39,10 @@ def changed(plugin: P, **changes: object) -> P:
 
 
 def several(what: str, given: object, names: Sequence[str]) -> tuple[Any, ...]:
-    """Return `given` as a tuple with one value per name; raises ValueError for a wrong number of values.
+    """Return the values in `given` as a tuple; raises ValueError if there is not exactly one value for each name.
 
-    NumPy integers become Python integers. `what` is the argument's name for the message.
+    NumPy integers become Python integers. The error message is such as "size is (width, height), found 3", where `what`
+    is ``size``, and `names` are ``width`` and ``height``.
     """
     values = tuple(given) if isinstance(given, Iterable) else ()
     if len(values) != len(names):

@@ -1,4 +1,4 @@
-"""Reads the files that a valid scene names, and collects warnings about harmless oddities of its parts."""
+"""Reads the files that a valid scene names, and collects warnings about odd but harmless parameters and files."""
 
 from __future__ import annotations
 
@@ -32,7 +32,10 @@ __all__ = ["check_parts"]
 
 
 def check_parts(resolved: Resolved, assets: Assets, report: Report) -> tuple[str, ...]:
-    """Read all files that the scene names, and return warnings, one line each. Problems go to `report`."""
+    """Read all meshes and images that the scene names, and return warnings for the user, one line each.
+
+    Files that cannot be used are problems, and go to `report`. A plugin that the core cannot use is skipped here.
+    """
     told: dict[str, dict[str, None]] = {}
     for node, part in resolved.parts:
         try:

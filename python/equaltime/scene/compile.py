@@ -1,16 +1,16 @@
-"""Hands a scene to the core through its scene builder: shapes, emitters, camera, film and filter.
+"""Hands a scene to the core, the renderer in C++: shapes, emitters, camera, film and filter.
 
-Modules by family of plugins; a new plugin is added to the module of its family:
+Each family of plugins has its module, to which a new plugin of the family is added:
 
 ========================  ==============================================================================
 `compile_bsdfs`           BSDFs and their wrappers, taken apart into sides by `sides`
-`compile_textures`        textures; parameters that must be constants so far
+`compile_textures`        textures, and placeholders for the parameters that they give
 `compile_media`           media between shapes, and the camera's medium
 `compile_shapes`          shapes, placed in the world by `geometry`; groups and instances; area emitters
 `compile`                 emitters that are not shapes; cameras, film and filters
 ========================  ==============================================================================
 
-A plugin that the core does not support yet raises `Unsupported`, to which `Scene` adds the plugin's place.
+A plugin that the core does not support yet raises `Unsupported`. `Scene` adds the plugin's file and line.
 """
 
 from __future__ import annotations
@@ -63,7 +63,10 @@ __all__ = ["add_emitter", "compile_scene", "set_film", "set_sensor"]
 
 
 def add_emitter(builder: Builder, emitter: FreeEmitter, assets: Assets, textures: Textures) -> None:
-    """Add an emitter to the core's scene, unless its power is zero; raises `Unsupported` if the core cannot use it."""
+    """Add an emitter to the core's scene, unless the emitter gives no light.
+
+    Raises `Unsupported` if the core cannot use the emitter, and ValueError if a file cannot be used.
+    """
     if isinstance(emitter, Point):
         if any(emitter.intensity):
             builder.add_point_light(emitter.world_position, emitter.intensity)
@@ -91,7 +94,10 @@ def _add_spot(builder: Builder, spot: Spot, textures: Textures) -> None:
 
 
 def set_sensor(builder: Builder, sensor: Sensor) -> None:
-    """Set the camera of the core's scene. Times of its animation are 0 at opening of the shutter, 1 at closing."""
+    """Set the camera of the core's scene.
+
+    For an animated `sensor`, the times of its keys must be in units of the shutter: 0 at opening, 1 at closing.
+    """
     to_world, near, far = as_array(poses(sensor.to_world)[0]), sensor.near_clip, sensor.far_clip
     if isinstance(sensor.to_world, Animation):
         builder.move_sensor(sensor.to_world.times, sensor.to_world.matrices)
@@ -137,10 +143,10 @@ def _filter(rfilter: Filter) -> tuple[str, float] | tuple[str, float, float]:
 
 
 def compile_scene(model: SceneModel, assets: Assets, builder: Builder) -> CoreScene:
-    """Return the core's scene that `builder` builds from `model`.
+    """Build `model` with `builder`, and return the core's scene.
 
-    Raises ValueError if a file or the scene cannot be used. The subclass `Unsupported` of ValueError names a plugin
-    that is not supported.
+    Raises ValueError if a file or the scene cannot be used. For a plugin that the core does not support, this is the
+    subclass `Unsupported` with the plugin.
     """
     _refuse_other_images(model, assets)
     model = _unlit(in_shutters(model)) if model.integrator.max_depth == 0 else in_shutters(model)

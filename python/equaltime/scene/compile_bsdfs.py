@@ -1,7 +1,7 @@
-"""Hands BSDFs to the core. Equal BSDFs are added once, even under different names.
+"""Hands BSDFs to the core, the renderer in C++. Equal BSDFs are added once, even under different names.
 
-Each leaf BSDF (one that wraps no other) has its own function. Blends become mixtures of the BSDFs they wrap. A mask
-becomes a blend with a null BSDF. Bump and normal maps bend the normals of every leaf that they wrap.
+A leaf BSDF wraps no other BSDF; a function of its own adds it. A blend becomes a mixture of the BSDFs that it wraps. A
+mask becomes a mixture with a null BSDF. Bump and normal maps bend the normals of every leaf that they wrap.
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ __all__ = ["Materials"]
 
 @dataclass(frozen=True, slots=True)
 class Bend:
-    """The bump or normal map that bends the normals of a leaf BSDF; for `turned`, see `Materials.index`."""
+    """The bump or normal map `by`, which bends the normals of a leaf BSDF; for `turned`, see `Materials.index`."""
 
     by: BumpMap | NormalMap
     turned: bool
 
 
 class Materials:
-    """The BSDFs that were added to a builder; equal BSDFs share one index."""
+    """The BSDFs that were added to the core's scene builder; equal BSDFs share one index."""
 
     def __init__(self, builder: Builder, textures: Textures) -> None:
         self._builder = builder
@@ -52,10 +52,10 @@ class Materials:
         self._known: dict[tuple[Bsdf, bool, Bend | None], int] = {}
 
     def index(self, bsdf: Bsdf | None, turned: bool = False) -> int | None:
-        """Return the core's index of the BSDF of one side of a surface; None for a side that absorbs all light.
+        """Add the BSDF of one side of a surface if it is new, and return its index in the core.
 
-        `turned` concerns bent normals on a back side. They are the negative of the front's if True, else the mirror
-        image of the front's; see `sides.turns`.
+        Return None if `bsdf` is None, for a side that absorbs all light. If `turned`, a bent normal on the back is the
+        negative of the front's bent normal; else it is the mirror image. See `sides.turns`.
         """
         return None if bsdf is None else self._index(bsdf, turned, None)
 

@@ -1,4 +1,4 @@
-"""Hands media to the core, equal media once, and sets the media on both sides of shapes.
+"""Hands media to the core, the renderer in C++, and sets the media on both sides of shapes. Equal media are added once.
 
 As in Mitsuba, only the volumetric integrators see media. For these integrators, crossing a null BSDF does not count
 towards the path length.
@@ -31,13 +31,13 @@ MOST_LOBES = 8
 
 
 def sees_media(integrator: Integrator) -> bool:
-    """Tell whether the integrator, or an integrator inside it, is volumetric."""
+    """Tell whether the integrator, or an integrator inside it, is volumetric: ``volpath`` or ``volpathmis``."""
     within = getattr(integrator, "integrators", ())
     return isinstance(integrator, VolPath | VolPathMis) or any(map(sees_media, within))
 
 
 def unseen_media(model: SceneModel) -> str | None:
-    """Return a warning if the scene has media that its integrator does not see, else None."""
+    """Return a warning, as text, if the scene has media that its integrator ignores, else None."""
     if sees_media(model.integrator) or not any(node.kind == "medium" for node in model.nodes()):
         return None
     return (
@@ -47,7 +47,7 @@ def unseen_media(model: SceneModel) -> str | None:
 
 
 class Media:
-    """The media that were added to a builder; equal media share one index."""
+    """The media that were added to the core's scene builder; equal media share one index."""
 
     def __init__(self, builder: Builder, model: SceneModel) -> None:
         self._builder = builder
@@ -58,7 +58,7 @@ class Media:
             builder.cross_freely()
 
     def bound(self, shape: Solid, index: int) -> None:
-        """Set the priority of `shape` and the media on both of its sides; `index` is its number in the core."""
+        """Set the priority and the media of both sides of `shape`; `index` is the shape's number in the core."""
         if shape.priority is not None:
             self._builder.set_priority(index, shape.priority)
         if self._seen and (shape.interior is not None or shape.exterior is not None):
@@ -66,13 +66,16 @@ class Media:
             self._builder.set_media(index, exterior=exterior, interior=interior)
 
     def surround(self, sensor: Sensor) -> None:
-        """Set the medium around the camera, if it has one."""
+        """Set the medium around the camera `sensor`, if the sensor names one and the integrator sees media."""
         index = self._index(sensor.medium) if self._seen else None
         if index is not None:
             self._builder.set_camera_medium(index)
 
     def at_place(self, error: ValueError) -> ValueError:
-        """Return an error about a medium as `Unsupported` with that medium; any other error of the core unchanged."""
+        """Return the core's error about a medium as `Unsupported`, which holds that medium.
+
+        Any other error is returned unchanged.
+        """
         about = re.fullmatch(r"medium (\d+): (.*)", str(error), re.DOTALL)
         return Unsupported(self._nodes[int(about[1])], about[2]) if about else error
 

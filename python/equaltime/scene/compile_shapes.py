@@ -1,4 +1,4 @@
-"""Hands shapes to the core, with the BSDFs and the emission of their sides."""
+"""Hands shapes to the core, the renderer in C++, with the BSDFs and the emission of both sides."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ WHITE: Color = (1.0, 1.0, 1.0)
 
 
 class Shapes:
-    """The shapes that were added to a builder. A group is added once, however many instances it has."""
+    """The shapes that were added to the core's scene builder. A group of shapes is added once for all its instances."""
 
     def __init__(
         self, builder: Builder, assets: Assets, materials: Materials, textures: Textures, media: Media
@@ -49,7 +49,7 @@ class Shapes:
         self._groups: dict[ShapeGroup, int] = {}
 
     def add(self, shape: Shape) -> None:
-        """Add `shape` to the core's scene; raises ValueError if its file cannot be used."""
+        """Add `shape` to the core's scene; raises ValueError if the shape or its file cannot be used."""
         placement = shape.to_world
         if isinstance(placement, Animation):
             self._moving(shape, placement)

@@ -1,7 +1,7 @@
-"""Hands textures to the core. Equal textures are added once, even under different names.
+"""Hands textures to the core, the renderer in C++. Equal textures are added once, even under different names.
 
-If a texture gives a parameter of a BSDF, the BSDF is first added with a placeholder for this parameter. The texture is
-then bound to the parameter by name.
+If a texture gives a parameter of a BSDF, the BSDF is first added with a placeholder value for this parameter. The
+texture is then bound to the parameter by name.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ __all__ = ["Textures", "color", "number"]
 
 
 class Textures:
-    """The textures that were added to a builder; equal textures share one index."""
+    """The textures that were added to the core's scene builder; equal textures share one index."""
 
     def __init__(self, builder: Builder, assets: Assets) -> None:
         self._builder = builder
@@ -28,7 +28,7 @@ class Textures:
         self._known: dict[Texture, int] = {}
 
     def index(self, texture: Texture) -> int:
-        """Return the core's index of `texture`; raises ValueError if its file cannot be used."""
+        """Add `texture` if it is new, and return its index in the core; raises ValueError if its file is unusable."""
         if isinstance(texture, MeshAttribute) and texture.times is not None:
             raise Unsupported(texture, "'times' of a 'mesh_attribute' is for parameters of BSDFs")
         nameless = texture.model_copy(update={"id": None})
@@ -37,16 +37,17 @@ class Textures:
         return self._known[nameless]
 
     def bind(self, bsdf: int, name: str, value: object) -> None:
-        """Bind the parameter `name` of the core's BSDF number `bsdf` to `value`, if `value` is a texture."""
+        """If `value` is a texture, let it give the parameter `name` of BSDF number `bsdf` in the core."""
         if isinstance(value, MeshAttribute) and value.times is not None:
             self._builder.bind(bsdf, name, self.index(_alone(value)), self.index(value.times))
         elif isinstance(value, Bitmap | Checkerboard | MeshAttribute):
             self._builder.bind(bsdf, name, self.index(value))
 
     def hand_over(self, shape: int, attributes: Mapping[str, NDArray[np.float64]], wanted: Iterable[Plugin]) -> None:
-        """Give mesh attributes, by name, to the textures among `wanted` that read them on a shape.
+        """Give a shape's mesh attributes to the textures that read them.
 
-        `shape` is the shape's number in the core. Raises `Unsupported` for a texture whose attribute is missing.
+        `shape` is the shape's number in the core. `attributes` are the mesh's arrays by name. The textures are the
+        `MeshAttribute` plugins in `wanted`. Raises `Unsupported` for a texture whose attribute is missing.
         """
         looked_at = {self.index(_alone(node)): node for node in wanted if isinstance(node, MeshAttribute)}
         for index, texture in looked_at.items():
@@ -82,10 +83,10 @@ def _what_there_is(attributes: Mapping[str, object]) -> str:
 
 
 def color(value: Texture | Color) -> Color:
-    """Return `value` if it is a constant colour, else a placeholder for the texture, which is bound later."""
+    """Return `value` if it is a constant colour; for a texture, return the placeholder (0.5, 0.5, 0.5)."""
     return (0.5, 0.5, 0.5) if isinstance(value, TexturePlugin) else value
 
 
 def number(value: Texture | float) -> float:
-    """Return `value` if it is a number, else a placeholder for the texture, which is bound later."""
+    """Return `value` if it is a number; for a texture, return the placeholder 0.5."""
     return 0.5 if isinstance(value, TexturePlugin) else value

@@ -1,7 +1,7 @@
-"""Meshes that deform while the shutter is open. Each pose is a file, at one key time, with the same triangles.
+"""Meshes that deform while the shutter is open: lists of keys. A key is a time and the mesh file of the pose then.
 
-The core only supports poses at evenly spaced times. The shutter time is therefore divided into the fewest equal parts
-whose boundaries include all key times.
+All files have the same triangles. The core (the renderer in C++) only supports poses at evenly spaced times. The time
+in which the shutter is open is therefore divided into the fewest equal intervals whose ends include all key times.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from equaltime.words import shortened
 __all__ = ["check", "parse", "steps", "uneven"]
 
 MOST_PARTS: Final = 128
-"""Largest number of equal parts of the shutter time, which is Embree's limit."""
+"""Largest number of equal intervals of the time in which the shutter is open, which is Embree's limit."""
 NEAR: Final = 1e-4
-"""Largest distance between a key's time and its boundary of two parts, as a fraction of the shutter time."""
+"""Largest distance between a key's time and an interval's end, as a fraction of the time the shutter is open."""
 
 
 def parse(value: Mapping[str, object]) -> Deformation:
-    """Return the deformation ``{"animation": [{"time": t, "filename": name}, …]}``.
+    """Return the deformation that `value`, a dict ``{"animation": [{"time": t, "filename": name}, …]}``, describes.
 
-    A ``time`` beside ``animation`` holds the mesh in its pose at that time. Raises ValueError if `value` is not a
-    deformation.
+    With a further entry ``time``, the mesh does not move, and keeps its pose at that time. Raises ValueError if `value`
+    describes no deformation.
     """
     keys = value["animation"]
     if not set(value) <= {"animation", "time"} or not isinstance(keys, list | tuple):
@@ -50,9 +50,9 @@ def _key(key: object) -> tuple[float, str]:
 
 
 def check(shape: MeshFile, assets: Assets) -> Iterator[tuple[str, str]]:
-    """Read the files of a mesh, and iterate over the warnings as pairs of file and message.
+    """Read all files of the mesh `shape`, and yield their warnings as pairs (file name, message).
 
-    Raises ValueError for a file that cannot be read, or that has other triangles than the mesh's first file.
+    Raises ValueError for a file that cannot be read, or whose triangles differ from the first file's.
     """
     first, *later = dict.fromkeys(mesh_files(shape.filename))
     mesh = assets.mesh(shape)
@@ -81,9 +81,10 @@ def _difference(mesh: Mesh, first: Mesh) -> str | None:
 
 
 def steps(shape: Solid, assets: Assets) -> Sequence[Surface]:
-    """Return the poses of `shape` at evenly spaced times from opening to closing of the shutter; one pose if still.
+    """Return the poses of `shape` at evenly spaced times from opening to closing of the shutter.
 
-    Raises ValueError if a file cannot be used, `Unsupported` if the shape cannot.
+    A shape that does not deform has one pose. Raises ValueError if a file cannot be used, and `Unsupported` if the core
+    cannot use the shape.
     """
     mesh = shape.filename if isinstance(shape, MeshFile) else None
     if not isinstance(mesh, Deformation) or mesh.held is not None:
@@ -103,7 +104,10 @@ def _pose(shape: Solid, filename: str, assets: Assets) -> MeshSurface:
 
 
 def uneven(model: SceneModel) -> str | None:
-    """Return a warning if a key's time has to be moved by more than `NEAR` to a boundary of two parts, else None."""
+    """Return a warning, as text, if the evenly spaced times miss the time of a key, else None.
+
+    A key is missed if it is off by more than `NEAR`, a fraction of the time in which the shutter is open.
+    """
     begin, end = model.sensor.shutter_open, model.sensor.shutter_close
     shapes = in_shutters(model).shapes
     groups = {id(shape.shapegroup): shape.shapegroup for shape in shapes if isinstance(shape, Instance)}

@@ -1,6 +1,6 @@
-"""Reads nested dictionaries, Mitsuba 3's Python spelling of a scene, into the tree.
+"""Reads nested dictionaries, Mitsuba 3's Python spelling of a scene, into the tree of parsed nodes.
 
-TOML files are read through this module too, because their tables are such dictionaries.
+TOML files are read through this module too, because TOML tables become such dictionaries.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ TRANSFORMS: Final = ("to_world", "to_uv")
 
 
 def read_dict(scene: Mapping[str, object], report: Report, search: Search) -> Object | None:
-    """Return the tree of `scene`, a dictionary as for ``mitsuba.load_dict``; None if it is invalid.
+    """Return the root of the tree (parsed nodes) of `scene`, a dictionary as for ``mitsuba.load_dict``.
 
-    Problems go to `report`.
+    Problems go to `report`. Return None if `scene` has no ``"type": "scene"``, or its limits are exceeded.
     """
     place = Place(path="")
     if not isinstance(kind := scene.get("type"), str) or kind != "scene":
@@ -39,7 +39,7 @@ def read_dict(scene: Mapping[str, object], report: Report, search: Search) -> Ob
 
 
 class DictReader:
-    """Reader of dictionaries into nodes of the tree. Invalid entries are reported and left out."""
+    """Reader that turns dictionaries into nodes of the tree. Invalid entries are reported and left out."""
 
     def __init__(self, report: Report, search: Search) -> None:
         self._report = report
@@ -48,19 +48,31 @@ class DictReader:
         self._extent = Extent()
 
     def locate(self, place: Place) -> Place:
-        """Return `place`, made more precise if possible; readers that know line numbers override this."""
+        """Return `place` (file, line and key path) with a better line number if one is known.
+
+        Here, return `place` unchanged. A reader that knows line numbers overrides this method.
+        """
         return place
 
     def string(self, text: str) -> object:
-        """Return the value that a string stands for, or raise ValueError; readers with variables override this."""
+        """Return the value of the string `text` after variables are replaced.
+
+        Here, return `text` itself. A reader with variables overrides this method, which may then raise ValueError.
+        """
         return text
 
     def variable(self, text: str) -> str | None:
-        """Return the name if `text` is exactly one variable, else None; readers with variables override this."""
+        """Return the variable's name if `text` is exactly one variable such as ``$name``, else None.
+
+        Here, always return None. A reader with variables overrides this method.
+        """
         return None
 
     def nested(self, table: Mapping[str, object], place: Place, key: str | None = None) -> Object | None:
-        """Return the object that `table`, found under `key`, describes; None if it is invalid, with a report."""
+        """Return the object that the dictionary `table` describes; if it is invalid, report that and return None.
+
+        `key` is the key under which the table was found, None for the whole scene.
+        """
         kind = table.get("type")
         if not isinstance(kind, str):
             given = "none" if kind is None else _shown(kind)

@@ -1,6 +1,6 @@
-"""The bounds of surfaces, a camera that sees the whole scene, and the size of nested data.
+"""Bounding boxes of surfaces, a camera that sees the whole scene, and limits on the size of nested data.
 
-Mitsuba 2 gave the same camera to a scene without one. Mitsuba 3.9 reads such a scene, but does not render it.
+Mitsuba 2 added the same camera to a scene without a camera. Mitsuba 3.9 reads such a scene, but does not render it.
 """
 
 from __future__ import annotations
@@ -26,14 +26,18 @@ Container = Mapping[str, object] | Sequence[object]
 
 
 class Extent:
-    """Two counts of the entries in dictionaries and lists: of all entries read, and of those in distinct containers."""
+    """Counter of the entries in nested dictionaries and lists, with a limit.
+
+    A container that occurs several times counts each time it is read. The limit grows with the entries in distinct
+    containers.
+    """
 
     def __init__(self) -> None:
         self._known: dict[int, Container] = {}  # keeps the containers alive, so that no id is reused
         self._own = self._read = 0
 
     def take(self, table: Container) -> bool:
-        """Count the entries of one dictionary or list. Return False if the entries read now exceed the limit."""
+        """Count the entries of one dictionary or list. Return True if all counted entries are within the limit."""
         size = 1 + len(table)
         if id(table) not in self._known:
             self._known[id(table)] = table
@@ -43,12 +47,15 @@ class Extent:
 
     @property
     def complaint(self) -> str:
-        """Error message for a scene whose entries exceed the limit."""
+        """Error message for a scene whose entries exceed the limit, with the limit's value."""
         most = FREE_ENTRIES + USES_OF_EACH * self._own
         return f"its dictionaries and lists are used again and again; the limit for this scene is {most} entries"
 
     def check(self, table: Container, depth: int) -> None:
-        """Count the entries of a list at nesting level `depth`; raises ValueError if a limit is exceeded."""
+        """Count the entries of a list or dictionary at nesting level `depth`.
+
+        Raises ValueError if the level reaches `MAX_DEPTH`, or if the entries exceed the limit.
+        """
         if depth >= MAX_DEPTH:
             raise ValueError(f"lists are nested more than {MAX_DEPTH} deep")
         if not self.take(table):
@@ -61,7 +68,7 @@ FOV: Final = 45.0
 
 
 def bounds(of: Surface) -> Array:
-    """Return a box around a surface: its lower and its upper corner (2, 3) in world space."""
+    """Return a box around the surface `of` in world space: an array (2, 3) of its lower and its upper corner."""
     if isinstance(of, QuadSurface):
         of = of.mesh()
     if isinstance(of, MeshSurface):
@@ -76,10 +83,10 @@ def bounds(of: Surface) -> Array:
 
 
 def seen_whole(model: SceneModel, assets: Assets) -> SceneModel:
-    """Return the scene with a camera that looks along +z and has the nearest side of the scene's bounds in view.
+    """Return the scene with a new perspective camera that looks along +z and sees the whole scene.
 
-    The camera has no clipping planes, and its shutter opens and closes at time 0. Raises ValueError if a file cannot be
-    used.
+    The nearest side of the scene's bounding box fits into the view. The camera has no clipping planes, and its shutter
+    opens and closes at time 0. Raises ValueError if a file cannot be used.
     """
     corners = np.concatenate([_corners(shape, assets) for shape in at_time(model, 0.0).shapes])
     low, high = corners.min(axis=0), corners.max(axis=0)

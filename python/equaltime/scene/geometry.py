@@ -1,8 +1,9 @@
-"""The scene's surfaces in world space, from which the core is built and which the cross-check traces.
+"""The scene's surfaces in world space.
 
-Everything is float64 in the scene's own units, placed and oriented as in Mitsuba 3:
+The core (the renderer in C++) is built from these surfaces, and `equaltime.crosscheck` traces them. Everything is
+float64 in the scene's own units, placed and oriented as in Mitsuba 3:
 
-- the front side of a rectangle or disk is where the inverse transpose of ``to_world`` takes +z;
+- the front side of a rectangle or disk faces the direction to which the inverse transpose of ``to_world`` takes +z;
 - a cube faces outwards, however it is mirrored;
 - a mesh with normals in its file faces along these normals;
 - a mesh without normals, or with ``face_normals``, faces according to the order of its vertices after placement, so
@@ -60,7 +61,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sides:
-    """The BSDFs of a surface's two sides, and its emission."""
+    """The BSDFs of a surface's front and back, and the emission of its front. A BSDF of None absorbs all light."""
 
     front: Bsdf | None
     back: Bsdf | None
@@ -70,7 +71,7 @@ class Sides:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeshSurface:
-    """A surface of triangles in world space; seen from the front, vertices are in counter-clockwise order."""
+    """A triangle mesh in world space. Seen from the front, the vertices of a face are counter-clockwise."""
 
     sides: Sides
     vertices: Array
@@ -85,9 +86,9 @@ class MeshSurface:
     """Attributes by Mitsuba's names: ``vertex_...`` (N, 1 or 3), ``face_...`` (M, 1 or 3)."""
 
     def towards(self, other: MeshSurface, share: float) -> MeshSurface:
-        """Return the linear blend of this pose and `other`, which has the weight `share` in [0, 1].
+        """Return the linear blend of this mesh and `other`, two poses of one mesh; `share` in [0, 1] weights `other`.
 
-        The blended normals are not scaled to length 1.
+        Positions and normals are blended. The normals are not scaled to length 1.
         """
 
         def mixed(a: Array, b: Array) -> Array:
@@ -99,14 +100,14 @@ class MeshSurface:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class QuadSurface:
-    """The square [-1, 1]^2 at z = 0 under `to_world` (4, 4); its front side is +z unless flipped."""
+    """The square [-1, 1]^2 at z = 0, under `to_world` (4, 4). Its front faces +z, or -z with `flip_normals`."""
 
     sides: Sides
     to_world: Array
     flip_normals: bool
 
     def mesh(self) -> MeshSurface:
-        """Return this surface as two triangles."""
+        """Return this square as a mesh of two triangles, with the same front side."""
         turned = mirrors(self.to_world) != self.flip_normals
         faces = meshes.flip(meshes.QUAD_FACES) if turned else meshes.QUAD_FACES
         return MeshSurface(self.sides, meshes.place(meshes.QUAD_VERTICES, self.to_world), faces)
@@ -114,7 +115,7 @@ class QuadSurface:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DiskSurface:
-    """The unit disk at z = 0 under `to_world` (4, 4); its front side is +z unless flipped."""
+    """The unit disk at z = 0, under `to_world` (4, 4). Its front faces +z, or -z with `flip_normals`."""
 
     sides: Sides
     to_world: Array
@@ -123,7 +124,7 @@ class DiskSurface:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SphereSurface:
-    """A sphere; its front side is the outside unless flipped."""
+    """A sphere in world space. Its front is the outside, or the inside with `flip_normals`."""
 
     sides: Sides
     center: Array
@@ -140,7 +141,7 @@ class SphereSurface:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CylinderSurface:
-    """A tube without caps; its front side is the outside unless flipped."""
+    """A tube without caps in world space. Its front is the outside, or the inside with `flip_normals`."""
 
     sides: Sides
     base: Array
@@ -159,9 +160,9 @@ Surface = MeshSurface | QuadSurface | DiskSurface | SphereSurface | CylinderSurf
 
 
 def surfaces(model: SceneModel, assets: Assets) -> Iterator[Surface]:
-    """Iterate over the surfaces of the model's shapes in world space, one per shape, in order.
+    """Yield the surfaces of the model's shapes in world space, one for each shape, in order.
 
-    Raises ValueError if a file cannot be used.
+    Raises ValueError if a file cannot be used, and `Unsupported` for a shape that has no surface here.
     """
     return (surface(shape, assets) for shape in model.shapes)
 
@@ -169,7 +170,8 @@ def surfaces(model: SceneModel, assets: Assets) -> Iterator[Surface]:
 def surface(shape: Plugin, assets: Assets) -> Surface:
     """Return the surface of `shape` in world space; an animated shape is at its first key.
 
-    Raises ValueError if its file cannot be used, `Unsupported` if the shape cannot be used.
+    Raises ValueError if the shape's file cannot be used. Raises `Unsupported` for a shape that has no surface here,
+    such as an instance.
     """
     if not isinstance(shape, Rectangle | Disk | Sphere | Cylinder | Cube | MeshFile):
         raise Unsupported(shape)

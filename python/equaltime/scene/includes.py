@@ -1,4 +1,4 @@
-"""The files that a scene includes, with limits on nesting and on repeated reading."""
+"""Reads the files that a scene includes, with limits on nesting and on repeated reading."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ A_FILE: Final = 1 << 10
 
 
 class Includes:
-    """Reader of the files that a scene includes, with limits."""
+    """Reader of the files that one scene includes. It counts repeated readings against a limit."""
 
     def __init__(self) -> None:
         self._opened: set[Path] = set()
@@ -25,7 +25,7 @@ class Includes:
     def read(self, path: Path, depth: int) -> bytes:
         """Return the content of a file that is included at nesting level `depth`.
 
-        Raises ValueError if the file cannot be read, or if a limit is exceeded.
+        Raises ValueError if the file cannot be read, `depth` is above `MOST_DEEP`, or too much was read repeatedly.
         """
         if depth > MOST_DEEP:
             raise ValueError(f"files include each other more than {MOST_DEEP} deep")

@@ -1,16 +1,19 @@
-"""Finds the parts of a scene that change nothing in the image.
+"""Finds the plugins of a scene that change nothing in the image.
 
-Such parts do not count as effects of the scene, and are left out or simplified when the core's scene is built.
+Such plugins do not count as effects (features with a cost). They are left out of the core's scene, or simplified.
 
-The core itself folds textures of one colour, masks and blends of a single part, flat normal and bump maps, and lenses
-without aperture. Lights of zero power are never added.
+The core itself simplifies textures of one colour, masks and blends that show a single BSDF, flat normal and bump maps,
+and lenses without aperture. Lights of zero power are never added.
 
-This module finds surfaces that are invisible: a `null`, and glass with the index of refraction of its surroundings.
-Crossing a surface adds to a path's length. A `null` is therefore left out only where paths have no limit or crossings
-do not count, and only if it does nothing except let light pass. Glass always counts, so it is left out only where paths
-have no limit. There must also be no point, spot or directional light, because these do not shine through glass. Thin
-glass is treated as a `null` where crossings do not count, and as other glass elsewhere. A medium without density only
-bounds another medium.
+This module finds invisible surfaces: a `null`, and glass with the index of refraction of its surroundings. Crossing a
+surface adds to a path's length, except that volumetric integrators do not count a `null` or thin glass. An invisible
+surface can be left out in two cases:
+
+- If paths have no limit, every invisible surface can be left out. An exception is glass in a scene with a point, spot
+  or directional light, because these lights do not shine through glass.
+- If the integrator is volumetric, a `null` and thin glass can be left out.
+
+A surface that emits light or bounds a medium always stays, even if the medium has no density.
 """
 
 from __future__ import annotations
@@ -55,7 +58,10 @@ WHITE = (1.0, 1.0, 1.0)
 
 
 def shown(model: SceneModel) -> tuple[int, ...]:
-    """Return the indices of the shapes that the core gets: all that can change the image, or that an output numbers."""
+    """Return the indices of the shapes from which the core's scene is built: all except invisible ones.
+
+    All shapes are kept if outputs beside the image may see them, or if the integrator hides emitters.
+    """
     integrator = model.integrator
     # outputs count these surfaces, and so do paths to hidden emitters
     counted = isinstance(integrator, Aov | Depth) or integrator.hides_emitters
@@ -90,9 +96,10 @@ def _is_clear(bsdf: Bsdf, glass: tuple[type[Dielectric], ...]) -> bool:
 
 
 def is_inert(node: Plugin, assets: Assets) -> bool:
-    """Tell whether `node` itself changes nothing in the image, whatever is inside it.
+    """Tell whether `node` itself changes nothing in the image, such as a light of zero power or an opaque mask.
 
-    Raises ValueError if a file is gone.
+    A plugin inside `node`, such as the BSDF under a mask, may still change the image. Raises ValueError if a file
+    cannot be read.
     """
     if isinstance(node, Area):
         return isinstance(node.radiance, tuple) and not any(node.radiance)

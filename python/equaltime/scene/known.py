@@ -1,4 +1,4 @@
-"""Names of the plugins of Mitsuba 3 and 0.6, by family."""
+"""Names of the plugins of Mitsuba 3 and Mitsuba 0.6, by family such as ``bsdf``."""
 
 from __future__ import annotations
 
@@ -47,5 +47,5 @@ SCENE_HINTS = frozenset({"allow_thread_reordering", "embree_use_robust_intersect
 
 
 def mitsuba_kind(name: str) -> Kind | None:
-    """Return the family of the Mitsuba 3 plugin `name`, or None if there is none."""
+    """Return the family, such as ``bsdf``, of the Mitsuba 3 plugin `name`; None if Mitsuba 3 has no such plugin."""
     return next((kind for kind, names in MITSUBA.items() if name in names), None)

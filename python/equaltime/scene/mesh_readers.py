@@ -1,8 +1,8 @@
-"""The readers of OBJ and PLY files, written in C++. Each reader raises ValueError with the place in the file.
+"""The readers of OBJ and PLY files, written in C++. Each reader raises ValueError with the position in the file.
 
-``read_obj_by_material`` reads a file once and returns the mesh of each material that has faces. Its keys are the
-materials' names in bytes, in the order of their first faces. ``obj_name`` extracts the name from the rest of a
-statement such as ``usemtl``; the rule is the same in OBJ files and their libraries.
+``read_obj_by_material`` reads a file once, and returns a dict from each material that has faces to the material's mesh.
+The keys are the materials' names in bytes, in the order of their first faces. ``obj_name`` extracts the name from a
+statement without its first word, such as ``usemtl``. The rule is the same in OBJ files and in MTL files.
 """
 
 from __future__ import annotations

@@ -40,7 +40,7 @@ CUBE_FACES: Faces = np.array(
 
 
 def place(vertices: Vectors, to_world: Vectors) -> Vectors:
-    """Return the vertices in world space; raises ValueError if a coordinate overflows float64."""
+    """Return the vertices (N, 3), transformed to world space; raises ValueError if a coordinate overflows float64."""
     if (to_world == IDENTITY).all():
         return vertices
     with np.errstate(over="ignore", invalid="ignore"):
@@ -52,7 +52,7 @@ def place(vertices: Vectors, to_world: Vectors) -> Vectors:
 
 
 def place_normals(normals: Vectors, to_world: Vectors) -> Vectors:
-    """Return unit normals in world space; a zero normal stays zero."""
+    """Return the unit normals (N, 3), transformed to world space; a zero normal stays zero."""
     return _unit(_times(normals, np.asarray(np.linalg.inv(to_world[:3, :3]), dtype=np.float64)))
 
 
@@ -63,10 +63,10 @@ def _times(rows: Vectors, matrix: Vectors) -> Vectors:
 
 
 def smooth_normals(vertices: Vectors, faces: Faces) -> Vectors:
-    """Return unit vertex normals: the mean of the adjacent faces' normals, weighted by their angles at the vertex.
+    """Return unit vertex normals (N, 3): means of the adjacent faces' normals, weighted by the angles at the vertex.
 
-    Mitsuba 3 gives these normals to a mesh that has none (Thürmer and Wüthrich 1998, "Computing Vertex Normals from
-    Polygonal Facets"). A vertex without any area around it gets +x, as in Mitsuba.
+    Mitsuba 3 gives these normals to a mesh without normals (Thürmer and Wüthrich 1998, "Computing Vertex Normals from
+    Polygonal Facets"). A vertex without any area around it gets the normal +x, as in Mitsuba.
     """
     sums = np.zeros(vertices.size)
     for start in range(0, len(faces), CHUNK):  # chunks that stay in the cache
@@ -100,5 +100,5 @@ def _unit(vectors: Vectors) -> Vectors:
 
 
 def flip(faces: Faces) -> Faces:
-    """Return the faces turned over: the same vertices in the opposite order."""
+    """Return the faces (M, 3) turned over: the same vertices in the opposite order."""
     return np.ascontiguousarray(faces[:, [0, 2, 1]])

@@ -1,7 +1,8 @@
-"""A scene as the dictionary of plain values that Mitsuba 3 reads, for other renderers and for users of the data.
+"""A scene as the dictionary of plain values that Mitsuba 3 reads, for other renderers.
 
-Everything is spelt as in `equaltime.scene.export.plain`, which also has `with_transforms`. Two differences make other
-renderers compute the same image: clipping distances are always written, and the field of view is along x.
+Everything is spelt as in `equaltime.scene.export.plain`, with two differences that make other renderers compute the
+same image. Clipping distances are always written, and the field of view is along x. The function `with_transforms` in
+that module replaces nested lists by Mitsuba's transforms.
 """
 
 from __future__ import annotations
@@ -34,8 +35,8 @@ NEAR, FAR = 1e-12, 1e12
 def mitsuba_dict(model: SceneModel, assets: Assets) -> Dict:
     """Return the scene `model` as Mitsuba's dictionary: camera, film, filter, shapes and lights.
 
-    Integrator and sampler are left out, because each renderer has its own. Equal BSDFs are written once, with
-    references to them. Files are named by absolute paths. Raises ValueError if a file is gone or has changed, or if the
+    Integrator and sampler are left out, because each renderer has its own. Equal BSDFs are written once, and shapes
+    refer to them. Files are named by absolute paths. Raises ValueError if a file is missing or has changed, or if the
     scene is animated.
     """
     if still(model) is not model:

@@ -1,7 +1,7 @@
-"""Motion of animated parts: their state at a given time, and their motion while the shutter is open.
+"""Motion of animated shapes and cameras: their state at a given time, and their motion while the shutter is open.
 
-A transform is decomposed into a translation and a rotation after a symmetric stretch (polar decomposition), as in the
-core (``cpp/math/motion.h``).
+To interpolate between two keys, a transform is decomposed into a symmetric stretch, then a rotation, then a translation
+(polar decomposition). The core, the renderer in C++, does the same (``cpp/math/motion.h``).
 """
 
 from __future__ import annotations
@@ -31,13 +31,16 @@ CHANGING: Final = (Animation, Deformation)
 
 
 def animation(keys: Sequence[tuple[float, Array]]) -> Animation:
-    """Return the animation with these keys, each a time and a transform (4, 4). The keys are not checked here."""
+    """Return the animation with these keys, each a time and a transform (4, 4); the keys are not checked."""
     matrices: list[Any] = [tuple(map(tuple, matrix.tolist())) for _, matrix in keys]
     return Animation(tuple(time for time, _ in keys), tuple(matrices))
 
 
 def pose(placement: Matrix | Animation, time: float) -> Array:
-    """Return the transform (4, 4) at a time. At a key, or outside all keys, it is exactly the nearest key's."""
+    """Return the transform (4, 4) of `placement` at a time.
+
+    At the time of a key, and before the first or after the last key, it is exactly the nearest key's transform.
+    """
     if not isinstance(placement, Animation):
         return as_array(placement)
     before, share = span(placement.times, time)
@@ -48,9 +51,10 @@ def pose(placement: Matrix | Animation, time: float) -> Array:
 
 
 def span(times: Sequence[float], time: float) -> tuple[int, float]:
-    """Return the index of the last key at or before a time, and the fraction in [0, 1) of the way to the next key.
+    """Return the index of the last key at or before `time`, and the fraction in [0, 1) of the way to the next key.
 
-    Outside all keys, the index is that of the nearest key, and the fraction is 0.
+    `times` are the increasing times of the keys. Before the first or after the last key, return the index of the
+    nearest key, and 0.
     """
     after = int(np.searchsorted(times, time, side="right"))
     before = max(after - 1, 0)
@@ -60,9 +64,9 @@ def span(times: Sequence[float], time: float) -> tuple[int, float]:
 
 
 def posed(mesh: str | Deformation, time: float) -> str | Deformation:
-    """Return the mesh at a time: its file, or a deformation held between two files.
+    """Return `mesh` as it is at `time`: a file name, or a deformation that is frozen between the poses of two files.
 
-    A mesh that is already held at a time is returned for that time.
+    `time` is ignored for a mesh that is already frozen at a time of its own.
     """
     if not isinstance(mesh, Deformation):
         return mesh
@@ -90,7 +94,7 @@ def center(sensor: Sensor) -> float:
 
 
 def moves(node: Plugin, sensor: Sensor) -> bool:
-    """Tell whether `node` is animated and changes between opening and closing of the camera's shutter."""
+    """Tell whether `node` changes its transform or mesh between opening and closing of the shutter of `sensor`."""
     if isinstance(node, ShapeGroup):
         return any(moves(shape, sensor) for shape in node.shapes)
     if isinstance(node, Instance) and moves(node.shapegroup, sensor):
@@ -100,7 +104,7 @@ def moves(node: Plugin, sensor: Sensor) -> bool:
 
 
 def closed_shutter(model: SceneModel) -> str | None:
-    """Return a warning if the scene is animated but its shutter closes when it opens, else None."""
+    """Return a warning, as text, if the scene is animated but its shutter opens and closes at one time, else None."""
     begin, end = model.sensor.shutter_open, model.sensor.shutter_close
     if begin < end or still(model) is model:
         return None
@@ -110,19 +114,22 @@ def closed_shutter(model: SceneModel) -> str | None:
 def in_shutters(model: SceneModel) -> SceneModel:
     """Return the scene with animation times in units of the shutter: 0 when it opens, 1 when it closes.
 
-    A part that does not move in this interval gets a plain transform or file, if one describes the part. If nothing
+    A shape or camera that does not move between 0 and 1 gets a single transform or file, if one is enough. If nothing
     is animated, return `model` itself.
     """
     return _changed(model, lambda changing: _in_shutters(changing, model.sensor))
 
 
 def still(model: SceneModel) -> SceneModel:
-    """Return the scene halfway between opening and closing of the shutter; `model` itself if nothing is animated."""
+    """Return the scene, without motion, at the time halfway between opening and closing of the shutter.
+
+    If nothing is animated, return `model` itself.
+    """
     return at_time(model, center(model.sensor))
 
 
 def at_time(model: SceneModel, time: float) -> SceneModel:
-    """Return the scene at a time; `model` itself if nothing is animated."""
+    """Return the scene, without motion, at a time; if nothing is animated, return `model` itself."""
 
     def at(changing: Animation | Deformation) -> object:
         if isinstance(changing, Animation):

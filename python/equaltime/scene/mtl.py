@@ -1,7 +1,8 @@
 """Reads MTL files, the material libraries of OBJ files, into values that this renderer can use.
 
-`WORDS` defines the use of each statement. Unused statements go into the `Account`. Words of statements and options are
-recognised in any letter case. Names are bytes and are compared unchanged, whatever the encoding of the two files.
+`WORDS` defines the use of each statement. Unused statements go into the `Account`, which is shown to the user. The
+words of statements and options are recognised in any letter case. Names of materials are bytes. The bytes in the OBJ
+and MTL files are compared unchanged, whatever their encodings.
 """
 
 from __future__ import annotations
@@ -95,7 +96,10 @@ _FARTHEST: Final = 2.0**20
 
 @dataclass(frozen=True, slots=True)
 class ImageMap:
-    """An image of a material, looked up at (su u + ou, sv v + ov), with `scale` (su, sv) and `offset` (ou, ov)."""
+    """An image of a material. Texture coordinates (u, v) show the image's point (su u + ou, sv v + ov).
+
+    `scale` is (su, sv), and `offset` is (ou, ov).
+    """
 
     rest: bytes
     """The name of the file as written, with its quotes or comment."""
@@ -109,7 +113,7 @@ class ImageMap:
 
 @dataclass(slots=True)
 class Material:
-    """The used properties of one material of a library."""
+    """The properties of one material of an MTL file that are used here."""
 
     line: int
     color: Color | None = None
@@ -129,12 +133,12 @@ class Material:
 
     @property
     def has_color(self) -> bool:
-        """Whether the material gives a reflectance, as a colour or as an image."""
+        """Whether the material gives a reflectance: True with a colour ``Kd`` or an image ``map_Kd``."""
         return self.color is not None or "map_kd" in self.images
 
 
 def shown(name: bytes) -> str:
-    """Return a name as text, read as UTF-8 or else as Latin-1."""
+    """Return the bytes `name` as text, decoded as UTF-8, or as Latin-1 if they are not UTF-8."""
     try:
         return name.decode("utf-8")
     except UnicodeDecodeError:
@@ -142,7 +146,10 @@ def shown(name: bytes) -> str:
 
 
 def read_mtl(content: bytes, file: str, account: Account) -> dict[bytes, Material]:
-    """Return the materials, by name, in the `content` of a library; unused statements go into `account`."""
+    """Return the materials in the `content` of an MTL file, by name; unused statements go into `account`.
+
+    `file` is the file's name for messages.
+    """
     return _Reader(file, account).read(content)
 
 

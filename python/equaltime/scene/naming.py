@@ -1,4 +1,4 @@
-"""Names for the parts that the core numbers (shapes, instances and lights), with their places in the file."""
+"""Names for the shapes, instances and lights of a scene, which the core (the renderer in C++) knows by numbers."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ __all__ = ["Name", "Names"]
 
 @dataclass(frozen=True, slots=True)
 class Name:
-    """Name of an object of a scene, and the file and line where the object is described."""
+    """Name and type of an object of a scene, and the file and line where the object is described."""
 
     id: str | None
     type: str
     place: str
-    """File and line, or path of keys; empty for a scene without places."""
+    """File and line, or path of keys; empty if the scene was made in memory."""
 
     def __str__(self) -> str:
         what = f"{self.type}, {self.place}" if self.place else self.type
@@ -73,26 +73,32 @@ class Names:
         ]
 
     def solids(self) -> Iterator[tuple[Solid, Name, bool]]:
-        """Iterate over shapes with a surface, as tuples of shape, name, and True for a shape inside a group."""
+        """Yield every shape with a surface as a tuple: the shape, its name, and whether the shape is in a group."""
         for index, (shape, place) in enumerate(self._shapes):
             again = index >= self._own and place is not None
             if not isinstance(shape, Instance) and not again:
                 yield shape, self._name(shape, place), index >= self._own
 
     def shape(self, index: int) -> Name:
-        """Return the name of shape number `index` in the core: the scene's own shapes come before shapes of groups."""
+        """Return the name of shape number `index` in the core, which numbers shapes of groups after all others."""
         return self._name(*self._shapes[index])
 
     def instance(self, index: int) -> Name:
-        """Return the name of instance number `index`, counted among instances only."""
+        """Return the name of instance number `index` in the core, which also makes an instance of each moving shape.
+
+        Instances that do not move come first.
+        """
         return self._name(*self._instances[index])
 
     def delta_light(self, index: int) -> Name:
-        """Return the name of light number `index` among point, then spot, then directional lights with light."""
+        """Return the name of delta light number `index` in the core.
+
+        Point lights come first, then spot lights, then directional lights. Lights of zero power are not counted.
+        """
         return self._name(self._deltas[index])
 
     def environment(self) -> Name:
-        """Return the name of the scene's environment emitter."""
+        """Return the name of the scene's environment emitter, which must exist."""
         return self._name(next(e for e in self._scene.model.emitters if isinstance(e, Constant | EnvMap)))
 
     def _name(self, part: Plugin, place: str | None = None) -> Name:

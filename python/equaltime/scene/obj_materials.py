@@ -1,4 +1,4 @@
-"""The materials of an OBJ file: finds and reads its libraries, and makes BSDFs and emitters of them.
+"""The materials of an OBJ file: finds and reads its libraries (MTL files), and makes BSDFs and emitters.
 
 ========================  ==========================================================================================
 ``Kd``, ``map_Kd``        `diffuse` on both sides; with an image, ``Kd`` is not used
@@ -10,7 +10,8 @@ Pr, Pm, their images      `principled` instead, if one of them is given
 ``Ke``, ``map_Ke``        `area`, from the front side only; with an image, ``Ke`` is not used
 ========================  ==========================================================================================
 
-``-s``, ``-o`` and ``-clamp`` place an image. Its file is looked for beside the library, then beside the mesh.
+The options ``-s``, ``-o`` and ``-clamp`` place an image. The image file is looked for beside the MTL file, then beside
+the OBJ file.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ _COLORS: Final = frozenset({"map_kd", "map_ke"})
 
 
 class Materials:
-    """The materials in the libraries that an OBJ file names."""
+    """The materials in the libraries (MTL files) that an OBJ file names; true if there are any."""
 
     def __init__(self, path: Path, libraries: list[tuple[bytes, int]], account: Account, search: Search) -> None:
         self._path = path
@@ -61,9 +62,9 @@ class Materials:
         return bool(self._found)
 
     def of(self, name: bytes) -> tuple[str, Material] | None:
-        """Return a library's file name and the material `name` in it; None if there is no such material.
+        """Return a pair: the file name of a library, and the material called `name` in it. None if there is none.
 
-        The name is also tried without quotes, and without a number as a comment.
+        The name is also tried without quotes, and without a comment such as `` #3`` at its end.
         """
         for spelling in dict.fromkeys((name, _unquoted(name), re.sub(rb"\s+#\d+$", b"", name))):
             for known in dict.fromkeys((spelling, b'"' + spelling + b'"')):
@@ -96,7 +97,11 @@ class Materials:
             self._found[material] = name, said
 
     def bsdf(self, library: str, material: Material, own: object, place: Place, mesh: MeshData) -> Object:
-        """Return the BSDF of a material for both sides of a mesh; `own` is the reflectance if none is given."""
+        """Return the BSDF of a `material` for both sides of `mesh`, as an object that describes a plugin.
+
+        `library` is the file name of the material's MTL file. `own` is the reflectance if the material has no ``Kd`` or
+        ``map_Kd``. `place` is the file and line for messages.
+        """
 
         def given(word: str, number: object) -> object:
             return self._image_or(number, word, library, material, place, has_uvs=mesh.uvs is not None)
@@ -116,7 +121,10 @@ class Materials:
         return plant("bsdf", "mask", place, opacity=opacity, bsdf=both)
 
     def emitter(self, library: str, material: Material, place: Place, *, has_uvs: bool) -> Object | None:
-        """Return the emitter of a material, or None if its radiance is zero."""
+        """Return the area emitter of a material, as an object that describes a plugin; None for zero radiance.
+
+        An image of the radiance is used only if `has_uvs`: if the mesh has texture coordinates.
+        """
         radiance = self._image_or(material.radiance, "map_ke", library, material, place, has_uvs=has_uvs)
         return None if radiance == _BLACK else plant("emitter", "area", place, radiance=radiance)
 
@@ -194,9 +202,10 @@ def _turning(image: ImageMap) -> str | None:
 
 
 def file_beside(path: Path, folder: str, name: bytes) -> str | None:
-    """Return the path, relative to the folder of `path`, of the file `name` in `folder`; None if it does not exist.
+    """Return the path of the file `name` in `folder`; None if the file does not exist.
 
-    Separators of Windows are understood.
+    `folder` and the returned path are relative to the folder of the file `path`. Backslashes of Windows are understood
+    as separators.
     """
     for spelling in dict.fromkeys((name, name.replace(b"\\", b"/"))):
         found = os.path.join(folder, os.fsdecode(spelling))

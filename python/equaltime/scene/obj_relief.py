@@ -1,6 +1,6 @@
 """The pictures of the word ``bump`` in MTL files: heights, or normals, which some exporters write under this word.
 
-The normals are in tangent space. Red leans along u, and green leans along the file's v: upwards in the picture.
+Normals are in tangent space. Red leans along u. Green leans along v, which points upwards in the picture.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ _SHARE: Final = 0.75
 
 
 def content_of(path: Path) -> Content:
-    """Return the content of a picture: ``grey`` (heights), ``normals``, or ``colours`` of another kind.
+    """Return the kind of a picture's content: ``grey`` (heights), ``normals``, or else ``colours``.
 
-    An unreadable picture counts as grey. It is refused later, when the scene's pictures are read.
+    An unreadable picture counts as ``grey``. It is refused later, when the scene's pictures are read.
     """
     try:
         texels = read_picture(path, raw=True).texels
@@ -42,7 +42,10 @@ def content_of(path: Path) -> Content:
 
 
 def is_mirrored(mesh: MeshData) -> bool:
-    """Tell whether any face of a mesh with uvs shows its image mirrored when seen from the front; v goes upwards."""
+    """Tell whether any face of a mesh, seen from its front, shows the image mirrored.
+
+    The mesh must have texture coordinates, with v upwards in the image.
+    """
     assert mesh.uvs is not None, "only what has uvs has an image"
     a, b, c = np.moveaxis(mesh.uvs[mesh.faces], 1, 0)
     (u1, v1), (u2, v2) = (b - a).T, (c - a).T

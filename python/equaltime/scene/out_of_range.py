@@ -1,7 +1,7 @@
-"""Values of textures and mesh attributes outside the range of the parameters that use them.
+"""Reports on values of textures and mesh attributes outside the range of the parameter that uses them.
 
-A plain number outside the range is an error. Values of textures are only counted: sharpening may have raised one pixel
-of a photograph in a million beyond white.
+A plain number outside the range is an error. Values of textures are only counted for a warning. Sharpening, for
+example, may have raised one pixel of a photograph in a million beyond white.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ POSITIVE: Final = frozenset({"alpha", "alpha_u", "alpha_v", "radiance", "eta", "
 
 @dataclass(frozen=True, slots=True)
 class Outside:
-    """Report on the values of one texture that the parameter using it does not allow."""
+    """Report on one texture with values outside the range of the parameter that uses it; ``str()`` gives a warning."""
 
     node: Plugin
-    """The part of the scene that has the parameter."""
+    """The plugin that has the parameter."""
     name: str
     """The parameter's name."""
     texture: Bitmap | MeshAttribute
@@ -53,7 +53,7 @@ class Outside:
 
 
 def of_textures(node: Plugin, assets: Assets) -> Iterator[Outside]:
-    """Iterate over reports, one for each parameter of `node` whose bitmap has texels out of range."""
+    """Yield a report for each parameter of `node` whose bitmap has texels outside the parameter's range."""
     for name, texture in _parameters(node):
         bitmap = texture.times if isinstance(texture, MeshAttribute) else texture
         if isinstance(bitmap, Bitmap):
@@ -63,7 +63,11 @@ def of_textures(node: Plugin, assets: Assets) -> Iterator[Outside]:
 
 
 def of_mesh(shape: Plugin, assets: Assets) -> Iterator[Outside]:
-    """Iterate over reports, one for each parameter on a mesh whose mesh attribute has values out of range."""
+    """Yield a report for each parameter whose mesh attribute has values outside the parameter's range.
+
+    Parameters of all plugins in `shape`, such as its BSDF and emitter, are examined. A shape that is no mesh gives no
+    reports.
+    """
     if not isinstance(shape, MeshFile):
         return
     for node in shape.nodes():

@@ -1,7 +1,7 @@
-"""The account of a picture: a list of everything in its file that the reader has not used.
+"""The account of a picture: a list of the channels and attributes in its file that the reader has not used.
 
-Channels and attributes that OpenImageIO finds are entries. A reader removes the entries that it uses, and the rest is
-reported. Entries that only describe the file, such as dates and compression, are not part of the account.
+The account begins with all channels and attributes that OpenImageIO finds. A reader removes each one that it uses, and
+the rest is reported. Attributes that only describe the file, such as dates and compression, are not listed.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ MOST_NAMES: Final = 6
 
 
 class Account:
-    """Channels and attributes of one picture that the reader has not used yet, and the reader's remarks."""
+    """The channels and attributes of one picture that its reader has not used yet, and the reader's remarks."""
 
     def __init__(self, spec: Any) -> None:
         self._channels = dict.fromkeys(str(name) for name in spec.channelnames)
@@ -53,21 +53,27 @@ class Account:
         self._notes: dict[str, None] = {}
 
     def channels(self, *names: str) -> None:
-        """Count these channels as used."""
+        """Remove the channels called `names` from the account, because the reader uses them."""
         for name in names:
             self._channels.pop(name, None)
 
     def attribute(self, name: str, *harmless: object) -> Any:
-        """Count an attribute as used, and return its value; None if it is missing or equal to one of `harmless`."""
+        """Remove the attribute `name` from the account, and return its value.
+
+        Return None if the attribute is missing, or if its value is one of `harmless`.
+        """
         value = self._attributes.pop(name, None)
         return None if value in harmless else value
 
     def note(self, message: str) -> None:
-        """Add a remark of the reader."""
+        """Add a remark of the reader for the user; equal remarks are kept once."""
         self._notes[message] = None
 
     def told(self) -> tuple[str, ...]:
-        """Return all remarks: the reader's, one on unused channels, and one on unused attributes."""
+        """Return the remarks for the user, as text.
+
+        They are the reader's own remarks, then one that lists unused channels, and one that lists unused attributes.
+        """
         return (*self._notes, *self._left())
 
     def _left(self) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""Chooses the channels of a picture that hold its colour: by name, in the first layer that has a colour."""
+"""Chooses the channels of a picture that hold its colour, by their names such as ``R`` or ``layer.R``."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ROLES: Final = {
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """The used channels of a picture: the kind of colour, and the positions of the channels in the file."""
+    """The channels of a picture that hold its colour: the kind of colour, and the channels' positions in the file."""
 
     kind: Literal["colour", "XYZ", "luminance and chroma", "grey"]
     channels: tuple[int, ...]
@@ -40,10 +40,10 @@ KINDS: Final[tuple[tuple[Literal["colour", "XYZ", "luminance and chroma", "grey"
 
 
 def choose(names: Sequence[str]) -> Choice:
-    """Return the channels that hold the colour, from the names of all channels.
+    """Choose the channels that hold the colour, from the names of all channels of a picture.
 
-    They are the first of `KINDS` that any layer has, else the first channels of the file. Channels without a layer are
-    tried before layers.
+    A layer is the part of a name before the last dot. The result is the first kind in `KINDS` of which any layer has
+    all channels; channels without a layer are tried first. If no layer has any kind, the first channels are taken.
     """
     layers: dict[str, dict[str, int]] = {"": {}}
     for place, name in enumerate(names):
@@ -64,9 +64,10 @@ def choose(names: Sequence[str]) -> Choice:
 
 
 def rgb_of_luminance_chroma(pixels: NDArray[np.float32], weights: Sequence[float]) -> NDArray[np.float32]:
-    """Return the colours (H, W, 3) of Y, RY = (R - Y) / Y and BY = (B - Y) / Y, as OpenEXR defines them.
+    """Return the RGB image (H, W, 3) of an OpenEXR picture with luminance and chroma.
 
-    Y is the sum of R, G and B, weighted by `weights`.
+    The channels of `pixels` (H, W, 3) are Y, RY = (R - Y) / Y and BY = (B - Y) / Y. Y is the sum of R, G and B, each
+    times its weight in `weights`.
     """
     luminance, over_red, over_blue = np.moveaxis(pixels.astype(np.float64), 2, 0)
     red, blue = luminance * (1.0 + over_red), luminance * (1.0 + over_blue)

@@ -1,6 +1,6 @@
-"""Pictures that a scene names, for textures and skies: the whole display window, upright, in linear sRGB.
+"""Reads the pictures that a scene names, for textures and skies: the whole display window, upright, in linear sRGB.
 
-The section "Pictures" of ``scenes/README.md`` describes the treatment of everything that a file may have.
+The section "Pictures" of ``scenes/README.md`` says how each property of an image file is treated.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ WINDOWED: Final = frozenset({"openexr", "rla"})
 MOST_SHOWN: Final = 1 << 27
 """Bytes of a display window that any file may declare; its pixels outside the data window take no space in the file."""
 MOST_PARTS: Final = 64
-"""Largest number of parts and levels that are counted; some formats find one only by decoding all before it."""
+"""Largest number of images, and of smaller copies, that are counted in a file; counting may decode them all."""
 NEAR_SRGB: Final = (2.15, 2.45)
 """Range of powers that mean sRGB in practice: 2.2, which sRGB files declare, and 2.4, the power of its upper part."""
 ALIASES: Final = {"linear": "lin", "scene_linear": "lin", "lin_srgb": "lin", "acescg": "lin_ap1"}
@@ -41,14 +41,14 @@ UNSAID: Final = frozenset({"", "rec709"})
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Texels:
-    """A bitmap in memory."""
+    """The texels of one bitmap in memory."""
 
     texels: Array
     """Values (H, W, 1 or 3) in uint8, float16 or float32."""
     srgb: bool
     """Whether uint8 texels are encoded as sRGB; other texels are linear."""
     told: tuple[str, ...] = ()
-    """Remarks on unused parts of the file."""
+    """Remarks for the user on content of the file that is not used."""
 
     @property
     def linear(self) -> NDArray[np.float32]:
@@ -61,7 +61,7 @@ class Texels:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stored:
-    """The pixels of a picture's display window as they stand in the file, before any conversion."""
+    """The pixels of a picture's display window as the file stores them, before any conversion of colours."""
 
     colors: Array
     """Colours (H, W, 1 or 3), multiplied by the opacity only if the file stores them so."""
@@ -74,10 +74,11 @@ class Stored:
 
 
 def read_stored(path: Path, kept: Container[str], check: Callable[[Any], object] = lambda spec: None) -> Stored:
-    """Return the picture at `path` as stored; number types in ``kept`` stay as in the file, others become float32.
+    """Return the picture at `path` as the file stores it.
 
-    ``check`` is called with OpenImageIO's description of the file before pixels are read. Raises ImageError for a file
-    that cannot be read, and ValueError for a file that declares too many pixels.
+    OpenImageIO's number types in ``kept``, such as ``half``, stay as in the file. Other types become float32. ``check``
+    is called with the file's OpenImageIO ``ImageSpec`` before pixels are read. Raises ImageError for a file that cannot
+    be read, and ValueError for a file that declares too many pixels.
     """
     with opened(path, UnassociatedAlpha=1) as source:
         spec, file_format = source.spec(), str(source.format_name())
@@ -99,9 +100,9 @@ def read_stored(path: Path, kept: Container[str], check: Callable[[Any], object]
 
 
 def read_picture(path: Path, raw: bool = False) -> Texels:
-    """Return the picture at `path` as a bitmap; with `raw`, its numbers without colour conversion.
+    """Return the texels of the picture at `path`; with `raw`, the file's numbers without colour conversion.
 
-    Raises ValueError for a file that cannot be read, and for texels that are not finite.
+    Raises ValueError for a file that cannot be read, and for a texel that is not finite.
     """
     try:
         stored = read_stored(path, ("uint8", "half"))
@@ -122,7 +123,7 @@ def read_picture(path: Path, raw: bool = False) -> Texels:
 
 
 def largest(pixels: Array) -> float:
-    """Return the number that stands for 1 in an array of this type: the maximum of an integer type, else 1."""
+    """Return the value that stands for 1.0 in `pixels`: the maximum of an integer type, or 1.0 for floats."""
     return float(np.iinfo(pixels.dtype).max) if np.issubdtype(pixels.dtype, np.integer) else 1.0
 
 
@@ -231,8 +232,8 @@ def _orientation(path: Path, account: Account) -> int:
 def upright(pixels: Array, orientation: int) -> Array:
     """Return pixels (H, W, ...) turned upright: row 0 at the top, column 0 at the left.
 
-    `orientation` is Exif's number, 1 to 8: where row 0 and column 0 of the file are seen. The numbers mean top and left
-    (1), top right, bottom right, bottom left, left top, right top, right bottom, left bottom (8).
+    `orientation` is Exif's number, from 1 to 8. It gives the sides on which row 0 and column 0 of the file belong: 1 is
+    top and left, 2 top right, 3 bottom right, 4 bottom left, 5 left top, 6 right top, 7 right bottom, 8 left bottom.
     """
     if orientation >= 5:
         pixels = np.swapaxes(pixels, 0, 1)

@@ -1,4 +1,4 @@
-"""Conversion of images whose primaries differ from sRGB's, such as those an EXR header may name."""
+"""Conversion to sRGB of images with other primaries, such as the primaries that an EXR header may name."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ TOLERANCE: Final = 1e-5
 def to_srgb(chromaticities: Sequence[float]) -> NDArray[np.float64] | None:
     """Return the matrix (3, 3) from linear RGB with other primaries to linear sRGB; None for sRGB's own primaries.
 
-    White keeps its chromaticity and may not be grey in sRGB; OpenEXR and Mitsuba do the same.
+    White keeps its chromaticity, without adaptation, and may be tinted in sRGB. OpenEXR and Mitsuba do the same.
 
     Parameters
     ----------
@@ -53,14 +53,20 @@ def to_srgb(chromaticities: Sequence[float]) -> NDArray[np.float64] | None:
 
 
 def luminance_weights(chromaticities: Sequence[float]) -> tuple[float, float, float]:
-    """Return the weights of red, green and blue, with these primaries, in the luminance; the weights add up to 1."""
+    """Return the weights of red, green and blue in the luminance; the weights add up to 1.
+
+    `chromaticities` are x and y of the primaries red, green and blue, and of white.
+    """
     red, green, blue = to_xyz(chromaticities)[1].tolist()
     return red, green, blue
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
 def to_xyz(chromaticities: Sequence[float]) -> NDArray[np.float64]:
-    """Return the matrix (3, 3) from linear RGB with these primaries to CIE XYZ; white has a luminance of 1."""
+    """Return the matrix (3, 3) from linear RGB to CIE XYZ, for which white has the luminance 1.
+
+    `chromaticities` are x and y of the primaries red, green and blue, and of white.
+    """
     x, y = np.array(chromaticities, np.float64).reshape(4, 2).T
     xyz = np.array([x, y, 1.0 - x - y])
     primaries, white = xyz[:, :3], xyz[:, 3] / y[3]

@@ -1,4 +1,4 @@
-"""Headers of Radiance pictures (``.hdr``): the direction of their rows, and their variables.
+"""Reads headers of Radiance pictures (``.hdr``): the orientation of the picture, and the header's variables.
 
 OpenImageIO 3.2 confuses two of the eight orientations (``+X … +Y`` and ``-X … -Y``) and reports few of the variables.
 The header, which is text, is therefore read here. See Ward, "File Formats", radsite.lbl.gov/radiance/refer.
@@ -25,10 +25,10 @@ _SIZE: Final = re.compile(rb"([-+][XY]) +\d+ +([-+][XY]) +\d+ *$")
 
 
 def header(path: Path) -> tuple[int, dict[str, str]] | None:
-    """Return Exif's orientation number, and the header's variables; None if the file is not a Radiance picture.
+    """Return Exif's orientation number (1 to 8) and the variables in the header, as text by name.
 
-    Only variables that change colours or the aspect of pixels are returned. A variable that occurs several times has
-    all its values, in order.
+    Return None if the file is not a Radiance picture. Only variables that change colours or the aspect of pixels are
+    returned. The values of a variable that occurs several times are joined by commas, in order.
     """
     with path.open("rb") as file:
         begin = file.read(LONGEST)

@@ -1,4 +1,4 @@
-"""Turns the tree into the model: resolves references, finds the plugin of each object, and reports problems."""
+"""Turns the tree (parsed nodes) into the model: follows references, makes each object's plugin, reports problems."""
 
 from __future__ import annotations
 
@@ -36,7 +36,10 @@ HOLDERS = ("scene", "shapegroup")
 
 
 def unmerged(root: Object, report: Report) -> Object:
-    """Return the scene `root` with every ``merge`` replaced by its shapes; other contents of a ``merge`` are errors."""
+    """Return the scene `root` with every shape of type ``merge`` replaced by the shapes inside.
+
+    Contents of a ``merge`` that are no shapes are problems, and go to `report`.
+    """
     if not any(node.type == "merge" for node in root.objects()):
         return root
     return dataclasses.replace(root, children=list(_opened(root, report)))
@@ -73,7 +76,10 @@ VOLUMETRIC: Final = ("medium", "phase")
 
 @dataclass(frozen=True, slots=True)
 class Resolved:
-    """The model of a scene (None if invalid), and all valid plugins as pairs of the object read and the plugin."""
+    """The model of a scene, and the objects of the file from which the model's plugins were made.
+
+    `model` is None if the scene is invalid. `parts` are all valid plugins, each in a pair after its object.
+    """
 
     model: SceneModel | None
     shapes: list[Object] = field(hash=False)
@@ -92,7 +98,7 @@ class _Fields:
 
 
 def resolve(root: Object, report: Report) -> Resolved:
-    """Return the model of the scene `root`. Problems go to `report`; the model may then be None."""
+    """Make the model of the scene whose tree has the root `root`. Problems go to `report`; the model may be None."""
     return _Resolver(root, report).scene()
 
 

@@ -1,4 +1,4 @@
-"""A loaded scene: the model, the files that it names, and the core's scene, which is built once when needed."""
+"""A loaded scene: its model (plugins and parameters), its files, and the scene in the core (the renderer in C++)."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ VERSION = "equaltime scene 1"
 
 
 def digest(model: SceneModel, assets: Assets) -> str:
-    """Return the SHA-256 of everything that can change the image: parameters and the contents of files.
+    """Return the SHA-256, in hexadecimal digits, of everything that can change the image.
 
-    Names, places of files, output formats and sampling hints do not count. The order of shapes and emitters counts,
-    because the bits of an image depend on it.
+    Parameters and the contents of files count. Names of objects, paths of files, output formats and sampling hints do
+    not. The order of shapes and emitters counts, because the bits of an image depend on it.
     """
     content = json.dumps([VERSION, _canonical(in_shutters(model), assets)], sort_keys=True, allow_nan=False)
     return hashlib.sha256(content.encode()).hexdigest()
@@ -98,20 +98,20 @@ _SHAPE: Final = re.compile(r"shape (\d+): (.*)", re.DOTALL)
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Scene(Shown):
-    """A valid scene that is ready to render."""
+    """A valid scene that is ready to render; immutable."""
 
     model: SceneModel
-    """The description, with references resolved."""
+    """All plugins of the scene and their parameters, with references replaced by the plugins."""
     source: Path | None
-    """The file that the scene was read from, if any."""
+    """The file from which the scene was read; None for a scene made from a dictionary."""
     assets: Assets = field(repr=False)
     """The meshes and images that the scene names."""
     warnings: tuple[str, ...] = ()
-    """Warnings about harmless oddities of the files, and about replaced parts."""
+    """Warnings about harmless oddities of the files, and about replaced plugins."""
     substitutions: tuple[Substitution, ...] = ()
-    """Parts that were replaced or left out, as the argument ``substitute`` of `load` allowed."""
+    """Plugins and parameters that were replaced or left out, as the argument ``substitute`` of `load` allowed."""
     places: Places = field(default=NOWHERE, repr=False)
-    """Places of the scene's parts in their files."""
+    """Files and lines at which the scene's plugins are described."""
     _seconds: dict[str, float] = field(default_factory=dict, repr=False)
     _own_max_depth: int | None = field(default=None, repr=False)
     """The value of `own_max_depth`, once `with_` has changed the path length."""
@@ -128,12 +128,12 @@ class Scene(Shown):
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height of the whole film in pixels."""
+        """Width and height of the whole film in pixels, whatever the crop window."""
         return self.model.sensor.film.size
 
     @property
     def max_depth(self) -> int:
-        """Length of the longest paths, in Mitsuba's counting; -1 if there is no limit."""
+        """Largest number of segments of a path, Mitsuba's ``max_depth``; -1 if there is no limit."""
         return self.model.integrator.max_depth
 
     @property
@@ -143,43 +143,46 @@ class Scene(Shown):
 
     @property
     def spp(self) -> int | None:
-        """Samples per pixel that the scene file asks for, or None if the file gives no number."""
+        """Number of samples per pixel that the scene file asks for, or None if the file gives no number."""
         sensor = self.model.sensor
         given = "sampler" in sensor.model_fields_set and "sample_count" in sensor.sampler.model_fields_set
         return sensor.sampler.sample_count if given else None
 
     @property
     def extensions(self) -> dict[str, str] | None:
-        """Extensions that a glTF file uses: from the name to a description of the treatment. None for other files."""
+        """Extensions that the scene's glTF file uses, as a dict from the name to words; None for other files.
+
+        The words name the plugin or parameter that represents the extension, or are ``not used``.
+        """
         if self.source is None or self.source.suffix.lower() not in GLTF:
             return None
         return self.assets.extensions(self.source.name)
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """Every file that the scene was read from: scene file, included files, meshes, images, spectra."""
+        """Every file from which the scene was read: scene file, included files, meshes, images, spectra."""
         found = {*self.assets.files, *([] if self.source is None else [self.source])}
         return tuple(sorted(path for path in found if path.is_file()))
 
     @property
     def timings(self) -> dict[str, float]:
-        """Seconds spent so far, by phase: ``load`` (reading all files) and ``build`` (making the core's scene)."""
+        """Seconds spent so far, by phase: ``load`` reads all files, ``build`` makes the core's scene."""
         return dict(self._seconds)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the scene as the dictionary that `load_dict` reads: valid JSON, with absolute file names.
 
         ``mitsuba.load_dict`` reads the dictionary too, once all transforms (nested lists) are replaced by Mitsuba's
-        type; see `equaltime.scene.export.with_transforms`. Raises ValueError if a file is gone or has changed.
+        type; see `equaltime.scene.export.with_transforms`. Raises ValueError if a file is missing or has changed.
         """
         return export.scene_dict(self.model, self.assets.absolute)
 
     def write(self, path: str | Path, *, copy: bool = False) -> tuple[Path, ...]:
-        """Write the scene as a new TOML or XML file, and return the written files.
+        """Write the scene as a new TOML or XML file, and return the paths of the written files.
 
         Reading the file gives the same scene, with the same bits in every image. With `copy`, meshes and images are
-        copied into a folder beside the new file; otherwise the new file names their present places. Raises SceneError.
-        See `equaltime.scene.export.convert`.
+        copied into a folder beside the new file. Otherwise the new file names their present paths. Raises SceneError on
+        failure. See `equaltime.scene.export.convert`.
         """
         path = Path(path)
         try:
@@ -188,27 +191,27 @@ class Scene(Shown):
             raise SceneError((Problem(str(path), getattr(error, "strerror", None) or str(error)),)) from error
 
     def surfaces(self) -> Iterator[Surface]:
-        """Iterate over the surfaces of all shapes, in the model's order.
+        """Yield the surfaces of all shapes in world space, in the model's order.
 
-        Surfaces are in world space, halfway between opening and closing of the shutter.
+        Animated shapes are at the time halfway between opening and closing of the shutter.
         """
         return geometry.surfaces(still(self.model), self.assets)
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of everything that can change the image, including the contents of meshes and images."""
+        """SHA-256, in hexadecimal digits, of everything that can change the image, contents of files included."""
         return digest(self.model, self.assets)
 
     @cached_property
     def core(self) -> _core.Scene:
-        """The core's scene, built at its first use.
+        """The scene in the core (the renderer in C++), built at its first use.
 
         Raises
         ------
         SceneError
             If the core cannot use the scene.
         RenderError
-            If there is not enough memory, or there are not enough threads, to build it.
+            If there is not enough memory, or there are not enough threads, to build the scene.
         """
         started = perf_counter()
         try:
@@ -236,11 +239,11 @@ class Scene(Shown):
         return Problem(str(self.source or ""), message)
 
     def place_of(self, part: Plugin) -> str:
-        """Return the place of a part of the model in its file; empty if the part is in no file."""
+        """Return the file and line, as text, at which the plugin `part` is described; empty if it is in no file."""
         return str(self.places.of(part) or "")
 
     def replaced(self, model: SceneModel) -> Scene:
-        """Return the scene with another model that uses the same files."""
+        """Return this scene with another `model`, which must use the same files."""
         return dataclasses.replace(self, model=model, _seconds={"load": self._seconds.get("load", 0.0)})
 
     def with_(
@@ -252,8 +255,8 @@ class Scene(Shown):
     ) -> Scene:
         """Return the scene with another film size, crop window (x, y, width, height) or path length.
 
-        A new size without a crop renders the whole film. A new path length changes the exact image: the error of a
-        render then says nothing about the scene's own exact image, with `own_max_depth`.
+        A new size without a crop renders the whole film. A new `max_depth` changes the exact image. The error of a
+        render is then the distance from the new exact image, not from the image with `own_max_depth`.
 
         Raises
         ------
@@ -285,12 +288,13 @@ def load(path: str | Path, /, *, substitute: bool = False, **defines: object) ->
     Parameters
     ----------
     path
-        The file. Other files that it names are looked for relative to its folder.
+        The scene file. Other files that it names are looked for relative to its folder. A single mesh (``.obj``,
+        ``.ply``) is a scene too.
     substitute
-        Replace unsupported parts by similar parts if possible, and else leave them out, instead of refusing the scene.
-        `Scene.substitutions` and the warnings list the replacements.
+        Do not refuse a scene with unsupported plugins. Replace them by similar plugins if possible, and else leave them
+        out. `Scene.substitutions` and the warnings list the replacements.
     defines
-        Values for the variables (``$name``) of the file, as ``-D name=value`` on the command line.
+        Values for the variables (``$name``) of the file, like ``-D name=value`` on the command line.
 
     Raises
     ------
@@ -309,9 +313,9 @@ def load(path: str | Path, /, *, substitute: bool = False, **defines: object) ->
 
 
 def load_file(path: str | Path, defines: Mapping[str, object], *, substitute: bool = False) -> Scene:
-    """Read a scene file like `load`, with the variables' values in the mapping `defines`.
+    """Read a scene file like `load`, with the values of the variables in the mapping `defines`.
 
-    Unlike with `load`, a variable may have any name.
+    A variable may have any name here, even the name of a keyword argument of `load`.
     """
     started = perf_counter()
     path = Path(path)
@@ -324,10 +328,10 @@ def load_file(path: str | Path, defines: Mapping[str, object], *, substitute: bo
 def load_dict(scene: Mapping[str, object], *, substitute: bool = False) -> Scene:
     """Read a scene from nested dictionaries, as ``mitsuba.load_dict`` takes them.
 
-    Two extensions: a sequence of three numbers stands for a colour, and the name of an object for the object. In
-    addition, transforms may be NumPy arrays, nested lists or lists of steps (see `equaltime.scene.transforms.parse`).
-    Files are looked for relative to the current folder. With `substitute`, unsupported parts are replaced, as in
-    `load`.
+    Three spellings are allowed in addition. A sequence of three numbers stands for a colour. The name of an object
+    stands for a reference to the object. Transforms may be NumPy arrays, nested lists or lists of steps (see
+    `equaltime.scene.transforms.parse`). Files are looked for relative to the current folder. With `substitute`,
+    unsupported plugins are replaced, as in `load`.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """A JSON schema of scene files in TOML or JSON, for completion and checks in editors.
 
-The schema covers every plugin, parameter, value and unit of the model. Some rules can only be checked by the loader,
-such as whether a referenced name exists; the schema then accepts any value.
+The schema covers every plugin, parameter, value and unit of the model. Some rules can only be checked when a scene is
+loaded, such as whether a referenced name exists. In these cases the schema accepts any value.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ PARTS: Final = {"homogeneous": ("sigma_s", "sigma_a")}
 
 
 def scene_schema() -> Schema:
-    """Return the JSON schema of scene files, as JSON data."""
+    """Return the JSON schema (draft 2020-12) of scene files, as JSON data."""
     plugins = {f"{plugin.kind}.{name}": _plugin(name, plugin) for name, plugin in PLUGINS.items()}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",

@@ -8,9 +8,9 @@ __all__ = ["Search"]
 
 
 class Search:
-    """The folders in which files are looked for, in order, and the files found.
+    """The folders in which a scene's files are looked for, in order, and the files found (`files`).
 
-    The list begins with the scene file's folder. Scenes add folders, and so do included files.
+    At first, the only folder is the scene file's own. Statements of the scene and of included files add folders.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -20,14 +20,15 @@ class Search:
         """Every file that was found, or that `note` was given."""
 
     def add(self, folder: Path, *, first: bool = False) -> None:
-        """Add `folder` at the end of the list, or with `first` at its beginning."""
+        """Add `folder` at the end of the list of folders, or with `first` at the beginning, unless it is listed."""
         if folder not in self._folders:
             self._folders.insert(0 if first else len(self._folders), folder)
 
     def find(self, name: str) -> Path:
-        r"""Return the first file or folder called `name`; if there is none, a path in the scene file's folder.
+        r"""Return the path of the first file or folder called `name` in the listed folders.
 
-        Names written on Windows, such as ``textures\wood.png``, are understood if no file has exactly that name.
+        If there is none, return the path that `name` would have in the scene file's folder. Names written on Windows,
+        such as ``textures\wood.png``, are understood if no file has exactly that name.
         """
         for spelling in dict.fromkeys((name, name.replace("\\", "/"))):
             for folder in self._folders:
@@ -36,7 +37,7 @@ class Search:
         return self._home / name
 
     def note(self, path: Path) -> Path:
-        """Add a file that is read without `find` to `files`, and return its path."""
+        """Add the file at `path`, which was not looked for by `find`, to `files`, and return `path`."""
         self.files.add(path)
         return path
 

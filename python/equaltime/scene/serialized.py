@@ -1,7 +1,7 @@
-"""Reads Mitsuba's ``.serialized`` meshes: several in one file, each a header and a zlib stream.
+"""Reads Mitsuba's ``.serialized`` files, which hold several meshes, each as a header and a zlib stream.
 
-The format is described with Mitsuba's plugin ``serialized``; versions 3 and 4 are read. Declared sizes are not trusted:
-memory grows only with the data in the stream.
+The documentation of Mitsuba's plugin ``serialized`` describes the format. Versions 3 and 4 are read. Declared sizes are
+not trusted: memory grows only with the data in the stream.
 """
 
 from __future__ import annotations
@@ -29,7 +29,10 @@ LONGEST_NAME: Final = 1 << 16
 
 
 def read_serialized(path: Path, index: int) -> _core.MeshData:
-    """Return mesh number `index`, counted from 0, of the file; raises MeshError (a ValueError) or OSError."""
+    """Return mesh number `index`, counted from 0, of the file at `path`.
+
+    Raises MeshError (a ValueError) for an invalid file or a missing mesh, and OSError for an unreadable file.
+    """
     with path.open("rb") as file:
         size = path.stat().st_size
         version = _header(file, path, 0)

@@ -1,4 +1,4 @@
-"""Splits ``twosided`` into the BSDFs of the front and the back, each seen from its own side."""
+"""Splits the BSDF of a surface into a BSDF for the front and a BSDF for the back, without ``twosided``."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ BLACK = Diffuse(reflectance=(0.0, 0.0, 0.0))
 
 
 def sides(bsdf: Bsdf) -> tuple[Bsdf | None, Bsdf | None]:
-    """Return the BSDFs of the front and the back, without ``twosided``; None for a side that absorbs all light.
+    """Return the BSDF of the front and the BSDF of the back, without ``twosided``.
 
-    A transmitting BSDF is returned for both sides, since it distinguishes the sides itself. A wrapper is put around
-    each side of the BSDF that it wraps. A hole is therefore a hole on both sides, even where the rest of the back
-    absorbs light.
+    None stands for a side that absorbs all light. A transmitting BSDF is returned for both sides, because it
+    distinguishes the sides itself. If a mask or a map wraps a BSDF, it wraps the BSDF of each side in the result. A
+    hole in the front is therefore a hole in the back, even if the rest of the back absorbs light.
     """
     if isinstance(bsdf, TwoSided):
         return sides(bsdf.bsdf[0])[0], sides(bsdf.bsdf[-1])[0]
@@ -33,9 +33,10 @@ def sides(bsdf: Bsdf) -> tuple[Bsdf | None, Bsdf | None]:
 
 
 def turns(bsdf: Bsdf) -> bool:
-    """Tell whether a bent normal on the back of `bsdf` is the negative of the front's bent normal.
+    """Tell whether the bent normal on the back of a surface is the negative of the bent normal on the front.
 
-    If False, ``twosided`` wraps the map that bends the normal: the back then shows a mirror image of the front.
+    Return True if `bsdf` has a bump or normal map that no ``twosided`` wraps. Return False if ``twosided`` wraps the
+    map: the back then shows a mirror image of the front. Return False too without a map.
     """
     if isinstance(bsdf, BlendBsdf):
         return any(map(turns, bsdf.bsdf))

@@ -1,4 +1,4 @@
-"""Scenes on a film with fewer pixels, for pilot renders: the same view with the same part cropped."""
+"""Scenes on a film with fewer pixels, for pilots (short renders that predict): the same view and crop window."""
 
 from __future__ import annotations
 
@@ -13,7 +13,10 @@ Crop = tuple[int, int, int, int]
 
 
 def smaller(scene: Scene, most: float) -> Scene:
-    """Return the scene with about `most` pixels in its crop window, or `scene` itself if it has at most that number."""
+    """Return the scene with about `most` pixels in its crop window.
+
+    If the crop window of `scene` has `most` pixels or fewer, return `scene` itself.
+    """
     crop = scene.model.sensor.film.crop
     scale = math.sqrt(most / (crop[2] * crop[3]))
     if scale >= 1.0:
@@ -23,7 +26,10 @@ def smaller(scene: Scene, most: float) -> Scene:
 
 
 def smaller_film(size: Size, crop: Crop, scale: float) -> tuple[Size, Crop]:
-    """Return a film's size and crop window (x, y, width, height) times `scale`; each side keeps at least one pixel."""
+    """Return a film's size (width, height) and crop window (x, y, width, height), scaled by `scale`.
+
+    All numbers are whole pixels. Each side keeps at least one pixel.
+    """
     (across, left, columns), (down, top, rows) = (
         _scaled(scale, *axis) for axis in zip(size, crop[:2], crop[2:], strict=True)
     )

@@ -1,4 +1,4 @@
-"""Spectra as files write them: one value, pairs of wavelength and value, or a file of such pairs."""
+"""Reads spectra as scene files write them: one value, pairs of wavelength and value, or a file of such pairs."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ LARGEST = 1 << 22
 
 
 def parse_spectrum(text: str) -> Spectrum | Curve:
-    """Return the spectrum in a text: ``0.5``, or pairs of nm and value such as ``400:0.1, 500:0.2, ...``.
+    """Return the spectrum that `text` describes.
 
+    The text is a number such as ``0.5``, or pairs of a wavelength in nm and a value, such as ``400:0.1, 500:0.2``.
     Raises ValueError for any other text.
     """
     words = re.split(r"[\s,]+", re.sub(r"\s*:\s*", ":", text.strip(", \t\r\n")))
@@ -31,7 +32,7 @@ def parse_spectrum(text: str) -> Spectrum | Curve:
 
 
 def curve(pairs: Iterable[object]) -> Curve:
-    """Return the spectrum through pairs of wavelength in nm and value; raises ValueError for any other input."""
+    """Return the spectrum that goes through `pairs` of a wavelength in nm and a value; else raise ValueError."""
     points: list[tuple[float, float]] = []
     for pair in pairs:
         if not isinstance(pair, list | tuple) or len(pair) != 2:
@@ -42,7 +43,10 @@ def curve(pairs: Iterable[object]) -> Curve:
 
 
 def read_spectrum(path: Path) -> Curve:
-    """Return the spectrum in the file `path`: a wavelength in nm and a value on each line, comments after ``#``."""
+    """Return the spectrum in the file at `path`; raises ValueError for an unreadable file.
+
+    Each line of the file has a wavelength in nm and a value. Comments begin with ``#``.
+    """
     try:
         with path.open("rb") as file:
             content = file.read(LARGEST + 1)

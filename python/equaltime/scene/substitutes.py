@@ -1,7 +1,8 @@
-"""Replaces, on request, parts that equaltime cannot render by similar ones, and lists the replacements.
+"""Replaces, on request, plugins and parameters that equaltime cannot render by similar ones, and lists them.
 
-A substitute does not make the same image: it keeps the shape of objects and the colours that can be carried over. A
-part without a similar substitute is left out. Without the request, all such parts are refused, by name and place.
+A substitute does not make the same image. It keeps the shape of objects, and the colours that can be carried over. A
+plugin without a similar substitute is left out. Without the request (``--substitute``), a scene with such plugins is
+refused, and the error names each with file and line.
 """
 
 from __future__ import annotations
@@ -26,13 +27,13 @@ Made = tuple[Object | None, str]
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Substitution:
-    """A part of a scene that was replaced or left out, and its place in the file."""
+    """A plugin or parameter that was replaced or left out, with its file and line; ``str()`` gives a sentence."""
 
     place: str
     what: str
-    """The replaced part, such as ``bsdf 'measured'``."""
+    """The replaced plugin or parameter, such as ``bsdf 'measured'``."""
     by: str
-    """The substitute, such as ``'diffuse'``; empty if the part was left out."""
+    """The substitute, such as ``'diffuse'``; empty if there is none, and `what` was left out."""
 
     def __str__(self) -> str:
         done = f"is replaced by {self.by}" if self.by else "is left out"
@@ -40,7 +41,10 @@ class Substitution:
 
 
 def substituted(root: Object) -> tuple[Object, tuple[Substitution, ...]]:
-    """Return the scene `root` with substitutes for all parts that cannot be rendered, and the list of substitutions."""
+    """Replace everything in the scene `root` that cannot be rendered.
+
+    Return the new root, and the list of replaced or omitted plugins and parameters.
+    """
     replacer = _Replacer()
     scene = replacer.contents(root)
     return replacer.without_references(scene) if replacer.gone else scene, tuple(replacer.done)

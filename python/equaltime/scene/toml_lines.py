@@ -25,10 +25,10 @@ _ERROR_LINE: Final = re.compile(r"\(at (?:line (\d+), column \d+|end of document
 
 
 def line_numbers(text: str) -> dict[str, int]:
-    """Return the line numbers of key paths that begin a line, such as ``scenes[1].size``.
+    """Return a dict from the paths of keys in a TOML `text`, such as ``scenes[1].size``, to their line numbers.
 
-    Only table headers and beginnings of lines are examined, where people put keys and the entries of long lists. For
-    any other path, `nearest` finds a line.
+    Only table headers and beginnings of lines are examined, where people put keys and the entries of long lists. For a
+    path that is not in the dict, use `nearest`.
     """
     lines: dict[str, int] = {}
     counts: dict[str, int] = {}
@@ -52,9 +52,10 @@ def line_numbers(text: str) -> dict[str, int]:
 
 
 def nearest(lines: Mapping[str, int], path: str) -> int | None:
-    """Return the line of a key path such as ``scenes[1].size[0]``, or of the nearest known path around it.
+    """Return the line number of the key path `path`, such as ``scenes[1].size[0]``.
 
-    Return None if neither the path nor a path around it is known.
+    If `lines` (made by `line_numbers`) does not have the path, return the line of the innermost table or list around
+    the key. Return None if no line is known.
     """
     while path:
         if path in lines:
@@ -64,7 +65,7 @@ def nearest(lines: Mapping[str, int], path: str) -> int | None:
 
 
 def malformed(error: tomllib.TOMLDecodeError, text: str) -> tuple[int, str]:
-    """Return the line number and the error message for a `text` that is not TOML."""
+    """Return the line number and the message for a parser's `error` about a `text` that is not TOML."""
     line = _ERROR_LINE.search(str(error))
     number = int(line[1]) if line and line[1] else text.count("\n") + 1
     return number, f"not well-formed TOML: {_ERROR_LINE.sub('', str(error)).strip()}"

@@ -1,9 +1,10 @@
-"""Reads TOML, equaltime's own spelling of a scene, into the tree.
+"""Reads TOML, equaltime's own spelling of a scene, into the tree of parsed nodes.
 
 The tables of the file are the objects of the scene, with the same keys as in Mitsuba's dictionaries. The scene itself
-needs no ``type``. A table ``default`` gives variables their values: a string ``"$name"`` is replaced by the value with
-its type, and ``-D name=value`` overrides it. ``include`` names one or more files whose objects are part of the scene.
-``path`` names folders that are searched for files first. A table ``alias`` gives objects further names.
+needs no ``type``. A table ``default`` gives variables their values. A string ``"$name"`` is replaced by the variable's
+value, which keeps its type. ``-D name=value`` overrides the file's value. ``include`` names one or more files whose
+objects are part of the scene. ``path`` names folders that are searched for files first. A table ``alias`` gives objects
+further names.
 """
 
 from __future__ import annotations
@@ -28,7 +29,11 @@ _OF_EXPERIMENTS = ("scenes", "strategies")
 def read_toml(
     file: str, content: bytes, defines: Mapping[str, object], report: Report, search: Search
 ) -> Object | None:
-    """Return the tree of the TOML `content` of `file`; None if there is no scene at all. Problems go to `report`."""
+    """Return the root of the tree (parsed nodes) of the scene in `content`, the TOML text of `file`.
+
+    `defines` are the user's values of variables. `search` finds included files. Problems go to `report`. Return None if
+    the file has no scene at all.
+    """
     parsed = _parsed(file, content, report)
     if parsed is None:
         return None

@@ -1,4 +1,4 @@
-"""Transforms as users write them: steps that are applied one after the other.
+"""Transforms as users write them: a matrix, or steps such as ``translate`` that are applied one after the other.
 
 All matrices are (4, 4) float64 arrays that map column vectors from local to world space. Angles are in degrees,
 counter-clockwise about the axis. Invalid input raises ValueError with a readable message.
@@ -38,7 +38,10 @@ def scale(factors: float | Sequence[float]) -> Matrix4:
 
 
 def rotate(axis: Sequence[float], angle: float) -> Matrix4:
-    """Return the rotation by `angle` about `axis` (3 numbers of any length but zero), by Rodrigues' formula."""
+    """Return the rotation by `angle` degrees about the vector `axis`, by Rodrigues' formula.
+
+    `axis` is 3 numbers, not all zero. Its length does not matter.
+    """
     length = math.hypot(*axis)
     if length == 0.0 or not math.isfinite(length):
         raise ValueError("the axis of a rotation must have a direction")
@@ -52,10 +55,10 @@ def rotate(axis: Sequence[float], angle: float) -> Matrix4:
 
 @_overflowing
 def look_at(origin: Sequence[float], target: Sequence[float], up: Sequence[float] | None = None) -> Matrix4:
-    """Return the transform of a camera at `origin` that looks at `target`, with `up` pointing upwards.
+    """Return the transform of a camera at `origin` that looks at `target`, with `up` pointing upwards in the image.
 
-    Without `up` (or with a zero one), a perpendicular direction is chosen as in Mitsuba 3 (Duff et al. 2017, "Building
-    an Orthonormal Basis, Revisited").
+    The camera looks along its own +z. Without `up`, or if `up` is zero, a direction perpendicular to the view is chosen
+    as in Mitsuba 3 (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
     """
     forward = np.subtract(target, origin).astype(np.float64)
     if not np.any(forward):
@@ -79,7 +82,7 @@ def perpendicular(n: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def matrix(values: Sequence[float]) -> Matrix4:
-    """Return the transform with these numbers, row by row: 16, or 9 for the linear part alone."""
+    """Return the transform with the matrix `values`, row by row: 16 numbers, or 9 for a 3x3 matrix."""
     if len(values) not in (9, 16):
         raise ValueError(f"a matrix needs 9 or 16 numbers, found {len(values)}")
     if len(values) == 16:
@@ -91,7 +94,7 @@ def matrix(values: Sequence[float]) -> Matrix4:
 
 @_overflowing
 def compose(steps: Sequence[Matrix4]) -> Matrix4:
-    """Return the transform that applies the steps in order, beginning with the first."""
+    """Return the product of the transforms in `steps`, which applies the first step first."""
     result = np.eye(4)
     for step in steps:
         result = step @ result
@@ -125,10 +128,10 @@ def parse(value: object, *, flat: bool = False) -> Matrix4:
 
 
 def parse_animation(value: object) -> list[tuple[float, Matrix4]] | None:
-    """Return the keys (time, transform) of ``{"animation": [{"time": t, "transform": …}, …]}``.
+    """Return the keys, each a time and a transform, of a dict ``{"animation": [{"time": t, "transform": …}, …]}``.
 
-    Return None if `value` has no ``animation``. The ``transform`` of a key may be anything that `parse` accepts. A
-    single step, such as ``"translate": [0, 1, 0]``, may take its place.
+    Return None if `value` has no ``animation``. The ``transform`` of a key may be anything that `parse` accepts. A key
+    may have a single step, such as ``"translate": [0, 1, 0]``, instead of ``transform``.
     """
     if not isinstance(value, Mapping) or "animation" not in value:
         return None
@@ -180,7 +183,10 @@ def _step(step: Mapping[str, object]) -> Matrix4:
 
 
 def numbers(value: object, *counts: int) -> list[float]:
-    """Return `value` as a flat list of finite floats; its length must be one of `counts`."""
+    """Return the number, list or array `value` as a flat list of floats.
+
+    Raises ValueError if a number is not finite, or if the length is not one of `counts`.
+    """
     items = value.tolist() if isinstance(value, np.ndarray) else value
     if isinstance(items, list | tuple) and items and all(isinstance(row, list | tuple) for row in items):
         items = [number for row in items for number in row]

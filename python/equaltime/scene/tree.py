@@ -1,7 +1,7 @@
-"""The tree of a scene: objects, references and values, each with its place in the file.
+"""The tree of a scene as it was parsed: objects, references and values, each with its file and line.
 
-Every reader makes such a tree from its file, and the resolver turns the tree into the model. The tree does not depend
-on the file's format, and does not know any plugins.
+Every reader makes such a tree from its file. `equaltime.scene.resolve` turns the tree into the model. The tree has the
+same form for all file formats, and its types and parameters are not checked yet.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ USES_OF_EACH = 64
 
 
 class Place(NamedTuple):
-    """A place in the description of a scene: a file with a line, a path of keys, or both."""
+    """A position in the description of a scene: a file with a line, a path of keys, or both."""
 
     file: str = ""
     line: int | None = None
@@ -59,13 +59,16 @@ class Place(NamedTuple):
         return ": ".join(part for part in (where, self.path) if part)
 
     def key(self, name: str | int, line: int | None = None) -> Place:
-        """Return the place of the entry `name` inside this place; without `line`, the line stays the same."""
+        """Return the position of the key or index `name` inside the object at this position.
+
+        The path of keys gets one more key. Without `line`, the line stays the same.
+        """
         step = f"[{name}]" if isinstance(name, int) else f".{name}" if self.path else name
         return Place(self.file, self.line if line is None else line, self.path + step)
 
 
 class Report:
-    """The problems and remarks found in a scene, collected so that all are reported together."""
+    """The problems (errors) and warnings found in a scene, collected so that all are reported together."""
 
     def __init__(self) -> None:
         self._problems: dict[tuple[Place, str], None] = {}  # in order of discovery, without duplicates
@@ -73,14 +76,17 @@ class Report:
         self._untold = 0
 
     def add(self, place: Place, message: str) -> None:
-        """Add a problem at `place`; raises SceneError at once if there are now `MOST_TOLD` problems."""
+        """Add a problem at `place` (file and line, or path of keys).
+
+        Raises SceneError at once if the number of problems reaches `MOST_TOLD`.
+        """
         self._problems[place, message] = None
         if len(self._problems) >= MOST_TOLD:
             last = Problem(place.file, f"{MOST_TOLD} problems are told; the rest of the scene was not looked at")
             raise SceneError((*self._ordered(), last))
 
     def note(self, message: str) -> None:
-        """Add a warning for the user about something harmless."""
+        """Add a warning for the user; warnings beyond `MOST_TOLD` are only counted."""
         if len(self._notes) < MOST_TOLD:
             self._notes[quoted(message)] = None
         else:
@@ -88,7 +94,7 @@ class Report:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """All warnings added by `note`, in order."""
+        """The warnings added by `note`, in order, and a last one with the number of warnings left out, if any."""
         more = [f"and {self._untold} more warnings"] if self._untold else []
         return (*self._notes, *more)
 
@@ -103,7 +109,7 @@ class Report:
 
 
 def quoted(text: str) -> str:
-    """Return `text` for a message; the middle of a text of more than `MOST_LETTERS` characters is left out."""
+    """Return `text` for a message; if it has more than `MOST_LETTERS` characters, its middle is left out."""
     if len(text) <= MOST_LETTERS:
         return text
     half = MOST_LETTERS // 2
@@ -112,7 +118,7 @@ def quoted(text: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Value:
-    """A plain value: number, string, boolean, tuple, `Spectrum`, or a (4, 4) array for a transform."""
+    """The value of a parameter, such as a number, string, boolean, tuple, `Spectrum`, or (4, 4) transform."""
 
     place: Place
     data: object
@@ -120,7 +126,7 @@ class Value:
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """A reference to the object with the name `id`."""
+    """A reference, in place of an object, to the object whose name is `id`."""
 
     place: Place
     id: str
@@ -128,7 +134,7 @@ class Reference:
 
 @dataclass(frozen=True, slots=True)
 class Alias:
-    """Another name, `name`, for the object with the name `id`."""
+    """A further name, `name`, for the object whose name is `id`."""
 
     place: Place
     id: str
@@ -136,7 +142,7 @@ class Alias:
 
 
 class Child(NamedTuple):
-    """A node inside an object; `name` is None where the file gives none."""
+    """A node inside an object: a value, a reference or an object. `name` is None if the file names no parameter."""
 
     name: str | None
     node: Node
@@ -144,7 +150,7 @@ class Child(NamedTuple):
 
 @dataclass(slots=True, eq=False)
 class Object:
-    """A plugin as it stands in the file, not yet checked, with its contents. Objects are compared by identity."""
+    """A plugin as the file describes it, unchecked, with its type and contents. Objects are compared by identity."""
 
     place: Place
     type: str
@@ -160,20 +166,23 @@ class Object:
     """Further names of objects; only the scene itself has such aliases."""
 
     def objects(self) -> Iterator[Object]:
-        """Iterate over this object and all objects nested in it, depth first."""
+        """Yield this object and all objects nested in it, depth first; references are not followed."""
         yield self
         for child in self.children:
             if isinstance(child.node, Object):
                 yield from child.node.objects()
 
     def mentioned(self) -> set[str]:
-        """Return all names that may refer to objects: the ids of references and aliases, and all string values."""
+        """Return all names in this object that may refer to objects.
+
+        These are the ids of all references and aliases, and all string values, because a string may be a reference.
+        """
         nodes = [child.node for inner in self.objects() for child in inner.children]
         words = {node.data for node in nodes if isinstance(node, Value) and isinstance(node.data, str)}
         return words | {node.id for node in nodes if isinstance(node, Reference)} | {alias.id for alias in self.aliases}
 
     def place_of(self, name: str) -> Place:
-        """Return the file and line of the child `name`, or of the object itself if there is no such child."""
+        """Return file and line of the first child called `name`, or of the object itself if there is no such child."""
         return next((child.node.place for child in self.children if child.name == name), self.place)
 
 
@@ -183,7 +192,10 @@ ALONE: Final = ("sensor", "integrator")
 
 
 class Places:
-    """Files and lines at which the objects of a scene are described: shapes by index, all objects by identity."""
+    """Files and lines at which the plugins of a scene are described.
+
+    `shapes` has file and line of each of the model's shapes, in order. `of` finds file and line of any plugin.
+    """
 
     def __init__(self, shapes: tuple[Place, ...], parts: Iterable[tuple[Plugin, Place]]) -> None:
         self.shapes = shapes
@@ -191,9 +203,10 @@ class Places:
         self._known = {id(part): place for part, place in self._parts}
 
     def of(self, part: Plugin) -> Place | None:
-        """Return the place of `part`, or of the first part equal to it; None if no such part was in the file.
+        """Return file and line of the plugin `part`, or of the first plugin equal to `part`.
 
-        A scene has only one sensor and one integrator, so their places are found even after a change of size or depth.
+        Return None if no file describes such a plugin. A scene has only one sensor and one integrator. These two are
+        therefore found even if a parameter has changed.
         """
         if (place := self._known.get(id(part))) is not None:
             return place
@@ -202,9 +215,10 @@ class Places:
 
 
 def told_once(place: Place, message: str) -> tuple[Place, str]:
-    """Return place and message without repetition of the file.
+    """Return `place` (file and line) and `message` for a problem, so that the file is not named twice.
 
-    If the message begins with the place's file, the file is removed there, and its line number moves into the place.
+    If the message begins with the file of `place`, as in ``file:3: text``, the file is removed from the message, and
+    the line number moves into the place.
     """
     found = re.fullmatch(rf"{re.escape(place.file)}(?::(\d+))?: (.*)", message, re.DOTALL)
     if found is None or place != Place(place.file):
@@ -213,4 +227,4 @@ def told_once(place: Place, message: str) -> tuple[Place, str]:
 
 
 NOWHERE: Final = Places((), ())
-"""The empty places, for a model that was made in memory."""
+"""`Places` without any file or line, for a model that was made in memory."""

@@ -12,7 +12,10 @@ T = TypeVar("T")
 
 
 class Unsupported(ValueError):
-    """Raised for a plugin that the core cannot use yet. The caller adds the place of the plugin, `node`."""
+    """Raised for the plugin `node`, which the core (the renderer in C++) cannot use yet.
+
+    The caller adds the file and line of the plugin.
+    """
 
     def __init__(self, node: Plugin, what: str = "") -> None:
         self.node = node
@@ -20,7 +23,7 @@ class Unsupported(ValueError):
 
 
 def constant(value: Texture | T) -> T:
-    """Return `value`, which must be a constant; raises `Unsupported` if `value` is a texture."""
+    """Return `value` unchanged if it is no texture; raises `Unsupported` for a texture."""
     if isinstance(value, TexturePlugin):
         raise Unsupported(value)
     return value

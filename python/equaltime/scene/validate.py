@@ -1,4 +1,4 @@
-"""Explains problems of an object's parameters in plain words."""
+"""Turns pydantic's errors about the parameters of a plugin into messages in plain words."""
 
 from __future__ import annotations
 
@@ -26,7 +26,10 @@ EXPECTED = {
 
 
 def explain(plugin: type[Plugin], error: ValidationError) -> dict[str, str]:
-    """Return messages about an invalid `plugin`, by parameter name; the name "" stands for the whole plugin."""
+    """Return a message for each invalid parameter of a `plugin`, by the parameter's name.
+
+    The name "" stands for a message about the whole plugin. `error` is the error that pydantic raised.
+    """
     messages: dict[str, str] = {}
     for details in error.errors(include_url=False):
         if len(messages) > MOST_TOLD:
@@ -83,7 +86,7 @@ def _near(kind: str, context: Mapping[str, object], found: object) -> str:
 
 
 def shown(value: object) -> str:
-    """Return the text of `value` for a message: the type of a plugin, or any other value in at most 80 characters."""
+    """Return `value` as text for a message: a plugin as its type, any other value in at most 80 characters."""
     if isinstance(value, Plugin):
         return repr(getattr(value, "type", type(value).__name__))
     if isinstance(value, tuple) and all(isinstance(item, Plugin) for item in value):

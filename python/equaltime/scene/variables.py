@@ -19,7 +19,7 @@ twice doubles the number each time."""
 
 
 class Variables:
-    """The values of variables; the user's definitions override the file's defaults."""
+    """The values of a scene file's variables; the user's definitions override the file's defaults."""
 
     def __init__(self, defines: Mapping[str, object]) -> None:
         self._defines = dict(defines)
@@ -28,11 +28,14 @@ class Variables:
         self._text = 0
 
     def declare(self, name: str, default: object) -> None:
-        """Set the default value of a variable, which a definition by the user overrides."""
+        """Set the value of the variable `name`, unless the variable already has one.
+
+        A definition by the user or an earlier declaration is kept.
+        """
         self._values.setdefault(name, default)
 
     def single(self, text: str) -> str | None:
-        """Return the variable's name if `text` is exactly one variable, else None."""
+        """Return the variable's name if `text` is exactly one variable, such as ``$name``, else None."""
         match = _VARIABLE.fullmatch(text)
         return match[1] if match and match[0].startswith("$") and self._longest(match[1]) == match[1] else None
 
@@ -41,7 +44,7 @@ class Variables:
         return next((word[:end] for end in range(len(word), 0, -1) if word[:end] in self._values), word)
 
     def value(self, name: str) -> object:
-        """Return the value of a variable; raises ValueError if the variable has none."""
+        """Return the value of the variable `name`; raises ValueError if the variable has no value."""
         self._used.add(name)
         if name not in self._values:
             near = nearest(name, self._values)
@@ -52,7 +55,7 @@ class Variables:
     def expand(self, text: str) -> str:
         r"""Return `text` with all variables replaced by their values, and ``\$`` by a dollar sign.
 
-        Raises ValueError for a variable without a value, and if the limit `MOST_TEXT` is exceeded.
+        Raises ValueError for a variable without a value, and if all values together exceed `MOST_TEXT` characters.
         """
         if "$" not in text:
             return text
@@ -71,6 +74,6 @@ class Variables:
         return _VARIABLE.sub(replacement, text)
 
     def report_unused(self, place: Place, report: Report) -> None:
-        """Report the user's definitions that the file never uses."""
+        """Add a problem to `report`, at `place`, for each definition by the user that the file never uses."""
         for name in sorted(set(self._defines) - self._used):
             report.add(place, f"nothing in the scene uses the definition '{name}'{suggestion(name, self._used)}")

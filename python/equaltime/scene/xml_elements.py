@@ -1,9 +1,9 @@
-"""Parses XML into elements that know their lines.
+"""Parses XML into elements, each with its file and line.
 
-Declarations inside the file, above all of entities, are refused: a scene does not need them. They can make an XML file
-read other files, or grow without bound. A document type in another file is never looked for. Text between elements has
-no meaning, as in Mitsuba, and is reported. Some malformed files that Mitsuba accepts are read too, with a report:
-hyphens within comments, an ``&`` that stands alone, blanks before the declaration, and bytes that are not UTF-8.
+Declarations inside the file, above all of entities, are refused. A scene does not need declarations, which can make an
+XML file read other files, or grow without bound. A document type in another file is never read. Text between elements
+has no meaning, as in Mitsuba, and gives a warning. Some malformed files that Mitsuba accepts are read too, with a
+warning: hyphens within comments, a single ``&``, blanks before the XML declaration, and bytes that are not UTF-8.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ __all__ = ["Element", "parse_elements"]
 
 
 class Element(NamedTuple):
-    """An XML element as it stands in the file."""
+    """An XML element as the file gives it: its tag, attributes and children, with file and line."""
 
     tag: str
     attributes: dict[str, str]
@@ -47,7 +47,10 @@ _OTHER_ENCODING = re.compile(rb"\A<\?xml\b[^>]*\bencoding\s*=\s*[\"'](?!utf-?8[\
 
 
 def parse_elements(file: str, content: bytes, report: Report) -> Element | None:
-    """Return the root element of the XML `content` of `file`; None, with a problem in `report`, if invalid."""
+    """Return the root element in `content`, the XML text of `file`.
+
+    If the file cannot be read as XML, add a problem to `report`, and return None.
+    """
     try:
         try:
             return _parsed(file, content, report)

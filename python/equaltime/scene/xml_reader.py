@@ -1,4 +1,7 @@
-"""Reads Mitsuba's XML into the tree: replaces variables, includes other files, and translates old files."""
+"""Reads Mitsuba's XML into the tree of parsed nodes.
+
+The reader replaces variables, includes other files, and translates files older than Mitsuba 2.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +38,11 @@ ELEMENTS: Final = (*OBJECTS, *VALUES, "alias", "animation", "default", "include"
 
 
 def read_xml(file: str, content: bytes, defines: Mapping[str, object], report: Report, search: Search) -> Object | None:
-    """Return the tree of the XML `content` of `file`; None if there is no scene at all. Problems go to `report`."""
+    """Return the root of the tree (parsed nodes) of the scene in `content`, the XML text of `file`.
+
+    `defines` are the user's values of variables. `search` finds included files. Problems go to `report`. Return None if
+    the file has no scene at all.
+    """
     root = parse_elements(file, content, report)
     if root is None:
         return None

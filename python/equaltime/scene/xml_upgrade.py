@@ -1,9 +1,9 @@
 """Translates objects of files older than Mitsuba 2 into the names of Mitsuba 3.
 
-As in Mitsuba 3, names change from camelCase to snake_case, ``diffuse_reflectance`` of a diffuse surface becomes
-``reflectance``, and scale and offset of texture coordinates become ``to_uv``. In addition, old names with exactly the
-meaning of a new name are replaced, and parameters that never changed the image are left out. The model refuses any
-other old name, and names it in the error.
+Three changes are made as in Mitsuba 3. Names change from camelCase to snake_case. ``diffuse_reflectance`` of a diffuse
+surface becomes ``reflectance``. Scale and offset of texture coordinates become ``to_uv``. In addition, old names with
+exactly the meaning of a new name are replaced, and parameters that never changed the image are left out. Any other old
+name is refused when the model is made.
 """
 
 from __future__ import annotations
@@ -47,7 +47,10 @@ PIXELS: Final = {"luminancealpha": "luminance_alpha", "spectrum": "rgb", "spectr
 
 
 def upgraded(node: Object, report: Report) -> Object:
-    """Return `node` and its children with the names of Mitsuba 3; omissions and replacements go to `report`."""
+    """Return the object `node` with the names of Mitsuba 3 for its type and its own parameters.
+
+    Parameters that are left out, and types that are replaced, give warnings in `report`.
+    """
     node = _with(node, [_renamed(child) for child in node.children])
     steps = (_without_effect, _pixels, _box, _type, _reflectance, _bent, _vertex_colors, _to_uv, _wrap, _filter, _gamma)
     for step in (*steps, _outside):
@@ -56,7 +59,7 @@ def upgraded(node: Object, report: Report) -> Object:
 
 
 def snake_case(name: str) -> str:
-    """Return a camelCase name in snake_case: ``toWorld`` as ``to_world``, ``intIOR`` as ``int_ior``."""
+    """Return the camelCase `name` in snake_case: ``to_world`` for ``toWorld``, ``int_ior`` for ``intIOR``."""
     return re.sub(r"(?<=[a-z])[A-Z]+", lambda capitals: "_" + capitals[0].lower(), name)
 
 

@@ -1,7 +1,7 @@
-"""Parsers for the attributes of Mitsuba's value elements and transform steps.
+"""Parsers for XML elements that hold a value (such as ``<float>``) or a step of a transform (such as ``<rotate>``).
 
-Each parser takes the attributes of one element; the required attributes are present. Invalid values raise ValueError
-with a readable message.
+Each parser takes the attributes of one element as a dict, after a check that all required attributes are present.
+Invalid values raise ValueError with a readable message.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _BETWEEN: Final = re.compile(r"[\s,]+")
 
 @dataclass(frozen=True, slots=True)
 class Rule(Generic[T]):
-    """Rule for reading an element: its required and optional attributes, and the parser of its value."""
+    """Rule for reading one kind of XML element: its required and optional attributes, and the parser of its value."""
 
     required: tuple[str, ...]
     optional: tuple[str, ...]
