@@ -35,7 +35,7 @@ class Observer:
         decided: Callable[[Sequence[str]], object] | None = None,
         unsaved: Callable[[str], object] | None = None,
     ) -> Observer:
-        """Return an observer whose methods call these functions; a function that is None is not called."""
+        """Return an observer whose methods are these functions; where None is given, the method does nothing."""
         functions = {
             "progress": progress,
             "pass_ended": pass_ended,
