@@ -158,7 +158,7 @@ def _tiles(weights: Floats) -> Iterator[tuple[tuple[slice, slice], float]]:
 
 
 def history_rates(pilot: PixelStatistics, _: Floats) -> Floats:
-    """Return rates (H, W) that grow linearly with the pixel's own relative standard error.
+    """Return sampling rates (H, W) that are proportional to each pixel's own relative standard error in the pilot.
 
     A pixel's own samples decide its rate, so the image is biased.
     """
@@ -167,7 +167,7 @@ def history_rates(pilot: PixelStatistics, _: Floats) -> Floats:
 
 
 def neighbours_rates(pilot: PixelStatistics, _: Floats) -> Floats:
-    """Return rates (H, W) that grow linearly with the relative standard deviation of the 7x7 pixels around each.
+    """Return sampling rates (H, W), proportional to the relative standard deviation of the 7x7 pixels around each.
 
     Both noise and edges contribute to that deviation. A pixel's own samples contribute to its rate, so the image is
     biased.
@@ -180,7 +180,7 @@ def neighbours_rates(pilot: PixelStatistics, _: Floats) -> Floats:
 
 
 def cutoff_rates(pilot: PixelStatistics, _: Floats) -> Floats:
-    """Return rates (H, W): 0 where a pixel's estimated error is below half of the image's, and equal elsewhere.
+    """Return sampling rates (H, W): 0 for pixels with less than half of the image's error, and equal for all others.
 
     Many renderers sample adaptively by this rule. A pixel's own samples decide its rate, so the image is biased.
     """

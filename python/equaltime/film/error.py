@@ -86,7 +86,7 @@ class Estimate:
         return math.isfinite(self.value)
 
     def with_bias(self, bias: Estimate | None) -> Estimate:
-        """Return the total error: the root of the sum of the squares of this estimate, the noise, and of a bias.
+        """Return the total error of an image, with this estimate as its noise: the root of noise² plus bias².
 
         The total has the doubts of both. ``bias`` None stands for no bias.
         """

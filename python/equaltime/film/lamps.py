@@ -64,8 +64,8 @@ _DOUBTED = 2.0
 class Lamps:
     """Lamps that the camera sees, by pixel.
 
-    Samples may miss small lamps: their light and their share of the samples are known. For lamps of any size, the light
-    that is certainly in a pixel is known.
+    For small lamps, which samples may miss: their light, and the share of the pixel's samples that meet them. For lamps
+    of any size: the light that is certainly in the pixel.
     """
 
     pixels: NDArray[np.intp]
@@ -166,7 +166,7 @@ class Lamps:
     def outshone(self, pixels: PixelStatistics) -> float:
         """Return the rise of the estimated error² if lamps that a replicate met too soon had their true brightness.
 
-        Such lamps make the image, by which errors are divided, too bright.
+        A lamp that was met too soon is too bright in the image, by which errors are divided.
         """
         replicates = pixels.degrees + 1.0
         lacking, x = self._lacking(pixels, 1.0 / replicates)  # beyond, a single meeting is not too soon

@@ -71,7 +71,7 @@ class Unseen:
 
     @classmethod
     def of(cls, scene: Any, settings: Any, seed: int, threads: int) -> Unseen:
-        """Return the light that may be hidden from a render of the core's scene with these settings and this seed."""
+        """Return the light that a render of the core's scene, with these settings and this seed, may miss."""
         threads = worker_threads(threads)
         focus = cache(partial(Focus.of, scene, settings, seed, threads))
 
@@ -85,8 +85,8 @@ class Unseen:
         """Return the light that several renders of one image may have missed together.
 
         ``parts`` holds the images that `Unseen.parts` returned for each render. A pixel that is black in the merged
-        image is black in every render, so every render has stored its bound. Pixels without a bound may hide any amount
-        of light. Lamps that no render lists are assumed absent.
+        image is black in every render, so every render has stored a bound of its hidden light. Pixels without a bound
+        may hide any amount of light. Lamps that no render lists are assumed absent.
         """
         found = [part["unseen"].astype(np.float64) for part in parts if "unseen" in part]
         known = np.clip(reduce(np.fmax, found), 0.0, _ANYTHING) if found else None
@@ -124,7 +124,7 @@ class Unseen:
         return self.lasting(pixels, level) + self.lamps.outshone(pixels)
 
     def lasting(self, pixels: PixelStatistics, level: float) -> float:
-        """Return an upper limit, at this confidence level, of the error² due to hidden light, without passing effects.
+        """Return an upper limit, at this confidence level, of the lasting error² due to hidden light.
 
         Lamps that a replicate met too soon are left out, since a few more samples undo their effect.
         """

@@ -45,7 +45,7 @@ class Processors(NamedTuple):
 
     @classmethod
     def now(cls) -> Processors:
-        """Return the seconds until now, from the scheduler's account (Linux; zero on other systems)."""
+        """Return the seconds that threads ran and waited until now, by the scheduler's account (Linux; 0 elsewhere)."""
         ran = waited = 0
         for task in glob.iglob("/proc/self/task/*/schedstat"):
             with suppress(OSError):  # the thread has ended
@@ -54,9 +54,9 @@ class Processors(NamedTuple):
         return cls(1e-9 * ran, 1e-9 * waited)
 
     def had_since(self, before: Processors) -> float:
-        """Return the share of the processor time wanted by threads since ``before`` that they got, in [0, 1].
+        """Return the fraction of the time since ``before`` that threads ran, of the time that they could have run.
 
-        It is 1 if the scheduler does not tell.
+        It is in [0, 1], and 1 if the scheduler does not tell.
         """
         ran, waited = self.ran - before.ran, self.waited - before.waited
         return ran / (ran + waited) if ran > 0.0 and waited > 0.0 else 1.0
@@ -155,8 +155,8 @@ class Probed(NamedTuple):
 class Law:
     """Law of a render: ``error(n) = error · (n / samples)^-exponent``, ``seconds(n) = n · seconds_per_sample``.
 
-    With a probe, the power law holds beyond the probe's last count. Below that count, errors are interpolated between
-    the measured points. The fields named doubt are standard deviations.
+    With a probe (some pixels rendered to the end), the power law holds beyond the probe's last count. Below that count,
+    errors are interpolated between the measured points. The fields named doubt are standard deviations.
     """
 
     samples: int
@@ -271,7 +271,7 @@ class Law:
         return _interval(max(1.0, even / self.seconds_per_sample), self.speed_doubt, "spp")
 
     def seconds_for(self, samples: Estimate) -> Estimate:
-        """Return the seconds that a render of these samples per pixel takes; the interval includes theirs."""
+        """Return the seconds that ``samples`` per pixel take; the interval includes the interval of ``samples``."""
         above, below = (
             math.exp(math.hypot(math.log(ratio), _Z95 * self.speed_doubt))
             for ratio in (samples.high / samples.value, samples.value / samples.low)

@@ -67,7 +67,7 @@ class Rectangle:
     def stands_out(self) -> bool:
         """Whether the rectangle is noisier than the picture as a whole.
 
-        It is if its share of error² is surely above its fraction of the picture's area.
+        True if its share of error² is surely above its fraction of the picture's area.
         """
         return self.share.low > self.area
 

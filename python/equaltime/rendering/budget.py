@@ -41,7 +41,10 @@ _OF_FIXED = ("spp", "pilot_seed", "pilot_spp", "pilot_seconds")
 
 @dataclass(frozen=True)
 class Stop:
-    """Rule by which a render stops at an error: by its own error (``look``), or at a count set before (``fixed``)."""
+    """Rule by which a render stops at an error.
+
+    It stops by its own estimates of the error (``look``), or at a count that was set before (``fixed``).
+    """
 
     rule: StopRule
     """``look``: the render looks at its own error; ``fixed``: a pilot chose the count."""

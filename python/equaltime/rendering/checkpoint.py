@@ -81,7 +81,10 @@ class Checkpoint:
 
     @property
     def film(self) -> MergedFilm:
-        """Samples of the render, for merging. A render that was not merged counts as one merged render."""
+        """Samples of the render, as a film that can be merged.
+
+        The film of a render that was not merged has one part.
+        """
         return MergedFilm.of(self.moments, self.second) if self.parts is None else MergedFilm(self.moments, self.parts)
 
     @property

@@ -82,9 +82,10 @@ def nets(scene: Scene, strategy: Strategy) -> int:
 
 
 def second_net(scene: Scene, strategy: Strategy) -> int:
-    """Return the number of pixels of which one has a second net; 0 if no pixel has one.
+    """Return k if one of every k pixels has a second net; 0 if no pixel has one.
 
-    Second nets are further samples that are not in the image, and tell variances (`equaltime.film.second_nets`).
+    A second net is a set of further samples that is not in the image, and tells variances
+    (`equaltime.film.second_nets`).
     """
     if nets(scene, strategy) > 1:
         return 0
@@ -174,8 +175,8 @@ def split_light(
 ) -> tuple[list[tuple[str, str]], NDArray[np.float32]]:
     """Return the image of a render with this strategy and seed, split into parts by the origin of the light.
 
-    The list names the parts, as pairs (kind, name). The array holds their images, (H, W, parts, 3). A kind of origin is
-    such as the path length; the parts of each kind sum to the image. With ``only_lengths`` path length is the only
+    The list names the parts, as pairs (kind, name), such as a path length or a light source. The array holds their
+    images, (H, W, parts, 3). The parts of each kind sum to the image. With ``only_lengths`` path length is the only
     kind, which takes a third of the memory or less.
     """
     settings = core_settings(scene, strategy)

@@ -172,10 +172,10 @@ class Difference:
 
 
 def log_ratio(first: Difference, second: Difference) -> tuple[float, float]:
-    """Return the log of the ratio of two values (relMSE or MSE), and half the width of its 95 % interval.
+    """Return the logarithm of ``first.value / second.value``, and half the width of its 95 % interval.
 
-    The ratio is ``first.value / second.value``. Both must be positive, and both images compared with one reference. The
-    interval takes into account that the reference's noise moves both values.
+    Both values (relMSE or MSE) must be positive, and both images compared with one reference. The interval takes into
+    account that the reference's noise moves both values.
     """
     squares, slopes = (
         getattr(first, name) / first.value - getattr(second, name) / second.value for name in ("squares", "slopes")

@@ -74,9 +74,9 @@ class Replay(Shown):
 
     @property
     def first_nonfinite(self) -> tuple[int, str] | None:
-        """First number of the path that is NaN or infinite; None if there is none.
+        """First number of the path that is NaN or infinite, as (index of its vertex, name of the number).
 
-        It is told as (index of its vertex, name of the number).
+        None if all numbers are finite.
         """
         for index, vertex in enumerate(self.vertices):
             if name := _nonfinite(vertex):
