@@ -14,7 +14,8 @@ n the number of samples and D the denominator. If a sample takes c rays, the sum
 where n grows as ``sqrt(v / (D c))``. Rays are counted, since a clock would make every rerun another image. sqrt(v) is
 the average of the neighbours' standard deviations of single samples, with larger weights for nearer neighbours.
 Differences of replicates are not used for v, since they give one number per pixel instead of eight. Squared deviations
-are not averaged either: one rare bright sample would draw all other samples to its neighbourhood.
+are not averaged either: one rare bright sample would draw all other samples to its neighbourhood, even if there is no
+other noise there.
 
 **Whether rates pay.** Low-discrepancy points reduce the noise more than single samples show, and a pilot with few
 bright paths tells little. So the pilot judges the counts before they are used, by numbers that did not choose them: a

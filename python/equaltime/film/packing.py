@@ -7,8 +7,7 @@ zero.
 
 The means of a film are close to the image, which is in the file anyway. So a mean is stored as the count of float64
 numbers between the mean and its prediction from the image. The prediction is nearly exact for the last replicate that
-has samples, as the image is the mean of all replicates. The means of a film with one sample a pixel cost nothing beside
-its image.
+has samples, as the image is the mean of all replicates. A film with one sample a pixel costs nothing beside its image.
 """
 
 from __future__ import annotations

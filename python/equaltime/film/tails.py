@@ -2,8 +2,8 @@
 
 The mean square error of a render is a mean over pixels. Rare samples can carry much of it, such as small lights that
 are found only by chance, or caustics. Then a few renders do not show the spread of the error, and no interval derived
-from it can be trusted. Such an error has a heavy tail. Two numbers decide whether it has. Both are computed from the
-squared errors c of all pixels of all repeats:
+from it can be trusted. Such an error has a heavy tail. Two numbers tell whether the tail is heavy. Both are computed
+from the squared errors c of all pixels of all repeats:
 
 - Lyapunov's ratio ``sum |e|³ / (sum e²)^(3/2)``, with e the deviation of c from the mean of its pixel over repeats.
   Variation across the picture is no tail and does not enter. The ratio bounds how far a sum is from normal (Berry 1941,
