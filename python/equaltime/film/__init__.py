@@ -1,1 +1,1 @@
-"""The film: moments of pixels, error estimates, and adaptive sample counts."""
+"""The film: moments (count, mean, deviation) of each pixel's samples, error estimates, and adaptive sample counts."""

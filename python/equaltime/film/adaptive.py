@@ -1,4 +1,4 @@
-"""Adaptive sampling: after an equal pilot, every pixel's samples grow at its own rate.
+"""Adaptive sampling: after a pilot with equal sample counts, each pixel is sampled at its own rate.
 
 **Unbiased by construction.** The mean of a pixel's samples is unbiased if their number does not depend on them. With
 the metric ``error`` the number is a function of the pilot samples of *other* pixels alone, and pixels use independent
@@ -9,21 +9,22 @@ whether rates are used at all, from pixels within white tiles. It takes the mean
 from pixels whose neighbourhoods do not reach into its tile. No sample is discarded, and no later sample changes a rate.
 With adaptive sampling a crop does not reproduce the bits of the full image, because its means differ.
 
-**Best rates.** A pixel's part of error² (`equaltime.film.error`) is ``v / (n D)``, with v the variance of one sample, n
-the number of samples and D the denominator. If a sample takes c rays, the sum is smallest for a given number of rays
+**Best rates.** A pixel contributes ``v / (n D)`` to error² (`equaltime.film.error`), with v the variance of one sample,
+n the number of samples and D the denominator. If a sample takes c rays, the sum is smallest for a given number of rays
 where n grows as ``sqrt(v / (D c))``. Rays are counted, since a clock would make every rerun another image. sqrt(v) is
-the average of the neighbours' standard deviations of single samples, with larger weights for nearer neighbours. The
-differences of replicates would give one number per pixel instead of eight. Squares would not do either: one rare bright
-sample would send all other samples to a place without other noise.
+the average of the neighbours' standard deviations of single samples, with larger weights for nearer neighbours.
+Differences of replicates are not used for v, since they give one number per pixel instead of eight. Squared deviations
+are not averaged either: one rare bright sample would draw all other samples to its neighbourhood, even if there is no
+other noise there.
 
-**Whether rates pay.** Low-discrepancy points reduce the noise more than single samples show, and a pilot of few events
-knows little. So the pilot judges the counts before they are used, by numbers that did not choose them: a pixel's counts
-follow from its neighbours, and its noise from the difference of its own replicates. Over tiles of one colour this gives
-the gain in error² times rays (`Gain`). If the gain is above its standard error, pixels of the other colour get their
-rates, and otherwise all the same rate. Where a caustic's rare paths make most of the noise, the gain is one of the mean
-over many images: most images meet none of these paths, and have spent their samples elsewhere.
+**Whether rates pay.** Low-discrepancy points reduce the noise more than single samples show, and a pilot with few
+bright paths tells little. So the pilot judges the counts before they are used, by numbers that did not choose them: a
+pixel's counts follow from its neighbours, and its noise from the difference of its own replicates. Over tiles of one
+colour this gives the gain in error² times rays (`Gain`). If the gain is above its standard error, pixels of the other
+colour get their own rates. Otherwise they all get the same rate. Where a caustic's rare paths make most of the noise,
+only the mean over many images gains: most images meet none of these paths, and have spent their samples elsewhere.
 
-The other metrics exist for comparison. They use the pixel's own samples, so they are biased, and are labelled so.
+The other metrics exist for comparison. They use the pixel's own samples, so they are biased, and their results say so.
 """
 
 from __future__ import annotations
@@ -58,9 +59,10 @@ shorter one. More samples gain more, as the pilot's part shrinks."""
 
 
 def error_rates(pilot: PixelStatistics, rays: Floats) -> Floats:
-    """Return the sampling rate of each pixel, (H, W), with a mean of about 1, from the pilot of other pixels alone.
+    """Return the sampling rate of each pixel, (H, W): its sample count relative to the mean count.
 
-    ``rays`` (H, W) counts the rays of the pilot in each pixel. The module describes the method.
+    A pixel's rate depends on the pilot's samples of other pixels alone. ``rays`` (H, W) is the number of rays that the
+    pilot took in each pixel. The module describes the method.
     """
     height, width = pilot.samples.shape
     if min(height, width) < 2 * _TILE:
@@ -93,18 +95,23 @@ def _within_tile(length: int) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class Gain:
-    """Gain by sampling rates: log of the factor by which they reduce error² times rays, and its standard error."""
+    """Predicted gain of uneven sampling rates over equal rates.
+
+    ``value`` is the logarithm of the factor by which uneven rates reduce error² times rays. ``error`` is its standard
+    error.
+    """
 
     value: float
     error: float
 
     @classmethod
     def of(cls, noise: Floats, rays: Floats, rates: Floats, samples: int = _JUDGED) -> Gain:
-        """Return the gain of sampling rates, judged by an even pilot.
+        """Return the gain of sampling rates over equal rates, predicted from a pilot with equal sample counts.
 
-        ``noise`` (parts of error²), ``rays`` and ``rates`` have one element for each judged pixel. No rate may depend
-        on its own pixel. ``samples`` is the mean sample count at which the gain is judged. The standard error treats
-        all pixels as independent (the influence function).
+        The arrays have one element for each judged pixel. ``noise`` is the pixel's contribution to error² in the pilot,
+        ``rays`` is its number of rays there, and ``rates`` is its sampling rate. No pixel's rate may depend on its own
+        samples. ``samples`` is the mean sample count for which the gain is predicted. The standard error treats all
+        pixels as independent (the influence function).
         """
         counts = PILOT / samples + rates * (1.0 - PILOT / samples)
         even, uneven = (noise, rays), (noise / counts, rays * counts)
@@ -121,9 +128,9 @@ class Gain:
 
 
 def pilot_statistics(moments: NDArray[Any]) -> PixelStatistics:
-    """Return the statistics of every pixel from the (R, H, W) moments of a pilot.
+    """Return mean, variance and sample count of every pixel from the (R, H, W) moments of a pilot.
 
-    They include the standard deviation of a pixel's samples.
+    The field ``deviation`` is set too: the standard deviation of one sample, (H, W, 3).
     """
     return replace(pixel_statistics(moments), deviation=sample_deviations(moments))
 
@@ -152,7 +159,7 @@ def _tiles(weights: Floats) -> Iterator[tuple[tuple[slice, slice], float]]:
 
 
 def history_rates(pilot: PixelStatistics, _: Floats) -> Floats:
-    """Return rates (H, W) that grow linearly with the pixel's own relative standard error.
+    """Return sampling rates (H, W) that are proportional to each pixel's own relative standard error in the pilot.
 
     A pixel's own samples decide its rate, so the image is biased.
     """
@@ -161,7 +168,7 @@ def history_rates(pilot: PixelStatistics, _: Floats) -> Floats:
 
 
 def neighbours_rates(pilot: PixelStatistics, _: Floats) -> Floats:
-    """Return rates (H, W) that grow linearly with the relative standard deviation of the 7x7 pixels around each.
+    """Return sampling rates (H, W), proportional to the relative standard deviation of the 7x7 pixels around each.
 
     Both noise and edges contribute to that deviation. A pixel's own samples contribute to its rate, so the image is
     biased.
@@ -174,7 +181,7 @@ def neighbours_rates(pilot: PixelStatistics, _: Floats) -> Floats:
 
 
 def cutoff_rates(pilot: PixelStatistics, _: Floats) -> Floats:
-    """Return rates (H, W): 0 where a pixel's estimated error is below half of the image's, and equal elsewhere.
+    """Return sampling rates (H, W): 0 for pixels with less than half of the image's error, and equal for all others.
 
     Many renderers sample adaptively by this rule. A pixel's own samples decide its rate, so the image is biased.
     """

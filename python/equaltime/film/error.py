@@ -2,18 +2,18 @@
 
 The samples of a pixel belong to R replicates. A net is a low-discrepancy point set. Replicates may be separate nets,
 with sample ``i`` in replicate ``i mod R``. Then the spread of their means is an honest measure of the image's error
-under any sampler. The sample variance inside a replicate is not (low-discrepancy points are correlated on purpose), and
-is not used here. If replicates are the halves of one net, their spread is off by a factor, which
-`equaltime.film.second_nets` measures.
+under any sampler. The sample variance inside a replicate is no such measure, since low-discrepancy points are
+correlated on purpose. It is not used here. If replicates are the halves of one net, the spread of their means is off by
+a factor, which `equaltime.film.second_nets` measures.
 
 Definition: ``error² = mean over pixels and RGB of Var(I) / (R² + (0.1 m)²)`` with ``Var(I)`` the estimated variance of
 the pixel, ``R`` its reference and ``m`` the mean of the image. The reference should be the truth. A render has only its
 own image, in which a pixel that has met a rare bright path is too bright and has a large variance at once. Divided by
-its own mean, such a pixel would hide its error. So there are three references, all of them between the pixel and its
-7x7 local mean (cpp/film/error_parts.cpp): a lenient one with the pixel, for the lower limit; a cautious one without it,
-for the upper limit; and a weighted geometric mean of both denominators, for the value. No reference is below the light
-of lamps that are known to be in the pixel. All arrays are float64 here, indexed ``[y, x, channel]``, in the units of
-the image.
+its own mean, such a pixel would hide its error. So there are three references, which lie between the pixel's value and
+its 7x7 local mean (cpp/film/error_parts.cpp). The lenient reference includes the pixel and is for the lower limit. The
+cautious reference excludes the pixel and is for the upper limit. The estimate itself uses a weighted geometric mean of
+both denominators. No reference is below the light of lamps that are known to be in the pixel. All arrays are float64
+here, indexed ``[y, x, channel]``, in the units of the image.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ _SCALES: Mapping[Unit, float] = {"%": 100.0, "s": 1.0, "spp": 1.0, "MB": 1e-6}
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number with its 95 % interval, its unit, and the reason to doubt the interval, if there is one."""
+    """An estimated number with its 95 % interval, its unit, and the reason to doubt the interval, if there is one."""
 
     value: float
     """The estimate. NaN where nothing is known; ``inf`` is a statement, such as a time that never comes."""
@@ -77,7 +77,7 @@ class Estimate:
 
     @property
     def trusted(self) -> bool:
-        """Whether the interval can be trusted."""
+        """Whether the interval can be trusted: True if ``doubt`` is empty."""
         return not self.doubt
 
     @property
@@ -86,9 +86,9 @@ class Estimate:
         return math.isfinite(self.value)
 
     def with_bias(self, bias: Estimate | None) -> Estimate:
-        """Return the error due to this noise and a bias together: the root of the sum of their squares.
+        """Return the total error of an image, with this estimate as its noise: the root of noise² plus bias².
 
-        The result has the doubts of both. A bias of None stands for no bias.
+        The total has the doubts of both. ``bias`` None stands for no bias.
         """
         if bias is None:
             return self
@@ -101,8 +101,8 @@ class Estimate:
     def as_dict(self) -> dict[str, Any]:
         """Return ``value``, ``low``, ``high``, ``unit`` and, if there is one, ``doubt`` as JSON data.
 
-        JSON has no infinity, so an infinite limit is None. A value of None is unknown, or infinite if ``never`` is
-        true.
+        JSON has no infinity, so an infinite limit becomes None. A ``value`` of None means unknown, or infinite if the
+        key ``never`` is true.
         """
         numbers = {"value": self.value, "low": self.low, "high": self.high}
         found: dict[str, Any] = {key: number if math.isfinite(number) else None for key, number in numbers.items()}
@@ -113,7 +113,7 @@ class Estimate:
     def from_dict(cls, data: Mapping[str, Any]) -> Estimate:
         """Return the estimate from the data of `as_dict`.
 
-        Data without a unit are relative errors: an earlier version knew no other estimates.
+        Data without a unit are read as relative errors, since an earlier version stored no other estimates.
         """
         never = bool(data.get("never"))
         none = {"value": math.inf if never else math.nan, "low": math.inf if never else -math.inf, "high": math.inf}
@@ -133,7 +133,10 @@ UNKNOWN = Estimate(math.nan, 0.0, math.inf)
 
 @dataclass(frozen=True, eq=False)
 class PixelStatistics:
-    """Mean, variance and sample count of every pixel: the image, its standard error and its error follow from them."""
+    """Mean, variance and sample count of every pixel of an image.
+
+    The image's standard error and its relative error are computed from these arrays.
+    """
 
     mean: Floats
     """(H, W, 3): the image; 0 where there is no sample."""
@@ -152,22 +155,22 @@ class PixelStatistics:
 
     @property
     def spread(self) -> Floats:
-        """Variance of each pixel's mean, (H, W, 3), without ``factors``: as if replicates were independent."""
+        """Variance of each pixel's mean, (H, W, 3), as if replicates were independent: without ``factors``."""
         return self.variance if self.factors is None else self.variance / self.factors[..., None]
 
 
 def pixel_statistics(moments: NDArray[Any]) -> PixelStatistics:
-    """Return the statistics of every pixel, with all replicates joined into one image.
+    """Return mean, variance and sample count of every pixel, with all replicates joined into one image.
 
     With ``n_r`` samples and mean ``M_r`` in replicate r, and ``N = Σ n_r``, the image is ``I = Σ n_r M_r / N``, and
 
         ``Var(I) ≈ Σ n_r (M_r - I)² / ((K - 1) N)``,  K the number of replicates that have samples.
 
-    Where ``Var(M_r) = v / n_r``, ``E Σ n_r M_r² = N μ² + K v`` and ``E N I² = N μ² + v``: their difference is
-    ``E Σ n_r (M_r - I)² = (K - 1) v``, and ``Var(I) = v / N``. So the estimate is unbiased for unequal counts when the
-    samples of a replicate are independent. It is also unbiased for equal counts under any sampler, where it is the
-    plain variance of K equal means, over K. Counts of replicates with a net each differ by at most one, so the
-    remaining bias of low-discrepancy samples is O(1/N) of the estimate.
+    Where ``Var(M_r) = v / n_r``, ``E Σ n_r M_r² = N μ² + K v`` and ``E N I² = N μ² + v``: the difference of these two
+    is ``E Σ n_r (M_r - I)² = (K - 1) v``, and ``Var(I) = v / N``. So the estimate is unbiased for unequal counts when
+    the samples of a replicate are independent. It is also unbiased for equal counts under any sampler, where it is the
+    plain variance of K equal means, over K. If each replicate is a net (low-discrepancy point set) of its own, counts
+    differ by at most one, so the remaining bias of low-discrepancy samples is O(1/N) of the estimate.
 
     Parameters
     ----------
@@ -181,9 +184,9 @@ def pixel_statistics(moments: NDArray[Any]) -> PixelStatistics:
 def standard_error(pixels: PixelStatistics) -> NDArray[np.float32]:
     """Return the standard error of every pixel, (H, W, 3) float32, ``inf`` where unknown.
 
-    One pixel's replicates say little (R - 1 degrees of freedom). So the variance *of one sample* is averaged over the
-    7x7 neighbourhood, as far as it lies in the image and variances are known. The result is divided by the pixel's own
-    count.
+    One pixel's R replicates tell little about its variance (R - 1 degrees of freedom). So the variance *of one sample*
+    is averaged over the 7x7 neighbourhood, as far as it lies in the image and variances are known. That average is
+    divided by the pixel's own sample count.
     """
     return standard_errors(pixels.mean, pixels.variance, pixels.samples)
 
@@ -197,19 +200,20 @@ def image_error(
     """Return the relative error of the image, as this module defines it, with its interval.
 
     The interval is meant to hold the *realised* error of this very image in 95 % of renders (or another ``level``).
-    Each limit is formed on the logarithm, around the error by its own reference (see the module). Its width comes from
-    the variance of the estimate and from the variance of the realised error. (The square of a Gaussian varies by twice
-    its mean's square, and no less than its estimate from two replicates does.) Few effective contributions call for
-    Student's t.
+    Each limit is formed on the logarithm of the error, around the error by the limit's own reference (see the module).
+    The width comes from the variance of the estimate and from the variance of the realised error. (The variance of a
+    squared Gaussian is twice the square of its mean. It is no less than the variance of its estimate from two
+    replicates.) The quantile is Student's t, for the effective number of contributions.
 
     The error is `UNKNOWN` while a pixel has samples in fewer than two replicates. A black image has value 0 and the
-    upper limit ``inf``, because no light was seen and so nothing is known; the limit is 0 if nothing can be hidden.
+    upper limit ``inf``, because no light was seen and so nothing is known. The upper limit is 0 if no light can be
+    hidden.
 
     Parameters
     ----------
     hidden
-        Callable of (pixels, level) that returns the part of error² that no sample has found. It is the light that
-        black pixels and small lamps may hide (`equaltime.film.unseen`). The upper limit is wider by that part.
+        Callable of (pixels, level) that returns the error² due to light that no sample has found. Black pixels and
+        small lamps may hide such light (`equaltime.film.unseen`). The square of the upper limit is larger by it.
     least
         (H, W, 3): light that is certainly in a pixel's mean; no reference is below this light.
     """
@@ -224,7 +228,7 @@ def error_and_brightest(
 ) -> tuple[Estimate, float]:
     """Return the estimate of `image_error`, and the share of error² that the brightest path makes, in [0, 1].
 
-    That share is `equaltime.film.tails.outstanding`; the arguments are as for `image_error`.
+    `equaltime.film.tails.outstanding` computes that share. The arguments are as for `image_error`.
     """
     seen, brightest = _seen_error(pixels, level, least)
     if hidden is None or not seen.known:
@@ -283,11 +287,11 @@ def expected_half_width(squares: float, pixels: int, degrees: float) -> float:
     Parameters
     ----------
     squares
-        Mean of the squares of the pixels' parts of error², over the square of their mean.
+        Mean of the squared contributions of pixels to error², divided by the square of the mean contribution.
     pixels
         Number of pixels.
     degrees
-        Degrees of freedom of a pixel's variance.
+        Degrees of freedom of each pixel's variance.
     """
     deviation = 0.5 * math.sqrt(2.0 * _of_gaussians(degrees) * squares / pixels)
     return _Z95 * math.hypot(deviation, _LEAST_DOUBT)
@@ -314,7 +318,7 @@ def load_quantiles() -> None:
 
 @dataclass(frozen=True, eq=False)
 class ErrorParts:
-    """Each pixel's part of error², (H, W), by each of the three references that the module describes.
+    """Each pixel's contribution to error², (H, W), by each of the three references that the module describes.
 
     ``value`` is for the estimate, ``lenient`` for the lower limit, and ``cautious`` for the upper limit.
     """
@@ -327,11 +331,12 @@ class ErrorParts:
 
 
 def error_parts(pixels: PixelStatistics, m: float, least: Floats | None = None) -> ErrorParts:
-    """Return each pixel's part of error² by the three references.
+    """Return each pixel's contribution to error² by each of the three references.
 
-    ``m`` is the mean of the image, and ``least`` is as in `image_error`. The variance that the noise of references adds
-    is found by the delta method. The noise of pixel j moves m and the local means around j, and so all contributions
-    there at once. Both derivatives have one sign, so the parts add up in absolute value.
+    ``m`` is the mean of the image over pixels and channels. ``least`` (H, W, 3) is light that is certainly in each
+    pixel. The noise of the references adds variance (`ErrorParts.moved`), which is found by the delta method. The noise
+    of pixel j moves the mean of the image and the local means around j, and so all contributions there at once. Both
+    derivatives have one sign, so their absolute values are added.
     """
     contributions, sums = error_contributions(pixels.mean, pixels.variance, pixels.samples, (0.1 * m) ** 2, least)
     influence = 0.02 * m * sums["slopes"] / pixels.mean.size

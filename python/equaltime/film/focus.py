@@ -2,9 +2,9 @@
 
 Light that a small lamp sends through glass, or by way of a mirror, is met by chance alone: no sample can aim at it. A
 diffuse surface meets a lamp of solid angle ``Ω`` with at most the share ``p = Ω / π`` of its samples. Let n be the
-samples of a pixel. While ``n p`` is small, most pixels have met none of that light, and no variance shows that they
-lack it. The error is then higher than its interval says. Two numbers tell whether that can matter: how bright the light
-would make a white surface, and how many paths meet specular surfaces at all.
+samples of a pixel. While ``n p`` is small, most pixels have met none of that light, and their variance does not show
+that it is missing. The error is then higher than its interval says. Two numbers tell whether the missing light can
+matter: the radiance of a white surface in that light, and the share of paths that meet specular surfaces.
 """
 
 from __future__ import annotations
@@ -30,7 +30,11 @@ _MATTERS = 0.5
 
 @dataclass(frozen=True)
 class Focus:
-    """Light that specular surfaces of a scene focus: how many paths meet them, and the light of emitters there."""
+    """Light that specular surfaces of a scene focus, in three numbers.
+
+    The first is the share of paths that meet such surfaces. The second is the radiance of a white surface lit by the
+    focused emitters. The third is the largest share of a surface's samples that meet these emitters.
+    """
 
     paths: float
     """Share of paths that meet a specular surface."""
@@ -41,13 +45,13 @@ class Focus:
 
     @classmethod
     def of(cls, scene: Any, settings: Any, seed: int, threads: int) -> Focus:
-        """Return the focused light of the core's scene, estimated from 4096 paths."""
+        """Return the focused light of a scene of the core, estimated from 4096 paths."""
         vertices, radiance, solid_angle = focused_light(scene, settings, seed, worker_threads(threads), _PATHS)
         return cls(vertices / _PATHS, radiance, solid_angle / math.pi)
 
     @classmethod
     def none(cls) -> Focus:
-        """Return the focused light of a scene without specular surfaces: all numbers are 0."""
+        """Return the focused light of a scene without specular surfaces: all three numbers are 0."""
         return cls(0.0, 0.0, 0.0)
 
     @property
@@ -56,18 +60,21 @@ class Focus:
         return self.paths > 0.0 and self.light > 0.0 and self.share < _SMALL
 
     def rare(self, samples: float) -> bool:
-        """Tell whether a pixel with this many samples may have met no focused light, which its variance then lacks."""
+        """Tell whether a pixel with this many samples may have met no focused light.
+
+        The variance of such a pixel does not contain that light.
+        """
         return self.possible and samples * self.share < _MANY
 
     def doubt(self, samples: float, error: float, mean: float) -> str:
-        """Return the reason why focused light makes the upper limit of an error untrustworthy; empty if there is none.
+        """Return, in words, why focused light puts the upper limit of an error in doubt; empty if it does not.
 
         Parameters
         ----------
         samples
             Samples of a pixel, on average.
         error
-            Relative error of the image, as stated.
+            Relative error that the render states for the image: 0.02 is 2 %.
         mean
             Mean of the image over pixels and channels.
         """

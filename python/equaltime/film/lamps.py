@@ -1,27 +1,28 @@
 """Lamps that are in sight but smaller than a pixel: the light that a render lacks while its samples miss them.
 
-In sight are lamps that the camera sees directly, in mirrors or through glass. The latter two are found by chains of
-specular vertices from the camera's side.
+A lamp is in sight if the camera sees it directly, in mirrors or through glass. Lamps in mirrors or behind glass are
+found by chains of specular vertices from the camera's side.
 
 A lamp that fills a thousandth of a pixel is met by one sample of a thousand. Until then the pixel's samples agree that
-it is dark. With low-discrepancy samples both replicates soon agree again, once each has met it once. Either way the
-pixel's variance seems to be zero. But the places of lamps are known. Points on them, projected onto the film, tell what
-share ``a`` of a pixel's samples meet one, and what mean light ``l`` that adds; 4096 points take milliseconds.
+it is dark. With low-discrepancy samples both replicates (halves of the samples) soon agree again, once each has met the
+lamp once. In both cases the pixel's variance seems to be zero. But the positions of lamps are known. Points on the
+lamps are projected onto the film. They tell the share ``a`` of a pixel's samples that meet a lamp, and the mean light
+``l`` that the lamp adds. 4096 points take milliseconds.
 
 Of the ``n`` samples of a replicate, ``x = n a`` should meet the lamp, and some whole number ``k`` of them does. Where
 all R replicates agree on k, their common error is ``(k/x - 1) l``. The chance of that is ``p(k)^R``. p is Poisson's
 chance, restricted to the three ``k`` nearest ``x`` (samples may be more even, but are less so where a pixel sees a
-sliver). A pixel has met no more lamps than its brightness allows, so for a dark one ``k`` is known. The mean over all
-``k`` is the error that agreement hides.
+sliver). A pixel has met no more lamps than its brightness allows, so for a dark pixel ``k`` is known. The mean of that
+error over all ``k`` stays hidden while replicates agree.
 
-Replicates that differ show more error than there is, on average exactly as much more as agreement hides, since their
-variance is unbiased. That excess is subtracted. Over many pixels the two balance, and the remainder is due to the few
-pixels that make much of the error. For the pixel that contributes most, use the worst ``k`` with a chance of at least
-2.5 % instead of the mean over ``k``.
+Replicates that differ show more error than there is. On average this excess equals the hidden error, since their
+variance is unbiased. The excess is subtracted. Over many pixels excess and hidden error balance, and the remainder is
+due to the few pixels that make much of the error. For the pixel that contributes most, use the worst ``k`` with a
+chance of at least 2.5 % instead of the mean over ``k``.
 
-A lamp that one replicate has met much too soon shows in the variance. But it also makes its neighbourhood, by which
-errors are divided, too bright. So the amount by which the estimate would rise if such lamps had their true brightness
-is added too. All this widens the upper limit of the error, and never moves the estimate.
+A lamp that one replicate has met much too soon shows in the variance. But the lamp also makes its neighbourhood, by
+which errors are divided, too bright. With the true brightness of such lamps the estimate would be higher. That rise is
+added too. All this widens the upper limit of the error, and never moves the estimate.
 """
 
 from __future__ import annotations
@@ -61,7 +62,11 @@ _DOUBTED = 2.0
 
 @dataclass(frozen=True, eq=False)
 class Lamps:
-    """Lamps that the camera sees: small ones, which samples may miss, and the certain light of lamps of any size."""
+    """Lamps that the camera sees, by pixel.
+
+    For small lamps, which samples may miss: their light, and the share of the pixel's samples that meet them. For lamps
+    of any size: the light that is certainly in the pixel.
+    """
 
     pixels: NDArray[np.intp]
     """(N,): pixels that see small lamps, as ``y * width + x``, in ascending order."""
@@ -76,7 +81,10 @@ class Lamps:
 
     @classmethod
     def of(cls, scene: Any, settings: Any, seed: int, threads: int, mirrors: bool) -> Lamps:
-        """Return the lamps that the camera of the core's scene sees; with ``mirrors``, also in specular surfaces."""
+        """Return the lamps that the camera of the core's scene sees.
+
+        With ``mirrors``, lamps that it sees in mirrors or through glass are included.
+        """
         found = [lamps_in_sight(scene, settings, seed, _POINTS)]
         if mirrors:
             found.append(mirrored_lamps(scene, settings, seed, threads, _CHAINS))
@@ -95,12 +103,15 @@ class Lamps:
 
     @classmethod
     def none(cls) -> Lamps:
-        """Return an empty set of lamps."""
+        """Return a set of no lamps."""
         return cls.small(np.zeros(0, np.intp), np.zeros((0, 3)), np.zeros(0))
 
     @classmethod
     def small(cls, pixels: NDArray[np.intp], light: Floats, share: Floats) -> Lamps:
-        """Return a set of small lamps alone, with light taken as exact; the arguments are the fields of these names."""
+        """Return a set of small lamps alone, with their light taken as exact.
+
+        The arguments are the fields of the same names.
+        """
         return cls(pixels, light, share, pixels, light)
 
     def least(self, height: int, width: int) -> Floats | None:
@@ -113,9 +124,9 @@ class Lamps:
 
     @classmethod
     def from_channels(cls, *parts: NDArray[np.float32]) -> Lamps:
-        """Return the small lamps from the `channels` of one or more renders of one image.
+        """Return the small lamps from the images (H, W, 4) that `channels` returned for one or more renders.
 
-        Where renders differ, the larger values count.
+        Where the images differ, the larger values count.
         """
         if not parts:
             return cls.none()
@@ -124,14 +135,17 @@ class Lamps:
         return cls.small(pixels, planes[pixels, :3].astype(np.float64), planes[pixels, 3].astype(np.float64))
 
     def channels(self, height: int, width: int) -> NDArray[np.float32]:
-        """Return the light (R, G, B) and the share of small lamps in each pixel as an image (H, W, 4), for a file."""
+        """Return the small lamps as an image (H, W, 4), for a file.
+
+        The channels are the light that lamps add to the pixel (R, G, B), and the share of its samples that meet a lamp.
+        """
         planes = np.zeros((height * width, 4), np.float32)
         planes[self.pixels, :3] = np.minimum(self.light, np.finfo(np.float32).max)
         planes[self.pixels, 3] = self.share
         return planes.reshape(height, width, 4)
 
     def missed(self, pixels: PixelStatistics) -> float:
-        """Return the part of error² that does not show because all replicates met small lamps equally often."""
+        """Return the amount of error² that stays hidden because all replicates met the small lamps equally often."""
         replicates = pixels.degrees + 1.0
         lacking, x = self._lacking(pixels, _MANY)
         if not lacking.any():
@@ -150,7 +164,10 @@ class Lamps:
         return max(whole, 0.0) / pixels.samples.size
 
     def outshone(self, pixels: PixelStatistics) -> float:
-        """Return the rise of the estimated error² if lamps that a replicate met too soon had their true brightness."""
+        """Return the rise of the estimated error² if lamps that a replicate met too soon had their true brightness.
+
+        A lamp that was met too soon is too bright in the image, by which errors are divided.
+        """
         replicates = pixels.degrees + 1.0
         lacking, x = self._lacking(pixels, 1.0 / replicates)  # beyond, a single meeting is not too soon
         where, light = self.pixels[lacking], self.light[lacking]

@@ -1,4 +1,4 @@
-"""Array types for the moments of a film's pixels, and for the sums over the parts of a merged film."""
+"""Array types for moments (count, mean, deviation) of a film's pixels, and for sums over the parts of a merged film."""
 
 from __future__ import annotations
 
@@ -26,23 +26,23 @@ unequal counts; ``n²``, ``n² V`` and ``n (I_k - I)²`` (`equaltime.film.parts_
 
 
 def deviations(moments: NDArray[Any]) -> NDArray[np.float64]:
-    """Return the standard deviation of the samples (divided by n, not n - 1), (..., 3), of moments of shape (...)."""
+    """Return the standard deviations of samples, (..., 3), from moments of shape (...); divisor n, not n - 1."""
     return np.asarray((moments["deviation"].astype(np.uint64) << np.uint64(32)).view(np.float64))
 
 
 def stored(deviation: NDArray[np.float64]) -> NDArray[np.uint32]:
-    """Return standard deviations in the form that moments store: the upper half of a float64, 21 significant bits."""
+    """Return standard deviations as moments store them: the upper half of each float64, with 21 significant bits."""
     bits = np.ascontiguousarray(deviation, np.float64).view(np.uint64)
     return ((bits + np.uint64(2**31)) >> np.uint64(32)).astype(np.uint32)
 
 
 def squared_deviations(moments: NDArray[Any]) -> NDArray[np.float64]:
-    """Return the sums of squared deviations of samples from their mean, (..., 3), of moments of shape (...)."""
+    """Return the sums of squared deviations of samples from their mean, (..., 3), from moments of shape (...)."""
     return np.asarray(moments["count"][..., None] * np.square(deviations(moments)))
 
 
 def nonfinite(moments: NDArray[Any]) -> tuple[int, int] | None:
-    """Return the first pixel (x, y) of (R, H, W) moments with a number that is not finite; None if all are finite."""
+    """Return the first pixel (x, y) whose (R, H, W) moments hold NaN or infinity; None if all numbers are finite."""
     finite = np.isfinite(moments["mean"]).all(axis=(0, 3)) & np.isfinite(deviations(moments)).all(axis=(0, 3))
     if finite.all():
         return None

@@ -5,9 +5,9 @@ NumPy type is stored byte by byte: byte k of all numbers of a row is a channel. 
 channel has ceil(W / 4) words in a row. The high bytes of neighbours are alike, and the low bytes of whole numbers are
 zero.
 
-The means of a film are close to the image, which is in the file anyway. So a mean is stored as the number of float64
-between it and its prediction from the image. The prediction is nearly exact for the last replicate that has samples, as
-the image is the mean of all. A film with one sample a pixel costs nothing beside its image.
+The means of a film are close to the image, which is in the file anyway. So a mean is stored as the count of float64
+numbers between the mean and its prediction from the image. The prediction is nearly exact for the last replicate that
+has samples, as the image is the mean of all replicates. A film with one sample a pixel costs nothing beside its image.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _WORD: Final = 4
 
 
 def channel_names(dtype: np.dtype[Any], layers: int) -> tuple[str, ...]:
-    """Return the names of the channels that `packed` makes, in order.
+    """Return the names of the channels that `packed` makes from ``layers`` arrays of type ``dtype``, in order.
 
     ``r0.mean.R.0`` is the lowest byte of the mean of red in layer 0.
     """
@@ -50,7 +50,7 @@ def packed_shape(height: int, width: int) -> tuple[int, int]:
 
 
 def packed(numbers: NDArray[Any]) -> NDArray[np.uint32]:
-    """Return (L, H, W) numbers as words (H, ceil(W / 4), C), with the channels that `channel_names` lists."""
+    """Return (L, H, W) numbers as uint32 words (H, ceil(W / 4), C); `channel_names` lists the C channels."""
     layers, height, width = numbers.shape
     size = numbers.dtype.itemsize
     flat = np.ascontiguousarray(numbers).view(np.uint8).reshape(layers, height, width, size)
@@ -63,7 +63,7 @@ def packed(numbers: NDArray[Any]) -> NDArray[np.uint32]:
 
 
 def unpacked(words: NDArray[np.uint32], width: int, dtype: np.dtype[Any]) -> NDArray[Any]:
-    """Return the (L, H, W) numbers of type ``dtype`` from the words of `packed`; ``width`` is W."""
+    """Return the (L, H, W) numbers of type ``dtype`` from the words that `packed` returned; ``width`` is W."""
     height, columns, channels = words.shape
     layers = channels // dtype.itemsize
     planes = np.ascontiguousarray(words, "<u4").view(np.uint8).reshape(height, columns, channels, _WORD)
@@ -75,9 +75,9 @@ def unpacked(words: NDArray[np.uint32], width: int, dtype: np.dtype[Any]) -> NDA
 
 
 def packed_moments(moments: NDArray[Any], image: NDArray[np.float32]) -> NDArray[np.uint32]:
-    """Return the (R, H, W) moments of a film as words.
+    """Return the (R, H, W) moments of a film as uint32 words, which `unpacked_moments` reads.
 
-    ``image`` (H, W, 3) is the image in the same file, from which means are predicted.
+    ``image`` (H, W, 3) is the image in the same file, from which the means are predicted.
     """
     height, width = image.shape[:2]
     words = np.empty((*packed_shape(height, width), len(moments) * DTYPE.itemsize), np.uint32)
@@ -91,7 +91,10 @@ def packed_moments(moments: NDArray[Any], image: NDArray[np.float32]) -> NDArray
 
 
 def unpacked_moments(words: NDArray[np.uint32], image: NDArray[np.float32]) -> NDArray[Any]:
-    """Return the (R, H, W) moments from the words of `packed_moments`; ``image`` must be the one given there."""
+    """Return the (R, H, W) moments from the words of `packed_moments`.
+
+    ``image`` (H, W, 3) must be the image that was given to `packed_moments`.
+    """
     height, width = image.shape[:2]
     moments = np.empty((words.shape[-1] // DTYPE.itemsize, height, width), DTYPE)
     for row in range(0, height, _ROWS):

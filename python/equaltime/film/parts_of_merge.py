@@ -1,20 +1,22 @@
-"""Statistics of the parts of a merged render: how far its pixels may be off, from all parts and their replicates.
+"""Variances of a merged render's pixels, from the renders that were merged (parts) and their replicates.
 
-The parts are independent renders of one image. In a pixel, part k has ``n_k`` samples and the mean ``I_k``. If two of
-its replicates have samples, it has an estimate ``V_k`` of the variance of ``I_k``, by the formula of
+The parts are independent renders of one image. In a pixel, part k has ``n_k`` samples and the mean ``I_k``. If two
+replicates of a part have samples, there is an estimate ``V_k`` of the variance of ``I_k``, by the formula of
 `pixel_statistics`. With ``N = Σ n_k`` the image is ``I = Σ n_k I_k / N``. Its variance has two estimates:
 
 ``within``   ``Σ n_k² V_k / N²``. It is unbiased under any sampler if the replicates of every part have equal counts,
-             and is used in no other case. Where ``V_k`` is as ``1 / n_k`` it has ``N² / Σ n_k²`` degrees of freedom for
-             two replicates a part (Satterthwaite 1946): as many as parts if these are of one size.
+             and is used in no other case. Where ``V_k`` is proportional to ``1 / n_k``, it has ``N² / Σ n_k²`` degrees
+             of freedom for two replicates a part (Satterthwaite 1946). That is the number of parts if all are of one
+             size.
 ``between``  ``Σ n_k (I_k - I)² / ((K - 1) N)`` of K parts. It has K - 1 degrees of freedom, and is unbiased under any
              sampler if all ``n_k`` are equal, whatever the replicates are. It is used in no other case.
 
-If a part has one net a pixel, ``V_k`` comes from its second nets (`equaltime.film.second_nets`), which is unbiased for
-any counts. Both are pooled by their degrees of freedom. If parts are of one size and their replicates are not (an odd
-count), ``between`` stands alone: for points of a net the variance of 2 samples is less than half of that of 1. So every
-``V_k`` of 3 samples is too large by the same factor. If both parts and replicates differ in size, the variance comes
-from the joined replicates, by the formula of `pixel_statistics`.
+If the samples of a part's pixel are one net (low-discrepancy point set), ``V_k`` comes from second nets
+(`equaltime.film.second_nets`). It is then unbiased for any counts. Both estimates are pooled by their degrees of
+freedom. If parts are of one size and their replicates are not (an odd count), ``between`` stands alone: for points of a
+net the variance of the mean of 2 samples is less than half of the variance of 1. So every ``V_k`` of 3 samples is too
+large by the same factor. If both parts and replicates differ in size, the variance comes from the joined replicates, by
+the formula of `pixel_statistics`.
 
 The sums over parts are stored, not the estimates. The sums are additive (``Σ n_k (I_k - I)²`` by Chan, Golub & LeVeque
 1983), so files can be merged again, in any order.
@@ -40,7 +42,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class MergedFilm:
-    """The samples of several independent renders (parts) of one image."""
+    """Samples of one or more independent renders (parts) of one image, with the sums that tell their variance."""
 
     moments: NDArray[Any]
     """(R, H, W): moments of all samples in each replicate, as in `equaltime.film.moments`."""
@@ -49,7 +51,10 @@ class MergedFilm:
 
     @classmethod
     def of(cls, moments: NDArray[Any], second: SecondNets | None = None) -> MergedFilm:
-        """Return the film of a single render, as one part: (R, H, W) moments, and its second nets if it has any."""
+        """Return the film of a single render, as one part, from its (R, H, W) moments.
+
+        ``second`` holds its second nets, if it has any: further samples of some pixels that tell their variance.
+        """
         pixels = statistics(moments, second)
         variance, samples, counts = pixels.variance, pixels.samples, moments["count"]
         parts = np.zeros(samples.shape, PARTS)
@@ -62,7 +67,7 @@ class MergedFilm:
         return cls(moments, parts)
 
     def joined(self, other: MergedFilm) -> MergedFilm:
-        """Return a film with the parts of this film and of the other."""
+        """Return a film with the merged renders (parts) of this film and of the other."""
         ours, theirs = self._samples, other._samples
         apart = np.square(self._mean - other._mean)
         parts = np.empty_like(self.parts)
@@ -82,9 +87,9 @@ class MergedFilm:
         return bool((possible & ((parts > 0.0) == (square > 0.0)) & known.all(axis=-1)).all())
 
     def statistics(self) -> PixelStatistics:
-        """Return the statistics of every pixel of the merged image.
+        """Return mean, variance and sample count of every pixel of the merged image.
 
-        Their ``degrees`` are the harmonic mean over pixels of the degrees of freedom. This mean decides the width of
+        The field ``degrees`` is the harmonic mean over pixels of the degrees of freedom. This mean decides the width of
         intervals: the relative variance of a pixel's estimated variance is ``2 / degrees``.
         """
         joined = pixel_statistics(self.moments)
@@ -126,8 +131,9 @@ class MergedFilm:
 def statistics_of(
     moments: NDArray[Any], parts: NDArray[Any] | None, second: SecondNets | None = None
 ) -> PixelStatistics:
-    """Return the statistics of every pixel of a render.
+    """Return mean, variance and sample count of every pixel of a render, merged or not.
 
-    ``parts`` are the sums over the parts of a merged render; None if the render was not merged.
+    ``parts`` holds the sums over the renders that were merged; None if the render was not merged. ``second`` holds the
+    second nets, if any: further samples of some pixels that tell their variance.
     """
     return statistics(moments, second) if parts is None else MergedFilm(moments, parts).statistics()

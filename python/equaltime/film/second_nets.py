@@ -1,22 +1,24 @@
-"""The variance of pixels whose samples are one net (low-discrepancy point set), from a second net in some of them.
+"""Variance of pixels whose samples are one net (low-discrepancy point set), from a second net in some pixels.
 
 In large pictures a pixel's samples are one net (`equaltime.rendering.core.nets`): two nets of half the size would have
 5 to 20 % more squared error (tests/bench/sampler_noise.py). But then the replicates are the halves of one net
-(`Sharing` in cpp/film/film.h), which are not independent. Their difference shows where the noise is, and its size
-except for a factor: the true variance is half of the stated one to all of it, depending on the scene and the count.
+(`Sharing` in cpp/film/film.h), which are not independent. The difference of the halves shows where the noise is, and
+its size except for a factor. The true variance is between half of the variance from the halves and all of it, depending
+on the scene and the count.
 
 So some pixels, drawn at random, have a second net with its own random numbers, which is not in the image. There two
 variances are known: ``V``, from the halves of a net, and the true one, from the difference of the nets' means ``I₁``
-and ``I₂``. Their ratio is
+and ``I₂``. The ratio of the true one to ``V`` is
 
     ``F = Σ w (I₁ - I₂)² / Σ w (V₁ + V₂)``.
 
 The weights ``w`` are close to the weights of the image's error (`equaltime.film.error`): a geometric mean of ``1 / (R²
-+ (0.1 m)²)`` with the pixel for R and with its neighbours. ``F V`` is the variance everywhere. A pixel's part of error²
-beyond the largest measured one is not corrected, since rare bright paths are as wrong in one net as in two.
++ (0.1 m)²)`` with the pixel for R and with its neighbours. ``F V`` is the variance everywhere. A pixel's contribution
+to error² that is beyond the largest measured one is not corrected, since rare bright paths are as wrong in one net as
+in two.
 
 F is a ratio of sums over many pixels, so the delta method gives its standard deviation (Cochran 1977, 6.3). F is one
-number for all pixels, so their variances are off together, which widens the interval of the image's error.
+number for all pixels, so the variances of all pixels are off together, which widens the interval of the image's error.
 """
 
 from __future__ import annotations
@@ -40,7 +42,7 @@ FEWEST = 64
 
 @dataclass(frozen=True, eq=False)
 class SecondNets:
-    """Samples of the second nets that some pixels have, to calibrate the variances of all pixels."""
+    """Samples of second nets: independent further samples of some pixels, which calibrate all pixels' variances."""
 
     moments: NDArray[Any]
     """(R, h, w): their moments, of the type `equaltime.film.moments.DTYPE`."""
@@ -48,14 +50,14 @@ class SecondNets:
     """(h, w): index ``y * width + x`` in the image of each net's pixel; -1 where there is no net."""
 
     def copy(self) -> SecondNets:
-        """Return a copy whose moments have their own memory."""
+        """Return a copy of the second nets whose moments have their own memory."""
         return SecondNets(self.moments.copy(), self.pixels)
 
     def calibrated(self, image: PixelStatistics) -> PixelStatistics:
-        """Return the statistics of the image, with all variances corrected by the factor from the second nets.
+        """Return the statistics of the image, with all variances corrected by the factor that the second nets tell.
 
-        Pixels are ignored if a cut pass left their two nets with different sample counts. With fewer than `FEWEST`
-        pixels, the statistics are returned unchanged.
+        A pixel does not count if a pass that was cut short left its two nets with different sample counts. If fewer
+        than `FEWEST` pixels count, the statistics are returned unchanged.
         """
         floor = np.square(0.1 * image.mean.mean())
         with np.errstate(over="ignore", invalid="ignore"):  # a number whose square overflows is not measured
@@ -108,21 +110,27 @@ def _weights(own: Floats, around: Floats, floor: float) -> Floats:
 
 
 def statistics(moments: NDArray[Any], second: SecondNets | None) -> PixelStatistics:
-    """Return the statistics of every pixel from the (R, H, W) moments of a film, and its second nets if it has any."""
+    """Return mean, variance and sample count of every pixel from the (R, H, W) moments of a film.
+
+    ``second`` holds the film's second nets, which correct the variances; None if it has none.
+    """
     pixels = pixel_statistics(moments)
     return pixels if second is None else second.calibrated(pixels)
 
 
 class Renders(Protocol):
-    """The part of a renderer of the core that holds its samples."""
+    """Interface to the samples of a renderer of the core."""
 
     @property
     def moments(self) -> NDArray[Any]:
-        """Moments of the film, (R, H, W), of the type `equaltime.film.moments.DTYPE`."""
+        """Moments (count, mean, deviation) of each pixel in each replicate, (R, H, W).
+
+        The type is `equaltime.film.moments.DTYPE`.
+        """
 
     @property
     def second_moments(self) -> NDArray[Any]:
-        """Moments of the second nets, (R, h, w), of the same type; empty if there are none."""
+        """Moments of the second nets, (R, h, w), of the type of `moments`; empty if there are no second nets."""
 
     @property
     def second_pixels(self) -> NDArray[np.int64]:
@@ -130,11 +138,11 @@ class Renders(Protocol):
 
 
 def second_nets(renderer: Renders) -> SecondNets | None:
-    """Return the second nets of a renderer, with moments in the renderer's memory; None if there are none."""
+    """Return the second nets of a renderer; None if there are none. Their moments share the renderer's memory."""
     moments = renderer.second_moments
     return SecondNets(moments, renderer.second_pixels) if moments.size else None
 
 
 def statistics_so_far(renderer: Renders) -> PixelStatistics:
-    """Return the statistics of every pixel from the samples that a renderer has taken so far."""
+    """Return mean, variance and sample count of every pixel from the samples that a renderer has taken so far."""
     return statistics(renderer.moments, second_nets(renderer))

@@ -1,8 +1,9 @@
-"""Decide whether an error bar can be trusted, by how much of the error single pixels of single renders make.
+"""Test of whether an error bar can be trusted: whether few pixels of few renders make most of the error.
 
 The mean square error of a render is a mean over pixels. Rare samples can carry much of it, such as small lights that
-are found only by chance, or caustics. Then a few renders do not show its spread, and no interval derived from that
-spread can be trusted. Two numbers decide. Both are computed from the squared errors c of all pixels of all repeats:
+are found only by chance, or caustics. Then a few renders do not show the spread of the error, and no interval derived
+from it can be trusted. Such an error has a heavy tail. Two numbers tell whether the tail is heavy. Both are computed
+from the squared errors c of all pixels of all repeats:
 
 - Lyapunov's ratio ``sum |e|³ / (sum e²)^(3/2)``, with e the deviation of c from the mean of its pixel over repeats.
   Variation across the picture is no tail and does not enter. The ratio bounds how far a sum is from normal (Berry 1941,
@@ -13,15 +14,16 @@ spread can be trusted. Two numbers decide. Both are computed from the squared er
   multiple of that share of the true sum.
 
 If the ratio is small, intervals from the spread over repeats hold. If the ratio is large but the largest share is
-small, they hold once their upper end is moved out by `UNSEEN` times that share. Otherwise the upper end means nothing.
-The lower end still holds, since unseen light can only add to an error. The limits were chosen by simulation, which
-tests/statistical/test_intervals.py repeats.
+small, intervals hold once their upper end is moved out by `UNSEEN` times that share. Otherwise the upper end means
+nothing. The lower end still holds, since unseen light can only add to an error. The limits were chosen by simulation,
+which tests/statistical/test_intervals.py repeats.
 
 A single render has no repeats, only the difference of its two halves at every pixel. Instead it has neighbours, whose
-noise is mostly alike. Only a part of its largest c counts: the part above the mean of the rest of its 7x7 neighbourhood
-times the expected largest square of as many normal differences as there are pixels (`outstanding`). A bright path that
-stands out is part of the error and so is no reason for doubt. But once the same path has averaged out, no variance
-shows it, and others like it may be missing (`averaged_out`).
+noise is mostly alike. Only the excess of the largest c over a limit counts (`outstanding`). The limit is the mean of
+the rest of the 7x7 neighbourhood, times a factor. The factor is the expected largest square of N normal differences,
+with N the number of pixels. A bright path that stands out is part of the error and so is no reason for doubt. But once
+the same path has averaged out, the variance does not show it any more, and other such paths may be missing
+(`averaged_out`).
 """
 
 from __future__ import annotations
@@ -53,7 +55,10 @@ _AVERAGED_OUT = 0.5
 
 @dataclass(frozen=True)
 class Tail:
-    """Weight of the largest squared errors in the sum of all. Both numbers are NaN for a single repeat."""
+    """Weight of the largest squared errors in the sum over all pixels of all repeats.
+
+    A heavy tail means that few pixels of few repeats make the error. Both numbers are NaN for a single repeat.
+    """
 
     ratio: float
     """Lyapunov's ratio."""
@@ -62,21 +67,28 @@ class Tail:
 
     @property
     def doubt(self) -> str:
-        """Reason why upper ends of intervals cannot be trusted; empty if they can, or if there is a single repeat."""
+        """Reason, in words, why the upper ends of intervals cannot be trusted.
+
+        It is empty if they can be trusted, or if there is a single repeat.
+        """
         if not self.ratio > MOST_RATIO or self.share <= MOST_SHARE:
             return ""
         return f"heavy tail: one pixel of one render makes {100 * self.share:.3g} % of the error, and others may more"
 
     @property
     def unseen(self) -> float:
-        """Fraction of the measured mean square error that unseen errors may add to the true one."""
+        """Amount that unseen errors may add to the mean square error, as a fraction of the measured one.
+
+        It is 0 if `ratio` is small.
+        """
         return UNSEEN * self.share if self.ratio > MOST_RATIO else 0.0
 
 
 def tail_of(errors: ArrayLike) -> Tail:
     """Return two numbers that tell whether few pixels of few repeats make the error: Lyapunov's ratio, largest share.
 
-    ``errors`` are squared errors of all pixels in K repeats, (K, pixels).
+    ``errors`` holds the squared errors of all pixels in K repeats, (K, pixels). Both numbers are NaN for a single
+    repeat.
     """
     squares = np.asarray(errors, np.float64)
     if len(squares) < 2:
@@ -91,9 +103,10 @@ def tail_of(errors: ArrayLike) -> Tail:
 
 
 def outstanding(squares: Floats) -> float:
-    """Return the share of the sum of one render's squared errors (H, W) that its most outstanding pixel makes.
+    """Return the share of a render's error² that its most outstanding pixel makes, in [0, 1].
 
-    Only the pixel's part beyond the noise of its neighbours counts, so the share is 0 where noise is even.
+    ``squares`` (H, W) holds the squared errors of the pixels. Only the excess of a pixel over the noise of its
+    neighbours counts, so the share is 0 where noise is even.
     """
     total = float(squares.sum())
     if not total > 0.0:
@@ -103,16 +116,16 @@ def outstanding(squares: Floats) -> float:
 
 
 def averaged_out(past: float, samples: float, square: float, share: float) -> str:
-    """Return the reason to doubt an error in which a bright path has averaged out; empty if there is none.
+    """Return, in words, why an error is in doubt after a bright path has averaged out; empty if it is not.
 
     Parameters
     ----------
     past
-        Brightness of the brightest path at earlier looks (estimates of the error during the render). It is the
-        largest product of `outstanding`, error² and the square of the samples a pixel. One path's part of error²
-        falls with the square of the samples.
+        Brightness of the brightest path at earlier looks (estimates of the error during the render). A brightness is
+        the product of `outstanding`, error² and the square of the samples per pixel. The contribution of one path to
+        error² falls with the square of the samples.
     samples, square, share
-        Present samples a pixel, error² and `outstanding`.
+        Present samples per pixel, present error², and the present result of `outstanding`.
     """
     if not square > 0.0 or past / (samples * samples * square) - share <= _AVERAGED_OUT:
         return ""

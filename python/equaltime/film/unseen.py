@@ -8,8 +8,8 @@ with a confidence of 1 - p, and from that follows the error that it may make of 
 
 N is the number of samples in the whole 7x7 neighbourhood, and the bound is the largest in it. Pixels count only if the
 whole neighbourhood is black: elsewhere the neighbours that saw light have a variance, which covers the black ones too.
-A pixel is certainly dark, and exempt, where no light faces the surfaces that are met, or no surface is met. All this
-widens the upper limit of an image's error; it never moves the estimate.
+A pixel is certainly dark, and exempt, where no light faces the surfaces that are met, or no surface is met. Light that
+may be hidden widens the upper limit of an image's error, and never moves the estimate.
 """
 
 from __future__ import annotations
@@ -41,17 +41,19 @@ _ANYTHING = 1e150
 
 
 class Unseen:
-    """Light that may be hidden from one render. A call with (pixels, level) returns the hidden part of error².
+    """Light that the samples of one render may have missed.
+
+    A call with (pixels, level) returns an upper limit, at this confidence level, of the error² due to that light.
 
     Parameters
     ----------
     possible
-        Callable that takes pixels ``y * width + x``, (N,), and returns the largest radiance that a sample of each
+        Callable that takes pixels ``y * width + x``, (N,), and returns the largest radiance that a sample of each pixel
         could have seen, (N, 3).
     known
         Earlier results of ``possible``, (H, W, 3); NaN for pixels that were not asked for.
     lamps
-        Callable that returns the lamps in sight.
+        Callable that returns the lamps that the camera sees.
     focus
         Callable that returns the light that specular surfaces focus.
     """
@@ -69,7 +71,7 @@ class Unseen:
 
     @classmethod
     def of(cls, scene: Any, settings: Any, seed: int, threads: int) -> Unseen:
-        """Return the light that may be hidden from a render of the core's scene with these settings and this seed."""
+        """Return the light that a render of the core's scene, with these settings and this seed, may miss."""
         threads = worker_threads(threads)
         focus = cache(partial(Focus.of, scene, settings, seed, threads))
 
@@ -80,10 +82,11 @@ class Unseen:
 
     @classmethod
     def together(cls, parts: Sequence[Mapping[str, NDArray[np.float32]]], focus: Focus | None = None) -> Unseen:
-        """Return the light that may be hidden from several renders of one image together, from the `parts` of each.
+        """Return the light that several renders of one image may have missed together.
 
-        A pixel that is black in the merged image is black in every render, so every render has stored its bound.
-        Pixels without a bound may hide any amount of light. Lamps that no render lists are assumed absent.
+        ``parts`` holds the images that `Unseen.parts` returned for each render. A pixel that is black in the merged
+        image is black in every render, so every render has stored a bound of its hidden light. Pixels without a bound
+        may hide any amount of light. Lamps that no render lists are assumed absent.
         """
         found = [part["unseen"].astype(np.float64) for part in parts if "unseen" in part]
         known = np.clip(reduce(np.fmax, found), 0.0, _ANYTHING) if found else None
@@ -94,19 +97,20 @@ class Unseen:
 
     @cached_property
     def lamps(self) -> Lamps:
-        """Lamps in sight. The search runs at the first access."""
+        """Lamps that the camera sees. The search for them runs at the first access."""
         return self._find_lamps()
 
     @cached_property
     def focus(self) -> Focus:
-        """Light that specular surfaces focus. The search runs at the first access."""
+        """Light that specular surfaces focus. The estimate is made at the first access."""
         return self._find_focus()
 
     def parts(self, height: int, width: int) -> dict[str, NDArray[np.float32]]:
-        """Return the images that a file stores, by name, for `together`; an image without content is left out.
+        """Return the images that a file stores for `together`, by name; an image without content is left out.
 
-        ``unseen`` (H, W, 3) holds the bounds of black pixels, and NaN where no bound was computed. ``lamps``
-        (H, W, 4) holds the light that small lamps add to each pixel, and the share of its samples that meet one.
+        ``unseen`` (H, W, 3) holds the largest radiance that black pixels may hide, and NaN where it was not computed.
+        ``lamps`` (H, W, 4) holds the light that small lamps add to each pixel, and the share of its samples that meet
+        one.
         """
         parts = {}
         if self._known is not None and not np.isnan(self._known).all():
@@ -120,7 +124,10 @@ class Unseen:
         return self.lasting(pixels, level) + self.lamps.outshone(pixels)
 
     def lasting(self, pixels: PixelStatistics, level: float) -> float:
-        """Return the hidden part of error², without lamps met too soon: a few more samples undo their effect."""
+        """Return an upper limit, at this confidence level, of the lasting error² due to hidden light.
+
+        Lamps that a replicate met too soon are left out, since a few more samples undo their effect.
+        """
         return self._by_black(pixels, level) + self.lamps.missed(pixels)
 
     def _by_black(self, pixels: PixelStatistics, level: float) -> float:
@@ -161,9 +168,9 @@ def stated_error(
 ) -> Estimate:
     """Return the error that a render states of itself, wherever the error is shown, stored or compared with a target.
 
-    ``unseen`` is the light that may be hidden; None leaves it out. With ``lasting`` the limits leave out effects that a
-    few more samples undo (`Unseen.lasting`). ``brightest`` is the largest brightness that `stated` returned at earlier
-    looks, which are estimates of the error during the render.
+    ``unseen`` is the light that samples may have missed; None leaves it out. With ``lasting`` the limits leave out
+    effects that a few more samples undo (`Unseen.lasting`). ``brightest`` is the largest brightness that `stated`
+    returned at earlier looks (estimates of the error during the render).
     """
     return stated(pixels, unseen, level, lasting, brightest)[0]
 
@@ -177,8 +184,8 @@ def stated(
 ) -> tuple[Estimate, float]:
     """Return the estimate of `stated_error`, and the brightness of the brightest path.
 
-    That brightness is the number ``past`` of `equaltime.film.tails.averaged_out`. The arguments are as for
-    `stated_error`.
+    That brightness is one of the numbers whose maximum is ``past`` in `equaltime.film.tails.averaged_out`. The
+    arguments are as for `stated_error`.
     """
     if unseen is None:
         found, share = error_and_brightest(pixels, level)

@@ -1,4 +1,4 @@
-"""Effects: the effects that a scene uses, the cost of each, and rendering without them.
+"""Costs of the effects (such as lens, media or textures) that a scene uses, and rendering without some effects.
 
 =================================  ===================================================================================
 `equaltime.scene.effects.kinds`    the effects by name: what uses each, and what replaces it where it is left out

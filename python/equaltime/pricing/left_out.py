@@ -1,9 +1,10 @@
-"""Effects that a render leaves out, and the resulting bias, measured by a pilot with and without these effects.
+"""Effects (such as lens or media) that a render leaves out, and the bias due to that, measured by a pilot.
 
-Effects are chosen by a pilot, or named by the user and only measured. Renders with and without an effect have the same
-random numbers. The choice follows from sample counts and seeds, never from a clock, so a rerun repeats the bits. The
-bias of several effects together is at most the sum of theirs. The chosen effects are measured again, all together, by
-random numbers that had no influence on the choice. The image's error bar includes that measurement.
+Effects are chosen by a pilot (a short render that predicts), or named by the user and only measured. The pilot renders
+with and without an effect, with the same random numbers. The choice follows from sample counts and seeds, never from a
+clock, so a rerun repeats the bits. The bias of several effects together is at most the sum of their single biases. The
+chosen effects are measured again, all together, by random numbers that had no influence on the choice. The image's
+error bar includes that measurement.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ PILOTS_SEEDS = 2**63
 
 @dataclass(frozen=True)
 class LeftOut:
-    """A scene and a strategy without some effects, and the resulting bias of the image."""
+    """A scene and a strategy without some effects, the names of these effects, and the resulting bias of the image."""
 
     scene: Scene
     strategy: Strategy
@@ -52,9 +53,9 @@ class LeftOut:
 
 
 def measured(scene: Scene, strategy: Strategy, names: tuple[str, ...], seed: int = 0, threads: int = 0) -> LeftOut:
-    """Return the scene without the named effects, and the measured error that this makes.
+    """Return the scene without the named effects, and the measured error due to leaving them out.
 
-    If long paths are among the names, the strategy's own cut of paths is measured with them.
+    If long paths are among the names, the error includes the strategy's own cut of paths.
 
     Raises
     ------
@@ -84,10 +85,10 @@ def _untruncated(strategy: Strategy, names: tuple[str, ...]) -> tuple[Strategy, 
 
 
 def choose(scene: Scene, strategy: Strategy, within: float, seed: int = 0, threads: int = 0) -> LeftOut:
-    """Return the scene without the effects whose error, by a pilot, is together at most ``within`` (a fraction).
+    """Return the scene without the effects that a pilot chose: together their error is at most ``within``, a fraction.
 
-    Effects with the least bias are left out first, up to half of the error if paths can be cut too. Then paths are cut
-    as early as the rest allows. The upper ends of the biases' intervals count.
+    Effects with the least bias are left out first. If paths can be cut too, these effects may make half of ``within``.
+    Then paths are cut as early as the rest allows. Biases count by the upper ends of their intervals.
     """
     called = derive(scene)
     candidates = [name for name in called if kind_of(name).instead and can_leave_out(scene, strategy, name)]

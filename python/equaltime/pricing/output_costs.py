@@ -1,4 +1,4 @@
-"""Cost of outputs beside the image, as the share of each in the time of the image and all outputs, measured in turn.
+"""Cost of the outputs beside the image: the share of each in the time of the image and all outputs together.
 
 Outputs are made after the render, by separate paths (`equaltime.rendering.outputs`). So a share holds for a render with
 this number of samples a pixel: first hits cost the same for any number, rays take at most 16 samples, and bounces cost
@@ -33,11 +33,12 @@ def measure_outputs(
     threads: int = 0,
     progress: Callable[[float], object] | None = None,
 ) -> Mapping[str, Interval]:
-    """Return the share of the time that each output takes by itself, by ``name:kind``, and that `ALL` take together.
+    """Return the share of the time that each output beside the image takes, by ``name:kind``.
 
-    The whole is the time of the image with all outputs. The result is empty if the scene asks for no outputs. A round
-    makes the image and all outputs with one seed, ``repeats`` times. The order alternates between rounds, so that a
-    drifting machine affects all alike. Raises `NonFiniteSample` if a sample was not a number.
+    The key `ALL` has the share of all outputs made together. Shares refer to the time of the image with all outputs.
+    The result is empty if the scene asks for no outputs. The image and all outputs are made ``repeats`` times, each
+    time with one seed. The order alternates between repeats, so that a drifting machine affects all alike. Raises
+    `NonFiniteSample` if a sample was not a number.
     """
     asked = asked_for(scene)
     if not asked:

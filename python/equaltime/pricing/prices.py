@@ -35,7 +35,7 @@ QUICK_PIXELS, QUICK_REPEATS, QUICK_SAMPLES = 64 * 64, 6, 8
 
 @dataclass(frozen=True, eq=False)
 class Price:
-    """Cost of one effect in time, variance and memory. Intervals are at 95 %. A field is None where it is not known."""
+    """Cost of one effect in time, variance and memory. Intervals are at 95 %. A field that is not known is None."""
 
     kind: Kind
     reasons: tuple[Reason, ...]
@@ -68,7 +68,7 @@ class Price:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PriceList(Shown):
-    """Costs of the effects that a scene uses, and shares of its light in the variance."""
+    """Costs of the effects that a scene uses, and the shares of its kinds of light in the variance."""
 
     prices: tuple[Price, ...]
     """Prices of the effects that the scene uses."""
@@ -128,7 +128,7 @@ def _in_percent(interval: Interval) -> str:
 
 
 def as_data(interval: Interval) -> dict[str, float | None]:
-    """Return value and ends of an interval as JSON data; numbers that are not finite are None."""
+    """Return value, low and high of an interval as JSON data; numbers that are not finite are None."""
     numbers = {"value": interval.value, "low": interval.low, "high": interval.high}
     return {name: number if math.isfinite(number) else None for name, number in numbers.items()}
 
@@ -146,7 +146,8 @@ def effects(
     """Return the measured cost of each effect that a scene uses.
 
     The scene is rendered in turn with each of its variants, which leave one effect out, with the same random numbers.
-    Then its light is split (`equaltime.quoting.light_parts`), and its outputs beside the image are timed.
+    Then its noise is divided among kinds of light (`equaltime.quoting.light_parts`), and its outputs beside the image
+    are timed.
 
     Parameters
     ----------

@@ -1,1 +1,1 @@
-"""Quotes: predictions, from short pilots, of a render's cost, and of where its noise is."""
+"""Quotes: predictions of a render's time, error and memory, and of the sources of its noise, from short pilots."""

@@ -1,14 +1,15 @@
-"""A sample count for an error, chosen before the image has a sample: the stop that does not select images.
+"""Choice of a sample count for an error before the image has a sample, so that the stop does not select images.
 
-A pilot with separate samples (`equaltime.quoting.pilot`, another seed) shows how the error falls. The chosen count is
-where the upper limit of the predicted error meets the target: 97.5 % of images have a smaller error there, as far as
-the pilot can know. The count at which a *looking* render would have stopped is no substitute. Such a render waits until
-its own interval is narrow, and the upper limit of its count may be a hundred times as much.
+A pilot is a short render that predicts (`equaltime.quoting.pilot`). With samples of its own, from another seed, it
+shows how the error falls. The chosen count is where the upper limit of the predicted error meets the target: 97.5 % of
+images have a smaller error at that count, as far as the pilot can know. A render that estimates its own error on the
+way stops at another count, which is no substitute. Such a render waits until its own interval is narrow, and the upper
+limit of its count may be a hundred times as much.
 
-A pilot that has met no rare bright path predicts too small a count, and one that has just met its first predicts a wide
-interval. So the pilot doubles its samples until it has half of the image's samples. The larger of the counts by its
-last two lengths is taken: two must agree, as two looks of a render must. All of this follows from counts, and not from
-a clock, unless a time is one of the limits.
+A pilot that has met no rare bright path predicts too small a count, and a pilot that has just met its first one
+predicts a wide interval. So the pilot doubles its samples until it has half of the image's samples. Each length of the
+pilot gives a count, and the larger of the last two counts is taken. The choice follows from counts, and not from a
+clock, unless a time is one of the limits.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ _MOST_IN_THE_DARK = 64 * FIRST_LOOK
 
 @dataclass(frozen=True)
 class Chosen:
-    """A sample count that a pilot chose for an error, with the quote that led to it."""
+    """A sample count that a pilot chose for an error, and the quote (prediction) that led to it."""
 
     stop: Stop
     quote: Quote | None = None
@@ -49,10 +50,10 @@ class Chosen:
     """Seconds that choosing took in this run."""
 
     def limits(self, asked: Limits) -> Limits:
-        """Return the limits with which the image is rendered; the error limit of ``asked`` is not one of them.
+        """Return the limits of samples and time with which the image is rendered.
 
         The sample limit is the chosen count, or the limit in ``asked`` if that is less. The time limit is the rest of
-        the time in ``asked``.
+        the time in ``asked``. There is no error limit.
         """
         counts = [count for count in (self.stop.spp, asked.spp) if count is not None]
         seconds = asked.seconds
@@ -62,20 +63,20 @@ class Chosen:
 
 
 def pilot_seed(seed: int) -> int:
-    """Return the seed of the pilot of a render with this seed.
+    """Return the seed of the pilot of a render whose own seed is ``seed``.
 
-    The seed is a hash, so that other renders do not use it by chance.
+    It is a hash of that seed, so that other renders do not use it by chance.
     """
     words = f"equaltime: pilot of a fixed count, seed {seed}"
     return int.from_bytes(hashlib.sha256(words.encode()).digest()[:8], "big")
 
 
 def fixed_count(job: Job, progress: ProgressCallback | None = None) -> Chosen:
-    """Return the samples per pixel with which the job's render reaches the error in its limits, chosen by a pilot.
+    """Return the samples per pixel, chosen by a pilot, with which the job's render reaches its error limit.
 
     A resumed render keeps the count that was chosen for the same error. With a time limit, the pilot may take a quarter
-    of the time. No count is chosen if that is too short, or if the pilot finds no count but samples are limited too.
-    Then the other limits end the render.
+    of the time. No count is chosen if that time is too short, or if the pilot finds no count and the samples are
+    limited. Then the other limits end the render.
 
     Raises
     ------
@@ -85,7 +86,7 @@ def fixed_count(job: Job, progress: ProgressCallback | None = None) -> Chosen:
     SampleError
         If a sample of the pilot went wrong.
     ImageError
-        If the resumed render looked at its own error, and has more samples than the pilot chooses.
+        If the resumed render watched its own error to stop, and has more samples than the pilot chooses.
     """
     resumed = job.resumed
     before = None if resumed is None else resumed.stop

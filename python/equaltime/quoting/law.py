@@ -1,4 +1,4 @@
-"""The law of a render: how its error falls with its samples, and how much time samples take."""
+"""The law of a render: how its error falls as samples are added, and how much time samples take."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ _LOSS, _LOSS_OF_TAKEN, _START = 0.004, 0.022, 0.05
 
 
 class Processors(NamedTuple):
-    """Processor time that the threads of this process have used and waited for, since they began.
+    """Processor time of this process: the seconds that its threads ran, and the seconds that they waited to run.
 
-    The processor time of a sample hardly depends on other processes. The share of the processors that is available
-    varies from a tenth of a second to the next. A longer watch gives a better estimate of this share. Idle threads do
-    not count as waiting.
+    Both count from the start of the threads. The processor time of a sample hardly depends on other processes. The
+    share of the processors that is available varies from a tenth of a second to the next. A longer watch gives a better
+    estimate of this share. Idle threads do not count as waiting.
     """
 
     ran: float
@@ -45,7 +45,7 @@ class Processors(NamedTuple):
 
     @classmethod
     def now(cls) -> Processors:
-        """Return the processor time until now, by the scheduler's own account (Linux; zero elsewhere)."""
+        """Return the seconds that threads ran and waited until now, by the scheduler's account (Linux; 0 elsewhere)."""
         ran = waited = 0
         for task in glob.iglob("/proc/self/task/*/schedstat"):
             with suppress(OSError):  # the thread has ended
@@ -54,16 +54,16 @@ class Processors(NamedTuple):
         return cls(1e-9 * ran, 1e-9 * waited)
 
     def had_since(self, before: Processors) -> float:
-        """Return the share of the usable processor time that the threads have had since ``before``, in [0, 1].
+        """Return the fraction of the time since ``before`` that threads ran, of the time that they could have run.
 
-        It is 1 if the scheduler does not tell.
+        It is in [0, 1], and 1 if the scheduler does not tell.
         """
         ran, waited = self.ran - before.ran, self.waited - before.waited
         return ran / (ran + waited) if ran > 0.0 and waited > 0.0 else 1.0
 
 
 class Pace(NamedTuple):
-    """Speed of sampling after the start of a render, and the seconds that the start takes in addition."""
+    """Speed of sampling once a render has started, and the additional seconds that the start takes."""
 
     seconds_per_sample: float
     """Seconds for one sample of every pixel."""
@@ -74,10 +74,10 @@ class Pace(NamedTuple):
 
 
 def pace(seconds: Mapping[int, float], had: float = 1.0) -> Pace:
-    """Return the pace of sampling from the seconds at some counts of samples per pixel.
+    """Return the pace of sampling, from the seconds since the first sample at some counts of samples per pixel.
 
-    The pace is that of the last two octaves of samples, or of all if there are fewer. ``had`` is the share of the
-    processors that was available during the samples.
+    ``seconds`` maps each count to its seconds. The last two octaves of samples decide, or all if there are fewer.
+    ``had`` is the share of the processors that was available during the samples, in [0, 1].
     """
     last, lost = max(seconds), _LOSS + _LOSS_OF_TAKEN * (1.0 - had)
     first = max((n for n in seconds if 4 * n <= last), default=min(seconds))
@@ -90,15 +90,20 @@ def pace(seconds: Mapping[int, float], had: float = 1.0) -> Pace:
 
 
 def from_start(even: float, lost: float) -> float:
-    """Return the seconds of work from the first sample on, including the slower start.
+    """Return the seconds that some work takes at the start of a render, where samples are slower.
 
-    ``even`` is the time of the work in seconds without the slower start, and ``lost`` the most that the start adds.
+    ``even`` is the time of the work in seconds without the slower start. ``lost`` is the most that the start adds, in
+    seconds.
     """
     return even + lost * (1.0 - math.exp(-even / _START))
 
 
 def without_start(seconds: float, lost: float) -> float:
-    """Return approximately the inverse of `from_start`: the seconds that the work takes without the slower start."""
+    """Return the seconds that some work would take without the slower start of a render.
+
+    ``seconds`` is its time with the start, and ``lost`` the most that the start adds. The result is approximately the
+    inverse of `from_start`.
+    """
     return seconds - lost * (1.0 - math.exp(-seconds / _START))
 
 
@@ -150,8 +155,8 @@ class Probed(NamedTuple):
 class Law:
     """Law of a render: ``error(n) = error · (n / samples)^-exponent``, ``seconds(n) = n · seconds_per_sample``.
 
-    With a probe, the power law holds beyond the probe's last count. Below that count, errors are interpolated between
-    the measured points. Doubts are standard deviations, of logarithms where the name says so.
+    With a probe (some pixels rendered to the end), the power law holds beyond the probe's last count. Below that count,
+    errors are interpolated between the measured points. The fields named doubt are standard deviations.
     """
 
     samples: int
@@ -176,9 +181,10 @@ class Law:
     """Standard deviation of log(error) due to the pixels that a probe has not seen."""
 
     def through(self, probed: Sequence[Probed], sampler: str) -> Law:
-        """Return this law of a pilot, corrected by the results of a probe of the same image.
+        """Return this law of a pilot, corrected by a probe of the same image: some pixels that are rendered to the end.
 
-        The probe's last result is weighted against the pilot's prediction. ``sampler`` is the name of the sampler.
+        ``probed`` lists the errors that the probe predicts. Its last one is weighted against the pilot's prediction.
+        ``sampler`` is the name of the sampler.
         """
         last = probed[-1]
         own, foretold = self._error(last.samples, self.exponent), self._doubt_at(last.samples)
@@ -200,9 +206,9 @@ class Law:
         )
 
     def error_at(self, samples: float) -> Estimate:
-        """Return the predicted error after ``samples`` per pixel.
+        """Return the predicted relative error of the image after ``samples`` samples per pixel.
 
-        The interval includes the width of the interval that the render itself will state then.
+        The interval includes the width of the interval that the render itself will then state.
         """
         doubt = math.hypot(self._doubt_at(samples), self._width(samples) / _Z95)
         return _interval(self._error(samples, self.exponent), doubt)
@@ -215,20 +221,20 @@ class Law:
         return math.hypot(chance, self.exponent_doubt * growth, self._probes_doubt(samples))
 
     def samples_until(self, error: float) -> Estimate:
-        """Return the samples per pixel at which a render stops that looks at its own error until ``error`` is met.
+        """Return the samples per pixel at which a render stops if it stops by its own estimates of the error.
 
-        Renders are simulated that differ in the chance of the pilot, in the exponent, and in the chance of later
-        samples. Half of them stop before the value, and 95 % within the interval.
+        ``error`` is the error to reach. Renders are simulated that differ in the chance of the pilot, in the exponent,
+        and in the chance of later samples. Half of these renders stop before the returned value, and 95 % within its
+        interval.
         """
         stops = sorted(self._stop(error, draw) for draw in _draws())
         return Estimate(stops[_DRAWS // 2], stops[1], stops[-2], unit="spp")
 
     def samples_within(self, error: float) -> Estimate:
-        """Return the samples per pixel at which the predicted error falls to ``error``.
+        """Return the samples per pixel at which the predicted error falls to ``error``, with an interval.
 
-        Value, lower and upper limit are the counts at which value, lower and upper limit of `error_at` are at most
-        ``error``. At the upper limit the error is at most ``error`` in 97.5 % of renders, whatever they estimate
-        themselves.
+        Value, low and high are the counts at which value, low and high of `error_at` fall to ``error``. At the count
+        ``high`` the true error is at most ``error`` in 97.5 % of renders, whatever the renders estimate themselves.
         """
         value, low, high = (self._first_within(error, end) for end in ("value", "low", "high"))
         return Estimate(value, low, high, unit="spp")
@@ -243,10 +249,10 @@ class Law:
         return 2.0 * (bisect_left(halves, True, key=reached) + 1)
 
     def samples_left(self, share: Estimate) -> Estimate:
-        """Return the fraction of the samples that would give the same error if error² were a ``share`` of itself.
+        """Return the fraction of the samples that would still be needed for the same error if the noise were smaller.
 
-        The interval includes the share's own interval, and the doubt about the exponent. The fraction is 0 if the share
-        is not positive.
+        With less noise, error² would be ``share`` times the present one. The interval includes the interval of
+        ``share`` and the doubt about the exponent. The fraction is 0 if ``share`` is not positive.
         """
         if not share.value > 0.0:
             return Estimate(0.0, 0.0, math.inf)
@@ -260,12 +266,12 @@ class Law:
         return Estimate(value, value * math.exp(-below), value * math.exp(above))
 
     def samples_in(self, seconds: float) -> Estimate:
-        """Return the samples per pixel that a render takes in this time, in seconds."""
+        """Return the samples per pixel that a render takes in ``seconds`` seconds, with an interval."""
         even = without_start(seconds, self.seconds_lost)
         return _interval(max(1.0, even / self.seconds_per_sample), self.speed_doubt, "spp")
 
     def seconds_for(self, samples: Estimate) -> Estimate:
-        """Return the seconds that these samples per pixel take."""
+        """Return the seconds that ``samples`` per pixel take; the interval includes the interval of ``samples``."""
         above, below = (
             math.exp(math.hypot(math.log(ratio), _Z95 * self.speed_doubt))
             for ratio in (samples.high / samples.value, samples.value / samples.low)
@@ -274,7 +280,10 @@ class Law:
         return Estimate(value, value / below, value * above, unit="s")
 
     def looks_until(self, error: float) -> list[int]:
-        """Return the sample counts at which a render that stops at ``error`` is expected to look at its error."""
+        """Return the samples per pixel at which a render is expected to estimate its error, up to its stop.
+
+        The render stops when its estimates reach ``error``.
+        """
         return list(self._looks(error, (0.0, 0.0, 0.0, 0.0)))
 
     def _stop(self, error: float, draw: tuple[float, ...]) -> float:
@@ -362,10 +371,11 @@ class Law:
 
 
 def fit(errors: Mapping[int, Estimate], seconds: Mapping[int, float], sampler: str, had: float = 1.0) -> Law:
-    """Return the law that fits errors, and seconds since the first sample, at some counts of samples per pixel.
+    """Return the law that fits the errors of a render, and its seconds, at some counts of samples per pixel.
 
-    The exponent is measured over the last three octaves, and weighted against the sampler's prior. The pace is from
-    `pace`; ``had`` is the share of the processors that was available.
+    ``errors`` and ``seconds`` map a count to the error and to the seconds since the first sample. The exponent is
+    measured over the last three octaves, and weighted against the usual exponent of the sampler. The speed is from
+    `pace`. ``had`` is the share of the processors that was available, in [0, 1].
     """
     last = max(errors)
     near = [n for n in sorted(errors) if 8 * n >= last and errors[n].value > 0.0 and math.isfinite(errors[n].high)]

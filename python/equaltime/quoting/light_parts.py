@@ -1,11 +1,13 @@
-"""Shares of the parts of an image's light in its noise.
+"""Shares of an image's noise by kind of light: by path length, technique, last BSDF and light source.
 
 The core adds up every contribution to a path by its origin (`_core.split_light`). There are four kinds of origin: the
-length of the path, the technique that found the light, the last BSDF that scattered it, and the light. The share of a
-part in the variance is ``Cov(part, whole) / Var(whole)``. The shares of all parts of one kind sum to 1, and a part that
-cancels noise of others has a negative share. Covariances are taken between whole images over independent seeds, so they
-hold for the sampler asked for. They are summed over pixels, each over its denominator in the error's definition, so
-they are shares of error².
+length of the path, the technique that found the light, the last BSDF that scattered it, and the light source. Each kind
+splits the image into parts. The share of a part in the variance is ``Cov(part, whole) / Var(whole)``, with the whole
+image in place of whole. The shares of all parts of one kind sum to 1. A part that cancels noise of other parts has a
+negative share.
+
+Covariances are taken between whole images over independent seeds, so they hold for the strategy's sampler. They are
+summed over pixels, each divided by the pixel's denominator in the error's definition. So they are shares of error².
 """
 
 from __future__ import annotations
@@ -40,8 +42,8 @@ LONGEST: Final = 16
 class Parts:
     """Covariances of parts of an image's light, from renders with K seeds, and each part's share of error².
 
-    A part is the light of one path length, of one light source, off one BSDF, or found in one way. The numbers are sums
-    over pixels of products of two images, for each pair of seeds.
+    A part is the light of one path length, of one light source, off one BSDF, or found by one technique. The fields
+    hold sums over pixels of products of two images, for each pair of seeds.
     """
 
     names: tuple[tuple[str, str], ...]
@@ -54,27 +56,34 @@ class Parts:
     """(LONGEST, K, K): products with itself of the light of paths longer than 1, 2, …."""
 
     def shares(self, kind: str) -> dict[str, Interval]:
-        """Return the share of error² of each part of a kind, by the part's name; parts without light are left out.
+        """Return the share of error² of each part of one kind, by the part's name; parts without light are left out.
 
-        Kinds are ``length`` (of the path), ``way`` (technique), ``bsdf`` (the last one) and ``light``.
+        Kinds are ``length`` (of the path), ``way`` (technique), ``bsdf`` (the last one) and ``light`` (source).
         """
         parts = [(what, p) for (k, what), p in zip(self.names, self.with_whole, strict=True) if k == kind]
         return {what: share_of(part, self.whole) for what, part in parts if part.any()}
 
     def share(self, kind: str, chosen: Callable[[str], bool]) -> Interval:
-        """Return the share of error² of all parts of a kind together whose name ``chosen`` accepts."""
+        """Return the share of error² of several parts of one kind together.
+
+        ``chosen`` returns True for the names of these parts.
+        """
         numbers = [i for i, (k, what) in enumerate(self.names) if k == kind and chosen(what)]
         return share_of(self.with_whole[numbers].sum(axis=0), self.whole)
 
     def apart(self, depth: int) -> tuple[Interval, Interval]:
-        """Return the variances of paths longer than ``depth`` and of all other paths, as shares of the variance."""
+        """Return the variances of two images as shares of the variance of the whole image.
+
+        The first image has the light of paths longer than ``depth`` segments, the second the light of all other paths.
+        """
         longer, crossed = self._longer(depth)
         return share_of(longer, self.whole), share_of(self.whole - 2.0 * crossed + longer, self.whole)
 
     def common(self, depth: int) -> Interval:
-        """Return twice the covariance of paths longer than ``depth`` and all other paths, as a share of the variance.
+        """Return twice the covariance of two images, as a share of the variance of the whole image.
 
-        It equals 1 minus the sum of the two shares that `apart` returns.
+        The images have the light of paths longer than ``depth`` segments, and of all other paths. The result is 1 minus
+        the sum of the two shares that `apart` returns.
         """
         longer, crossed = self._longer(depth)
         return share_of(2.0 * (crossed - longer), self.whole)
@@ -85,7 +94,10 @@ class Parts:
         return self.tails[depth - 1], self.with_whole[numbers].sum(axis=0)
 
     def truncated(self) -> dict[int, Interval]:
-        """Return, by depth, the error of an image without longer paths, for depths with light of longer paths."""
+        """Return the relative error of an image without the paths longer than a depth, by that depth in segments.
+
+        Depths beyond which there is no light are left out.
+        """
         return {depth: change_of(tail) for depth, tail in enumerate(self.tails[:-1], 1) if tail.any()}
 
 
@@ -98,10 +110,10 @@ def measure_parts(
     threads: int = 0,
     progress: Callable[[float], object] | None = None,
 ) -> Parts:
-    """Render the scene ``repeats`` times with independent seeds, and measure the shares of its light in error².
+    """Render the scene ``repeats`` times with independent seeds, and return the covariances of the parts of its light.
 
-    Each image is taken apart by `split_light`; its parts add up to the image of a render. ``samples`` is the count per
-    pixel, and ``progress`` is called with the finished fraction.
+    Each image is split by `equaltime.rendering.core.split_light`; its parts add up to the image of a render.
+    ``samples`` is the count per pixel, and ``progress`` is called with the finished fraction.
     """
     return next(measure_parts_by(scene, strategy, repeats, samples, seed, threads, progress))
 
@@ -116,9 +128,10 @@ def measure_parts_by(
     progress: Callable[[float], object] | None = None,
     references: Callable[[Floats], Iterable[Reference]] = lambda whole: [Reference.of_images(whole)],
 ) -> Iterator[Parts]:
-    """Yield the result of `measure_parts` for each of several references, from the same images.
+    """Yield the result of `measure_parts` for each of several references, all from the same images.
 
-    ``references`` makes the references from the whole images, (K, H, W, 3).
+    A reference gives the denominators of the error. ``references`` returns the references for the whole images, (K, H,
+    W, 3).
 
     Raises
     ------

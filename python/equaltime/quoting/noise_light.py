@@ -1,17 +1,19 @@
 """The light that makes the noise of a render: direct or indirect, by lamp, by surface, and by technique.
 
 A small film is rendered a few times with independent seeds, and its light is split (`equaltime.quoting.light_parts`).
-The share of a part in the variance is ``Cov(part, whole) / Var(whole)``, as a share of error², at that film and its
-samples per pixel: edges make more of the error there than on a larger film. Shares of one kind sum to 1, since each
-covariance of two parts is divided equally between them. A part that cancels noise of others has a negative share. For
-indirect light and the rest, the common noise is stated too: the noise that each would make alone, and twice their
-covariance, which sum to 1 as well. Intervals are at 95 %, by the jackknife over seeds.
+The share of a part of the light in the variance is ``Cov(part, whole) / Var(whole)``, with the image as the whole. It
+is a share of error² for that film and its samples per pixel: edges make more of the error there than on a larger film.
+Shares of one kind sum to 1, since each covariance of two parts is divided equally between them. A part that cancels
+noise of others has a negative share. For indirect light and the rest, three more numbers are stated: the noise that
+each would make alone, and twice their covariance. These sum to 1 as well. Intervals are at 95 %, by the jackknife over
+seeds.
 
-Squares should be divided by the true image, which is unknown. Divided by the mean of the split images themselves,
-pixels that a rare bright path has met would hide it. Such light would seem to make a few per cent of an error of which
-it makes a fifth (measured, at edges of a lamp). Divided by an independent image that has met no such path, these pixels
-count for too much. So shares are formed with both, from 32 times the samples. The stated share is the middle, with an
-interval that holds both. A doubt is stated if few bright paths make the noise, so that intervals cannot be trusted.
+Squares should be divided by the true image, which is unknown. If they are divided by the mean of the split images
+themselves, pixels that a rare bright path has met hide that path. Such light would seem to make a few per cent of an
+error of which it makes a fifth (measured, at edges of a lamp). If they are divided by an independent image that has met
+no such path, these pixels count for too much. So shares are formed with both images, from 32 times the samples. The
+stated share is the middle, with an interval that holds both. A doubt is stated if few bright paths make the noise, so
+that intervals cannot be trusted.
 """
 
 from __future__ import annotations
@@ -53,7 +55,7 @@ LEAST_PATHS = _COST * LEAST_SAMPLES * LEAST_PIXELS
 
 @dataclass(frozen=True)
 class NoiseLight:
-    """Shares that kinds of light have in error², as fractions with their 95 % intervals."""
+    """Shares of error² that each kind of light makes, as fractions with their 95 % intervals."""
 
     seen: Estimate
     """Share of light that the camera sees directly, as at edges of lamps; with ``direct`` and ``indirect`` it sums to
@@ -104,12 +106,12 @@ def noise_light(
     seed: int = 0,
     threads: int = 0,
 ) -> NoiseLight | None:
-    """Return the shares that kinds of light have in a render's error², measured on a small film.
+    """Return the share of a render's error² that each kind of light makes, measured on a small film.
 
     Parameters
     ----------
     paths
-        Time that may be taken, as a number of paths of a render; at most 1.7 million are used.
+        Work that the measurement may take, as a number of camera paths; at most 1.7 million are used.
 
     Returns
     -------

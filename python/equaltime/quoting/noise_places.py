@@ -1,18 +1,19 @@
-"""The place of the error on the picture: the part of error² that comes from each group of pixels.
+"""Position of the error on the picture: the share of error² that each group of pixels makes.
 
-Each pixel's part of error², as in `equaltime.film.error`, rests on two replicates. By chance alone the largest
-hundredth of these parts makes a twelfth of the sum, even of noise that is the same everywhere. So no pixel is chosen by
-its own noise. The noisiest pixels are those with noisy neighbours. The rectangle is chosen by every other pixel (as on
-a chessboard) and measured by those between. Noise of different pixels is independent, so the choice does not enlarge
-shares. Noise in an area narrower than the neighbourhood of a pixel, 5x5, is blurred. Shares are then smaller than for
-the truly noisiest pixels. Single pixels far above their neighbours are listed separately.
+Each pixel's contribution to error², as in `equaltime.film.error`, comes from two replicates (halves of its samples). By
+chance alone the largest hundredth of these contributions makes a twelfth of the sum, even of noise that is the same
+everywhere. So no pixel is chosen by its own noise. The noisiest pixels are those with noisy neighbours. A rectangle
+that holds half of error² is chosen by every other pixel (as on a chessboard) and measured by the pixels between. Noise
+of different pixels is independent, so the choice does not enlarge shares. Noise in an area narrower than the
+neighbourhood of a pixel, 5x5, is blurred. Shares are then smaller than for the truly noisiest pixels. Single pixels far
+above their neighbours are listed separately.
 
-Intervals, at 95 %, come from the ratio F of two sums of squares, over the pixels within and without. They refer to
-error² as the render itself sees it. Light that no sample has found has no part in any of this. Light that few samples
-have found moves shares by more than the intervals say. Of 100 pilots of 8 spp, intervals held the truth 87 to 92 times
-where noise is even (a room behind an opening). They held it 39 to 86 times in a Cornell box, because of the edges of
-its lamp. There, for 10 % of the pixels, the mean share is 24 %, where 21 % are true. So every share is in doubt, and
-quotes state it in words without an interval.
+Intervals, at 95 %, come from the ratio F of two sums of squares, over the pixels inside and outside the group. They
+refer to error² as the render itself sees it. Light that no sample has found does not enter. Light that few samples have
+found moves shares by more than the intervals say. Of 100 pilots of 8 spp, intervals held the truth 87 to 92 times where
+noise is even (a room behind an opening). They held it 39 to 86 times in a Cornell box, because of the edges of its
+lamp. In that box, the noisiest 10 % of the pixels have a mean share of 24 %, where 21 % are true. So every share is in
+doubt, and quotes state it in words without an interval.
 """
 
 from __future__ import annotations
@@ -48,7 +49,10 @@ _DEGREES = 2.0
 
 @dataclass(frozen=True)
 class Rectangle:
-    """Smallest rectangle of cells that holds half of error², with the picture divided into 16x16 cells."""
+    """Smallest rectangle of cells that holds half of error².
+
+    The picture is divided into 16x16 cells.
+    """
 
     x: tuple[int, int]
     """First and last column on the whole film, from 0 on the left."""
@@ -61,13 +65,19 @@ class Rectangle:
 
     @property
     def stands_out(self) -> bool:
-        """Whether the rectangle is noisier than the picture as a whole: whether its share is surely above its area."""
+        """Whether the rectangle is noisier than the picture as a whole.
+
+        True if its share of error² is surely above its fraction of the picture's area.
+        """
         return self.share.low > self.area
 
 
 @dataclass(frozen=True)
 class Places:
-    """Parts of error² that groups of pixels make, as fractions of error². All fractions are in doubt."""
+    """Shares of error² that groups of pixels on the picture make, as fractions.
+
+    No share has an interval that can be trusted.
+    """
 
     noisiest: Mapping[float, Estimate] = field(hash=False)
     """Shares of the pixels with the noisiest neighbours, by their fraction of all pixels (`FRACTIONS`)."""
@@ -78,7 +88,7 @@ class Places:
     """(x, y) of these pixels on the whole film, the worst first."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the places as JSON data."""
+        """Return the shares and the positions of their pixels as JSON data."""
         held = self.rectangle
         return {
             "noisiest": [{"pixels": part, "share": share.as_dict()} for part, share in self.noisiest.items()],
@@ -94,16 +104,16 @@ class Places:
 
 
 def noise_places(pixels: PixelStatistics, corner: tuple[int, int] = (0, 0), least: Floats | None = None) -> Places:
-    """Return where on the picture a render's error is.
+    """Return which regions and pixels of the picture make a render's error².
 
     Parameters
     ----------
     pixels
-        Statistics of the render, which has samples in two replicates everywhere, and saw some light.
+        Statistics of the render. Every pixel needs samples in two replicates, and the image must not be black.
     corner
         Column and row of the render's first pixel on the whole film.
     least
-        Light that is certainly in the pixels, (H, W, 3), as in `equaltime.film.error.image_error`.
+        Light that is certainly in each pixel, (H, W, 3), as in `equaltime.film.error.image_error`.
     """
     height, width = pixels.samples.shape
     parts = error_parts(pixels, float(pixels.mean.mean()), least).value
@@ -123,7 +133,7 @@ def noise_places(pixels: PixelStatistics, corner: tuple[int, int] = (0, 0), leas
 
 
 def places_of(session: Session) -> Places:
-    """Return where on the picture the error of a session's render so far is."""
+    """Return which regions and pixels of the picture make the error² of a session's render so far."""
     pixels, window = session.statistics(), session.origin.window
     return noise_places(pixels, (window.x, window.y), session.lamps.least(*pixels.samples.shape))
 
@@ -131,8 +141,8 @@ def places_of(session: Session) -> Places:
 def share_within(parts: Floats, chosen: Mask) -> Estimate:
     """Return the share of error² that chosen pixels make, as a fraction with its interval.
 
-    ``parts`` holds each pixel's part of error², and ``chosen`` is a mask of the same shape. The share is NaN without
-    noise.
+    ``parts`` holds each pixel's contribution to error², and ``chosen`` is a mask of the same shape. The share is NaN if
+    all contributions are 0.
     """
     total, square = float(parts.sum()), float(np.square(parts).sum())
     if not square > 0.0:

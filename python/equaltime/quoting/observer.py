@@ -1,6 +1,6 @@
-"""Observers of a render under way: subclass `Observer` and override the events of interest.
+"""Observers of a running render: subclass `Observer` and override the methods of interest.
 
-`QuoteWatch` tells an observer the quote that a render makes of its own first passes.
+`QuoteWatch` tells an observer the quote: a prediction of time or error from the render's own first passes.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ __all__ = ["Observer", "QuoteWatch", "overrides"]
 
 
 class Observer:
-    """Receives the events of a render. Every method may be overridden; here each does nothing.
+    """Receiver of the events of a render. Every method may be overridden; the methods of this class do nothing.
 
     Methods are called in the thread that called `equaltime.render`. `of` makes an observer of functions::
 
@@ -35,7 +35,7 @@ class Observer:
         decided: Callable[[Sequence[str]], object] | None = None,
         unsaved: Callable[[str], object] | None = None,
     ) -> Observer:
-        """Return an observer whose methods are these functions."""
+        """Return an observer whose methods are these functions; where None is given, the method does nothing."""
         functions = {
             "progress": progress,
             "pass_ended": pass_ended,
@@ -49,45 +49,51 @@ class Observer:
         return heard
 
     def progress(self, progress: Progress) -> None:
-        """Receive samples, error and time left, about ten times a second.
+        """Receive the samples, the error and the time left, about ten times a second.
 
         The method may raise `KeyboardInterrupt` to stop the render.
         """
 
     def pass_ended(self, image: Callable[[], NDArray[np.float64]]) -> None:
-        """Receive the end of a pass. ``image()`` returns the image so far, (H, W, 3), linear."""
+        """Receive the end of a pass. ``image()`` returns the image so far, (H, W, 3), in linear RGB."""
 
     def quoted(self, quote: Quote) -> None:
-        """Receive the predicted time to reach the error, or the error that the time will reach: once, early.
+        """Receive the predicted time to reach the error, or the error that the time limit will reach, once and early.
 
         A quote comes after at most max(8 samples per pixel, min(5 % of the work, 10 s)). For an error target, up to
-        4096 pixels are first rendered to the end (`equaltime.quoting.probe`). This takes at most 3 % of the work, or 4
-        samples per pixel if that is more. These samples are not part of the image.
+        4096 pixels are first rendered to the end (`equaltime.quoting.probe`). These pixels take at most 3 % of the
+        work, or 4 samples per pixel if that is more. Their samples are not in the image.
         """
 
     def unquoted(self, why: str) -> None:
-        """Receive why there is no quote although an error or a time was asked for: once, instead of `quoted`."""
+        """Receive the reason, in words, why there is no quote although an error or a time was asked for.
+
+        It is called once, and instead of `quoted`.
+        """
 
     def decided(self, why: Sequence[str]) -> None:
         """Receive, in words, which effects were left out or kept and why: once, before the first sample."""
 
     def unsaved(self, why: str) -> None:
-        """Receive the reason why a checkpoint was not written; again only after one was. The render goes on."""
+        """Receive the reason, in words, why a checkpoint was not written; the render goes on.
+
+        A further failure is told only after a checkpoint was written again.
+        """
 
 
 def overrides(observer: Observer, method: str) -> bool:
-    """Tell whether an observer overrides a method. If not, the event need not be computed."""
+    """Tell whether an observer overrides the named method of `Observer`. If not, the event need not be computed."""
     return getattr(type(observer), method) is not getattr(Observer, method)
 
 
 class QuoteWatch:
-    """Tells an observer the quote as soon as there is one, or the reason why there is none."""
+    """Watcher of a pilot that tells an observer the quote, or the reason why there is none."""
 
     def __init__(self, pilot: Pilot, observer: Observer) -> None:
         self._pilot, self._observer, self._done = pilot, observer, False
 
     def pass_ended(self) -> None:
-        """Tell the observer the quote, or the reason why there is none, if that is known after this pass."""
+        """Tell the observer the quote, or the reason why there is none, if either is known after this pass."""
         if self._done:
             return
         try:
@@ -101,7 +107,10 @@ class QuoteWatch:
             self._observer.quoted(found)
 
     def ended(self) -> None:
-        """Tell the observer, at the end of the render, that there is no quote, unless it was told before."""
+        """Tell the observer, at the end of the render, that there is no quote.
+
+        It is not told if it has already received a quote or a reason.
+        """
         if not self._done:
             self._done = True
             self._observer.unquoted("the render ended before a pilot could tell anything")

@@ -1,12 +1,13 @@
-"""Comparison of a scene with itself without an effect: renders in turn, with the same random numbers.
+"""Comparison of a scene with and without some effect (such as lens or media), by renders with the same random numbers.
 
-The difference of two images of one seed is due to the effect, with little of the noise that both share. Over K
-independent seeds, let d be their differences, w the whole images and D the denominators of the error's definition:
+The difference of two images of one seed is due to the effect, with little of the noise that both share. For K
+independent seeds, let d be the differences (image without the effect minus whole image), and w the whole images. Let D
+be the denominators of the error's definition. Then:
 
-- the change's square is ``E d² / D``, freed of noise by taking products of different seeds only;
-- the share of the variance is ``Cov(-d, w) / Var(w)``, both summed over pixels, each over D.
+- the square of the change of the image is ``E d² / D``, freed of noise by taking products of different seeds only;
+- the effect's share of the variance is ``Cov(-d, w) / Var(w)``, both summed over pixels after division by D.
 
-Both are functions of the products of images of all pairs of seeds, ``(K, K)``, for which the jackknife is quick.
+Both are functions of the products of images for all pairs of seeds, ``(K, K)``, for which the jackknife is quick.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ N = TypeVar("N")
 
 @dataclass(frozen=True, eq=False)
 class Runs:
-    """K renders of one scene with independent seeds: images, seconds and memory."""
+    """K renders of one scene with independent seeds: their images, their seconds and the memory of the scene."""
 
     images: Floats
     """(K, H, W, 3): images, one for each seed."""
@@ -61,7 +62,10 @@ class Versus:
 
     @classmethod
     def of(cls, whole: Runs, less: Runs) -> Versus:
-        """Return the differences of the renders ``less``, without some effects, from the renders ``whole``, by seed."""
+        """Return the differences between renders of the whole scene and renders without some effects.
+
+        The renders ``whole`` and ``less`` (without the effects) are compared seed by seed.
+        """
         denominator = Reference.of_images(whole.images).denominator
         moved = less.images - whole.images
         return cls(
@@ -85,11 +89,11 @@ def run_in_turn(
     threads: int = 0,
     progress: Callable[[float], object] | None = None,
 ) -> tuple[Runs, dict[N, Runs]]:
-    """Render the scene and each of its variants ``repeats`` times in turn; return the scene's runs and each variant's.
+    """Render a scene and its variants in turn, and return the scene's renders and the renders of each variant.
 
-    ``variants`` lists, by a key, the names of the effects that a variant leaves out. A round renders all with one seed,
-    from ``seed`` on. The order alternates between rounds, so that a drifting machine affects all alike. ``samples`` is
-    the count per pixel.
+    ``variants`` maps a key to the names of the effects that the variant leaves out. There are ``repeats`` rounds. Each
+    round renders the scene and all variants with one seed, the first with ``seed``, the next with ``seed + 1``. The
+    order alternates between rounds, so that a drifting machine affects all alike. ``samples`` is the count per pixel.
 
     Raises
     ------
@@ -137,10 +141,11 @@ def _unknown(moved: Floats, denominator: Floats) -> Interval | None:
 
 
 def change_of(squares: Floats) -> Interval:
-    """Return the root mean square of a mean image, without its noise.
+    """Return the root mean square of the mean of K images, without the noise of the images, as an interval.
 
-    ``squares`` are the `products` of the K images with each other. If the lower end is not above 0, the upper end is at
-    least the size of noise and change together: rare light that a few seeds have not met must not count as none.
+    ``squares`` (K, K) are the `products` of the images with each other. If the lower end is not above 0, the upper end
+    is at least the size of noise and change together. So rare light that a few seeds have not met does not count as
+    absent.
     """
     found = jackknife(lambda kept: _between(squares, kept), len(squares)).map(signed_root)
     high = found.high if found.low > 0.0 else max(found.high, signed_root(float(squares.mean())))
@@ -148,7 +153,7 @@ def change_of(squares: Floats) -> Interval:
 
 
 def share_of(part: Floats, whole: Floats) -> Interval:
-    """Return the share of a part in the variance of the whole.
+    """Return the share of a part of an image in the variance of the whole image, as an interval.
 
     ``part`` holds the `products` of part and whole, and ``whole`` the products of the whole with itself, both (K, K).
     """

@@ -1,13 +1,14 @@
-"""The pilot of a render, which may be the render's own first passes, and the quote that it gives.
+"""The pilot of a render (a short render that predicts, or the render's own first passes), and the quote it gives.
 
 A pilot of all pixels gives the error at its end, the exponent by which it falls (`equaltime.quoting.law`) and the time
-of a sample. For low-discrepancy samples the exponent beyond the pilot differs by 0.06 (a standard deviation) from that
-within it, whatever the pilot saw. Over a factor of twenty that makes an uncertainty of 0.3 in the logarithm of the
-samples, and half of such quotes would be within 20 %. So more than half of the pilot's samples go to a probe: a few
-hundred pixels that are rendered as far as the whole will have to be (`equaltime.quoting.probe`), with looks at the
-error where the render itself would look. Pilot and probe together take at most max(8 samples a pixel, min(5 % of the
-work, 10 s)). Intervals are at 95 %. They include the pixels that were not drawn, the chance of later samples, and the
-speed of the machine. Heavy tails add uncertainty, and the quote says so if the pilot has met them.
+of a sample. For low-discrepancy samples the exponent beyond the pilot differs from the exponent within the pilot by
+0.06 (a standard deviation), whatever the pilot saw. Over a factor of twenty that makes an uncertainty of 0.3 in the
+logarithm of the samples, and half of such quotes would be within 20 %. So more than half of the pilot's samples go to a
+probe: a few hundred pixels that are rendered as far as the whole will have to be (`equaltime.quoting.probe`), with
+error estimates at the render's own sample counts. Pilot and probe together take at most max(8 samples a pixel, min(5 %
+of the work, 10 s)). Intervals are at 95 %. They include the pixels that were not drawn, the chance of later samples,
+and the speed of the machine. Heavy tails (few pixels that make most of the error) add uncertainty, and the quote says
+so if the pilot has met them.
 
 The peak of memory is reached when the error is estimated, the file is written, or some pixels are probed.
 """
@@ -56,11 +57,11 @@ def peak_bytes(before: int, pixels: int, probed: bool) -> Estimate:
     Parameters
     ----------
     before
-        Resident bytes with the scene loaded, without any film.
+        Resident bytes of the process with the scene loaded, without any film.
     pixels
         Number of the image's pixels.
     probed
-        Whether the render may be quoted by a probe (`equaltime.quoting.probe`).
+        Whether a probe (some pixels rendered to the end, `equaltime.quoting.probe`) may be made.
     """
     each = _A_PIXEL_IF_PROBED if probed else _A_PIXEL
     value, low, high = (before + loaded + pixels * each_pixel for loaded, each_pixel in zip(_LOADED, each, strict=True))
@@ -90,7 +91,7 @@ _LEAST_DRAWS, _MOST_DRAWS = 16, 4096
 
 @dataclass(frozen=True, repr=False)
 class Quote(Shown):
-    """Prediction of a render's time, samples per pixel, error and memory."""
+    """Quote: the predicted time, samples per pixel, error and memory of a render."""
 
     seconds: Estimate
     """Seconds from the first sample (of this run, if it resumes another) to the final film."""
@@ -137,20 +138,20 @@ class Quote(Shown):
 
 
 class Pilot:
-    """First passes of a render, watched to make a quote; the passes may be the render's own or separate.
+    """First passes of a render, from which a quote (prediction) is made.
 
     Parameters
     ----------
     limits
-        Limits of the render, one at least; the quote is for the nearest.
+        Limits of the render, at least one; the quote is for the limit that is met first.
     share
-        Fraction of the sample allowance for pilot and probe.
+        Fraction of the usual sample allowance that pilot and probe may take.
     probes
-        Whether to take a probe: its samples are not part of the render.
+        Whether to make a probe: some pixels rendered to the end, whose samples are not in the image.
     hurried
-        Whether somebody waits for the quote. A pilot that is not hurried chooses the count of a render that does not
-        look at its error. It may take more than ten seconds, depends on no clock unless a time is one of the limits,
-        and states no prices of other errors.
+        Whether somebody waits for the quote. Otherwise the pilot chooses the sample count of a render that does not
+        watch its error. It may then take more than ten seconds. It depends on no clock, unless a time is one of the
+        limits, and states no prices of other errors.
     """
 
     def __init__(
@@ -174,22 +175,22 @@ class Pilot:
 
     @property
     def strategy(self) -> Strategy:
-        """Strategy of the render."""
+        """Strategy of the render that the pilot predicts."""
         return self._session.job.strategy
 
     @property
     def taken(self) -> float:
-        """Samples that pilot and probe have taken so far, over all pixels."""
+        """Number of samples that pilot and probe have taken so far, over all pixels."""
         passes = self._session.passes
         return (passes.samples - self._before) * passes.pixels + self._probed
 
     @property
     def left(self) -> float:
-        """Samples that remain of the allowance for pilot and probe, over all pixels."""
+        """Number of samples that pilot and probe may still take, over all pixels."""
         return max(0.0, self._room * self._session.passes.pixels - self.taken)
 
     def run(self, seconds: float | None = None) -> Quote | None:
-        """Run the session, which renders this pilot alone, and return the quote once there is one.
+        """Render the pilot, if its session renders nothing else, and return the quote once there is one.
 
         ``seconds`` limits the time; the result is None if the time ends first.
 
@@ -216,10 +217,10 @@ class Pilot:
                 return None
 
     def pass_ended(self) -> Quote | None:
-        """Return the quote if enough is known after this pass, else None.
+        """Return the quote if enough is known after this pass, else None; call it after every pass.
 
-        The error is recorded after 2, 4, 8, … samples, half way between, and where a quote may be due, unless no time
-        is left for that.
+        The error is estimated after 2, 4, 8, … samples per pixel, half way between these counts, and where a quote may
+        be due. It is not estimated if no time is left for that.
 
         Raises
         ------

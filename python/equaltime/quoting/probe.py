@@ -1,14 +1,15 @@
-"""Some pixels of an image, rendered as far as the whole would go, to predict the error of the image there.
+"""Probe: some pixels of an image, rendered to the image's final sample count, to predict the error of the image.
 
 The first few low-discrepancy samples do not show how fast the error falls. A law that is extrapolated by a factor of
 twenty misses the samples by a third. A probe extrapolates over pixels instead of samples: a few hundred pixels predict
 the error of all. Each is drawn with a probability in proportion to its likely contribution (Hansen and Hurwitz 1943).
-That is error² in the pilot, averaged over its neighbourhood, plus a part of the mean, since a pilot has not met all
-noise. The sum, row by row, is divided into equal parts, with one draw in each.
+That contribution is error² in the pilot, averaged over the pixel's neighbourhood. A fraction of the mean is added,
+since a pilot has not met all noise. The running sum of the contributions, row by row, is divided into equal intervals,
+with one draw in each.
 
-The samples are the ones that a render with the same seed will take. If its pixels have one net each
-(`equaltime.rendering.core.nets`), every pixel of a probe has a second net, since no part of one net shows its own
-error.
+The samples are the ones that a render with the same seed will take. The samples of a pixel may be one net, a
+low-discrepancy point set (`equaltime.rendering.core.nets`). Then every pixel of a probe has a second net, since one net
+alone does not show its own error.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ _LEAST_WIDTH = 0.01
 
 
 class Probe:
-    """Render of some pixels of an image to a later sample count, to predict the image's error there.
+    """Render of some pixels of an image to later sample counts, to predict the image's error at these counts.
 
     Parameters
     ----------
@@ -52,7 +53,7 @@ class Probe:
     draws
         Number of draws. A pixel with a large part of the error may be drawn more than once, and is rendered once.
     lamps
-        Lamps in sight, of which the small ones will widen the upper limit.
+        Lamps that the camera sees; small ones widen the upper limit of the image's error.
 
     Raises
     ------
@@ -91,7 +92,7 @@ class Probe:
 
     @classmethod
     def of(cls, session: Session, samples: int, draws: int) -> Probe:
-        """Return a probe of a session's render, which will have ``samples`` per pixel in all.
+        """Return a probe of a session's render, whose final count is ``samples`` per pixel; it draws ``draws`` pixels.
 
         The samples of the session so far are the pilot.
         """
@@ -110,19 +111,20 @@ class Probe:
     def taken(self) -> float:
         """Number of samples that the probe has taken, over all its pixels.
 
-        It includes the second, independent set of samples that tells the variance where a pixel has one net.
+        Where the samples of a pixel are one net, the number includes the second, independent net that tells the
+        variance.
         """
         return self._samples * self._cost
 
     def most_samples(self, taken: float) -> int:
-        """Return the samples per pixel of the image, an even number, that the probe can reach.
+        """Return the largest sample count per pixel, an even number, that the probe can reach.
 
         ``taken`` is the number of samples that the probe may take over all its pixels.
         """
         return 2 * math.floor(0.5 * taken / self._cost)
 
     def advance(self, samples: int) -> Probed | None:
-        """Bring the probe to ``samples`` per pixel of the image, and return the predicted error of the image there.
+        """Render the probe up to ``samples`` per pixel, and return the predicted error of the image at that count.
 
         The result is None if the drawn pixels have no noise: too few were drawn for a prediction.
 

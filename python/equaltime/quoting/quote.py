@@ -1,4 +1,4 @@
-"""Quotes: the time that an error will take, or the error that a time will buy, from a short pilot."""
+"""Quotes: the time to reach an error, or the error that a time reaches, predicted from a short pilot render."""
 
 from __future__ import annotations
 
@@ -38,10 +38,11 @@ def quote(
     progress: ProgressCallback | None = None,
     why: bool | None = None,
 ) -> Quote:
-    """Predict the time that an error takes, or the error that a time reaches, and find which light makes the noise.
+    """Predict the time to reach an error, or the error that a time reaches, and find which light makes the noise.
 
-    A pilot and a probe take at most max(8 samples per pixel, min(5 % of the predicted work, 10 s)). One tenth of that
-    allowance goes to finding which light makes the noise, on a small film (`equaltime.quoting.noise_light`).
+    A pilot (a short render) and a probe (some pixels rendered to the end) take at most max(8 samples per pixel, min(5 %
+    of the predicted work, 10 s)). One tenth of that allowance goes to finding which light makes the noise, on a small
+    film (`equaltime.quoting.noise_light`).
 
     Parameters
     ----------

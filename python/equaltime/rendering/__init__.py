@@ -1,1 +1,1 @@
-"""Rendering: sessions of the core, pass by pass, and the files that they leave."""
+"""Rendering: sessions that render pass by pass in the core, and the files of their results."""

@@ -76,9 +76,9 @@ def check_arguments(
 
 
 def check_fraction(error: float, name: str = "") -> float:
-    """Return ``error``, a fraction; raise `ValueError` if it is 1 (100 %) or more, as per cent by mistake would be.
+    """Return ``error``, a fraction; raise `ValueError` if it is 1 (100 %) or more.
 
-    ``name`` stands before the number in the message.
+    A number given in per cent by mistake is found so. ``name`` is written before the number in the message.
     """
     if error < 1.0:
         return error
@@ -87,7 +87,7 @@ def check_fraction(error: float, name: str = "") -> float:
 
 
 def as_scene(scene: Scene | str | os.PathLike[str] | Mapping[str, Any]) -> Scene:
-    """Return the scene as it is if it is loaded; else load it from a path or a dictionary."""
+    """Return a loaded scene unchanged; load any other from its path or its dictionary, and return it."""
     if isinstance(scene, Scene):
         return scene
     if isinstance(scene, Mapping):
@@ -98,7 +98,7 @@ def as_scene(scene: Scene | str | os.PathLike[str] | Mapping[str, Any]) -> Scene
 
 
 def is_whole(value: object) -> bool:
-    """Tell whether a value is a whole number, NumPy's included; a bool is not."""
+    """Tell whether a value is a whole number of Python or NumPy; a bool is not one."""
     return isinstance(value, Integral) and not isinstance(value, bool)
 
 

@@ -1,4 +1,4 @@
-"""Warns of a picture that is black everywhere: its error is stated as 0 %, and black is rarely intended."""
+"""Warnings of a picture that is black everywhere: its error may be stated as 0 %, and black is rarely intended."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _WARNS = ContextVar("_WARNS", default=True)
 
 
 def warn_if_black(result: Result, scene: Scene, stacklevel: int) -> Result:
-    """Return the result unchanged; warn first (`EqualtimeWarning`) if its picture is black everywhere.
+    """Return the result unchanged, after a warning (`EqualtimeWarning`) if its picture is black everywhere.
 
     ``stacklevel`` is as for `warnings.warn`, counted from the caller.
     """
@@ -33,7 +33,7 @@ def warn_if_black(result: Result, scene: Scene, stacklevel: int) -> Result:
 
 @contextmanager
 def unwarned() -> Iterator[None]:
-    """Context in which renders do not warn of black pictures; renders of other threads still warn."""
+    """Return a context in which renders do not warn of black pictures; renders of other threads still warn."""
     token = _WARNS.set(False)
     try:
         yield
@@ -42,11 +42,11 @@ def unwarned() -> Iterator[None]:
 
 
 def black_picture(result: Result, scene: Scene, known: Sequence[Finding] | None = None) -> str:
-    """Return the warning for a picture that is black everywhere; empty if no warning is needed.
+    """Return the text of the warning for a picture that is black everywhere; empty if no warning is needed.
 
-    A warning is needed if all pixels are 0, the scene asks for an image, and one of two things holds. Either the stated
-    error of the image is 0, or the camera is inside a closed surface. ``known`` are the findings of a quick run of
-    `lint`; if it is None, `lint` is run.
+    A warning is needed if all pixels are 0, the scene asks for an image, and one of two things holds. Either the upper
+    limit of the image's error is 0, or the camera is inside a closed surface. ``known`` holds the findings of a quick
+    run of `lint`; if it is None, `lint` is run.
     """
     if result.image.any() or _wants_no_light(scene.model.integrator):
         return ""
@@ -60,7 +60,7 @@ def black_picture(result: Result, scene: Scene, known: Sequence[Finding] | None 
 
 
 def reasons(findings: Iterable[Finding]) -> list[Finding]:
-    """Return, of these findings of `lint`, the ones that can make a picture black."""
+    """Return the findings of `lint`, out of ``findings``, that can make a picture black."""
     return [finding for finding in findings if finding.check in _REASONS]
 
 

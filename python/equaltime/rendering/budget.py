@@ -2,18 +2,19 @@
 
 A render with an error target estimates its error at fixed sample counts, called looks, and may stop there. The counts
 grow by a factor of 1.4, whatever the target. The render stops when two looks in a row agree. The error that counts at a
-look is the larger of the upper limit of its interval and 1.15 times its value. The second matters in a large image,
-where the interval is narrow. There an estimate can still be wrong because bright paths have not been met yet. The first
-of the two looks must find at most 1.2 times the target, the second at most the target. So a single low estimate does
-not end a render, and a bright path met at the second look prolongs it.
+look is the upper limit of the estimate, or 1.15 times the estimate if that is larger. The factor matters in a large
+image, where the interval is narrow. There an estimate can still be wrong because bright paths have not been met yet.
+The first of the two looks must find at most 1.2 times the target, the second at most the target. So a single low
+estimate does not end a render, and a bright path met at the second look prolongs it.
 
-Sample counts follow from the rule alone, and stops from the film: never from a clock.
+Sample counts follow from this rule alone, and stops from the samples. Neither follows from a clock.
 
-The rule of the last limit is a part of the record (`Stop`). A render that looks at its own error and stops when it is
-small selects images. Images that have not met a rare bright path stop, and images that have met one go on. Each sample
-is unbiased, but the mean over images that were stopped so is not. Images of small lights that glass focuses or metal
-reflects come out too dark on average. A *fixed* count does not depend on the image: a pilot with separate samples
-chooses the count, which is rendered whatever the image shows. Such images are unbiased.
+The rule for the error target (`Stop`) is stored with the result. A render that looks at its own error and stops when it
+is small selects images. Images that have not met a rare bright path stop, and images that have met one go on. Each
+sample is unbiased, but the mean over images that were stopped by their own error is biased. Images of small lights that
+glass focuses or metal reflects come out too dark on average. A *fixed* count does not depend on the image: a pilot (a
+short render that predicts, with separate samples) chooses the count, which is rendered whatever the image shows. Such
+images are unbiased.
 """
 
 from __future__ import annotations
@@ -40,7 +41,10 @@ _OF_FIXED = ("spp", "pilot_seed", "pilot_spp", "pilot_seconds")
 
 @dataclass(frozen=True)
 class Stop:
-    """Rule by which a render stops at an error: by its own error (``look``), or at a count set before (``fixed``)."""
+    """Rule by which a render stops at an error.
+
+    It stops by its own estimates of the error (``look``), or at a count that was set before (``fixed``).
+    """
 
     rule: StopRule
     """``look``: the render looks at its own error; ``fixed``: a pilot chose the count."""
@@ -56,11 +60,14 @@ class Stop:
 
     @property
     def selects(self) -> bool:
-        """Whether the sample count depends on the image, so that images with few rare bright paths are preferred."""
+        """Whether the sample count depends on the image: True for the rule ``look``.
+
+        Such a rule prefers images with few rare bright paths.
+        """
         return self.rule == "look"
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the rule as JSON data, as in the record of a result."""
+        """Return the rule as JSON data, as the record of a result (JSON data in its file) holds it."""
         names = _ALWAYS if self.selects else (*_ALWAYS, *_OF_FIXED)
         return {name: getattr(self, name) for name in names}
 
@@ -87,7 +94,7 @@ _BEFORE = 1.2
 class Limits:
     """Limits of a render: samples per pixel, seconds and relative error. The first that is met ends the render.
 
-    None is no limit.
+    A field that is None is no limit.
     """
 
     spp: int | None = None
@@ -103,7 +110,7 @@ class Limits:
 
 
 class Look(NamedTuple):
-    """Estimate of a render's error at one sample count at which the render may stop."""
+    """Look: the estimate of a render's error at a sample count at which the render may stop."""
 
     samples: int
     """Samples per pixel."""
@@ -115,14 +122,15 @@ class Look(NamedTuple):
 
     @property
     def believed(self) -> float:
-        """Error that counts at this look: the upper limit, or 1.15 times the value if that is larger."""
+        """Error that counts at this look: the upper limit, or 1.15 times the estimate if that is larger."""
         return max(self.high, _LEAST_DOUBT * self.value)
 
 
 def next_look(samples: int) -> int:
-    """Return the sample count of the next look, above ``samples`` a pixel.
+    """Return the sample count per pixel at which a render next estimates its error to decide whether it stops.
 
-    The count is even, so that replicates with a net each have the same number of samples.
+    The result is above ``samples``, the present count per pixel. It is even, so that replicates (halves of the samples)
+    are of one size.
     """
     count = FIRST_LOOK
     while count <= samples:
@@ -131,12 +139,12 @@ def next_look(samples: int) -> int:
 
 
 class Looks:
-    """All looks of one render: estimates of its error at which it may stop.
+    """All looks of one render: the estimates of its error at which it may stop.
 
     Parameters
     ----------
     made
-        Looks of the earlier render, if one is resumed.
+        Looks of the saved render, if a render is resumed.
     """
 
     def __init__(self, made: tuple[Look, ...] = ()) -> None:
@@ -144,16 +152,19 @@ class Looks:
         self.last: Estimate | None = None
 
     def due(self, samples: int) -> bool:
-        """Tell whether a look is due at ``samples`` per pixel."""
+        """Tell whether the render should estimate its error (look) at ``samples`` per pixel."""
         return next_look(samples - 1) == samples and (not self.made or self.made[-1].samples < samples)
 
     @property
     def brightest(self) -> float:
-        """Largest brightness of the brightest path at any look (`equaltime.film.tails.averaged_out`), or 0."""
+        """Largest brightness of the brightest path at any look; 0 without looks.
+
+        `equaltime.film.tails.averaged_out` defines that brightness.
+        """
         return max((look.brightest for look in self.made), default=0.0)
 
     def look(self, error: Estimate, samples: int, brightest: float = 0.0) -> None:
-        """Add a look: the error at ``samples`` per pixel, and the brightness of its brightest path."""
+        """Add a look: the estimated error at ``samples`` per pixel, and the brightness of the brightest path."""
         self.last = error
         self.made = (*self.made, Look(samples, error.value, error.high, brightest))
 

@@ -1,4 +1,4 @@
-"""Saved renders, which can be resumed: the result has the same bits as a render that was never stopped."""
+"""Saved renders, which can be resumed: the resumed render has the same bits as one that was never stopped."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _NAMES = {"max_depth": "max depth", "without": "left out"}
 
 @dataclass(frozen=True, eq=False)
 class Checkpoint:
-    """A saved render with its moments."""
+    """Content of a saved render with its moments (count, mean and deviation of each pixel's samples)."""
 
     path: Path
     record: Mapping[str, Any]
@@ -50,15 +50,18 @@ class Checkpoint:
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Checkpoint:
-        """Return the content of a file of `Result.save`; raise `ImageError` if it is damaged or holds no moments."""
+        """Return the content of a file that `Result.save` wrote.
+
+        Raises `ImageError` if the file is damaged or holds no moments.
+        """
         file = RenderFile.read(path)
         return cls.of(file, Path(path))
 
     @classmethod
     def of(cls, file: RenderFile, path: Path) -> Checkpoint:
-        """Return the content of a saved render after checking it; raise `ImageError` as `read` does.
+        """Return the content of a saved render, from the content of its file, after checking it.
 
-        ``path`` is named in errors.
+        ``path`` is the name of the file in errors. Raises `ImageError` as `read` does.
         """
         moments, parts, missed = file.moments, file.parts, file.missed
         if moments is None:
@@ -78,12 +81,15 @@ class Checkpoint:
 
     @property
     def film(self) -> MergedFilm:
-        """The samples of the render, for merging. A render that was not merged is one part."""
+        """Samples of the render, as a film that can be merged.
+
+        The film of a render that was not merged has one part.
+        """
         return MergedFilm.of(self.moments, self.second) if self.parts is None else MergedFilm(self.moments, self.parts)
 
     @property
     def picture(self) -> FilmPicture:
-        """Form of the picture that the render's film asked for."""
+        """Colours, alpha and precision of the picture that the render's film asked for."""
         return FilmPicture.from_dict(self.record["picture"])
 
     @property
@@ -93,22 +99,22 @@ class Checkpoint:
 
     @property
     def looks(self) -> tuple[Look, ...]:
-        """Looks of the saved render: estimates of its error at which it might have stopped."""
+        """Looks of the saved render: the estimates of its error at which it might have stopped."""
         return looks_of(self.record)
 
     @property
     def decision(self) -> Decision:
-        """Decisions that the strategy left to the saved render."""
+        """Decisions that the strategy left to the saved render: on splitting of paths, and on sample counts."""
         return Decision.from_dict(self.record["decision"])
 
     @property
     def stop(self) -> Stop | None:
-        """Rule by which the render was to stop at an error; None if no error was asked for."""
+        """Rule by which the render was to stop at an error; None if it had no error limit."""
         return None if self.record["stop"] is None else Stop.from_dict(self.record["stop"])
 
     @property
     def position(self) -> tuple[int, int, int]:
-        """Position of the passes, as in `Result.position`: samples a pixel, samples of the running pass, next block.
+        """Position in the passes, as in `Result.position`: samples per pixel, samples of the running pass, next block.
 
         Raises `ImageError` if the record has no position.
         """
@@ -118,9 +124,9 @@ class Checkpoint:
         return done, target, next_block
 
     def check(self, wanted: Mapping[str, Any]) -> None:
-        """Raise `ImageError`, with the differences, unless this can be resumed as the wanted render.
+        """Raise `ImageError`, with the differences, if this saved render cannot be resumed as the wanted render.
 
-        ``wanted`` holds the values that the record should have. A merged render cannot be resumed.
+        ``wanted`` holds the values that the record of the wanted render has. A merged render cannot be resumed.
         """
         if self.record["sources"]:
             raise ImageError(
@@ -131,7 +137,7 @@ class Checkpoint:
 
 
 def looks_of(record: Mapping[str, Any]) -> tuple[Look, ...]:
-    """Return the looks that a checked record lists."""
+    """Return the looks (estimates of the error on the way) that the record of a saved render lists."""
     return tuple(
         Look(samples, math.nan if value is None else value, math.inf if high is None else high, brightest or 0.0)
         for samples, value, high, brightest in record["looks"]
@@ -139,11 +145,12 @@ def looks_of(record: Mapping[str, Any]) -> tuple[Look, ...]:
 
 
 def differences(found: Mapping[str, Any], wanted: Mapping[str, Any], more: Iterable[str] = ()) -> list[str]:
-    """Compare the record of a saved render with the wanted render, and return the differences in words.
+    """Return the differences between a saved render and a wanted render, in words; the list is empty without any.
 
-    Without differences the saved render can be resumed as, or merged into, the wanted one. ``more`` are keys to compare
-    besides the usual ones. The scene counts as different if the digest differs, and either the file has another name or
-    no other difference explains the digest.
+    ``found`` and ``wanted`` are their records: JSON data that tell how a render was made. Without differences the saved
+    render can be resumed as the wanted one, or merged with it. ``more`` lists keys of the records to compare besides
+    the usual ones. The scene counts as different if the digest differs, and either the file has another name or no
+    other difference explains the digest.
     """
     differing = [key for key in (*_SAME, *more) if _differ(found[key], wanted[key])]
     if {"size", "crop"} <= {*differing}:

@@ -1,8 +1,8 @@
-"""Compare images of any renderer: with each other, or both with a reference.
+"""Comparison of two images of any renderer: with each other, or of both with a reference.
 
 Any file that OpenImageIO reads can be compared. Files that carry the standard errors of their pixels (``stderr.R/G/B``,
 as equaltime's do) allow more: the noise of the reference is subtracted, and its uncertainty becomes an interval
-(`equaltime.rendering.noisy_reference`). Two such images can also be tested for equal expectations.
+(`equaltime.rendering.noisy_reference`). Two such images can also be tested for equal expected images.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _DISPLAY = {".png", ".jpg", ".jpeg", ".bmp", ".tga", ".gif", ".webp"}
 
 @dataclass(frozen=True)
 class Compared:
-    """One image and its distance from the image that it was compared with."""
+    """One image, and its distances from the image that it was compared with."""
 
     path: Path
     metrics: Mapping[str, Measured] = field(hash=False)
@@ -65,7 +65,7 @@ class Compared:
 
 @dataclass(frozen=True, repr=False)
 class Comparison(Shown):
-    """Distances of images from a reference, and the ratios of two images, as `compare` returns them."""
+    """Distances of one or two images from a reference, and the ratios of two images, as `compare` returns them."""
 
     size: tuple[int, int]
     """Width and height."""
@@ -98,7 +98,7 @@ class Comparison(Shown):
         return "\n".join([*lines, *self.notes])
 
     def as_dict(self) -> dict[str, Any]:
-        """Return everything as JSON data; numbers that are unknown or not finite are None."""
+        """Return the comparison as JSON data; numbers that are unknown or not finite are None."""
         return {
             "size": list(self.size),
             "against": str(self.against),
@@ -120,7 +120,7 @@ class Comparison(Shown):
 
 
 def compare(a: Render, b: Render, reference: Render | None = None) -> Comparison:
-    """Return the distance of image A from image B, or the distances of both from a reference.
+    """Return the distance of image A from image B, or the distances of both images from a reference.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Python's access to the core's renderer: its settings from a scene and a strategy, adaptive counts, and failures."""
+"""Access to the core's renderer: its settings from a scene and a strategy, adaptive sample counts, and its errors."""
 
 from __future__ import annotations
 
@@ -72,18 +72,20 @@ def make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int, **o
 
 
 def nets(scene: Scene, strategy: Strategy) -> int:
-    """Return the number of independent nets (low-discrepancy point sets) that a pixel's samples form.
+    """Return the number of nets (low-discrepancy point sets) that the samples of a pixel form: 1 or 2.
 
-    It is 1 for the lattice sampler on a film of at least 2^16 pixels, else 2.
+    Two nets of a pixel are independent. The number is 1 for the lattice sampler on a film of at least 2^16 pixels, else
+    2.
     """
     width, height = scene.model.sensor.film.size
     return 1 if strategy.sampler == "lattice" and width * height >= ONE_NET else REPLICATES
 
 
 def second_net(scene: Scene, strategy: Strategy) -> int:
-    """Return k, where one pixel of every k has a second net; 0 if no pixel has one.
+    """Return k if one of every k pixels has a second net; 0 if no pixel has one.
 
-    `equaltime.film.second_nets` describes their use.
+    A second net is a set of further samples that is not in the image, and tells variances
+    (`equaltime.film.second_nets`).
     """
     if nets(scene, strategy) > 1:
         return 0
@@ -104,11 +106,14 @@ class AdaptiveRenderer(_core.Renderer):
 
     @property
     def counts(self) -> Counts | None:
-        """Decision after the pilot, equal counts or uneven ones; None before the pilot has ended."""
+        """Kind of counts that the pilot led to: ``even`` or ``error`` (uneven); None before the pilot has ended."""
         return None if self._rates is None else "even" if (self._rates == 1.0).all() else "error"
 
     def rates(self, samples: int) -> NDArray[np.float64]:
-        """Return each pixel's sample count over ``samples``, the mean count, (H, W); the pilot must have ended."""
+        """Return the ratio of each pixel's sample count to the mean count, (H, W).
+
+        ``samples`` is the mean count. The pilot must have ended.
+        """
         if self._rates is None:
             self._decide(self)
         assert self._rates is not None
@@ -121,10 +126,10 @@ class AdaptiveRenderer(_core.Renderer):
         poll: Callable[[], bool] | None = None,
         pause: float | None = None,
     ) -> bool:
-        """Bring the image to ``samples`` per pixel on average; return whether that is reached.
+        """Render until pixels have ``samples`` samples on average; return whether that count is reached.
 
-        ``seconds``, ``poll`` and ``pause`` are as in `_core.Renderer.advance`. A bad sample in the pilot also ends the
-        call.
+        ``seconds``, ``poll`` and ``pause`` are as in `_core.Renderer.advance`. A sample in the pilot that is NaN or
+        infinite also ends the call.
         """
         if samples <= PILOT or self._rates is not None:
             return super().advance(samples, seconds, poll, pause)
@@ -137,9 +142,9 @@ class AdaptiveRenderer(_core.Renderer):
         return super().advance(samples, seconds, poll, pause)
 
     def take_up(self, *, paths: int, rays: int, shadow_rays: int, position: tuple[int, int, int]) -> None:
-        """Resume a render at the position and with the counts of paths and rays of a saved one.
+        """Resume a saved render at its position, with its counts of paths and rays.
 
-        The pilot is rendered again, since the saved film holds more samples.
+        The pilot is rendered again, since the saved film holds more samples than the pilot's.
         """
         pilot = self._pilot()
         pilot.advance(PILOT)
@@ -154,9 +159,9 @@ class AdaptiveRenderer(_core.Renderer):
 
 
 def decision_of(renderer: _core.Renderer, strategy: Strategy) -> Decision:
-    """Return what the renderer has decided itself so far: whether it splits paths, and whether counts are uneven.
+    """Return the decisions that the renderer has made so far: whether paths are split, and whether counts are uneven.
 
-    ``renderer`` must have been made for ``strategy``.
+    The renderer must have been made for ``strategy``.
     """
     counts = renderer.counts if isinstance(renderer, AdaptiveRenderer) and strategy.adaptive == "error" else None
     decided = renderer.decision
@@ -170,9 +175,9 @@ def split_light(
 ) -> tuple[list[tuple[str, str]], NDArray[np.float32]]:
     """Return the image of a render with this strategy and seed, split into parts by the origin of the light.
 
-    The first result lists the parts as names (kind, what); the second holds their images, (H, W, parts, 3). Each kind
-    is a complete split. With ``only_lengths`` the only kind is the length of the path, which takes a third of the
-    memory or less.
+    The list names the parts, as pairs (kind, name), such as a path length or a light source. The array holds their
+    images, (H, W, parts, 3). The parts of each kind sum to the image. With ``only_lengths`` path length is the only
+    kind, which takes a third of the memory or less.
     """
     settings = core_settings(scene, strategy)
     return _core.split_light(
@@ -181,15 +186,18 @@ def split_light(
 
 
 def alpha(scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int) -> NDArray[np.float32]:
-    """Return the opacity of each pixel, (H, W), in [0, 1], from a render's camera rays, ``samples`` in each pixel."""
+    """Return the opacity of each pixel, (H, W), in [0, 1], from the camera rays of a render.
+
+    ``samples`` is the number of rays in each pixel.
+    """
     settings = core_settings(scene, strategy)
     return _core.alpha(scene.core, settings, seed, worker_threads(threads), samples, nets(scene, strategy))
 
 
 def traced(scene: Scene, strategy: Strategy, pixel: tuple[int, int], index: int, seed: int) -> dict[str, Any]:
-    """Return the path of one sample as the core describes it, with the same bits as in a render.
+    """Return the path of one sample, as the core describes it, with the same bits as in a render.
 
-    ``pixel`` (x, y) counts in the whole film, and ``index`` is the number of the sample in the pixel, from 0.
+    ``pixel`` is (x, y) in the whole film. ``index`` is the number of the sample in the pixel, from 0.
     """
     x, y, _, _ = scene.model.sensor.film.crop
     return _core.replay(
@@ -205,10 +213,10 @@ def bad_sample(
     result: Result | None = None,
     without: tuple[str, ...] = (),
 ) -> SampleError:
-    """Return an error for the first bad sample of a renderer, with the command that replays it.
+    """Return an error for the first bad sample of a renderer; the error holds the command that replays the sample.
 
-    A sample is bad if it is NaN or infinite, or raised a floating-point fault. ``result`` is the result so far, and
-    ``without`` names the effects that were left out.
+    A sample is bad if it is NaN or infinite, or raised a floating-point fault. ``result`` is the result so far, which
+    the error holds too. ``without`` names the effects that were left out.
     """
     x, y, index = renderer.nonfinite[0] if renderer.nonfinite else renderer.faulty[0][:3]
     left, top, _, _ = scene.model.sensor.film.crop
@@ -247,7 +255,7 @@ def check_memory(scene: Scene, bytes_per_pixel: float) -> None:
 
 
 def build_facts() -> dict[str, Any]:
-    """Return facts that identify the core exactly: how it was built, the SHA-256 of its file, and Python's version."""
+    """Return facts that identify the core: how it was built, the SHA-256 of its file, and Python's version."""
     content = Path(_core.__file__).read_bytes()
     python = ".".join(map(str, sys.version_info[:3]))
     return {**_core.build_info(), "core_sha256": hashlib.sha256(content).hexdigest(), "python": python}

@@ -1,4 +1,4 @@
-"""Subjects of experiments: anything that renders to given sample counts and times itself. One subject is the core."""
+"""Subjects of experiments: renderers that render to given sample counts and time themselves. One is the core."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ RendererKind = Literal["core", "mitsuba", "command"]
 
 @dataclass(frozen=True, eq=False)
 class Checkpoint:
-    """State of a render at the moment at which every pixel has ``spp`` samples."""
+    """State of a render at a checkpoint of an experiment: when pixels have ``spp`` samples (on average, if uneven)."""
 
     spp: int
     wall_s: float
@@ -45,35 +45,36 @@ class Checkpoint:
 
 
 class Subject(Protocol):
-    """A strategy of some renderer, as an experiment sees it.
+    """Interface of a strategy of some renderer in an experiment.
 
     A subject may have a method ``close``, which is called when the subject is no longer needed.
     """
 
     @property
     def label(self) -> str:
-        """Name that the experiment gives the subject."""
+        """Short name that the experiment gives the strategy."""
 
     @property
     def name(self) -> str:
-        """Full name of the strategy, in one line."""
+        """Full name of the strategy, on one line."""
 
     @property
     def renderer(self) -> RendererKind:
-        """Kind of the renderer."""
+        """Kind of the renderer: ``core``, ``mitsuba`` or ``command``."""
 
     @property
     def biased(self) -> bool:
-        """Whether the strategy says of itself that it converges to something else than the scene's light transport."""
+        """Whether the strategy is known to converge to something else than the scene's light transport."""
 
     def prepare(self, scene: Scene, threads: int) -> float:
-        """Get ready to render ``scene`` on ``threads`` threads (0: one for each processor); return the seconds taken.
+        """Get ready to render a scene, and return the seconds that this took.
 
-        Work that a renderer does once per process or scene belongs here: loading, compiling, a first sample to warm up.
+        ``threads`` is the number of threads; 0 is one per processor. Work that a renderer does once per process or
+        scene belongs here: loading, compiling, a first sample to warm up.
         """
 
     def run(self, seed: int, ladder: Iterable[int], seconds: float | None) -> Iterator[Checkpoint]:
-        """Render with random numbers of ``seed`` (31 bits), and yield a checkpoint at each sample count of ``ladder``.
+        """Render with random numbers of ``seed`` (31 bits), and yield a checkpoint at each sample count in ``ladder``.
 
         The counts are total samples per pixel, in ascending order. Each count is taken from ``ladder`` only after the
         previous checkpoint was yielded, so it may depend on the measured times. With ``seconds``, the run ends at the

@@ -1,7 +1,8 @@
-"""Decisions that a strategy leaves to the render: whether paths are split, and whether sample counts follow the noise.
+"""Decisions that a strategy leaves to the render: whether paths are split, and whether pixels get uneven counts.
 
-Both follow from counts, not from a clock. Splitting follows from a pilot of the scene and the strategy alone, sample
-counts from the first samples of the image. The record of a render holds both, and a resumed render keeps them.
+Both follow from counts, not from a clock. The decision on splitting follows from a pilot render of the scene with the
+strategy. The decision on sample counts follows from the first samples of the image. Both are stored with a render, and
+a resumed render keeps them.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ Counts = Literal["even", "error"]
 class Decision:
     """Decisions that a strategy left to the render: on splitting of paths, and on sample counts.
 
-    A field is None if the strategy left nothing to decide, or if it is not decided yet.
+    A field is None if the strategy did not leave that decision to the render, or if it is not made yet.
     """
 
     roulette: Literal["throughput", "efficiency"] | None = None
@@ -32,10 +33,10 @@ class Decision:
     counts: Counts | None = None
 
     def applied(self, strategy: Strategy) -> Strategy:
-        """Return the strategy with the decisions put in: ``roulette`` in place of ``automatic``.
+        """Return the strategy with the decisions put in.
 
-        Equal sample counts replace ``adaptive=error`` by ``none``. Uneven counts are not put in, since they follow from
-        a pilot.
+        The decided roulette replaces ``automatic``. Equal sample counts replace ``adaptive=error`` by ``none``. Uneven
+        counts are not put in, since they follow from a pilot.
         """
         decided: dict[str, str] = {}
         if self.roulette is not None and strategy.roulette == "automatic":
@@ -61,7 +62,7 @@ class Decision:
         return "" if self.counts is None else said[self.counts]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the decisions as JSON data, as in the record of a result."""
+        """Return the decisions as JSON data, as the record of a result (JSON data in its file) holds them."""
         return {"roulette": self.roulette, "splitting": self.splitting, "counts": self.counts}
 
     @classmethod

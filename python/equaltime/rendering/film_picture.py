@@ -1,7 +1,8 @@
-"""The form of the picture that a film asks for: channels and precision of the first part of a saved render.
+"""Form of the picture that a film asks for: its channels and precision in the first subimage of a saved render.
 
-Light is kept as R, G, B with the primaries of Rec. 709. A film may ask for another form of the picture
-(``pixel_format``, ``component_format``). Other programs read that form, and the render itself is kept beside it.
+Light is kept as R, G, B with the primaries of Rec. 709. A film may ask for other channels or another precision
+(``pixel_format``, ``component_format``). Other programs read that picture, and the file holds the render itself beside
+it.
 """
 
 from __future__ import annotations
@@ -36,7 +37,10 @@ class FilmPicture:
 
     @classmethod
     def of(cls, film: HdrFilm) -> FilmPicture:
-        """Return the form that a film asks for: 16 bits only if the film names that format, else 32 bits."""
+        """Return the form of the picture that a film asks for.
+
+        Numbers have 16 bits only if the film names that format, else 32 bits.
+        """
         half = film.component_format == "float16" and "component_format" in film.model_fields_set
         return cls(film.colors, film.has_alpha, half)
 
@@ -51,15 +55,18 @@ class FilmPicture:
 
     @property
     def is_exact(self) -> bool:
-        """Whether the picture's R, G and B are exactly the ones of the render."""
+        """Whether R, G and B of the picture have exactly the values of the render."""
         return self.colors == "rgb" and not self.half
 
     def channels(self, alpha: NDArray[np.float32] | None) -> tuple[str, ...]:
-        """Return the names of the picture's channels; alpha is one if the form has it and ``alpha`` is not None."""
+        """Return the names of the picture's channels.
+
+        Alpha is one of them if the film asks for it and ``alpha`` is not None.
+        """
         return _COLORS[self.colors] + ((ALPHA,) if self.alpha and alpha is not None else ())
 
     def pixels(self, image: NDArray[np.float32], alpha: NDArray[np.float32] | None) -> NDArray[np.float32]:
-        """Convert a linear RGB image (H, W, 3) to the channels that the film asks for, (H, W, C).
+        """Return a linear RGB image (H, W, 3) converted to the channels that the film asks for, (H, W, C).
 
         ``image`` is already multiplied by ``alpha`` (H, W). ``alpha`` is None for a film without alpha.
         """

@@ -1,9 +1,9 @@
 """First hits through each pixel: distance, position, normals, colour, shape and texture coordinates.
 
-There are also derivatives of positions by texture coordinates, and of texture coordinates from pixel to pixel. These
-are the outputs that Mitsuba's integrators ``aov`` and ``depth`` ask for. A pixel's value is the mean over a grid of
-points on the pixel, whatever the reconstruction filter, through the middle of a lens. Points that see nothing count as
-0.
+Further outputs are derivatives of positions by texture coordinates, and of texture coordinates from pixel to pixel. All
+these are the outputs that Mitsuba's integrators ``aov`` and ``depth`` ask for. A pixel's value is the mean over a grid
+of points on the pixel, whatever the reconstruction filter. Rays go through the middle of a lens. Points that see
+nothing count as 0.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ STEPS: Final = {"duv_dx": (1.0, 0.0), "duv_dy": (0.0, 1.0)}
 
 
 def asked_for(scene: Scene) -> tuple[tuple[str, str], ...]:
-    """Return (name, kind) of each output that the scene asks for beside the image.
+    """Return the outputs beside the image that the scene asks for, as pairs (name, kind).
 
     If the film asks for alpha, the last pair is ("", "alpha").
     """
@@ -52,7 +52,7 @@ def first_hits(
 ) -> dict[str, NDArray[np.float32]]:
     """Return images of the surfaces that camera rays hit first: depth, position, normal, albedo and the like.
 
-    Each channel is an array (H, W) under its full name, such as ``distance.T``. `asked` holds pairs (name, kind) of
+    Each channel is an array (H, W) under its full name, such as ``distance.T``. ``asked`` holds pairs (name, kind) of
     outputs; None stands for the outputs that the scene asks for. Kinds that need more than the first hit are ignored.
     """
     outputs = tuple(pair for pair in (asked_for(scene) if asked is None else asked) if pair[1] in OUTPUTS)

@@ -1,7 +1,7 @@
-"""Moments of saved renders of format 1, written by equaltime 0.1.0: they can still be resumed and merged.
+"""Moments (count, mean, deviation) in files of format 1, of equaltime 0.1.0, which can still be resumed and merged.
 
 Each 8-byte number is stored as two uint32 channels, its low and its high word. The sums of squared deviations are
-float64. All else is in the channels of the first part: R, G, B, stderr.R, stderr.G, stderr.B, samples.
+float64. Image, errors and counts are channels of the first subimage: R, G, B, stderr.R, stderr.G, stderr.B, samples.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ def read_moments(path: str | os.PathLike[str]) -> NDArray[Any] | None:
 
 
 def read_parts(path: str | os.PathLike[str]) -> NDArray[Any] | None:
-    """Return the sums over the parts of a merged render in a file, (H, W); None if the file has none.
+    """Return the sums over the renders that were merged into a file, (H, W); None if it was not merged.
 
-    Raises `ImageError` for a damaged file.
+    The type is `equaltime.film.moments.PARTS`. Raises `ImageError` for a damaged file.
     """
     found = _read(path, "parts", PARTS)
     return None if found is None else np.asarray(found[0])

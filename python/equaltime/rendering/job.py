@@ -1,4 +1,4 @@
-"""A job: one render in the core, with everything that decides its bits and its end."""
+"""Job: one render in the core, with everything that decides its bits and its end."""
 
 from __future__ import annotations
 

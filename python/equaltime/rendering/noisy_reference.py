@@ -1,21 +1,21 @@
-"""Error of an image against a reference that is a noisy render itself, and the interval due to the noise.
+"""Error of an image against a reference that is itself a noisy render, and the interval due to the noise.
 
 With I the image, R the reference and v the variance of R, ``((I - R)² - v) / D`` averages to the image's relMSE
 (`equaltime.images.metrics`) if D is free of noise. Two conditions must hold where R has few samples:
 
 - v is the pixel's own variance, from the replicates of the reference. It is noisy, but right on average. The ``stderr``
-  channel is an average over 7x7 pixels: beside a lamp it is the lamp's, while D belongs to a dark pixel. If a file has
-  only that channel, noise is distributed within the neighbourhood in proportion to (I - R)².
-- D comes from a filtered estimate of the truth. The reference alone will not do: where it missed by chance a light that
-  the image met, its D is near 0. So both are averaged with the weights that minimise the noise of the mean. The image's
-  weight is ``w = v / (I - R)²``, by means over the 7x7 neighbourhood. The mean is filtered as by Lee (1980), which
-  keeps structure beyond the noise.
+  channel is an average over 7x7 pixels: beside a lamp it is the lamp's noise, while D belongs to a dark pixel. If a
+  file has only that channel, its variance is distributed within the neighbourhood in proportion to (I - R)².
+- D comes from a filtered estimate of the truth. The reference alone is not enough: where it missed by chance a light
+  that the image met, its D is near 0. So image and reference are averaged with the weights that minimise the noise of
+  the mean. The image's weight is ``w = v / (I - R)²``, by means over the 7x7 neighbourhood. The mean is filtered as by
+  Lee (1980), which keeps structure beyond the noise.
 
-The interval has two parts. One is the delta method: how the noise of each pixel moves the result. The other stands for
-noise that v does not show, since rare light was in neither replicate. It is the scatter of means over 4x4 blocks times
-a factor. The scatter contains all effects of chance on the squares of this image and of R. The factor is the part that
-R may have contributed. If R has a share q of the squared differences, and its noise lies where they are large, that
-factor is ``2 sqrt(q) / (1 + q)``.
+The interval combines two uncertainties. The first is found by the delta method: how the noise of each pixel moves the
+result. The second stands for noise that v does not show, since rare light was in neither replicate. It is the scatter
+of means over 4x4 blocks times a factor. The scatter contains all effects of chance on the squares of this image and of
+R. The factor is the fraction of the scatter that R may have contributed. If R makes a share q of the squared
+differences, and its noise lies where they are large, the factor is ``2 sqrt(q) / (1 + q)``.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ FEWEST_BLOCKS = 16
 
 @dataclass(frozen=True, eq=False)
 class Noise:
-    """Variances of the pixels of an image file."""
+    """Variances of the pixels of an image, from its samples or its standard errors."""
 
     variance: Floats
     """(H, W, 3): variance of each pixel and channel."""
@@ -57,7 +57,7 @@ class Noise:
     def of_render(cls, picture: Picture, film: SavedFilm) -> Noise | None:
         """Return the variances of a picture's pixels, from its samples, or else from its standard errors.
 
-        The result is None if the file has neither.
+        ``film`` holds the samples. The result is None if the file has neither samples nor standard errors.
         """
         moments, parts, second = film
         if moments is None:
@@ -69,10 +69,10 @@ class Noise:
 
     @classmethod
     def of(cls, picture: Picture, pixels: PixelStatistics | None) -> Noise | None:
-        """Return the variances of a picture's pixels, from the statistics ``pixels`` if they belong to its image.
+        """Return the variances of a picture's pixels, from the statistics ``pixels`` if these belong to its image.
 
-        Otherwise they come from the picture's standard errors, which are means over 7x7 pixels if equaltime wrote them.
-        The result is None if the picture has no standard errors that are finite.
+        Otherwise the variances come from the picture's standard errors, which are means over 7x7 pixels if equaltime
+        wrote them. The result is None if the picture has no standard errors, or if some are not finite.
         """
         theirs = pixels is not None and np.array_equal(pixels.mean.astype(np.float32), picture.image)
         if pixels is not None and theirs and np.isfinite(pixels.variance).all():
@@ -85,7 +85,8 @@ class Noise:
     def shared_out(self, square: Floats) -> Floats:
         """Return the variance of each single pixel, (H, W, 3).
 
-        A pooled variance is distributed over its neighbourhood in proportion to ``square``, the squared differences.
+        A variance that is a mean over 7x7 pixels is distributed among them in proportion to ``square``, the squared
+        differences (H, W, 3).
         """
         return divided(self.variance * square, _local(square)) if self.pooled else self.variance
 
@@ -113,7 +114,7 @@ class _Filtered:
 
 @dataclass(frozen=True, eq=False)
 class Difference:
-    """Differences between an image and a noisy reference; arrays are float64 (H, W, 3)."""
+    """Squared differences between an image and a noisy reference; arrays are float64 (H, W, 3)."""
 
     squares: Floats
     """Squared differences less the reference's variance, over the denominators; their mean is relMSE, or MSE."""
@@ -126,9 +127,10 @@ class Difference:
 
     @classmethod
     def of(cls, image: Floats, reference: Floats, noise: Noise, relative: bool = True) -> Difference:
-        """Return the differences of an image from a reference with this noise.
+        """Return the squared differences between an image and a reference whose noise is ``noise``.
 
-        Squares are divided by the truth's squares if ``relative`` (relMSE), and are absolute otherwise (MSE).
+        If ``relative``, squares are divided by the squares of the truth, as estimated from both (relMSE). Otherwise
+        they are not divided (MSE).
         """
         difference = image - reference
         square = np.square(difference)
@@ -150,12 +152,15 @@ class Difference:
 
     @property
     def value(self) -> float:
-        """Mean of the squares: the relMSE, or the MSE if squares are absolute. The reference's noise is subtracted."""
+        """Mean of the squares, with the reference's noise subtracted.
+
+        It is the relMSE, or the MSE if squares are not relative.
+        """
         return float(self.squares.mean())
 
     @property
     def measured(self) -> Measured:
-        """The relMSE or MSE with its 95 % interval; the value is NaN if the interval reaches down to 0.
+        """RelMSE, or MSE, with its 95 % interval; the value is NaN if the interval reaches down to 0.
 
         The upper limit is formed on the logarithm, as the sum of a few large squares is skewed. If the value is NaN,
         the upper limit continues without a jump as a multiple of the half-width.
@@ -167,10 +172,10 @@ class Difference:
 
 
 def log_ratio(first: Difference, second: Difference) -> tuple[float, float]:
-    """Return the logarithm of the ratio of the first value to the second, and half the width of its 95 % interval.
+    """Return the logarithm of ``first.value / second.value``, and half the width of its 95 % interval.
 
-    Both images were compared with one reference, and both values are positive. The interval takes into account that the
-    reference's noise moves both values.
+    Both values (relMSE or MSE) must be positive, and both images compared with one reference. The interval takes into
+    account that the reference's noise moves both values.
     """
     squares, slopes = (
         getattr(first, name) / first.value - getattr(second, name) / second.value for name in ("squares", "slopes")
@@ -197,7 +202,10 @@ def _half_width(squares: Floats, slopes: Floats, variance: Floats, share: float)
 
 
 def block_means(values: Floats) -> Floats:
-    """Return the means over 4x4 blocks of (H, W) values, (blocks,). If a side is below 16, each pixel is a block."""
+    """Return the means of (H, W) values over blocks of 4x4 pixels, (blocks,).
+
+    If a side of the image is below 16, each pixel is a block.
+    """
     block = _BLOCK if min(values.shape) >= 4 * _BLOCK else 1
     rows, columns = (n // block for n in values.shape)
     cut = values[: rows * block, : columns * block]

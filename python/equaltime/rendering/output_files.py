@@ -1,4 +1,4 @@
-"""Checks of files that an output may replace: no file that a scene was read from, and no render by mistake."""
+"""Checks before output files are written: scene files are never replaced, and renders are not lost by mistake."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ _WORTH_KEEPING: Final = 60.0
 
 
 def check_spares(places: Iterable[Path], files: Iterable[Path], why: str) -> None:
-    """Raise `ImageError` if one of the outputs ``places`` is one of the ``files``, by whatever name or link.
+    """Raise `ImageError` if one of the output files is one of ``files``, by whatever name or link.
 
-    ``why`` stands in the error after the output's name.
+    ``places`` lists the paths of the outputs. ``why`` follows the path in the message.
     """
     there = [file for file in files if os.path.exists(file)]
     for place in filter(Path.exists, places):
@@ -34,16 +34,16 @@ def check_spares(places: Iterable[Path], files: Iterable[Path], why: str) -> Non
 
 
 def check_replaceable(places: Iterable[Path], scene: str | None, digest: str | None = None) -> None:
-    """Raise `ImageError` if an output would replace a file of another program, or a render of another scene.
+    """Raise `ImageError` if an output file would replace a file of another program, or a render of another scene.
 
     Renders of the same scene file may be replaced, even if the file has changed since.
 
     Parameters
     ----------
     places
-        EXR and PNG files to be written, which may exist or not.
+        Paths of the EXR and PNG files to be written, which may exist or not.
     scene
-        Path of the scene's file as in records; None for a scene made in memory.
+        Absolute path of the scene's file; None for a scene made in memory.
     digest
         SHA-256 of the scene's content: a render of that content is of the same scene, wherever its file was.
     """
@@ -80,8 +80,8 @@ def _attributes(path: Path) -> Mapping[str, str]:
 def keep_work(path: Path, record: Mapping[str, Any]) -> Path | None:
     """Copy the existing render at ``path`` to ``path~`` if more than a minute of rendering would be lost.
 
-    Nothing is lost if the new render, described by ``record``, holds the samples of the old one. Only one render is
-    kept: an earlier ``path~`` is replaced.
+    ``record`` describes the new render. If it holds the samples of the existing one, nothing would be lost. Only one
+    render is kept: an earlier ``path~`` is replaced.
 
     Returns
     -------
@@ -91,7 +91,7 @@ def keep_work(path: Path, record: Mapping[str, Any]) -> Path | None:
     Raises
     ------
     ImageError
-        If it cannot be kept.
+        If the existing render cannot be copied.
     """
     old = read_record(path)
     seconds = old.get("seconds")

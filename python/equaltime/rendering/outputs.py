@@ -46,7 +46,7 @@ def outputs(
     seconds: float,
     asked: tuple[tuple[str, str], ...] | None = None,
 ) -> Planes:
-    """Return the outputs beside the image that a scene asks for: channels (H, W) by their full names.
+    """Return the outputs beside the image that ``scene`` asks for: arrays (H, W) by the full names of their channels.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def outputs(
     samples
         Samples per pixel of the render.
     seconds
-        Seconds of work of all threads of the render together.
+        Seconds that all threads of the render worked, added up.
     asked
         Pairs (name, kind) of the outputs to make; None for all that the scene asks for.
     """

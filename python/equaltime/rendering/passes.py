@@ -1,9 +1,10 @@
-"""The loop of passes over one renderer: a fixed schedule of sample counts, cut short by a limit or by Ctrl-C.
+"""Loop of passes over one renderer: a fixed schedule of sample counts, cut short by a limit or by Ctrl-C.
 
 The order of computation follows from counts alone, so a rerun repeats the bits. The clock only chooses where the
 schedule stops.
 
-Checkpoints come every N seconds, take at most half of the time, and stop shortly before the time limit.
+Checkpoints (saves of the render so far) come every N seconds and take at most half of the time. Shortly before the time
+limit there are no more.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ _ROOM = 2.0
 
 
 class Saving:
-    """Saves checkpoints of a render, and schedules them.
+    """Schedule of the checkpoints of a render (saves of the render so far), which also makes them.
 
     All times are seconds since the first pass began.
 
@@ -36,7 +37,7 @@ class Saving:
     save
         Callable that saves the render so far.
     every
-        Seconds between the starts of two checkpoints; more if saving would take more than half of them.
+        Seconds between the starts of two saves; more if saving would take more than half of the time.
     takes
         Expected seconds of the first save.
     failed
@@ -52,15 +53,15 @@ class Saving:
         self._failed, self._fails = failed, False
 
     def left(self, now: float, limit: float | None) -> float | None:
-        """Return the seconds from ``now`` until the next save, 0 if it is due.
+        """Return the seconds until the next save, 0 if it is due; None if it would not end well before the time limit.
 
-        The result is None if the save would not end well before ``limit``, the time limit.
+        ``now`` is the present time, and ``limit`` the time limit.
         """
         due = max(self._due, now)
         return None if limit is not None and due + _ROOM * self._takes > limit else due - now
 
     def run(self, clock: Callable[[], float]) -> float:
-        """Save a checkpoint, and return the seconds that saving took. ``clock`` returns the present time."""
+        """Save the render so far, and return the seconds that this took. ``clock`` returns the present time."""
         begin = clock()
         self._try()
         end = clock()
@@ -96,7 +97,7 @@ _LONGEST = 3.0
 
 
 class PassRenderer(Renders, Protocol):
-    """The part of `equaltime._core.Renderer` that `Passes` needs."""
+    """Interface of a renderer that `Passes` needs; `equaltime._core.Renderer` has it."""
 
     def advance(
         self,
@@ -117,11 +118,12 @@ class PassRenderer(Renders, Protocol):
 
 
 def pass_end(samples: int, pixels: int) -> int:
-    """Return the samples per pixel at the end of a pass that begins at ``samples``.
+    """Return the samples per pixel at the end of a pass that begins at ``samples`` per pixel.
 
     Passes of a small image end at 2, 4, 8, 16, 20, …, 32, 40, …, 64, 80, …. From 16 on a pass adds a quarter at most,
-    so a limit that cuts a pass leaves the image nearly even. Steps stop growing at the size of a short pass for the
-    image. Every step is a power of two, so replicates with a net each grow alike.
+    so a limit that cuts a pass leaves the image nearly even. ``pixels`` is the number of the image's pixels: the more
+    there are, the sooner steps stop growing. Every step is a power of two, so that the replicates (halves of the
+    samples) grow alike.
     """
     share, most = (2, _FIRST_SAMPLES) if samples < 16 else (8, _PASS_SAMPLES)
     steps = (1 << samples.bit_length()) // share, (1 << (most // max(pixels, 1)).bit_length()) // 2
@@ -131,8 +133,9 @@ def pass_end(samples: int, pixels: int) -> int:
 class Passes:
     """Loop over the passes of one render. Iterating runs the passes, and yields the samples per pixel after each.
 
-    A bad sample ends the loop only after its pass has finished. Ctrl-C (or a `KeyboardInterrupt` raised by the progress
-    callback) ends the loop, and the finished blocks of the pass are kept.
+    A bad sample (NaN, infinite or with a floating-point fault) ends the loop only after its pass has finished. Ctrl-C
+    (or a `KeyboardInterrupt` raised by the progress callback) ends the loop, and the finished blocks of the pass are
+    kept.
 
     Parameters
     ----------
@@ -141,9 +144,9 @@ class Passes:
     limits
         Limits of the render; they may be changed between passes.
     samples, looks
-        State of a resumed render: samples per pixel already taken, and its earlier looks at the error.
+        State of a resumed render: samples per pixel already taken, and its earlier looks (estimates of the error).
     hidden
-        Light that may be hidden, for the error's upper limit.
+        Light that samples may have missed, for the error's upper limit; None leaves it out.
     """
 
     def __init__(
@@ -179,7 +182,7 @@ class Passes:
 
     @property
     def looks(self) -> Looks:
-        """Looks of the render so far: estimates of its error at which it may stop."""
+        """Looks of the render so far: the estimates of its error at which it may stop."""
         return self._looks
 
     @property
@@ -254,7 +257,7 @@ class Passes:
         return not self._cancelled
 
     def cancel(self) -> None:
-        """End the running loop, with the finished blocks of its pass kept; may be called from any thread."""
+        """End the running loop and keep the finished blocks of its pass; may be called from any thread."""
         self._cancelled = True
 
     @property
@@ -271,11 +274,18 @@ class Passes:
 
     @property
     def targets(self) -> list[float]:
-        """Samples per pixel at which each limit is met: the sample limit, and the error limit by prediction."""
+        """Samples per pixel at which limits will be met.
+
+        They are the sample limit, and the predicted count for the error limit; a limit that is not set or not
+        predictable is left out.
+        """
         return [target for target in (self.limits.spp, self.samples_for(self.limits.error)) if target is not None]
 
     def samples_for(self, error: float | None) -> float | None:
-        """Return the predicted samples per pixel to reach an error (a fraction); None before the first look."""
+        """Return the predicted samples per pixel to reach an error (a fraction).
+
+        The result is None if ``error`` is None, or while no look (estimate of the error) has found a finite limit.
+        """
         looks = self._looks
         if error is None or looks.last is None or not math.isfinite(looks.last.high):
             return None

@@ -1,4 +1,4 @@
-"""Progress of a render that is under way."""
+"""Progress of a running render."""
 
 from __future__ import annotations
 
@@ -52,13 +52,16 @@ class Reporter:
         self._estimated_at = 0
 
     def tick(self) -> bool:
-        """Report if 0.1 s have passed since the last report. Always returns True, so that the pass goes on."""
+        """Call the callback if 0.1 s have passed since the last call; return True, so that the pass goes on."""
         if self._passes.seconds - self._reported >= _REPORT_INTERVAL:
             self._report()
         return True
 
     def pass_ended(self) -> None:
-        """Report the end of a pass, with a new error if estimates take at most 0.3 % of the time."""
+        """Call the callback at the end of a pass.
+
+        The error is estimated anew if such estimates take at most 0.3 % of the time.
+        """
         begin = self._passes.seconds
         if self._estimating + self._last_estimate <= _ESTIMATE_SHARE * begin:
             self._error = self._passes.error()

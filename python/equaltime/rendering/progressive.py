@@ -1,4 +1,4 @@
-"""A render as an iterator of passes, to look on, to change the target, or to stop early.
+"""A render as an iterator of passes, to watch it, to change its target, or to stop it early.
 
 ::
 
@@ -31,7 +31,7 @@ __all__ = ["Progressive", "progressive"]
 
 
 class Progressive:
-    """A render under way; iterating yields its `Result` so far at the end of every pass.
+    """A running render; iterating yields its `Result` so far at the end of every pass.
 
     One thread at a time may iterate; `cancel` may be called from any thread.
     """
@@ -45,7 +45,10 @@ class Progressive:
 
     @property
     def result(self) -> Result:
-        """The result so far. Its `stopped_by` is the reason why the last loop ended, or ``unfinished``."""
+        """Result so far.
+
+        Its ``stopped_by`` is the reason why the last loop ended, or ``unfinished``.
+        """
         return self._session.result(self._session.passes.stopped_by or "unfinished")
 
     @property
@@ -61,7 +64,7 @@ class Progressive:
         self._session.passes.cancel()
 
     def aim(self, spp: int | None = None, time: float | None = None, error: float | None = None) -> None:
-        """Replace the limits from the next pass on; ``time`` counts in seconds from the start of the loop.
+        """Replace the limits from the next pass on; ``time`` is in seconds since the loop began.
 
         Raises
         ------

@@ -1,6 +1,6 @@
 """Layout of the file of a saved render. No other module knows the layout; `FORMAT` is the version written here.
 
-A saved render is an OpenEXR file of several parts. Other programs read the first part.
+A saved render is an OpenEXR file of several parts (subimages). Other programs read the first part.
 
 ========  ======================  =======================================================================
 part      channels                content
@@ -109,7 +109,7 @@ _HALF: Final = (10 * 2.0**-14, 65504.0)
 
 @dataclass(frozen=True, eq=False)
 class RenderFile:
-    """The content of the file of a saved render."""
+    """Content of the file of a saved render."""
 
     image: NDArray[np.float32]
     """(H, W, 3): linear RGB."""
@@ -136,9 +136,10 @@ class RenderFile:
     """Second nets of some pixels; None if there are none."""
 
     def write(self, path: Path, description: str = "", small: bool = False) -> None:
-        """Write the file, whole or not at all. With ``small``, write only rounded images, errors and sample counts.
+        """Write the file, whole or not at all.
 
-        ``description`` is the image's description in the file.
+        With ``small``, only rounded image, errors and sample counts are written. ``description`` is the image's
+        description in the file.
 
         Raises
         ------
@@ -228,28 +229,32 @@ _ALWAYS: Final = frozenset({"record", "beauty", "stderr", "samples"})
 
 
 def read_picture(path: str | os.PathLike[str]) -> Picture:
-    """Return any image file's picture; a render of equaltime has its record, ``stderr.R/G/B`` and ``samples`` too.
+    """Return the picture in any image file.
 
-    Raises `ImageError` if the file cannot be read.
+    For a render of equaltime it has the record (how the render was made), ``stderr.R/G/B`` and ``samples`` too. Raises
+    `ImageError` if the file cannot be read.
     """
     return _guarded_picture(path)[0]
 
 
 def read_record(path: str | os.PathLike[str]) -> Mapping[str, Any]:
-    """Return the record in a file's header, without checks; empty if the file has none or cannot be read."""
+    """Return the record in a file's header, without checks: JSON data that tell how the render was made.
+
+    The result is empty if the file has none or cannot be read.
+    """
     with suppress(ImageError):
         return _json(images.read_attributes(path).get(_RECORD, "{}"), _RECORD, path)
     return {}
 
 
 def read_outputs(path: str | os.PathLike[str]) -> dict[str, NDArray[np.float32]]:
-    """Return the outputs beside the image in a file: (H, W) by the name of the channel; empty if there are none."""
+    """Return the outputs beside the image in a file, (H, W), by the name of the channel; empty if there are none."""
     found = read_part(path, "aovs", "float")
     return {} if found is None else {name: found[1][..., i].copy() for i, name in enumerate(found[0])}
 
 
 class SavedFilm(NamedTuple):
-    """Samples of a saved render; each field is None if the file lacks it."""
+    """Samples of a saved render: moments, sums over merged renders, second nets. Missing fields are None."""
 
     moments: NDArray[Any] | None
     parts: NDArray[Any] | None
@@ -258,12 +263,15 @@ class SavedFilm(NamedTuple):
 
 
 def read_film(path: str | os.PathLike[str]) -> SavedFilm:
-    """Return the samples in the file of a saved render; raises `ImageError` if it cannot be read."""
+    """Return the samples in the file of a saved render; raise `ImageError` if the file cannot be read."""
     return _film(path, *_guarded_picture(path))
 
 
 def holds_film(path: str | os.PathLike[str]) -> bool:
-    """Tell whether a file has the moments that resuming and merging need; raises `ImageError` if it is damaged."""
+    """Tell whether a file has the moments (counts, means, deviations) that resuming and merging need.
+
+    Raises `ImageError` if the file is damaged.
+    """
     return read_part(path, "moments", "uint") is not None
 
 

@@ -1,4 +1,4 @@
-"""Validation of the record of a saved render before it is resumed or merged, since the file may be damaged."""
+"""Validation of the record of a saved render: the JSON data in its file that tell how it was made."""
 
 from __future__ import annotations
 
@@ -154,9 +154,9 @@ def _in_todays_words(record: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def checked(record: Mapping[str, Any], path: str | os.PathLike[str]) -> Mapping[str, Any]:
-    """Return the record of the file ``path`` after checking it, with missing optional keys filled in.
+    """Return the record of a saved render after checking it, with missing optional keys filled in.
 
-    Raises `ImageError` with all problems found.
+    ``path`` is the file, for messages. Raises `ImageError` with all problems found.
     """
     try:
         return _Record.model_validate(_in_todays_words(record)).model_dump()

@@ -62,7 +62,7 @@ class Replay(Shown):
 
     @property
     def sum(self) -> Color:
-        """Sum of the vertices' contributions, in float32 as in the render, times the filter's weight."""
+        """Sum of the vertices' contributions, in float32 as in the render, times the weight of the pixel's filter."""
         total = np.zeros(3, np.float32)
         with np.errstate(over="ignore", invalid="ignore"):
             for vertex in self.vertices:
@@ -74,14 +74,17 @@ class Replay(Shown):
 
     @property
     def first_nonfinite(self) -> tuple[int, str] | None:
-        """First number of the path that is NaN or infinite, as (index of its vertex, its name); else None."""
+        """First number of the path that is NaN or infinite, as (index of its vertex, name of the number).
+
+        None if all numbers are finite.
+        """
         for index, vertex in enumerate(self.vertices):
             if name := _nonfinite(vertex):
                 return index, name
         return None
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the replay as JSON data. Numbers that JSON lacks are the words nan, inf and -inf."""
+        """Return the replay as JSON data. NaN and infinities, which JSON lacks, become the words nan, inf and -inf."""
         data = {name: getattr(self, name) for name in self.__dataclass_fields__}
         record: dict[str, Any] = _as_json({**data, "sum": self.sum})
         return record

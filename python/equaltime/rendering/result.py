@@ -1,4 +1,4 @@
-"""The result of a render: the image, its error, its cost and its origin."""
+"""Result of a render: its image, its error, its cost and how it was made."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _EXTENSIONS = (".exr", ".png")
 def check_output(path: Path, extensions: tuple[str, ...] = _EXTENSIONS) -> Path:
     """Return the path of the PNG file that a result saved as ``path`` writes.
 
-    Raises `ImageError` if that file or ``path`` cannot be written, or if ``path`` has none of the ``extensions``.
+    Raises `ImageError` if the PNG file or ``path`` cannot be written, or if ``path`` has none of the ``extensions``.
     """
     images.check_writable(path, extensions)
     picture = path.with_suffix(".png") if path.suffix.lower() == ".exr" else path
@@ -127,7 +127,10 @@ class Origin:
 
     @classmethod
     def from_record(cls, record: Mapping[str, Any]) -> Origin:
-        """Return the origin of a render from its record, as `equaltime.rendering.render_record.checked` returns it."""
+        """Return the origin of a render from its record (JSON data that tell how it was made).
+
+        The record must be complete, as `equaltime.rendering.render_record.checked` returns it.
+        """
         return cls(
             scene=record["scene"],
             digest=record["digest"],
@@ -149,7 +152,7 @@ class Origin:
 
     @property
     def record(self) -> dict[str, Any]:
-        """The origin as JSON data: a part of the record of a result."""
+        """Return the origin as JSON data, for the record of a result."""
         return {
             "scene": self.scene,
             "digest": self.digest,
@@ -250,7 +253,10 @@ class Result:
 
     @property
     def record(self) -> dict[str, Any]:
-        """Record of the render as JSON data: how it was made. `save` stores it in the EXR, and ``--json`` prints it."""
+        """Record of the render: JSON data that tell how it was made.
+
+        `save` stores it in the EXR file, and ``--json`` prints it.
+        """
         height, width = self.samples.shape
         window = self.origin.window
         return {
@@ -290,13 +296,13 @@ class Result:
         ----------
         path
             ``NAME.exr`` gets the image, its standard error, the sample counts, the record, and the moments needed to
-            resume or merge the render (`equaltime.rendering.render_file`). Its first part has the channels that the
+            resume or merge the render (`equaltime.rendering.render_file`). Its first subimage has the channels that the
             film asks for (`FilmPicture`). A preview ``NAME.png`` is written beside the EXR, in sRGB, with alpha if the
             film asks for alpha. A path ``NAME.png`` gets the preview alone. An existing render that took more than a
             minute is kept as ``NAME.exr~``, unless this render has all of its samples.
         small
-            Leave out of the EXR the parts for resuming and merging, and the outputs beside the image. Round the image
-            to 11 significant bits (0.02 %).
+            Leave out of the EXR the data for resuming and merging, and the outputs beside the image. Round the image to
+            11 significant bits (0.02 %).
 
         Raises
         ------
@@ -362,7 +368,7 @@ def make_result(
     second: SecondNets | None = None,
     decision: Decision | None = None,
 ) -> Result:
-    """Return the result of a render: its image, its errors and its cost, with the time that the errors took.
+    """Return the result of a render; its cost includes the time to compute its errors.
 
     The result shares ``moments`` and the moments of ``second`` with the caller.
 

@@ -1,4 +1,4 @@
-"""Runs a job: the passes, the checkpoints, and the outputs that a scene asks for beside the image."""
+"""Run of a job: its passes, its checkpoints (saves on the way), and the outputs beside the image."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["Checkpoints", "run"]
 
 @dataclass(frozen=True)
 class Checkpoints:
-    """Path of the checkpoints, the interval between them, and a callback for failures to write one."""
+    """Path of the checkpoints (saves on the way), the interval between them, and a callback for failed saves."""
 
     path: Path
     every: float = 60.0
@@ -41,7 +41,7 @@ def run(
     Parameters
     ----------
     asking
-        The user's scene. The session's scene may lack effects that were left out.
+        The user's scene. In the session's scene, effects may have been left out.
     pass_ended
         Called after each pass.
     ended

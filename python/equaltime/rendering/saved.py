@@ -1,4 +1,4 @@
-"""Saved renders as results. `read` returns what `Result.save` wrote, and results may stand wherever files may."""
+"""Saved renders as results: `read` returns what `Result.save` wrote. Other functions accept results and files alike."""
 
 from __future__ import annotations
 
@@ -96,7 +96,10 @@ def _stats(record: Mapping[str, Any]) -> Stats:
 
 
 def as_checkpoint(render: Render) -> Checkpoint:
-    """Return the content of a render that resuming and merging need; raises `ImageError` if moments are missing."""
+    """Return the data of a render that resuming and merging need.
+
+    ``render`` is a result or the path of its file. Raises `ImageError` if moments are missing.
+    """
     if not isinstance(render, Result):
         return Checkpoint.read(render)
     file, name = render.file, name_of(render)
@@ -105,9 +108,10 @@ def as_checkpoint(render: Render) -> Checkpoint:
 
 
 def as_picture(render: Render) -> tuple[Picture, SavedFilm]:
-    """Return a render's picture, with standard errors and sample counts, and the moments behind it.
+    """Return a render's picture, with standard errors and sample counts, and the samples behind it.
 
-    Each part is None if the render lacks it, such as an image of another renderer.
+    ``render`` is a result or the path of an image file. An image of another renderer has no samples: all fields of the
+    film are None.
     """
     if not isinstance(render, Result):
         picture = read_picture(render)
@@ -121,5 +125,5 @@ def as_picture(render: Render) -> tuple[Picture, SavedFilm]:
 
 
 def name_of(render: Render) -> Path:
-    """Return the path of a file; for a result, the words ``the render with seed N`` instead."""
+    """Return the path of a file unchanged; for a result, the words ``the render with seed N`` instead."""
     return Path(f"the render with seed {render.origin.seed}") if isinstance(render, Result) else Path(render)

@@ -1,4 +1,4 @@
-"""One render in the core, with its renderer and its passes. It can tell its result so far between passes."""
+"""Session: one render in the core, with its renderer and its passes, which can return its result so far."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ class Session:
 
     @property
     def origin(self) -> Origin:
-        """Everything that decides the bits of the render."""
+        """Everything that decides the bits of the render except the sample counts."""
         return self._origin
 
     def _take_up(self, resumed: Checkpoint) -> None:
@@ -115,9 +115,9 @@ class Session:
     ) -> Result:
         """Run all passes, call ``pass_ended`` after each, and return the result.
 
-        If ``path`` is given, the render so far is saved there every ``every`` seconds, within passes too. If saving
+        If ``path`` is given, the render so far is saved to it every ``every`` seconds, within passes too. If saving
         fails, ``unsaved`` is called with the reason, and again only after a save has worked. After Ctrl-C the result
-        holds the finished part. Raises `KeyboardInterrupt` if nothing is finished. Raises `SampleError` or
+        holds the finished blocks. Raises `KeyboardInterrupt` if nothing is finished. Raises `SampleError` or
         `BrightImage`, which hold the result so far.
         """
         if path is not None:
@@ -149,9 +149,9 @@ class Session:
                 raise
 
     def error(self, lasting: bool = False) -> Estimate:
-        """Return the estimate of the error so far.
+        """Return the relative error that the render states so far.
 
-        With ``lasting``, limits are not widened for effects that a few more samples undo.
+        With ``lasting``, the upper limit leaves out effects that a few more samples undo.
         """
         pixels = statistics_so_far(self._renderer)
         return stated_error(pixels, self._unseen, lasting=lasting, brightest=self.passes.looks.brightest)
@@ -161,7 +161,10 @@ class Session:
         return statistics_so_far(self._renderer)
 
     def rates(self, samples: int) -> NDArray[np.float64]:
-        """Return each pixel's sample count over ``samples``, the mean count, (H, W): 1 everywhere for even counts."""
+        """Return the ratio of each pixel's sample count to the mean count, (H, W).
+
+        ``samples`` is the mean count. All ratios are 1 for even counts.
+        """
         renderer = self._renderer
         if isinstance(renderer, AdaptiveRenderer):
             return renderer.rates(samples)
@@ -169,12 +172,12 @@ class Session:
 
     @property
     def lamps(self) -> Lamps:
-        """Lamps that the camera sees, with the light of small ones, which samples may miss."""
+        """Lamps that the camera sees, with the light of small lamps, which samples may miss."""
         return self._unseen.lamps
 
     @property
     def decided(self) -> Strategy:
-        """The job's strategy, with the decisions so far put in (`Decision.applied`)."""
+        """Strategy of the job, with the decisions that the render has made so far put in (`Decision.applied`)."""
         return self._decision.applied(self.job.strategy)
 
     @property
@@ -184,7 +187,7 @@ class Session:
         return found if before == Decision() else replace(before, counts=found.counts or before.counts)
 
     def image(self) -> NDArray[np.float64]:
-        """Return the image so far, (H, W, 3)."""
+        """Return the image so far, (H, W, 3), linear RGB."""
         return pixel_statistics(self._renderer.moments).mean
 
     @property
@@ -194,7 +197,7 @@ class Session:
         return self._stop if error is None else Stop("look", error)
 
     def result(self, stopped_by: StoppedBy) -> Result:
-        """Return the result so far, with ``stopped_by`` as the reason why it ended.
+        """Return the result so far, with ``stopped_by`` as the reason why the render ended.
 
         Raises `SampleError` or `BrightImage`, which hold the result, if a sample went wrong or float32 cannot hold the
         image. The result shares no memory with the film, which may go on changing, and does not keep the renderer in
@@ -248,7 +251,10 @@ class Session:
             raise error.with_result(replace(found, moments=moments.copy())) from None
 
     def check(self, result: Result | None = None) -> None:
-        """Raise `SampleError` if a sample was not finite or faulty. The error holds ``result``, the result so far."""
+        """Raise `SampleError` if a sample was not finite or raised a floating-point fault.
+
+        The error holds ``result``, the result so far.
+        """
         if self._renderer.nonfinite or self._renderer.faulty:
             origin = self._origin
             raise bad_sample(self.job.scene, self.job.strategy, origin.seed, self._renderer, result, origin.without)

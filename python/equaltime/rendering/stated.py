@@ -1,7 +1,7 @@
-"""The words around the number that a render states, which is the image's whole error or only its noise.
+"""Words for the number that a render states as its error: whether it is the whole error or only the noise.
 
-``max_depth`` belongs to the problem. If the scene asks for longer paths than the image has, the number does not contain
-the difference. Nor does it contain the bias of a strategy, unless a pilot has measured that bias.
+If the scene asks for longer paths than the image has (``max_depth``), the number does not contain the difference. It
+contains the bias of a strategy only if a pilot has measured that bias.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _COMPARE = "the bias is not in the noise: `equaltime compare` with a render by `
 
 @dataclass(frozen=True)
 class Stated:
-    """Words to say what the number stated by a render contains: its name, the paths, and the missing errors."""
+    """Words that tell what the error stated by a render contains: its name, the paths, and the missing errors."""
 
     noun: Literal["error", "noise", "noise and measured bias"]
     """Name of the number; ``error`` if nothing is missing in it."""
@@ -36,7 +36,10 @@ class Stated:
 
     @property
     def of_paths(self) -> str:
-        """Words that follow the number, such as ``of paths up to depth 2``; empty if there is nothing to say."""
+        """Words to print after the number, such as ``of paths up to depth 2``.
+
+        They are empty if the image has exactly the paths that the scene asks for.
+        """
         return f" of {self.paths}" if self.paths else ""
 
 
@@ -46,7 +49,7 @@ def paths_up_to(depth: int) -> str:
 
 
 def shorter(depth: int, other: int | None) -> int:
-    """Return the smaller of two depths; -1 and None stand for no limit."""
+    """Return the smaller of two path depths; a negative depth or None stands for no limit."""
     if other is None or other < 0:
         return depth
     return other if depth < 0 else min(depth, other)
@@ -55,15 +58,17 @@ def shorter(depth: int, other: int | None) -> int:
 def other_depth(depth: int, asked: int) -> str:
     """Return words such as ``paths up to depth 2; the scene asks for all paths``.
 
-    They are empty if ``depth`` and ``asked``, the depth that the scene asks for, are equal.
+    ``depth`` is the image's depth, and ``asked`` the one that the scene asks for. The words are empty if both are
+    equal.
     """
     return "" if depth == asked else f"{paths_up_to(depth)}; the scene asks for {paths_up_to(asked)}"
 
 
 def different_problems(records: Sequence[tuple[Path, Mapping[str, Any]]]) -> Iterator[str]:
-    """Yield notes if images show different scenes or depths, or another depth than their scene asks for.
+    """Yield notes, in words, if images show different scenes or different path depths.
 
-    ``records`` holds (path, record) of each image.
+    A note also tells if their depth is not the one that their scene asks for. ``records`` holds the path and the record
+    (JSON data on how it was made) of each image.
     """
     depths = {path: depth for path, said in records if _is_depth(depth := said.get("max_depth"))}
     shown = set(depths.values())
@@ -83,7 +88,7 @@ def _is_depth(value: object) -> TypeGuard[int]:
 
 
 def stated(origin: Origin) -> Stated:
-    """Return the words for the number that a render of this origin states."""
+    """Return the words for the number that a render states as its error; ``origin`` tells how the render was made."""
     strategy = Strategy.parse(origin.strategy) if origin.backend == "core" else Strategy()
     longest = shorter(origin.max_depth, strategy.truncate)
     if any(name.startswith("long_paths") for name in origin.without):  # the number contains the measured cut

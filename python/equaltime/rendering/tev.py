@@ -35,7 +35,7 @@ _MOST_BYTES = 1 << 24
 
 
 class Viewer:
-    """An image in tev that follows a render; it is passed to `equaltime.render` as ``show``.
+    """An image in the viewer tev that follows a render; it is passed to `equaltime.render` as ``show``.
 
     If the viewer cannot be reached, or closes, `problem` holds the reason, and nothing more is sent. The render goes on
     in any case.
@@ -77,7 +77,10 @@ class Viewer:
         return self.problem is None and not under_way and time.monotonic() >= self._next
 
     def offer(self, image: NDArray[Any]) -> None:
-        """Send a linear image (H, W, 3) in the background, since viewers may be slow. The array must not change."""
+        """Send a linear image (H, W, 3) in the background, since viewers may be slow.
+
+        The caller must not change the array.
+        """
         self._sent = self._sender.submit(self._show, image)
 
     def show(self, image: NDArray[Any]) -> None:
@@ -98,7 +101,10 @@ class Viewer:
         self._next = end + max(_INTERVAL, (end - begin) / _MOST_SHARE)
 
     def connect(self) -> None:
-        """Connect to the viewer unless connected. `show` connects too, but connecting may take a while."""
+        """Connect to the viewer, unless it is connected already.
+
+        `show` connects too. Connecting may take a while, so it can be done before.
+        """
         if self._socket is not None or self.problem is not None:
             return
         try:

@@ -1,8 +1,8 @@
 """Tests of whether two renderers have the same expected image.
 
-Both render the same scene with a box filter, many times with independent seeds (64 for a full comparison). The means of
-square blocks of pixels are compared, which are near enough to normal. Each block and channel gives a Welch statistic,
-which is converted to a normal deviate z. Four tests of the z's, called looks, share the false-alarm rate:
+Both render the same scene with a box filter, many times with independent seeds (64 for a full comparison). Means over
+square blocks of pixels are compared, since they are nearly normally distributed. Each block and channel gives a Welch
+statistic, which is converted to a normal deviate z. Four tests of the z's, called looks, share the false-alarm rate:
 
 - *worst*: the largest |z| of all blocks and channels, which sees a mistake in one place;
 - *mean*: the mean z of a channel, which sees a small bias with one sign everywhere;
@@ -50,19 +50,25 @@ as often as they should."""
 
 
 def sidak(p: float, looks: int) -> float:
-    """Return the probability that the smallest of ``looks`` independent p-values is at most `p`."""
+    """Return the probability that the smallest of several independent p-values is at most ``p``.
+
+    ``looks`` is the number of p-values.
+    """
     return -math.expm1(looks * math.log1p(-p)) if p < 1.0 else 1.0
 
 
 def share(level: float, parts: int) -> float:
-    """Return the false-alarm rate of each of ``parts`` tests for which all together have the rate ``level``."""
+    """Return the false-alarm rate to use in each of several tests so that all together have the rate ``level``.
+
+    ``parts`` is the number of tests.
+    """
     return -math.expm1(math.log1p(-level) / parts)
 
 
 def block_means(image: ArrayLike, block: int) -> Array:
-    """Return the means of an image (H, W, C) over square blocks of ``block`` pixels a side: (rows, columns, channels).
+    """Return the means of an image (H, W, C) over square blocks of pixels, (rows, columns, C).
 
-    Incomplete blocks at the right and bottom edges are dropped.
+    A block has ``block`` pixels a side. Incomplete blocks at the right and bottom edges are dropped.
     """
     pixels = np.asarray(image, dtype=np.float64)
     rows, columns = pixels.shape[0] // block, pixels.shape[1] // block
@@ -73,7 +79,7 @@ def block_means(image: ArrayLike, block: int) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class BlockMeans:
-    """Means of an image over square blocks of pixels, and their variances. Arrays are (rows, columns, channels)."""
+    """Means of an image over square blocks of pixels, and their variances; arrays are (rows, columns, channels)."""
 
     mean: Array
     variance: Array
@@ -83,26 +89,27 @@ class BlockMeans:
 
     @classmethod
     def of_seeds(cls, images: Iterable[ArrayLike], block: int = 8) -> BlockMeans:
-        """Return the block means of images (H, W, C) with independent seeds, averaged over the images.
+        """Return the block means of several images (H, W, C) with independent seeds, averaged over the images.
 
-        The images are read one at a time.
+        A block has ``block`` pixels a side. The variances come from the scatter between images. The images are read one
+        at a time.
         """
         means = np.stack([block_means(image, block) for image in images])
         return cls(means.mean(axis=0), means.var(axis=0, ddof=1) / len(means), len(means) - 1.0)
 
     @classmethod
     def of_pixels(cls, mean: ArrayLike, variance: ArrayLike, block: int = 8, degrees: float = math.inf) -> BlockMeans:
-        """Return the block means of one image (H, W, C) with independent pixels.
+        """Return the block means of one image whose pixels are independent.
 
-        ``variance`` holds the variances of the pixels, and ``degrees`` is the number of degrees of freedom behind each
-        block's variance.
+        ``mean`` is the image, (H, W, C), and ``variance`` holds the variances of its pixels. A block has ``block``
+        pixels a side, and ``degrees`` degrees of freedom behind its variance.
         """
         return cls(block_means(mean, block), block_means(variance, block) / block**2, degrees)
 
 
 @dataclass(frozen=True, eq=False)
 class Agreement:
-    """Outcome of a comparison of two images. Small p-values speak against equal expectations."""
+    """Outcome of a comparison of two images; small p-values speak against equal expected images."""
 
     z: Array
     """(rows, columns, channels): excess of the first image as a normal deviate; NaN where there is no noise."""
@@ -113,7 +120,7 @@ class Agreement:
 
     @property
     def p(self) -> float:
-        """P-value of all looks (tests) together; 0 if blocks without noise differ."""
+        """P-value of all four tests together; 0 if blocks without noise differ."""
         return 0.0 if self.unequal else sidak(min(self.looks.values()), len(self.looks))
 
     @property
@@ -136,10 +143,10 @@ class Agreement:
 
 
 def compare(first: BlockMeans, second: BlockMeans) -> Agreement:
-    """Return the outcome of a comparison of two images block by block, by the tests that this module describes.
+    """Return the outcome of a block-by-block comparison of two images, by the tests that this module describes.
 
-    If neither image has noise beyond rounding in a block, the images must be equal there. Such blocks are left out of
-    the statistics.
+    Where neither image has noise beyond rounding in a block, the images must be equal. Such blocks do not enter the
+    tests; unequal ones are counted.
     """
     if first.mean.shape != second.mean.shape:
         raise ValueError(f"blocks of shape {first.mean.shape} cannot be compared with {second.mean.shape}")
@@ -162,7 +169,7 @@ def compare(first: BlockMeans, second: BlockMeans) -> Agreement:
 def equality_test(first: Iterable[ArrayLike], second: Iterable[ArrayLike], block: int = 8) -> float:
     """Return the p-value of the hypothesis that two sets of renders (K, H, W, 3) have the same expected image.
 
-    Seeds must be independent, with at least two on either side. With few seeds the test is exact only as far as block
+    Each set needs at least two renders, with independent seeds. With few seeds the test is exact only as far as block
     means are normal: use eight or more for a level of 1 %, 64 for 0.1 %.
     """
     return compare(BlockMeans.of_seeds(first, block), BlockMeans.of_seeds(second, block)).p
@@ -186,8 +193,8 @@ def _look(channels: list[Array]) -> dict[str, float]:
 def near_normal(first: ArrayLike, second: ArrayLike, block: int) -> bool:
     """Tell whether the block means of two sets of images (K >= 3, H, W, C) are near enough to normal for a test.
 
-    They are not near enough if few pixels make a block's noise, or if one set has no noise where the other has some.
-    Then the spread over repeats does not show how far a mean is off. A set without any noise is taken as exact.
+    The answer is False if few pixels make a block's noise, or if one set has no noise where the other has some. Then
+    the spread over repeats does not show how far a mean is off. A set without any noise is taken as exact.
     """
     both = [_skewed(np.asarray(images, np.float64), block) for images in (first, second)]
     if any(skewed.any() for _, skewed in both):
@@ -211,8 +218,8 @@ def anderson_darling(z: Array) -> float:
     """Return the p-value of the hypothesis that the numbers in `z` are independent and standard normal.
 
     It uses the first term of the statistic's limiting distribution, P(A^2 > a) ~ sqrt(3) erfc(sqrt(a)). That term
-    belongs to the largest eigenvalue 1/2 among 1/(i (i + 1)) (Anderson & Darling 1952). The p-value is 5 % too small at
-    p = 0.001, 15 % at p = 0.1.
+    belongs to the largest eigenvalue 1/2 among 1/(i (i + 1)) (Anderson & Darling 1952). The returned p-value is 5 % too
+    small at p = 0.001, and 15 % too small at p = 0.1.
     """
     ordered = np.sort(z)
     from scipy import special  # late: slow to import

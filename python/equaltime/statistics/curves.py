@@ -1,20 +1,20 @@
 """Error against time: the time to a wanted error, the error at a given time, the slope.
 
-A strategy's curve is that of the *expected* squared error: at each checkpoint the mean of relMSE over repeats. The
-reference's noise is subtracted in relMSE, and averages away there even where single repeats fall below 0. Between
-checkpoints the curve is straight in log-log, through the block means of its isotonic regression (errors fall; noise may
-make them rise). Every number read off the curve is a smooth function of means over repeats, formed on the logarithm.
-Its interval comes from the jackknife over repeats. The jackknife accounts for samples that checkpoints of one run
-share, and for a drifting machine that two strategies' repeats share. The reference's noise affects all repeats alike,
-which no spread shows. So everything is formed again with all of relMSE moved by its standard error, for two strategies
-by the same amount.
+A strategy's curve shows the *expected* squared error: at each checkpoint the mean of relMSE over repeats. The
+reference's noise is subtracted in relMSE. It averages away in the mean even where relMSE of single repeats falls below
+0. Between checkpoints the curve is straight in log-log, through the block means of its isotonic regression (errors
+fall; noise may make them rise). Every number read off the curve is a smooth function of means over repeats, formed on
+the logarithm. Its interval comes from the jackknife over repeats. The jackknife accounts for samples that checkpoints
+of one run share, and for a drifting machine that two strategies' repeats share. The reference's noise affects all
+repeats alike, so their spread does not show it. So every number is computed again with relMSE moved by its standard
+error, for two strategies by the same amount.
 
-Where a few events make most of the error (`Runs.tail`), the mean over repeats is that of the runs that had them, and no
-spread tells how often they come. Times are then times of typical runs: medians over repeats, each by its own curve,
-with the interval of the sign test, which holds for any distribution. Beyond its end every curve continues with the
-slope of the median one, even where samples are independent. 1 / sqrt(time) is the law of the mean error, and a run that
-has not met the rare light lacks it as much after twice the time. Where tails are light, mean and median are the same
-number, and the mean is known better.
+Where a few events make most of the error (`Runs.tail`), the mean over repeats comes from the runs that had them. The
+spread does not tell how often they come. Times are then times of typical runs: medians over repeats, where each repeat
+has its own curve. Their interval is from the sign test, which holds for any distribution. Beyond its end every curve
+continues with the slope of the median curve, even where samples are independent. 1 / sqrt(time) is the law of the mean
+error, but a run that has not met the rare light still lacks it after twice the time. Where tails are light, mean and
+median are the same number, and the mean is known better.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ _FEWEST_POINTS = 3
 
 @dataclass(frozen=True, eq=False)
 class Runs:
-    """All repeats of one strategy on one scene, at the same checkpoints (sample counts)."""
+    """K repeats of one strategy on one scene, measured at the same checkpoints (sample counts)."""
 
     seconds: Floats
     """(K, C): seconds since the first sample; increasing."""
@@ -108,7 +108,7 @@ class Runs:
 
     @property
     def tail(self) -> str:
-        """Reason why the mean is not the error of typical runs; empty if there is none.
+        """Reason, in words, why the mean error is not the error of typical runs; empty if there is none.
 
         The reason is ``doubt``, or that one repeat makes more than half of the squared error.
         """
@@ -121,23 +121,24 @@ class Runs:
 
     @property
     def law(self) -> bool:
-        """Whether errors are known to fall as 1 / sqrt(time) for ever, beyond the runs too."""
+        """Whether the error is known to fall as 1 / sqrt(time) for ever, also beyond the longest run."""
         return self.independent and not self.biased and not self.tail
 
     def typical(self, kept: Floats) -> tuple[Floats, Floats]:
-        """Return the medians of log seconds and log error over some repeats, at each checkpoint.
+        """Return the medians of log seconds and of log error over some repeats: two arrays, a number per checkpoint.
 
-        ``kept`` (K,) is 1 for repeats that count, else 0. Checkpoints end where the error sinks into the reference's
-        noise.
+        ``kept`` (K,) is 1 for repeats that count, else 0. Checkpoints from which on the error is below the reference's
+        noise are left out.
         """
         chosen = kept > 0.0
         seconds, square = (np.median(values[chosen], axis=0) for values in (self.seconds, self.relmse))
         return self._clear(seconds, square)
 
     def points(self, kept: Floats) -> tuple[Floats, Floats]:
-        """Return log seconds and log error of the means over some repeats, at each checkpoint.
+        """Return log seconds and log error of the means over some repeats: two arrays, a number per checkpoint.
 
-        ``kept`` (K,) is the weight of each repeat. Checkpoints end where the error sinks into the reference's noise.
+        ``kept`` (K,) is the weight of each repeat. Checkpoints from which on the error is below the reference's noise
+        are left out.
         """
         return self._clear(kept @ self.seconds / kept.sum(), kept @ self.relmse / kept.sum())
 
@@ -147,32 +148,37 @@ class Runs:
         return np.log(seconds[:end]), 0.5 * np.log(square[:end])
 
     def moved(self, errors: float) -> Runs:
-        """Return a copy in which ``errors`` times the reference's standard error of relMSE is added to every relMSE."""
+        """Return a copy in which the same amount is added to every relMSE.
+
+        The amount is ``errors`` times the standard error of relMSE due to the reference.
+        """
         return replace(self, relmse=self.relmse + errors * self.shared)
 
     def judged(self, error: Interval) -> Interval:
-        """Return an error's interval, corrected for rare events.
+        """Return an interval of the error, corrected for rare events.
 
-        If few events make the error, or light is missing, only the lower end stays valid. Otherwise the upper end is
-        raised by the error that is not yet seen.
+        If few events make most of the error, or light is missing, only the lower end stays valid. Otherwise the upper
+        end is raised by the error that no repeat has shown yet.
         """
         if reason := join((self.tail, self.missing)):
             return error.bounded("low", reason).telling(_TELLING)
         return error.widened(math.sqrt(1.0 + self.unseen) - 1.0)
 
     def judged_time(self, time: Interval) -> Interval:
-        """Return a time's interval, corrected for rare events as `judged` corrects an error.
+        """Return an interval of a time, corrected for rare events.
 
-        The upper end is raised by the same factor as relMSE, because errors fall at least as 1 / sqrt(time).
+        The upper end is raised by the factor by which `judged` raises error², because errors fall at least as fast as 1
+        / sqrt(time).
         """
         time = time.noted(f"{TYPICAL}; {tail}") if (tail := self.tail) else time.widened(self.unseen)
         return time.bounded("low", self.missing).telling(_TELLING) if self.missing else time
 
 
 def interval_of(statistic: Callable[[Floats, float], float], repeats: int) -> Interval:
-    """Return the jackknife's interval of a statistic over repeats, widened by the uncertainty of the reference.
+    """Return a statistic over repeats with the jackknife's interval, widened by the uncertainty of the reference.
 
-    ``statistic`` is a function of the weights of the repeats, (K,), and of the reference's error in standard errors.
+    ``statistic`` takes two arguments: the weights of the repeats, (K,), and an error of the reference, in standard
+    errors.
     """
     found = jackknife(lambda kept: statistic(kept, 0.0), repeats)
     everything = np.ones(repeats)
@@ -186,9 +192,9 @@ def interval_of(statistic: Callable[[Floats, float], float], repeats: int) -> In
 
 
 def falling(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Return the block means (x, y) of the decreasing regression of y on x, by pooling adjacent violators (Ayer 1955).
+    """Return the blocks of a decreasing regression of y on x, as their mean x and mean y.
 
-    ``x`` is in ascending order.
+    Adjacent violators are pooled (Ayer 1955). ``x`` is in ascending order.
     """
     blocks: list[tuple[float, float, int]] = []
     for point in zip(x.tolist(), y.tolist(), strict=True):
@@ -219,18 +225,19 @@ def _outside(runs: Runs, x: Floats, y: Floats, late: bool) -> float:
 
 
 def log_time(runs: Runs, target: float, kept: Floats) -> float:
-    """Return the logarithm of the seconds at which the mean curve of the kept repeats falls to the error ``target``.
+    """Return the logarithm of the seconds after which the mean error of some repeats is ``target``.
 
-    The result is ``inf`` if the curve never falls so far, and NaN if the curve is too short to tell.
+    ``kept`` (K,) is the weight of each repeat. The result is ``inf`` if the curve never falls so far, and NaN if the
+    curve is too short to tell.
     """
     curve = runs.points(kept)
     return _crossing(runs, target, curve, curve)
 
 
 def log_times(runs: Runs, target: float) -> Floats:
-    """Return the logarithm of the seconds at which the curve of each repeat falls to the error ``target``, (K,).
+    """Return the logarithms of the seconds after which the error of each repeat is ``target``, (K,).
 
-    Curves are extrapolated by the slope of the median curve.
+    Beyond their ends, the repeats' curves continue with the slope of the median curve.
     """
     typical = runs.typical(np.ones(runs.repeats))
     return np.array([_crossing(runs, target, runs.points(one), typical) for one in np.eye(runs.repeats)])
@@ -256,12 +263,12 @@ def _crossing(runs: Runs, target: float, curve: tuple[Floats, Floats], slopes: t
 
 
 def time_to_error(runs: Runs, target: float) -> Interval:
-    """Return the seconds until a relative error is reached (0.02 is 2 %).
+    """Return the seconds until the relative error ``target`` is reached (0.02 is 2 %), as an interval.
 
     Beyond the runs' end the curve is continued, and the note says so. The slope is -1/2 for independent samples, else
-    the slope of its last three octaves. A fitted slope is used up to 100 times the longest run, and a biased strategy
-    is not extrapolated at all. Past these limits the value is ``inf``, and ``low`` is the time that is surely not
-    enough, or 0. Where few events make the error, the time is that of typical runs, and the note says so.
+    the slope of the curve's last three octaves. A fitted slope is used up to 100 times the longest run, and a biased
+    strategy is not extrapolated at all. Past these limits the value is ``inf``, and ``low`` is a time that is surely
+    not enough, or 0. Where few events make the error, the result is the time of typical runs, and the note says so.
     """
     whole = np.ones(runs.repeats)
     typical = bool(runs.tail)
@@ -287,10 +294,10 @@ def time_to_error(runs: Runs, target: float) -> Interval:
 
 
 def typical_interval(logs: Callable[[float], Floats], more: float) -> Interval:
-    """Return the median of logarithms over repeats, with an interval that includes the reference's uncertainty.
+    """Return the median over repeats of a logarithm, with an interval that includes the reference's uncertainty.
 
-    ``logs`` maps the reference's error, in standard errors, to the logarithms of all repeats. ``more`` is the half
-    width of a further independent uncertainty.
+    ``logs`` takes an error of the reference, in standard errors, and returns the logarithms of all repeats, (K,).
+    ``more`` is the half width of a further independent uncertainty.
     """
     found = median_interval(logs(0.0))
     if not math.isfinite(found.value):
@@ -304,10 +311,10 @@ def typical_interval(logs: Callable[[float], Floats], more: float) -> Interval:
 
 
 def slope_doubt(runs: Runs, value: float) -> float:
-    """Return the half width of the interval of a log time, ``value``, due to the slope of the median curve.
+    """Return the uncertainty of an extrapolated log time due to the slope of the median curve.
 
-    It is 0 between the curve's ends. The jackknife's variance of a median is too large on average, and never tends to
-    the right one.
+    ``value`` is the log time. The result is half the width of a 95 % interval, and 0 between the curve's ends. The
+    jackknife's variance of a median is too large on average, and never tends to the right one.
     """
     x, _ = runs.typical(np.ones(runs.repeats))
     beyond = max(value - x[-1], x[0] - value, 0.0)
@@ -346,9 +353,10 @@ def _with_reach(found: Interval, value: float, begin: float, end: float, law: bo
 
 
 def error_at(runs: Runs, seconds: float) -> Interval:
-    """Return the relative error at a time, in seconds.
+    """Return the relative error after ``seconds`` seconds, as an interval.
 
-    Up to twice outside the runs, the error is extrapolated by the slope there; farther outside it is unknown.
+    The error is extrapolated by the curve's slope up to twice the longest time, and down to half of the shortest. It is
+    unknown farther outside.
     """
     wanted = math.log(seconds)
 
@@ -380,13 +388,13 @@ def _no_less(mean: Interval, median: Interval) -> Interval:
 
 
 def least_error_at(runs: Runs, seconds: float) -> float:
-    """Return the relative error at a time, in seconds; 0 if it is below the reference's noise, NaN if unknown."""
+    """Return the relative error after ``seconds`` seconds; 0 if it is below the reference's noise, NaN if unknown."""
     found, last = error_at(runs, seconds).value, float(runs.relmse[:, -1].mean())
     return 0.0 if math.isnan(found) and last <= _CLEAR * runs.shared else found
 
 
 def slope(runs: Runs) -> Interval:
-    """Return the slope of log error against log time over all checkpoints; it is -0.5 for independent samples."""
+    """Return the slope of log error against log time over all checkpoints; independent samples have a slope of -0.5."""
 
     def steepness(kept: Floats, off: float) -> float:
         return _steepness(*runs.moved(off).points(kept))
@@ -399,7 +407,10 @@ def slope(runs: Runs) -> Interval:
 
 
 def error_curve(runs: Runs) -> tuple[Interval, ...]:
-    """Return the relative error at each checkpoint, with its interval: the root of the mean of relMSE over repeats."""
+    """Return the relative error at each checkpoint, with its interval.
+
+    The error is the root of the mean of relMSE over repeats.
+    """
     errors = [_root_mean(column, runs.shared) for column in runs.relmse.T]
     if runs.tail:
         medians = (median_interval(column).map(signed_root) for column in runs.relmse.T)
@@ -408,7 +419,7 @@ def error_curve(runs: Runs) -> tuple[Interval, ...]:
 
 
 def second_curve(runs: Runs) -> tuple[Interval, ...]:
-    """Return the mean seconds over repeats at each checkpoint, with the interval."""
+    """Return the mean of the seconds over repeats at each checkpoint, with its interval."""
     return tuple(mean_interval(column) for column in runs.seconds.T)
 
 

@@ -1,10 +1,10 @@
 """Numbers with their 95 % intervals, from a few independent repeats.
 
-A repeat is a whole run with its own seed. So repeats are independent whatever a run does inside: low-discrepancy
-points, images that grow from checkpoint to checkpoint, pixels that share a denominator. Every interval comes from the
-spread over K repeats alone, by Student's t with K - 1 degrees of freedom. The one remaining assumption is that the
-numbers are near enough to normal. It fails where a few rare events make up the error. `equaltime.film.tails` detects
-that; the interval carries the finding as ``trusted`` and ``note``.
+A repeat is a whole run with its own seed. So repeats are independent of each other, even if a run uses low-discrepancy
+points, lets one image grow from checkpoint to checkpoint, or divides pixels by a common denominator. Every interval
+comes from the spread over K repeats alone, by Student's t with K - 1 degrees of freedom. The one remaining assumption
+is that the numbers are near enough to normal. It fails where a few rare events make up the error.
+`equaltime.film.tails` detects that case; the fields ``trusted`` and ``note`` of an interval tell it.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ FEWEST_FOR_MEDIAN = 6
 
 @dataclass(frozen=True)
 class Interval:
-    """A number with its 95 % interval, and notes on whether the interval can be trusted."""
+    """A number with its 95 % interval, and notes that tell whether the interval can be trusted."""
 
     value: float
     """The estimate. NaN where nothing is known; ``inf`` is a statement, such as a time that never comes."""
@@ -68,46 +68,50 @@ class Interval:
         return math.isfinite(self.value)
 
     def doubted(self, reason: str) -> Interval:
-        """Return the same numbers, marked as not trusted, with this reason added to the note."""
+        """Return a copy that is marked as not trusted; ``reason`` is added to its note."""
         return replace(self, trusted=False, bound="", note=join((self.note, reason)))
 
     def bounded(self, end: Literal["low", "high"], reason: str) -> Interval:
-        """Return the same numbers, marked as not trusted, with at most one end that still holds by itself.
+        """Return a copy that is marked as not trusted, except for one end.
 
-        ``end`` is that end, if it held before; ``reason`` is added to the note.
+        ``end`` names the end that is still valid by itself, if it was valid before. ``reason`` is added to the note.
         """
         kept = end if self.trusted or self.bound == end else ""
         return replace(self.doubted(reason), bound=kept)
 
     def telling(self, within: float) -> Interval:
-        """Return the same numbers; a valid lower end no longer counts if it is ``within`` times below the value.
+        """Return a copy in which a lower end that is far below the value no longer counts as valid.
 
-        An end that far off says nothing. If the value is infinite, every lower end above 0 says something.
+        It concerns intervals of which only the lower end is valid. The end is far if the value is more than ``within``
+        times as large. For an infinite value, every lower end above 0 counts.
         """
         if self.bound != "low" or (math.isinf(self.value) and self.low > 0.0) or self.low * within >= self.value:
             return self
         return replace(self, bound="")
 
     def deciding(self) -> Interval:
-        """Return the same ratio; a single valid end no longer counts if it does not exclude 1.
+        """Return a copy of this interval of a ratio, in which a single valid end counts only if it excludes 1.
 
-        Such an end does not decide which of the two numbers is larger.
+        If it includes 1, it does not decide which of the two numbers is larger.
         """
         lost = (self.bound == "low" and not self.low > 1.0) or (self.bound == "high" and not self.high < 1.0)
         return replace(self, bound="") if lost else self
 
     def widened(self, more: float, end: Literal["low", "high"] = "high") -> Interval:
-        """Return the interval of a positive number with one end moved outwards by the factor ``1 + more``."""
+        """Return a copy of this interval of a positive number with one end moved outwards.
+
+        ``end`` is moved by the factor ``1 + more``.
+        """
         if end == "high":
             return replace(self, high=self.high * (1.0 + more))
         return replace(self, low=self.low / (1.0 + more))
 
     def noted(self, note: str) -> Interval:
-        """Return the same numbers with an additional note."""
+        """Return a copy with ``note`` added to its note."""
         return replace(self, note=join((self.note, note)))
 
     def map(self, function: Callable[[float], float]) -> Interval:
-        """Return the interval of ``function`` of the number; the function is monotonic."""
+        """Return the interval of ``function`` of the number, for a monotonic function."""
         ends = function(self.low), function(self.high)
         turned: dict[str, Literal["", "low", "high"]] = {"": "", "low": "high", "high": "low"}
         bound = self.bound if ends[0] <= ends[1] else turned[self.bound]
@@ -119,9 +123,9 @@ UNKNOWN = Interval(math.nan, math.nan, math.nan, trusted=False)
 
 @lru_cache
 def student(degrees: float, level: float = 0.95) -> float:
-    """Return the two-sided quantile of Student's t with these degrees of freedom.
+    """Return the two-sided quantile of Student's t with ``degrees`` degrees of freedom.
 
-    The deviate is between minus and plus this quantile with a probability of ``level``.
+    A deviate is between minus and plus this quantile with a probability of ``level``.
     """
     from scipy import stats  # late: slow to import
 
@@ -129,7 +133,7 @@ def student(degrees: float, level: float = 0.95) -> float:
 
 
 def mean_interval(values: ArrayLike) -> Interval:
-    """Return the mean of independent values with Student's interval.
+    """Return the mean of independent values with its 95 % interval, by Student's t.
 
     A single value has an interval without limits. With fewer than `FEWEST_REPEATS` values the interval is not trusted.
     """
@@ -144,14 +148,17 @@ def mean_interval(values: ArrayLike) -> Interval:
 
 
 def few(interval: Interval, repeats: int) -> Interval:
-    """Return the interval, marked as not trusted if it comes from fewer than `FEWEST_REPEATS` repeats."""
+    """Return the interval; it is marked as not trusted if it comes from fewer than `FEWEST_REPEATS` repeats."""
     if repeats >= FEWEST_REPEATS:
         return interval
     return interval.doubted(f"only {repeats} repeat{'s' * (repeats != 1)}, and {FEWEST_REPEATS} are the least")
 
 
 def geometric_interval(values: ArrayLike) -> Interval:
-    """Return the geometric mean of positive independent values with Student's interval of their logarithms."""
+    """Return the geometric mean of positive independent values with its 95 % interval.
+
+    The interval is formed on the logarithms, by Student's t.
+    """
     numbers = np.asarray(values, np.float64)
     if (numbers <= 0.0).any():
         return replace(UNKNOWN, note="a value is not positive")
@@ -159,12 +166,12 @@ def geometric_interval(values: ArrayLike) -> Interval:
 
 
 def median_interval(values: ArrayLike) -> Interval:
-    """Return the median of independent values with an interval that is valid for any distribution.
+    """Return the median of independent values with a 95 % interval that is valid for any distribution.
 
-    The sign test's intervals reach from one of the ordered values to another. The result is interpolated between the
-    narrowest interval with more than 95 % and the next narrower one (Hettmansperger & Sheather 1986). With fewer than
-    six values the range of all is returned, which holds less than 95 % and is not trusted. Values and ends may be
-    infinite.
+    The sign test's intervals reach from one of the ordered values to another. The returned interval is interpolated
+    between the narrowest one with more than 95 % and the next narrower one (Hettmansperger & Sheather 1986). With fewer
+    than six values the interval is the range of all values, which holds less than 95 % and is not trusted. Values and
+    ends may be infinite.
     """
     numbers = np.sort(np.asarray(values, np.float64))
     if numbers.size == 0 or np.isnan(numbers).any():
@@ -195,7 +202,7 @@ def _between(outer: float, inner: float, weight: float) -> float:
 
 
 def ratio_interval(numerators: ArrayLike, denominators: ArrayLike) -> Interval:
-    """Return the ratio of the means of two paired sets of positive values, with its interval.
+    """Return the ratio of the means of two paired sets of positive values, with its 95 % interval.
 
     The interval is formed on the logarithm. The pairs (one per repeat) may be correlated, which the jackknife over
     pairs takes into account. The ratio of means is used, since the mean of ratios is biased by the noise of the
@@ -238,7 +245,7 @@ def jackknife(statistic: Callable[[Floats], float], repeats: int) -> Interval:
 
 
 def join(reasons: Iterable[str]) -> str:
-    """Return the notes in one text, separated by semicolons, each once."""
+    """Return the notes in one text, separated by semicolons; empty and repeated notes are dropped."""
     return "; ".join(dict.fromkeys(reason for reason in reasons if reason))
 
 
@@ -252,19 +259,19 @@ def exp(value: float) -> float:
 
 
 def sound(interval: Interval) -> bool:
-    """Tell whether an interval of a positive number is trusted, with value and ends finite and above 0."""
+    """Tell whether the interval of a positive number is trusted, and its value and both ends are finite and above 0."""
     return interval.trusted and all(0.0 < x < math.inf for x in (interval.value, interval.low, interval.high))
 
 
 def sound_below(interval: Interval) -> bool:
-    """Tell whether at least the lower end of an interval of a positive number is valid, and is above 0."""
+    """Tell whether at least the lower end of the interval of a positive number is valid and above 0."""
     return (interval.trusted or interval.bound == "low") and 0.0 < interval.low <= interval.value < math.inf
 
 
 def product_mean(intervals: Sequence[Interval]) -> Interval:
-    """Return the geometric mean of independently measured positive numbers, with the interval that follows from theirs.
+    """Return the geometric mean of positive numbers that were measured independently, with its interval.
 
-    If only the lower end of some of the numbers is valid, only the lower end of the mean is.
+    If only the lower end of some of the intervals is valid, only the lower end of the result is valid.
     """
     logs = [[math.log(x) for x in (i.value, i.low, i.high)] for i in intervals]
     mean = sum(value for value, _, _ in logs) / len(logs)
@@ -276,5 +283,5 @@ def product_mean(intervals: Sequence[Interval]) -> Interval:
 
 
 def signed_root(square: float) -> float:
-    """Return the square root of the absolute value, with the sign of the argument."""
+    """Return the square root of the absolute value of ``square``, with the sign of ``square``."""
     return math.copysign(math.sqrt(abs(square)), square)
