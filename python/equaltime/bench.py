@@ -20,7 +20,7 @@ from equaltime.rendering.core import MOMENTS_BYTES, check_memory, core_settings
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
 
-__all__ = ["Measurement", "Report", "Spread", "measure", "spread"]
+__all__ = ["Benchmark", "Measurement", "Spread", "measure", "spread"]
 
 _LEVEL = 0.95
 _PILOT_SAMPLES = 2
@@ -102,7 +102,7 @@ class Measurement:
 
 
 @dataclass(frozen=True)
-class Report:
+class Benchmark:
     """Measurements of a benchmark, with the machine and the build of equaltime that were measured."""
 
     scenes: tuple[Measurement, ...]
@@ -160,7 +160,7 @@ def measure(
     spp: int | None = None,
     strategy: Strategy | str = "best",
     progress: Callable[[float], object] | None = None,
-) -> Report:
+) -> Benchmark:
     """Render every scene with every number of threads, and return the measured speeds.
 
     Parameters
@@ -202,7 +202,7 @@ def measure(
                 progress((repeat + position / len(cases)) / repeats)
     bases = [cases[position - position % len(threads)] for position in range(len(cases))]
     summaries = (_summary(case, base, chosen) for case, base in zip(cases, bases, strict=True))
-    return Report(tuple(summaries), machine(), _core.build_info())
+    return Benchmark(tuple(summaries), machine(), _core.build_info())
 
 
 def _cases(name: str, scene: Scene, strategy: Strategy, threads: Sequence[int], spp: int | None) -> list[_Case]:

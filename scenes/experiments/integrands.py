@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.rendering.core_subject import Checkpoint, RendererKind
+from equaltime.rendering.core_subject import Point, RendererKind
 from equaltime.scene import Scene
 
 __all__ = ["linear", "matching", "opposite", "uniform"]
@@ -42,7 +42,7 @@ class Integral:
         self._shape = height, width, 3
         return 0.0
 
-    def run(self, seed: int, ladder: Iterable[int], seconds: float | None) -> Iterator[Checkpoint]:
+    def run(self, seed: int, ladder: Iterable[int], seconds: float | None) -> Iterator[Point]:
         """Give the mean of f(x) / pdf(x) over independent samples."""
         rng = np.random.default_rng(seed)
         total, done, begin, cpu_begin = np.zeros(self._shape), 0, time.perf_counter(), time.process_time()
@@ -52,7 +52,7 @@ class Integral:
                 total += 3.0 * x**2 / self.pdf(x)
             done = spp
             wall, cpu = time.perf_counter() - begin, time.process_time() - cpu_begin
-            yield Checkpoint(spp, wall, cpu, (total / spp).astype(np.float32), paths=total.size * spp)
+            yield Point(spp, wall, cpu, (total / spp).astype(np.float32), paths=total.size * spp)
             if seconds is not None and wall >= seconds:
                 return
 

@@ -18,7 +18,7 @@ import pytest
 import equaltime as et
 from equaltime.experiments.peers import CommandPeer, MitsubaPeer, agreement
 from equaltime.experiments.peers.agreement import check, own_reference
-from equaltime.rendering.core_subject import Checkpoint, RendererKind
+from equaltime.rendering.core_subject import Point, RendererKind
 from equaltime.scene import Scene
 from equaltime.scene.mitsuba_dict import mitsuba_dict
 from equaltime.statistics.agreement import LEVEL
@@ -53,10 +53,10 @@ class InProcess:
         self.scene = mitsuba_dict(scene.model, scene.assets)
         return 0.0
 
-    def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Checkpoint]:
+    def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Point]:
         for spp in ladder:
             image = self.example.render(self.scene, spp, seed)
-            yield Checkpoint(spp, 0.01, 0.01, image.astype(np.float32))
+            yield Point(spp, 0.01, 0.01, image.astype(np.float32))
 
 
 def text() -> str:

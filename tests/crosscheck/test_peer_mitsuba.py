@@ -18,7 +18,7 @@ import equaltime as et
 from equaltime.errors import PeerError
 from equaltime.experiments.peers import MitsubaPeer, mitsuba
 from equaltime.experiments.peers.mitsuba_worker import samples_per_pass
-from equaltime.images.image_files import Part, write
+from equaltime.images.image_files import Layer, write
 
 if find_spec("mitsuba") is None:
     pytest.skip("needs mitsuba", allow_module_level=True)
@@ -89,7 +89,7 @@ def test_a_run_ends_at_the_first_count_past_its_seconds(peer: MitsubaPeer) -> No
 def test_a_sky_is_read_with_a_single_thread_too(peer: MitsubaPeer, tmp_path: Path) -> None:
     """Mitsuba's reader of EXR files waits for a second one for ever."""
     pixels = np.full((64, 128, 3), 0.5, np.float32)
-    write(tmp_path / "sky.exr", "openexr", [Part(("R", "G", "B"), pixels, {})])
+    write(tmp_path / "sky.exr", "openexr", [Layer(("R", "G", "B"), pixels, {})])
     film = {"type": "hdrfilm", "width": SIZE[0], "height": SIZE[1]}
     sky = {"type": "envmap", "filename": str(tmp_path / "sky.exr")}
     seen = et.load_dict({"type": "scene", "sensor": {"type": "perspective", "film": film}, "sky": sky})

@@ -32,7 +32,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     pixels = np.random.default_rng(1).integers(0, 255, (8, 8, 3), dtype=np.uint8)
     grey = np.ascontiguousarray(pixels[..., :1])
     for name, channels, stored in (("wood", "RGB", pixels), ("normals", "RGB", pixels), ("heights", "Y", grey)):
-        images.write(folder / f"my {name}.png", "png", [images.Part(tuple(channels), stored, {})])
+        images.write(folder / f"my {name}.png", "png", [images.Layer(tuple(channels), stored, {})])
     return folder
 
 

@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
-from equaltime.images.bias_variance import Parts, relmse_of_parts
+from equaltime.images.bias_variance import BiasVariance, relmse_of_parts
 from equaltime.images.metrics import Reference
 from equaltime.statistics.agreement import equality_test
 from equaltime.statistics.intervals import Interval, geometric_interval, mean_interval, median_interval, ratio_interval
@@ -29,7 +29,7 @@ BIASES = (0.0, 0.03, 0.1, 0.3)
 
 
 @cache
-def parts(bias: float, renders: int = 8) -> tuple[Parts, ...]:
+def parts(bias: float, renders: int = 8) -> tuple[BiasVariance, ...]:
     """Return what is found in 600 sets of renders, each against a noisy reference."""
     found = []
     for seed in range(600):

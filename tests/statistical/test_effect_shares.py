@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime.quoting.light_parts import Parts, measure_parts
+from equaltime.quoting.light_parts import LightParts, measure_parts
 from equaltime.quoting.pairs import Versus, change_of, products, run_in_turn, share_of
 from equaltime.scene.effects.derive import derive
 from equaltime.statistics.intervals import Interval
@@ -61,7 +61,7 @@ def without_texture() -> Versus:
 
 
 @pytest.fixture(scope="module")
-def by_light() -> Parts:
+def by_light() -> LightParts:
     return measure_parts(two_suns(), STRATEGY, REPEATS, SAMPLES, threads=1)
 
 
@@ -93,7 +93,7 @@ def test_a_scene_a_little_different_is_found_to_be_so(without_texture: Versus) -
     assert not covers(without_texture.variance, v / (v + 0.5 * m * m))
 
 
-def test_shares_of_lights_are_those_of_the_closed_form_though_one_is_negative(by_light: Parts) -> None:
+def test_shares_of_lights_are_those_of_the_closed_form_though_one_is_negative(by_light: LightParts) -> None:
     """Of lights a and b, each picked half of the time, Var = (a - b)² and Cov(part of a, whole) = a (a - b).
 
     Either part is a multiple of the whole less a constant: these shares have no spread.
@@ -103,13 +103,13 @@ def test_shares_of_lights_are_those_of_the_closed_form_though_one_is_negative(by
     assert weak.value == pytest.approx(-0.5, abs=1e-6)
 
 
-def test_a_light_a_tenth_brighter_is_found_to_be_so(by_light: Parts) -> None:
+def test_a_light_a_tenth_brighter_is_found_to_be_so(by_light: LightParts) -> None:
     strong, _ = by_light.shares("light").values()
     assert strong.value != pytest.approx(3.3 / (3.3 - 1.0), abs=0.05)
 
 
 @pytest.mark.parametrize("kind", ["length", "way", "bsdf", "light"])
-def test_shares_sum_to_one(by_light: Parts, kind: str) -> None:
+def test_shares_sum_to_one(by_light: LightParts, kind: str) -> None:
     assert sum(share.value for share in by_light.shares(kind).values()) == pytest.approx(1.0)
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from equaltime.crosscheck.lights import Lights, LightSamples
 from equaltime.crosscheck.tracer import Tracer
 from equaltime.crosscheck.world import Hits
-from equaltime.rendering.core_subject import Checkpoint, RendererKind
+from equaltime.rendering.core_subject import Point, RendererKind
 from equaltime.scene import Scene
 from equaltime.scene.model import Sphere
 
@@ -70,7 +70,7 @@ class NumpySubject:
         self._tracer._lights = lights  # type: ignore[assignment]
         return time.perf_counter() - begin
 
-    def run(self, seed: int, ladder: Iterable[int], seconds: float | None) -> Iterator[Checkpoint]:
+    def run(self, seed: int, ladder: Iterable[int], seconds: float | None) -> Iterator[Point]:
         rng = np.random.Generator(np.random.Philox(seed))
         pixels = self._tracer.camera.pixels()
         total, done, wall, cpu = np.zeros((len(pixels), 3)), 0, 0.0, 0.0
@@ -82,7 +82,7 @@ class NumpySubject:
             wall += time.perf_counter() - wall_before
             cpu += time.process_time() - cpu_before
             image = (total / done).reshape(*self._tracer.film_shape, 3).astype(np.float32)
-            yield Checkpoint(spp, wall, cpu, image, paths=done * len(pixels))
+            yield Point(spp, wall, cpu, image, paths=done * len(pixels))
             if seconds is not None and wall >= seconds:
                 return
 

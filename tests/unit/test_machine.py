@@ -11,7 +11,7 @@ import equaltime as et
 from equaltime import bench, machine
 from equaltime import files as locks
 from equaltime.experiments.model.experiment import Experiment
-from equaltime.experiments.run.folder import Folder
+from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.record import load
 from equaltime.experiments.run.runner import run
 from equaltime.machine import memory_bytes, processors
@@ -100,7 +100,7 @@ def test_as_many_threads_work_by_default(tmp_path: Path, monkeypatch: pytest.Mon
     assert measured.threads == 3
     wish = {"error": 0.5, "seconds": 0.1}
     run(Experiment(scenes=[{"scene": scene}], strategies=["best"], spp=[1], repeats=1, reference=wish), tmp_path / "o")  # type: ignore[arg-type]  # read
-    assert {row.threads for row in load(Folder(tmp_path / "o").records)} == {3}
+    assert {row.threads for row in load(ExperimentFolder(tmp_path / "o").records)} == {3}
 
 
 def test_a_film_that_a_container_does_not_hold_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -113,5 +113,8 @@ def test_a_film_that_a_container_does_not_hold_is_refused(monkeypatch: pytest.Mo
 
 def test_without_locks_the_reason_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(locks, "fcntl", None)
-    with pytest.raises(et.ExperimentError, match="this system has no locks on files"), Folder(tmp_path).locked():
+    with (
+        pytest.raises(et.ExperimentError, match="this system has no locks on files"),
+        ExperimentFolder(tmp_path).locked(),
+    ):
         pass

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from equaltime.bench import Report
+from equaltime.bench import Benchmark
 from equaltime.cli import COMMANDS, main
 from equaltime.experiments.run import single_run
 from equaltime.strict_json import json_text
@@ -103,7 +103,7 @@ def test_every_command_prints_json_that_every_reader_takes(
 def test_numbers_that_are_not_finite_are_printed_as_null(
     files: dict[str, str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(Report, "as_dict", lambda self: {"rate": math.inf, "ratios": [math.nan]})
+    monkeypatch.setattr(Benchmark, "as_dict", lambda self: {"rate": math.inf, "ratios": [math.nan]})
     assert main(["bench", files["SCENE"], "--repeats", "1", "--spp", "1", "--json"]) == 0
     assert strictly(capsys.readouterr().out) == {"rate": None, "ratios": [None]}
 

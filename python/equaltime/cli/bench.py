@@ -12,7 +12,7 @@ from rich import progress as bars
 from rich.console import Console
 from rich.table import Table
 
-from equaltime.bench import Measurement, Report, Spread, measure
+from equaltime.bench import Benchmark, Measurement, Spread, measure
 from equaltime.cli.messages import plain_console, print_warnings
 from equaltime.cli.options import MaxDepth, Substitute, parse_definitions, parse_size, parse_whole
 from equaltime.rendering.arguments import MOST_THREADS
@@ -117,7 +117,7 @@ def share_bar() -> Iterator[Callable[[float], object] | None]:
         yield lambda share: bar.update(task, completed=share)
 
 
-def _print(report: Report) -> None:
+def _print(report: Benchmark) -> None:
     table = Table(box=None, pad_edge=False)
     table.add_column("scene", overflow="fold", min_width=20)
     for heading in ("threads", "M paths/s", "M rays/s", "limit ratio", "scaling"):

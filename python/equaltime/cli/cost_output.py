@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from equaltime.errors import ExperimentError
-from equaltime.experiments.run.folder import Folder
+from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.record import load
 
 __all__ = ["as_data", "recorded"]
@@ -28,7 +28,7 @@ def recorded(folder: Path) -> str:
 def _runs(folder: Path) -> int:
     """Count the recorded runs of a folder and of its subfolders."""
     try:
-        records = [Folder(folder).records, *folder.glob("*/records.csv")]
+        records = [ExperimentFolder(folder).records, *folder.glob("*/records.csv")]
         return sum(row.last for path in records for row in load(path))
     except ExperimentError:
         return 0

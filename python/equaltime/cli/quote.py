@@ -27,7 +27,7 @@ from equaltime.cli.progress import progress_bar
 from equaltime.film.error import Estimate
 from equaltime.quoting.law import Law
 from equaltime.quoting.noise_light import NoiseLight
-from equaltime.quoting.noise_places import Places
+from equaltime.quoting.noise_places import NoisePlaces
 from equaltime.quoting.pilot import Quote
 from equaltime.quoting.quote import quote as quote_scene
 from equaltime.rendering.stated import Stated, stated
@@ -138,7 +138,7 @@ def _of_what(found: Quote, number: Stated) -> str:
     return "; ".join(filter(None, (number.of_paths.strip(), by, number.missing)))
 
 
-def _add_places(table: Table, places: Places) -> None:
+def _add_places(table: Table, places: NoisePlaces) -> None:
     (least, worst), *others = places.noisiest.items()
     more = "".join(f", the noisiest {percent(part)} make {_share(share)}" for part, share in others)
     table.add_row("where", f"the noisiest {percent(least)} of the pixels make {_share(worst)} of error²{more}")

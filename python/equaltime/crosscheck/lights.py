@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from equaltime.crosscheck.environment import Environment, make_environment
-from equaltime.crosscheck.patches import Disk, Sphere
+from equaltime.crosscheck.patches import DiskPatch, SpherePatch
 from equaltime.crosscheck.vectors import Array, Index, dot
 from equaltime.crosscheck.world import Hits, World
 from equaltime.scene.assets import Assets
@@ -119,28 +119,28 @@ class _AreaLight:
         self.shape = shape
         self._triangles = world.triangles
         self._rows = np.flatnonzero(world.triangles.shapes == shape)
-        analytic: list[Sphere | Disk] = [*world.spheres, *world.disks]
+        analytic: list[SpherePatch | DiskPatch] = [*world.spheres, *world.disks]
         self._patch = next((patch for patch in analytic if patch.shape == shape), None)
         self._running = np.cumsum(world.triangles.areas[self._rows])
 
     @property
     def area(self) -> float:
         """Area of the whole shape."""
-        if isinstance(self._patch, Sphere):
+        if isinstance(self._patch, SpherePatch):
             return 4.0 * math.pi * self._patch.radius**2
-        if isinstance(self._patch, Disk):
+        if isinstance(self._patch, DiskPatch):
             axes = self._patch.to_world[:3, :2]
             return math.pi * float(np.linalg.norm(np.cross(axes[:, 0], axes[:, 1])))
         return float(self._running[-1]) if self._running.size else 0.0
 
     def sample(self, count: int, rng: np.random.Generator) -> tuple[Array, Array]:
         """Return points uniform over the area, and the front side's normals there, (count, 3) each."""
-        if isinstance(self._patch, Sphere):
+        if isinstance(self._patch, SpherePatch):
             z, phi = rng.uniform(-1.0, 1.0, count), rng.uniform(0.0, 2.0 * math.pi, count)
             r = np.sqrt(1.0 - z**2)
             outward = np.stack([r * np.cos(phi), r * np.sin(phi), z], axis=1)
             return self._patch.center + self._patch.radius * outward, self._patch.front * outward
-        if isinstance(self._patch, Disk):
+        if isinstance(self._patch, DiskPatch):
             r, phi = np.sqrt(rng.random(count)), rng.uniform(0.0, 2.0 * math.pi, count)
             local = np.stack([r * np.cos(phi), r * np.sin(phi), np.zeros(count), np.ones(count)], axis=1)
             return (local @ self._patch.to_world.T)[:, :3], np.tile(self._patch.normal, (count, 1))

@@ -15,7 +15,7 @@ from equaltime.scene.assets import Assets
 from equaltime.scene.geometry import CylinderSurface, DiskSurface, MeshSurface, QuadSurface, SphereSurface
 from equaltime.scene.model import Cube, SceneModel, Shape, as_array, poses
 
-__all__ = ["Disk", "Sphere", "Triangles", "collect"]
+__all__ = ["DiskPatch", "SpherePatch", "TrianglePatch", "collect"]
 
 CUBE_TANGENTS = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 """Axes along which u of Mitsuba's cube grows or falls, for the faces across x, y and z, except at y = -1."""
@@ -24,7 +24,7 @@ CUBE_TANGENT_BELOW_Y = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Triangles:
+class TrianglePatch:
     """All triangles of the scene, with corners counter-clockwise as seen from the front."""
 
     corners: Array
@@ -44,7 +44,7 @@ class Triangles:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sphere:
+class SpherePatch:
     """A sphere; `front` is 1 if the front side is outside, else -1. `axis` is the world direction of local +z."""
 
     shape: int
@@ -55,7 +55,7 @@ class Sphere:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Disk:
+class DiskPatch:
     """The unit disk in the plane z = 0, transformed by `to_world`; `normal` is the unit normal on the front side."""
 
     shape: int
@@ -64,16 +64,16 @@ class Disk:
     normal: Array
 
 
-def collect(model: SceneModel, assets: Assets) -> tuple[Triangles, list[Sphere], list[Disk]]:
+def collect(model: SceneModel, assets: Assets) -> tuple[TrianglePatch, list[SpherePatch], list[DiskPatch]]:
     """Return the triangles, spheres and disks of all shapes of a scene; triangles without area are left out."""
-    meshes: list[Triangles] = []
-    spheres: list[Sphere] = []
-    disks: list[Disk] = []
+    meshes: list[TrianglePatch] = []
+    spheres: list[SpherePatch] = []
+    disks: list[DiskPatch] = []
     for index, (shape, surface) in enumerate(zip(model.shapes, geometry.surfaces(model, assets), strict=True)):
         if isinstance(surface, SphereSurface):
             front = -1.0 if surface.flip_normals else 1.0
             axis = normalize(as_array(poses(shape.to_world)[0])[:3, 2])
-            spheres.append(Sphere(index, surface.center, surface.radius, front, axis))
+            spheres.append(SpherePatch(index, surface.center, surface.radius, front, axis))
         elif isinstance(surface, DiskSurface):
             disks.append(_disk(index, surface))
         elif not isinstance(surface, CylinderSurface):  # `check` refuses cylinders
@@ -81,23 +81,25 @@ def collect(model: SceneModel, assets: Assets) -> tuple[Triangles, list[Sphere],
     return _joined(meshes), spheres, disks
 
 
-def _joined(meshes: list[Triangles]) -> Triangles:
+def _joined(meshes: list[TrianglePatch]) -> TrianglePatch:
     """Return the triangles of all meshes, in order."""
     if not meshes:
         rows, numbers = np.zeros((0, 3)), np.zeros(0, np.int64)
-        return Triangles(np.zeros((0, 3, 3)), np.zeros((0, 3, 3)), rows, np.zeros(0), rows, numbers, numbers)
-    return Triangles(*(np.concatenate([getattr(mesh, name) for mesh in meshes]) for name in Triangles.__slots__))
+        return TrianglePatch(np.zeros((0, 3, 3)), np.zeros((0, 3, 3)), rows, np.zeros(0), rows, numbers, numbers)
+    return TrianglePatch(
+        *(np.concatenate([getattr(mesh, name) for mesh in meshes]) for name in TrianglePatch.__slots__)
+    )
 
 
-def _disk(index: int, surface: DiskSurface) -> Disk:
+def _disk(index: int, surface: DiskSurface) -> DiskPatch:
     linear = surface.to_world[:3, :3]
     mirrored = np.linalg.det(linear) < 0.0
     normal = normalize(np.cross(linear[:, 0], linear[:, 1]))
     front = -1.0 if mirrored != surface.flip_normals else 1.0
-    return Disk(index, surface.to_world, np.linalg.inv(surface.to_world).astype(np.float64), front * normal)
+    return DiskPatch(index, surface.to_world, np.linalg.inv(surface.to_world).astype(np.float64), front * normal)
 
 
-def _triangles(index: int, shape: Shape, surface: MeshSurface | QuadSurface) -> Triangles:
+def _triangles(index: int, shape: Shape, surface: MeshSurface | QuadSurface) -> TrianglePatch:
     mesh = surface.mesh() if isinstance(surface, QuadSurface) else surface
     corners = mesh.vertices[mesh.faces]
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -113,7 +115,7 @@ def _triangles(index: int, shape: Shape, surface: MeshSurface | QuadSurface) -> 
     else:
         tangents = _uv_tangents(corners, None if mesh.uvs is None else mesh.uvs[mesh.faces[kept]], normals)
     shapes = np.full(len(kept), index, np.int64)
-    return Triangles(corners, corner_normals, normals, 0.5 * twice[kept], tangents, shapes, kept.astype(np.int64))
+    return TrianglePatch(corners, corner_normals, normals, 0.5 * twice[kept], tangents, shapes, kept.astype(np.int64))
 
 
 def _cube_tangents(to_world: Array, corners: Array) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
-from equaltime.crosscheck.patches import Disk, Sphere, collect
+from equaltime.crosscheck.patches import DiskPatch, SpherePatch, collect
 from equaltime.crosscheck.vectors import Array, Index, Mask, dot, normalize
 from equaltime.scene.assets import Assets
 from equaltime.scene.model import SceneModel
@@ -60,7 +60,7 @@ class World:
         self._embree = EmbreeScene()
         if len(corners):
             TriangleMesh(self._embree, corners.astype(np.float32))
-        analytic: list[Sphere | Disk] = [*self.spheres, *self.disks]
+        analytic: list[SpherePatch | DiskPatch] = [*self.spheres, *self.disks]
         shapes = np.array([patch.shape for patch in analytic], np.int64)
         self.shape: Index = np.append(self.triangles.shapes, shapes)
         self.primitive: Index = np.append(self.triangles.primitives, np.zeros_like(shapes))
@@ -160,7 +160,7 @@ def _keep_nearest(best: Array, patch: Index, t: Array, number: int) -> None:
     best[nearer], patch[nearer] = t[nearer], number
 
 
-def _meet_sphere(sphere: Sphere, origins: Array, directions: Array, on_it: Mask) -> Array:
+def _meet_sphere(sphere: SpherePatch, origins: Array, directions: Array, on_it: Mask) -> Array:
     """Return the distance at which rays hit a sphere first; for rays that start on the sphere, at which they leave it.
 
     With o from the centre, |o + t d| = r has the roots q and c/q, where c = |o|^2 - r^2, q = -b -+ sqrt(b^2 - c) and
@@ -181,7 +181,7 @@ def _meet_sphere(sphere: Sphere, origins: Array, directions: Array, on_it: Mask)
     return nearest
 
 
-def _meet_disk(disk: Disk, origins: Array, directions: Array) -> Array:
+def _meet_disk(disk: DiskPatch, origins: Array, directions: Array) -> Array:
     center = disk.to_world[:3, 3]
     with np.errstate(divide="ignore", invalid="ignore"):
         t = ((center - origins) @ disk.normal) / (directions @ disk.normal)

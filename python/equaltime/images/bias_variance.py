@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from equaltime.images.metrics import Reference, reference_doubt
 from equaltime.statistics.intervals import UNKNOWN, Interval, exp, few, jackknife, student
 
-__all__ = ["Parts", "reduced", "relmse_of_parts"]
+__all__ = ["BiasVariance", "reduced", "relmse_of_parts"]
 
 Floats = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ def reduced(values: NDArray[Any], longest: int) -> Floats:
 
 
 @dataclass(frozen=True)
-class Parts:
+class BiasVariance:
     """Squared bias and variance of one render, with intervals. Both are relative squares: 0.0004 is (2 %)²."""
 
     bias2: Interval
@@ -54,7 +54,7 @@ class Parts:
     """Standard error of relMSE due to the reference's noise; the resulting deviation is common to all renders."""
 
 
-def relmse_of_parts(images: ArrayLike, reference: Reference) -> Parts:
+def relmse_of_parts(images: ArrayLike, reference: Reference) -> BiasVariance:
     """Return the bias² and the variance of one render, from K renders (K, H, W, 3) that differ only in their seeds.
 
     Intervals come from the jackknife over renders. The interval of bias² is corrected, because the jackknife counts the
@@ -66,14 +66,14 @@ def relmse_of_parts(images: ArrayLike, reference: Reference) -> Parts:
     gram = _gram(stack, reference)
     if repeats < 2 or not np.isfinite(gram).all():
         reason = "one render cannot tell bias from variance" if repeats < 2 else "a pixel is not finite"
-        return Parts(UNKNOWN.doubted(reason), UNKNOWN.doubted(reason))
+        return BiasVariance(UNKNOWN.doubted(reason), UNKNOWN.doubted(reason))
 
     bias2 = _pairs_mean(gram, np.ones(repeats)) - reference.relmse
     variance = _variance(gram)
     spread, degrees = _pairs_variance(gram)
     doubt = _shared_doubt(stack.mean(axis=0), reference, max(bias2, 0.0), variance.value / repeats)
     half = student(max(degrees, 1.0)) * math.hypot(math.sqrt(spread), doubt)
-    return Parts(few(Interval(bias2, bias2 - half, bias2 + half), repeats), variance, doubt)
+    return BiasVariance(few(Interval(bias2, bias2 - half, bias2 + half), repeats), variance, doubt)
 
 
 def _variance(gram: Floats) -> Interval:

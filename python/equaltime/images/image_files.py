@@ -24,7 +24,7 @@ from equaltime.images.reading import complaint, excess, opened, reason, started,
 __all__ = [
     "RGB",
     "SOFTWARE",
-    "Part",
+    "Layer",
     "Picture",
     "Window",
     "check_writable",
@@ -138,7 +138,7 @@ def write_exr(path: Path, image: NDArray[Any], description: str = "") -> None:
     stays unchanged.
     """
     attributes = {"compression": "zip", **linear_rgb(), "ImageDescription": description}
-    write(path, "openexr", [Part(RGB, np.asarray(image, np.float32), attributes)])
+    write(path, "openexr", [Layer(RGB, np.asarray(image, np.float32), attributes)])
 
 
 def escaped(text: str) -> str:
@@ -150,7 +150,7 @@ def escaped(text: str) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class Layer:
     """One of the images (subimages) of a file, with pixels (H, W, C) of type float32, uint32 or uint8."""
 
     channels: tuple[str, ...]
@@ -179,7 +179,7 @@ class Part:
         return spec
 
 
-def write(path: Path, file_format: str, parts: Sequence[Part], window: Window | None = None) -> None:
+def write(path: Path, file_format: str, parts: Sequence[Layer], window: Window | None = None) -> None:
     """Write one image file whose subimages are ``parts``, with their pixels unchanged.
 
     ``file_format`` is OpenImageIO's name, such as ``openexr``. ``window`` is the rectangle of the pixels in the full

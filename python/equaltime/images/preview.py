@@ -59,7 +59,7 @@ def write_png(
         opaque = np.round(255.0 * np.clip(alpha, 0.0, 1.0)).astype(np.uint8)
         channels, pixels = (*images.RGB, "A"), np.dstack([srgb_bytes(image / weight), opaque])
         attributes["oiio:UnassociatedAlpha"] = 1  # colours are already unmultiplied
-    images.write(path, "png", [images.Part(channels, pixels, attributes)])
+    images.write(path, "png", [images.Layer(channels, pixels, attributes)])
 
 
 def png_bytes(image: NDArray[Any]) -> bytes:

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.pricing.output_costs import ALL, measure_outputs
-from equaltime.quoting.light_parts import KINDS_OF_PARTS, Parts, measure_parts
+from equaltime.quoting.light_parts import KINDS_OF_PARTS, LightParts, measure_parts
 from equaltime.quoting.pairs import Versus, run_in_turn
 from equaltime.rendering.arguments import as_scene, check_arguments
 from equaltime.rendering.stated import shorter
 from equaltime.scene import Scene
 from equaltime.scene.effects.derive import Reason, derive
-from equaltime.scene.effects.kinds import KINDS, Kind, kind_of
+from equaltime.scene.effects.kinds import KINDS, Effect, kind_of
 from equaltime.scene.effects.leaving import can_leave_out
 from equaltime.scene.smaller import smaller
 from equaltime.statistics.intervals import Interval
@@ -37,7 +37,7 @@ QUICK_PIXELS, QUICK_REPEATS, QUICK_SAMPLES = 64 * 64, 6, 8
 class Price:
     """Cost of one effect in time, variance and memory. Intervals are at 95 %. A field that is not known is None."""
 
-    kind: Kind
+    kind: Effect
     reasons: tuple[Reason, ...]
     """Parts of the scene that use the effect."""
     instead: str | None
@@ -210,9 +210,9 @@ def effects(
 
 
 def _price(
-    kind: Kind,
+    kind: Effect,
     reasons: tuple[Reason, ...],
-    parts: Parts,
+    parts: LightParts,
     versus: Versus | None = None,
     time: Interval | None = None,
 ) -> Price:
@@ -231,7 +231,7 @@ def _price(
     )
 
 
-def _share(kind: Kind, parts: Parts) -> Interval | None:
+def _share(kind: Effect, parts: LightParts) -> Interval | None:
     """Return the variance share of light that the core tells apart, for effects that are such a light; else None."""
     if kind.bsdfs:
         return parts.share("bsdf", lambda what: what in kind.bsdfs)

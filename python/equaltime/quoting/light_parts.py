@@ -29,7 +29,7 @@ from equaltime.scene.model import Directional, Point, Spot
 from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 
-__all__ = ["KINDS_OF_PARTS", "Parts", "measure_parts", "measure_parts_by"]
+__all__ = ["KINDS_OF_PARTS", "LightParts", "measure_parts", "measure_parts_by"]
 
 Floats = NDArray[np.float64]
 
@@ -39,7 +39,7 @@ LONGEST: Final = 16
 
 
 @dataclass(frozen=True, eq=False)
-class Parts:
+class LightParts:
     """Covariances of parts of an image's light, from renders with K seeds, and each part's share of error².
 
     A part is the light of one path length, of one light source, off one BSDF, or found by one technique. The fields
@@ -109,7 +109,7 @@ def measure_parts(
     seed: int = 0,
     threads: int = 0,
     progress: Callable[[float], object] | None = None,
-) -> Parts:
+) -> LightParts:
     """Render the scene ``repeats`` times with independent seeds, and return the covariances of the parts of its light.
 
     Each image is split by `equaltime.rendering.core.split_light`; its parts add up to the image of a render.
@@ -127,7 +127,7 @@ def measure_parts_by(
     threads: int = 0,
     progress: Callable[[float], object] | None = None,
     references: Callable[[Floats], Iterable[Reference]] = lambda whole: [Reference.of_images(whole)],
-) -> Iterator[Parts]:
+) -> Iterator[LightParts]:
     """Yield the result of `measure_parts` for each of several references, all from the same images.
 
     A reference gives the denominators of the error. ``references`` returns the references for the whole images, (K, H,
@@ -158,7 +158,7 @@ def measure_parts_by(
     nothing = np.zeros((1, repeats, repeats))
     for reference in references(whole):
         denominator = reference.denominator
-        yield Parts(
+        yield LightParts(
             names=tuple(_named(names, scene)),
             with_whole=np.stack([products(part.astype(np.float64), whole, denominator) for part in stack]),
             whole=products(whole, whole, denominator),

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from equaltime.film.error import Estimate, pixel_statistics
 from equaltime.film.tails import tail_of
 from equaltime.images.metrics import Reference
-from equaltime.quoting.light_parts import KINDS_OF_PARTS, Parts, measure_parts_by
+from equaltime.quoting.light_parts import KINDS_OF_PARTS, LightParts, measure_parts_by
 from equaltime.rendering.core import make_renderer
 from equaltime.scene import Scene
 from equaltime.scene.smaller import smaller
@@ -129,7 +129,7 @@ def noise_light(
     references = partial(_references, small, strategy, seed + REPEATS, threads, samples, doubts)
     both = list(measure_parts_by(small, strategy, REPEATS, samples, seed, threads, references=references))
 
-    def told(share: Callable[[Parts], Interval]) -> Estimate:
+    def told(share: Callable[[LightParts], Interval]) -> Estimate:
         return _between(*map(share, both))
 
     return NoiseLight(

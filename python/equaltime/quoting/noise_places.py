@@ -30,7 +30,7 @@ from equaltime.film.error import Estimate, PixelStatistics, error_parts
 from equaltime.film.sums import nearest_mean, others_count, others_sum
 from equaltime.rendering.session import Session
 
-__all__ = ["FRACTIONS", "Places", "Rectangle", "noise_places", "places_of"]
+__all__ = ["FRACTIONS", "NoisePlaces", "NoiseRectangle", "noise_places", "places_of"]
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -48,7 +48,7 @@ _DEGREES = 2.0
 
 
 @dataclass(frozen=True)
-class Rectangle:
+class NoiseRectangle:
     """Smallest rectangle of cells that holds half of error².
 
     The picture is divided into 16x16 cells.
@@ -73,7 +73,7 @@ class Rectangle:
 
 
 @dataclass(frozen=True)
-class Places:
+class NoisePlaces:
     """Shares of error² that groups of pixels on the picture make, as fractions.
 
     No share has an interval that can be trusted.
@@ -81,7 +81,7 @@ class Places:
 
     noisiest: Mapping[float, Estimate] = field(hash=False)
     """Shares of the pixels with the noisiest neighbours, by their fraction of all pixels (`FRACTIONS`)."""
-    rectangle: Rectangle
+    rectangle: NoiseRectangle
     single: Estimate
     """Share of single pixels with `OUTSTANDING` times the error² of their neighbours: rare bright paths."""
     single_pixels: tuple[tuple[int, int], ...]
@@ -103,7 +103,7 @@ class Places:
         }
 
 
-def noise_places(pixels: PixelStatistics, corner: tuple[int, int] = (0, 0), least: Floats | None = None) -> Places:
+def noise_places(pixels: PixelStatistics, corner: tuple[int, int] = (0, 0), least: Floats | None = None) -> NoisePlaces:
     """Return which regions and pixels of the picture make a render's error².
 
     Parameters
@@ -129,10 +129,10 @@ def noise_places(pixels: PixelStatistics, corner: tuple[int, int] = (0, 0), leas
     rows, columns = np.nonzero(outstanding)
     worst = np.argsort(-parts[rows, columns], kind="stable")
     found = tuple((corner[0] + int(columns[i]), corner[1] + int(rows[i])) for i in worst)
-    return Places(noisiest, _rectangle(parts, corner), share_within(parts.ravel(), outstanding.ravel()), found)
+    return NoisePlaces(noisiest, _rectangle(parts, corner), share_within(parts.ravel(), outstanding.ravel()), found)
 
 
-def places_of(session: Session) -> Places:
+def places_of(session: Session) -> NoisePlaces:
     """Return which regions and pixels of the picture make the error² of a session's render so far."""
     pixels, window = session.statistics(), session.origin.window
     return noise_places(pixels, (window.x, window.y), session.lamps.least(*pixels.samples.shape))
@@ -161,7 +161,7 @@ def share_within(parts: Floats, chosen: Mask) -> Estimate:
     return Estimate(share, low / (1.0 + low), high / (1.0 + high), DOUBT)
 
 
-def _rectangle(parts: Floats, corner: tuple[int, int]) -> Rectangle:
+def _rectangle(parts: Floats, corner: tuple[int, int]) -> NoiseRectangle:
     height, width = parts.shape
     black = np.indices(parts.shape).sum(axis=0) % 2 == 0
     deciding = np.where(black, parts, 0.0)
@@ -171,7 +171,7 @@ def _rectangle(parts: Floats, corner: tuple[int, int]) -> Rectangle:
     within = np.zeros(parts.shape, np.bool_)
     within[top:bottom, left:right] = True
     between = ~black if parts[~black].sum() > 0.0 else np.ones_like(black)
-    return Rectangle(
+    return NoiseRectangle(
         x=(corner[0] + left, corner[0] + right - 1),
         y=(corner[1] + top, corner[1] + bottom - 1),
         area=(bottom - top) * (right - left) / (height * width),

@@ -27,14 +27,14 @@ from equaltime.scene.effects.leaving import leave_out
 from equaltime.statistics.intervals import Interval, jackknife, ratio_interval, signed_root
 from equaltime.strategy import Strategy
 
-__all__ = ["Runs", "Versus", "change_of", "products", "run_in_turn", "share_of"]
+__all__ = ["Renders", "Versus", "change_of", "products", "run_in_turn", "share_of"]
 
 Floats = NDArray[np.float64]
 N = TypeVar("N")
 
 
 @dataclass(frozen=True, eq=False)
-class Runs:
+class Renders:
     """K renders of one scene with independent seeds: their images, their seconds and the memory of the scene."""
 
     images: Floats
@@ -61,7 +61,7 @@ class Versus:
     """(H, W, 3): the image without the effects, less the whole."""
 
     @classmethod
-    def of(cls, whole: Runs, less: Runs) -> Versus:
+    def of(cls, whole: Renders, less: Renders) -> Versus:
         """Return the differences between renders of the whole scene and renders without some effects.
 
         The renders ``whole`` and ``less`` (without the effects) are compared seed by seed.
@@ -88,7 +88,7 @@ def run_in_turn(
     seed: int = 0,
     threads: int = 0,
     progress: Callable[[float], object] | None = None,
-) -> tuple[Runs, dict[N, Runs]]:
+) -> tuple[Renders, dict[N, Renders]]:
     """Render a scene and its variants in turn, and return the scene's renders and the renders of each variant.
 
     ``variants`` maps a key to the names of the effects that the variant leaves out. There are ``repeats`` rounds. Each
@@ -116,9 +116,9 @@ def run_in_turn(
     return runs[0], dict(zip(variants, runs[1:], strict=True))
 
 
-def _joined(results: list[tuple[Floats, float]], scene: Scene) -> Runs:
+def _joined(results: list[tuple[Floats, float]], scene: Scene) -> Renders:
     images, seconds = zip(*results, strict=True)
-    return Runs(np.stack(images), np.array(seconds), scene.core.memory_bytes)
+    return Renders(np.stack(images), np.array(seconds), scene.core.memory_bytes)
 
 
 def products(first: Floats, second: Floats, denominator: Floats) -> Floats:

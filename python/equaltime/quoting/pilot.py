@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 from equaltime.errors import RenderError
 from equaltime.film.error import Estimate, Unit, load_quantiles
 from equaltime.quoting.law import Law, Probed, Processors, fit
-from equaltime.quoting.noise_places import Places
+from equaltime.quoting.noise_places import NoisePlaces
 from equaltime.quoting.probe import Probe
 from equaltime.rendering.budget import FIRST_LOOK, Limits
 from equaltime.rendering.progress import ESTIMATE_SECONDS_A_PIXEL
@@ -108,7 +108,7 @@ class Quote(Shown):
     """Seconds of the pilot, and of finding what limits the render."""
     origin: Origin
     """The quoted render: the problem and the strategy that the error refers to."""
-    places: Places | None = None
+    places: NoisePlaces | None = None
     """Place of the error on the picture; None if a render quotes itself."""
     light: NoiseLight | None = None
     """Light that makes the noise; None if it was not asked for, or if the pilot had no time for it."""

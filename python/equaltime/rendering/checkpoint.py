@@ -21,7 +21,7 @@ from equaltime.rendering.decision import Decision
 from equaltime.rendering.film_picture import FilmPicture
 from equaltime.rendering.render_file import RenderFile
 
-__all__ = ["Checkpoint", "differences", "looks_of"]
+__all__ = ["SavedRender", "differences", "looks_of"]
 
 _SAME = ("size", "crop", "max_depth", "strategy", "without", "replicates", "nets", "backend")
 """Keys of a record that must be equal in all parts of one render, beside the scene."""
@@ -30,7 +30,7 @@ _NAMES = {"max_depth": "max depth", "without": "left out"}
 
 
 @dataclass(frozen=True, eq=False)
-class Checkpoint:
+class SavedRender:
     """Content of a saved render with its moments (count, mean and deviation of each pixel's samples)."""
 
     path: Path
@@ -49,7 +49,7 @@ class Checkpoint:
     """Second nets of some pixels; None if there are none."""
 
     @classmethod
-    def read(cls, path: str | os.PathLike[str]) -> Checkpoint:
+    def read(cls, path: str | os.PathLike[str]) -> SavedRender:
         """Return the content of a file that `Result.save` wrote.
 
         Raises `ImageError` if the file is damaged or holds no moments.
@@ -58,7 +58,7 @@ class Checkpoint:
         return cls.of(file, Path(path))
 
     @classmethod
-    def of(cls, file: RenderFile, path: Path) -> Checkpoint:
+    def of(cls, file: RenderFile, path: Path) -> SavedRender:
         """Return the content of a saved render, from the content of its file, after checking it.
 
         ``path`` is the name of the file in errors. Raises `ImageError` as `read` does.

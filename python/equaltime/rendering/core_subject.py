@@ -18,13 +18,13 @@ from equaltime.rendering.core import bad_sample, core_settings, make_renderer
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
 
-__all__ = ["Checkpoint", "CoreSubject", "RendererKind", "Subject"]
+__all__ = ["CoreSubject", "Point", "RendererKind", "Subject"]
 
 RendererKind = Literal["core", "mitsuba", "command"]
 
 
 @dataclass(frozen=True, eq=False)
-class Checkpoint:
+class Point:
     """State of a render at a checkpoint of an experiment: when pixels have ``spp`` samples (on average, if uneven)."""
 
     spp: int
@@ -73,7 +73,7 @@ class Subject(Protocol):
         scene belongs here: loading, compiling, a first sample to warm up.
         """
 
-    def run(self, seed: int, ladder: Iterable[int], seconds: float | None) -> Iterator[Checkpoint]:
+    def run(self, seed: int, ladder: Iterable[int], seconds: float | None) -> Iterator[Point]:
         """Render with random numbers of ``seed`` (31 bits), and yield a checkpoint at each sample count in ``ladder``.
 
         The counts are total samples per pixel, in ascending order. Each count is taken from ``ladder`` only after the
@@ -115,7 +115,7 @@ class CoreSubject:
             self._warm.add(scene.digest)
         return sum(scene.timings.values())
 
-    def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Checkpoint]:
+    def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Point]:
         """Yield a checkpoint of one growing image at each sample count of ``ladder``, as `Subject.run` describes.
 
         Raises
@@ -142,7 +142,7 @@ class CoreSubject:
             if (beyond := beyond_float32(pixels.mean, scene.model.sensor.film.crop[:2], where)) is not None:
                 raise beyond
             counters = renderer.counters
-            yield Checkpoint(
+            yield Point(
                 spp=spp,
                 wall_s=wall,
                 cpu_s=cpu,

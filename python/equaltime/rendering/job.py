@@ -7,7 +7,7 @@ from typing import Literal
 
 from equaltime.film.error import Estimate
 from equaltime.rendering.budget import Limits, Stop
-from equaltime.rendering.checkpoint import Checkpoint
+from equaltime.rendering.checkpoint import SavedRender
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
 
@@ -34,5 +34,5 @@ class Job:
     traps: Traps = "ignore"
     stop: Stop | None = None
     """Rule by which a pilot chose the sample count; None without such a pilot."""
-    resumed: Checkpoint | None = None
+    resumed: SavedRender | None = None
     """Saved render that this render resumes; None for a new render."""

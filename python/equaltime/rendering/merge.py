@@ -17,7 +17,7 @@ from equaltime.film.focus import Focus
 from equaltime.film.parts_of_merge import MergedFilm
 from equaltime.film.unseen import Unseen
 from equaltime.rendering.budget import Stop
-from equaltime.rendering.checkpoint import Checkpoint, differences
+from equaltime.rendering.checkpoint import SavedRender, differences
 from equaltime.rendering.film_picture import ALPHA
 from equaltime.rendering.result import Origin, Result, Stats, make_result
 from equaltime.rendering.saved import Render, as_checkpoint
@@ -77,7 +77,7 @@ def merge(renders: Sequence[Render]) -> Result:
     return replace(result, aovs=_alpha(parts))
 
 
-def _alpha(parts: Sequence[Checkpoint]) -> dict[str, NDArray[np.float32]]:
+def _alpha(parts: Sequence[SavedRender]) -> dict[str, NDArray[np.float32]]:
     """Return the mean alpha, weighted by the parts' samples, if all have it; other outputs cannot be joined."""
     planes = [(part.alpha, part.moments["count"].sum(axis=0)) for part in parts if part.alpha is not None]
     if len(planes) < len(parts):
@@ -86,7 +86,7 @@ def _alpha(parts: Sequence[Checkpoint]) -> dict[str, NDArray[np.float32]]:
     return {ALPHA: np.asarray(sum(alpha * counts for alpha, counts in planes) / samples, np.float32)}
 
 
-def _check_counts(part: Checkpoint) -> None:
+def _check_counts(part: SavedRender) -> None:
     """Refuse sample counts that follow from a pixel's own samples: dark samples would weigh more in the mean.
 
     With adaptive=error the counts follow from other pixels, so a mean weighted by them is unbiased.
@@ -98,18 +98,18 @@ def _check_counts(part: Checkpoint) -> None:
         )
 
 
-def _check_whole(part: Checkpoint) -> None:
+def _check_whole(part: SavedRender) -> None:
     """Refuse a render that lacks a sample because it was not finite: its image is no estimate."""
     if part.record["stopped_by"] == "nonfinite":
         raise ImageError(f"{part.path}: cannot be merged: it ended at a sample that was not a number, and lacks it")
 
 
-def _check_alike(first: Checkpoint, other: Checkpoint) -> None:
+def _check_alike(first: SavedRender, other: SavedRender) -> None:
     if different := differences(other.record, first.record):
         raise ImageError(f"{other.path}: cannot be merged with {first.path}: it has {'; '.join(different)}")
 
 
-def _check_disjoint(parts: Sequence[Checkpoint]) -> None:
+def _check_disjoint(parts: Sequence[SavedRender]) -> None:
     """Refuse the same random numbers twice: every render begins with sample 0, so one seed serves for one part."""
     owners: dict[int, Path] = {}
     for part in parts:
@@ -121,11 +121,11 @@ def _check_disjoint(parts: Sequence[Checkpoint]) -> None:
             owners[seed] = part.path
 
 
-def _seeds(part: Checkpoint) -> tuple[int, ...]:
+def _seeds(part: SavedRender) -> tuple[int, ...]:
     return tuple(source["seed"] for source in _sources(part))
 
 
-def _sources(part: Checkpoint) -> tuple[Mapping[str, Any], ...]:
+def _sources(part: SavedRender) -> tuple[Mapping[str, Any], ...]:
     """Return the rendered sources, one for each seed."""
     record = part.record
     return tuple(record["sources"]) or (
@@ -133,24 +133,24 @@ def _sources(part: Checkpoint) -> tuple[Mapping[str, Any], ...]:
     )
 
 
-def _bias(parts: Sequence[Checkpoint]) -> Estimate | None:
+def _bias(parts: Sequence[SavedRender]) -> Estimate | None:
     """Return the bias of the parts; it is the same in all, so the measurement with the largest upper limit is kept."""
     found = [Estimate.from_dict(part.record["bias"]) for part in parts if part.record["bias"] is not None]
     return max(found, key=lambda bias: bias.high, default=None)
 
 
-def _focus(parts: Sequence[Checkpoint]) -> Focus:
+def _focus(parts: Sequence[SavedRender]) -> Focus:
     """Return the light that specular surfaces focus; all parts show one scene, so the first record with it decides."""
     told = (part.record["focus"] for part in parts if part.record["focus"] is not None)
     return Focus.from_dict(next(told, None))
 
 
-def _stop(parts: Sequence[Checkpoint]) -> Stop | None:
+def _stop(parts: Sequence[SavedRender]) -> Stop | None:
     """Return the rule of a part that stopped by its own error, if any: its selection affects the merged image too."""
     return next((part.stop for part in parts if part.stop is not None and part.stop.selects), None)
 
 
-def _stats(parts: Sequence[Checkpoint]) -> Stats:
+def _stats(parts: Sequence[SavedRender]) -> Stats:
     records = [part.record for part in parts]
     return Stats(
         phases={"render": sum(record["seconds"] for record in records)},
@@ -163,13 +163,13 @@ def _stats(parts: Sequence[Checkpoint]) -> Stats:
     )
 
 
-def _origin(first: Checkpoint, parts: Sequence[Checkpoint]) -> Origin:
+def _origin(first: SavedRender, parts: Sequence[SavedRender]) -> Origin:
     sources = tuple(source for part in parts for source in _sources(part))
     origin = Origin.from_record(first.record)
     return replace(origin, second_net=0, sources=sources, scene_max_depth=_scene_max_depth(parts))
 
 
-def _scene_max_depth(parts: Sequence[Checkpoint]) -> int | None:
+def _scene_max_depth(parts: Sequence[SavedRender]) -> int | None:
     """Return the depth that the parts' scene asks for; prefer one that differs from the image's depth."""
     said = [depth for part in parts if (depth := part.record["scene_max_depth"]) is not None]
     return max(said, key=lambda depth: depth != parts[0].record["max_depth"], default=None)

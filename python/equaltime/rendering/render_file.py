@@ -76,7 +76,7 @@ from equaltime.film.packing import channel_names, packed, packed_moments, packed
 from equaltime.film.second_nets import SecondNets
 from equaltime.film.sums import second_net_pixels
 from equaltime.images import image_files as images
-from equaltime.images.image_files import RGB, SOFTWARE, Part, Picture, Window
+from equaltime.images.image_files import RGB, SOFTWARE, Layer, Picture, Window
 from equaltime.images.reading import read_part
 from equaltime.rendering import format_1
 from equaltime.rendering.film_picture import ALPHA, FilmPicture
@@ -157,7 +157,7 @@ class RenderFile:
         )
         images.write(path, "openexr", list(parts.values()), self.window)
 
-    def _looked_at(self, image: NDArray[np.float32], kind: str, small: bool) -> Iterator[tuple[str, Part]]:
+    def _looked_at(self, image: NDArray[np.float32], kind: str, small: bool) -> Iterator[tuple[str, Layer]]:
         lossless = "pxr24" if small and kind == "float" else "zip"  # Pixar's 24 bits hold numbers rounded to 11 bits
         channels, pixels = self.picture.channels(self.alpha), self.picture.pixels(image, self.alpha)
         form = "half" if self.picture.half else kind
@@ -171,7 +171,7 @@ class RenderFile:
         counts = np.minimum(self.samples, np.iinfo(np.uint32).max).astype(np.uint32)
         yield "samples", _part("samples", ("samples",), counts[..., None])
 
-    def _numbers(self, image: NDArray[np.float32]) -> Iterator[tuple[str, Part]]:
+    def _numbers(self, image: NDArray[np.float32]) -> Iterator[tuple[str, Layer]]:
         if self.moments is not None:
             names = channel_names(DTYPE, len(self.moments))
             yield "moments", _part("moments", names, packed_moments(self.moments, image))
@@ -434,5 +434,7 @@ def _rounded(numbers: NDArray[Any], bits: int) -> NDArray[np.float32]:
     return np.where(np.isfinite(values), up.view(np.float32), values)
 
 
-def _part(name: str, channels: tuple[str, ...], pixels: NDArray[Any], compression: str = "zip", kind: str = "") -> Part:
-    return Part(channels, pixels, {"compression": compression, "oiio:subimagename": name}, kind)
+def _part(
+    name: str, channels: tuple[str, ...], pixels: NDArray[Any], compression: str = "zip", kind: str = ""
+) -> Layer:
+    return Layer(channels, pixels, {"compression": compression, "oiio:subimagename": name}, kind)

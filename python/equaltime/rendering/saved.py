@@ -16,7 +16,7 @@ from equaltime.film.focus import Focus
 from equaltime.film.parts_of_merge import statistics_of
 from equaltime.images.image_files import RGB, SOFTWARE, Picture
 from equaltime.rendering.budget import Stop
-from equaltime.rendering.checkpoint import Checkpoint, looks_of
+from equaltime.rendering.checkpoint import SavedRender, looks_of
 from equaltime.rendering.decision import Decision
 from equaltime.rendering.film_picture import ALPHA
 from equaltime.rendering.render_file import RenderFile, SavedFilm, read_film, read_outputs, read_picture
@@ -53,7 +53,7 @@ def read(path: str | os.PathLike[str]) -> Result:
     file = RenderFile.read(path)
     record, errors, degrees = file.record, file.standard_error, file.record["degrees"]
     if file.moments is not None:
-        Checkpoint.of(file, Path(path))  # whose checks hold here too
+        SavedRender.of(file, Path(path))  # whose checks hold here too
         pixels = statistics_of(file.moments, file.parts, file.second)
         errors, degrees = standard_error(pixels), pixels.degrees  # the file has them rounded
     error = UNKNOWN if record["error"] is None else Estimate.from_dict(record["error"])
@@ -95,16 +95,16 @@ def _stats(record: Mapping[str, Any]) -> Stats:
     )
 
 
-def as_checkpoint(render: Render) -> Checkpoint:
+def as_checkpoint(render: Render) -> SavedRender:
     """Return the data of a render that resuming and merging need.
 
     ``render`` is a result or the path of its file. Raises `ImageError` if moments are missing.
     """
     if not isinstance(render, Result):
-        return Checkpoint.read(render)
+        return SavedRender.read(render)
     file, name = render.file, name_of(render)
     record = checked(json.loads(json_text(dict(file.record))), name)
-    return Checkpoint.of(replace(file, record=record), name)
+    return SavedRender.of(replace(file, record=record), name)
 
 
 def as_picture(render: Render) -> tuple[Picture, SavedFilm]:

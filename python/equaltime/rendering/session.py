@@ -21,7 +21,7 @@ from equaltime.images.image_files import Window
 from equaltime.interrupts import held_back, put_off
 from equaltime.machine import resident_bytes
 from equaltime.rendering.budget import Limits, Stop, StoppedBy
-from equaltime.rendering.checkpoint import Checkpoint
+from equaltime.rendering.checkpoint import SavedRender
 from equaltime.rendering.core import (
     REPLICATES,
     AdaptiveRenderer,
@@ -92,7 +92,7 @@ class Session:
         """Everything that decides the bits of the render except the sample counts."""
         return self._origin
 
-    def _take_up(self, resumed: Checkpoint) -> None:
+    def _take_up(self, resumed: SavedRender) -> None:
         _, height, width = self._renderer.moments.shape
         window = self._origin.window
         crop = [window.x, window.y, width, height]

@@ -20,7 +20,7 @@ from equaltime.scene.gltf.plant import plant
 from equaltime.scene.gltf.views import SKY, SUN, default_camera, sky, sun
 from equaltime.scene.mesh_readers import MeshData, read_obj_by_material, read_ply
 from equaltime.scene.mtl import shown
-from equaltime.scene.obj_materials import GREY, Materials, file_beside
+from equaltime.scene.obj_materials import GREY, ObjMaterials, file_beside
 from equaltime.scene.search import Search
 from equaltime.scene.tree import Child, Object, Place, Report, told_once
 
@@ -69,7 +69,7 @@ def _painted(
 ) -> Iterator[Object]:
     """Yield a shape for each material that has faces, or one for all faces if there is no material library."""
     first = next(iter(parts.values()))
-    materials = Materials(path, first.files, account, search)
+    materials = ObjMaterials(path, first.files, account, search)
     if not materials:
         if any(parts):
             account.tell("the materials of the file are in no library: they have no colours", path.name)

@@ -25,7 +25,7 @@ from equaltime.scene.model import (
 from equaltime.scene.model.values import as_number
 from equaltime.scene.out_of_range import of_mesh, of_textures
 from equaltime.scene.resolve import Resolved
-from equaltime.scene.tree import Object, Report, Value
+from equaltime.scene.tree import Object, Plain, Report
 from equaltime.scene.unsupported import Unsupported
 
 __all__ = ["check_parts"]
@@ -86,7 +86,7 @@ def _file(texture: Bitmap | MeshAttribute, assets: Assets) -> str:
 
 def _cut(node: Object, part: Mask | BlendBsdf, name: str) -> Iterator[tuple[str, str]]:
     """Yield a warning for each number of `part` that was clamped, with its value before."""
-    given = [child.node for child in node.children if child.name == name and isinstance(child.node, Value)]
+    given = [child.node for child in node.children if child.name == name and isinstance(child.node, Plain)]
     for value in given:
         if isinstance(value.data, int | float | Spectrum) and (was := as_number(value.data)) != getattr(part, name):
             yield str(value.place), f"{name} is cut to {getattr(part, name):g}, as in Mitsuba, from {was:g}"

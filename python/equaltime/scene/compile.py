@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from equaltime.scene.assets import Assets
 from equaltime.scene.builder import Builder, CoreScene
-from equaltime.scene.compile_bsdfs import Materials
+from equaltime.scene.compile_bsdfs import BsdfCompiler
 from equaltime.scene.compile_media import Media
 from equaltime.scene.compile_shapes import Shapes
 from equaltime.scene.compile_textures import Textures
@@ -151,7 +151,7 @@ def compile_scene(model: SceneModel, assets: Assets, builder: Builder) -> CoreSc
     _refuse_other_images(model, assets)
     model = _unlit(in_shutters(model)) if model.integrator.max_depth == 0 else in_shutters(model)
     textures = Textures(builder, assets)
-    materials = Materials(builder, textures)
+    materials = BsdfCompiler(builder, textures)
     media = Media(builder, model)
     shapes = Shapes(builder, assets, materials, textures, media)
     for number in shown(model):

@@ -32,18 +32,18 @@ from equaltime.scene.model import (
 )
 from equaltime.scene.unsupported import Unsupported
 
-__all__ = ["Materials"]
+__all__ = ["BsdfCompiler"]
 
 
 @dataclass(frozen=True, slots=True)
 class Bend:
-    """The bump or normal map `by`, which bends the normals of a leaf BSDF; for `turned`, see `Materials.index`."""
+    """The bump or normal map `by`, which bends the normals of a leaf BSDF; for `turned`, see `BsdfCompiler.index`."""
 
     by: BumpMap | NormalMap
     turned: bool
 
 
-class Materials:
+class BsdfCompiler:
     """The BSDFs that were added to the core's scene builder; equal BSDFs share one index."""
 
     def __init__(self, builder: Builder, textures: Textures) -> None:

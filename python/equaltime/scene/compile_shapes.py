@@ -6,7 +6,7 @@ import numpy as np
 
 from equaltime.scene.assets import Assets
 from equaltime.scene.builder import Builder
-from equaltime.scene.compile_bsdfs import Materials
+from equaltime.scene.compile_bsdfs import BsdfCompiler
 from equaltime.scene.compile_media import Media
 from equaltime.scene.compile_textures import Textures
 from equaltime.scene.deforming import steps
@@ -39,7 +39,7 @@ class Shapes:
     """The shapes that were added to the core's scene builder. A group of shapes is added once for all its instances."""
 
     def __init__(
-        self, builder: Builder, assets: Assets, materials: Materials, textures: Textures, media: Media
+        self, builder: Builder, assets: Assets, materials: BsdfCompiler, textures: Textures, media: Media
     ) -> None:
         self._builder = builder
         self._assets = assets

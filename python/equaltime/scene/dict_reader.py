@@ -17,7 +17,7 @@ from equaltime.scene.model import Spectrum
 from equaltime.scene.motion import animation
 from equaltime.scene.search import Search
 from equaltime.scene.spectrum_values import curve, parse_spectrum, read_spectrum
-from equaltime.scene.tree import MAX_DEPTH, Child, Node, Object, Place, Reference, Report, Value
+from equaltime.scene.tree import MAX_DEPTH, Child, Node, Object, Place, Plain, Ref, Report
 from equaltime.words import shortened
 
 __all__ = ["DictReader", "read_dict"]
@@ -116,16 +116,16 @@ class DictReader:
     def _node(self, name: str, value: object, place: Place) -> Node | None:
         try:
             if name in TRANSFORMS:
-                return Value(place, _transform(self._expanded(value), flat=name == "to_uv"))
+                return Plain(place, _transform(self._expanded(value), flat=name == "to_uv"))
             if not isinstance(value, Mapping):
-                return Value(place, self._plain(value))
+                return Plain(place, self._plain(value))
             if name == "filename" and "animation" in value:
-                return Value(place, deforming.parse({key: self._expanded(item) for key, item in value.items()}))
+                return Plain(place, deforming.parse({key: self._expanded(item) for key, item in value.items()}))
             kind = self._type_of(value)
             if kind == "ref":
                 return self._reference(value, place)
             if kind in ("rgb", "spectrum"):
-                return Value(place, self._color(value, kind))
+                return Plain(place, self._color(value, kind))
         except ValueError as error:
             self._report.add(place, str(error))
             return None
@@ -142,10 +142,10 @@ class DictReader:
             return {key: self._expanded(step, depth + 1) for key, step in steps.items()}
         return [self._expanded(step, depth + 1) for step in steps]
 
-    def _reference(self, table: Mapping[str, object], place: Place) -> Reference:
+    def _reference(self, table: Mapping[str, object], place: Place) -> Ref:
         if set(table) != {"type", "id"} or not isinstance(table["id"], str):
             raise ValueError("a reference has a 'type' and an 'id' that is a string, nothing else")
-        return Reference(place, str(self.string(table["id"])))
+        return Ref(place, str(self.string(table["id"])))
 
     def _type_of(self, table: Mapping[str, object]) -> str | None:
         """Return the type of a table if it is a string; other values may not even support comparison."""

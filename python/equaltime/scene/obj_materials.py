@@ -29,7 +29,7 @@ from equaltime.scene.obj_relief import Content, content_of, is_mirrored
 from equaltime.scene.search import Search
 from equaltime.scene.tree import Object, Place
 
-__all__ = ["GREY", "Materials", "file_beside"]
+__all__ = ["GREY", "ObjMaterials", "file_beside"]
 
 GREY: Final = 0.5
 """Reflectance of faces without a material."""
@@ -40,7 +40,7 @@ _COLORS: Final = frozenset({"map_kd", "map_ke"})
 """Words whose images hold colours; all other images hold plain numbers."""
 
 
-class Materials:
+class ObjMaterials:
     """The materials in the libraries (MTL files) that an OBJ file names; true if there are any."""
 
     def __init__(self, path: Path, libraries: list[tuple[bytes, int]], account: Account, search: Search) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from equaltime.words import shortened
 
-__all__ = ["Account"]
+__all__ = ["PictureAccount"]
 
 DESCRIPTIONS: Final = frozenset(
     {
@@ -44,7 +44,7 @@ USED: Final = frozenset(
 MOST_NAMES: Final = 6
 
 
-class Account:
+class PictureAccount:
     """The channels and attributes of one picture that its reader has not used yet, and the reader's remarks."""
 
     def __init__(self, spec: Any) -> None:

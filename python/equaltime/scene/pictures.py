@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from equaltime.errors import ImageError
 from equaltime.images.reading import excess, opened, reason
 from equaltime.scene import radiance
-from equaltime.scene.picture_account import Account
+from equaltime.scene.picture_account import PictureAccount
 from equaltime.scene.picture_channels import Choice, choose, rgb_of_luminance_chroma
 from equaltime.scene.primaries import CIE_XYZ, NAMED, REC709, luminance_weights, to_srgb
 from equaltime.words import shortened
@@ -70,7 +70,7 @@ class Stored:
     choice: Choice
     kind: str
     """Storage of the colours: ``encoded``, ``signed`` (signed integers) or ``linear``."""
-    account: Account
+    account: PictureAccount
 
 
 def read_stored(path: Path, kept: Container[str], check: Callable[[Any], object] = lambda spec: None) -> Stored:
@@ -83,7 +83,7 @@ def read_stored(path: Path, kept: Container[str], check: Callable[[Any], object]
     with opened(path, UnassociatedAlpha=1) as source:
         spec, file_format = source.spec(), str(source.format_name())
         check(spec)
-        account, choice = Account(spec), choose(spec.channelnames)
+        account, choice = PictureAccount(spec), choose(spec.channelnames)
         window = _window(spec, file_format, path, account)
         pixels = _pixels(source, spec, file_format, path, kept)
         _count_parts(source, account)
@@ -160,7 +160,7 @@ def _kind(spec: Any, file_format: str) -> str:
     return "signed" if kind in ("int8", "int16", "int") else "linear"
 
 
-def _count_parts(source: Any, account: Account) -> None:
+def _count_parts(source: Any, account: PictureAccount) -> None:
     """Report that parts and levels of a file after the first are not used."""
     levels = _counted(lambda number: source.seek_subimage(0, number))
     if levels > 1:
@@ -189,7 +189,7 @@ class _Window:
     height: int
 
 
-def _window(spec: Any, file_format: str, path: Path, account: Account) -> _Window:
+def _window(spec: Any, file_format: str, path: Path, account: PictureAccount) -> _Window:
     """Return the position of a file's pixels; raises ValueError for a display window that is too large."""
     if file_format not in WINDOWED:
         if spec.x or spec.y:
@@ -215,7 +215,7 @@ def _shown(pixels: Array, window: _Window) -> Array:
     return result
 
 
-def _orientation(path: Path, account: Account) -> int:
+def _orientation(path: Path, account: PictureAccount) -> int:
     """Return Exif's orientation number, from a Radiance header if there is one, and note that header's variables."""
     number = account.attribute("Orientation")
     if (aspect := account.attribute("PixelAspectRatio", 1.0)) is not None:
@@ -269,7 +269,7 @@ def _linear(colors: Array, stored: Stored, raw: bool) -> Texels:
     return Texels(np.ascontiguousarray(colors), False, account.told())
 
 
-def _color_space(kind: str, raw: bool, account: Account) -> tuple[float | str, Sequence[float]]:
+def _color_space(kind: str, raw: bool, account: PictureAccount) -> tuple[float | str, Sequence[float]]:
     """Return the curve (``srgb`` or a power) and the primaries of the colours, as the file declares them."""
     curve: float | str = "srgb" if kind == "encoded" else 1.0
     primaries: Sequence[float] = REC709
@@ -299,7 +299,7 @@ def _named(name: str, gamma: object) -> tuple[float | str, Sequence[float]] | No
     return ("srgb" if NEAR_SRGB[0] <= gamma <= NEAR_SRGB[1] else gamma), primaries
 
 
-def _tell_conversions(raw: bool, account: Account) -> None:
+def _tell_conversions(raw: bool, account: PictureAccount) -> None:
     """Note conversions that OpenImageIO makes by itself, and colour profiles other than sRGB."""
     for name in ("jpeg:ColorSpace", "tiff:ColorSpace"):
         if (space := account.attribute(name, "RGB", "YCbCr", "palette")) is not None:

@@ -25,7 +25,7 @@ from equaltime.scene.model import (
     SpectrumPlugin,
 )
 from equaltime.scene.substitutes import FALLBACKS, SUBSTITUTES
-from equaltime.scene.tree import FREE_ENTRIES, USES_OF_EACH, Alias, Child, Object, Reference, Report, Value
+from equaltime.scene.tree import FREE_ENTRIES, USES_OF_EACH, Alias, Child, Object, Plain, Ref, Report
 from equaltime.scene.validate import explain, shown
 from equaltime.words import a, nearest, suggestion
 
@@ -59,7 +59,7 @@ def _opened(holder: Object, report: Report) -> Iterator[Child]:
 
 
 def _fits(part: Child, report: Report) -> bool:
-    if isinstance(part.node, Value):
+    if isinstance(part.node, Plain):
         report.add(part.node.place, f"unknown parameter '{part.name}' of 'merge', which takes shapes alone")
         return False
     if not isinstance(part.node, Object):
@@ -275,7 +275,7 @@ class _Resolver:
         """Return the parameters that the children of `node` give."""
         result = _Fields()
         for child in node.children:
-            if isinstance(child.node, Value) and not self._is_reference(child, plugin):
+            if isinstance(child.node, Plain) and not self._is_reference(child, plugin):
                 self._set_value(result, plugin, child.name or "", child.node)
                 continue
             target = self._target(child, node)
@@ -286,13 +286,13 @@ class _Resolver:
                 slot = child.name if child.name in plugin.slots() else role
                 result.failed |= {slot} if slot else {*plugin.roles.values(), child.name or ""}
             elif isinstance(nested, SpectrumPlugin) and (nested.kind == "texture" or plugin.kind in VOLUMETRIC):
-                self._set_value(result, plugin, child.name or "", Value(child.node.place, nested.meaning))
+                self._set_value(result, plugin, child.name or "", Plain(child.node.place, nested.meaning))
             else:
                 self._used.add(target)
                 self._set_object(result, plugin, child, nested)
         return result
 
-    def _set_value(self, fields: _Fields, plugin: type[Plugin], name: str, value: Value) -> None:
+    def _set_value(self, fields: _Fields, plugin: type[Plugin], name: str, value: Plain) -> None:
         if name in ("", "id", "type"):
             self._report.add(value.place, f"a parameter cannot have the name '{name}'")
         elif name in fields.values:
@@ -336,7 +336,7 @@ class _Resolver:
 
     def _is_reference(self, child: Child, plugin: type[Plugin]) -> bool:
         """Tell whether a string stands in place of an object, so that it is the object's name."""
-        data = child.node.data if isinstance(child.node, Value) else None
+        data = child.node.data if isinstance(child.node, Plain) else None
         return isinstance(data, str) and (child.name in plugin.roles.values() or child.name in plugin.slots())
 
     def _target(self, child: Child, parent: Object) -> Object | None:
@@ -344,17 +344,17 @@ class _Resolver:
         node = child.node
         if isinstance(node, Object):
             return node
-        if isinstance(node, Value) and parent is self._root:
+        if isinstance(node, Plain) and parent is self._root:
             if child.name in SCENE_HINTS and isinstance(node.data, bool):
                 return None
             message = f"unknown parameter '{child.name}' of the scene; expected an object with a 'type'"
             self._report.add(node.place, message)
             return None
-        name = node.id if isinstance(node, Reference) else str(node.data)
+        name = node.id if isinstance(node, Ref) else str(node.data)
         if name not in self._by_id:
             hint = suggestion(name, self._by_id)
             slots = PLUGINS[parent.type].slots() if parent.type in PLUGINS else {}
-            if isinstance(node, Value) and "did you mean" not in hint and "texture" in slots.get(child.name or "", ()):
+            if isinstance(node, Plain) and "did you mean" not in hint and "texture" in slots.get(child.name or "", ()):
                 hint = "; expected a number, a colour, or the name of a texture"
             self._report.add(node.place, f"no object has the name '{name}'{hint}")
         return self._by_id.get(name)

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
 
-from equaltime.scene.model import Curve, Spectrum
+from equaltime.scene.model import SpectralCurve, Spectrum
 from equaltime.words import shortened
 
 __all__ = ["curve", "parse_spectrum", "read_spectrum"]
@@ -17,7 +17,7 @@ LARGEST = 1 << 22
 """Largest size of a file of pairs, in bytes; a spectrum in steps of 0.1 nm takes about a hundred thousand bytes."""
 
 
-def parse_spectrum(text: str) -> Spectrum | Curve:
+def parse_spectrum(text: str) -> Spectrum | SpectralCurve:
     """Return the spectrum that `text` describes.
 
     The text is a number such as ``0.5``, or pairs of a wavelength in nm and a value, such as ``400:0.1, 500:0.2``.
@@ -31,7 +31,7 @@ def parse_spectrum(text: str) -> Spectrum | Curve:
     return curve(word.split(":") for word in words)
 
 
-def curve(pairs: Iterable[object]) -> Curve:
+def curve(pairs: Iterable[object]) -> SpectralCurve:
     """Return the spectrum that goes through `pairs` of a wavelength in nm and a value; else raise ValueError."""
     points: list[tuple[float, float]] = []
     for pair in pairs:
@@ -39,10 +39,10 @@ def curve(pairs: Iterable[object]) -> Curve:
             raise ValueError(f"expected pairs wavelength:value, found {_shown(pair)}")
         points.append((_number(pair[0]), _number(pair[1])))
     wavelengths, values = zip(*points, strict=True) if points else ((), ())
-    return Curve(wavelengths, values)
+    return SpectralCurve(wavelengths, values)
 
 
-def read_spectrum(path: Path) -> Curve:
+def read_spectrum(path: Path) -> SpectralCurve:
     """Return the spectrum in the file at `path`; raises ValueError for an unreadable file.
 
     Each line of the file has a wavelength in nm and a value. Comments begin with ``#``.
@@ -61,7 +61,7 @@ def read_spectrum(path: Path) -> Curve:
 
 
 @lru_cache(maxsize=16)  # many parts of a scene may name one file
-def _curve_of(content: bytes) -> Curve | str:
+def _curve_of(content: bytes) -> SpectralCurve | str:
     """Return the curve in a file, or the reason why there is none."""
     lines = (line.partition("#")[0].split() for line in content.decode("utf-8-sig", "replace").splitlines())
     try:

@@ -16,7 +16,7 @@ from typing import Final
 
 from equaltime.scene.known import MITSUBA, OLD, mitsuba_kind
 from equaltime.scene.model import OUTPUTS, OWN_OUTPUTS, PLUGINS, Kind
-from equaltime.scene.tree import Child, Object, Reference, Value
+from equaltime.scene.tree import Child, Object, Plain, Ref
 from equaltime.words import nearest
 
 __all__ = ["Substitution", "substituted"]
@@ -79,9 +79,9 @@ class _Replacer:
 
     def _is_lost(self, child: Child, parent: Object) -> bool:
         """Tell whether a child names an object that is left out, by a reference or by a string in its place."""
-        if isinstance(child.node, Reference):
+        if isinstance(child.node, Ref):
             return child.node.id in self.gone
-        plugin, word = PLUGINS.get(parent.type), child.node.data if isinstance(child.node, Value) else None
+        plugin, word = PLUGINS.get(parent.type), child.node.data if isinstance(child.node, Plain) else None
         takes = plugin is not None and (child.name in plugin.slots() or child.name in plugin.roles.values())
         return takes and isinstance(word, str) and word in self.gone
 
@@ -139,7 +139,7 @@ def _as(kind: Kind, type: str, names: Mapping[str, str] | None = None, **extra: 
     def make(node: Object) -> Made:
         renamed = names or {}
         children = [Child(renamed[c.name], c.node) for c in node.children if c.name is not None and c.name in renamed]
-        children += [Child(name, Value(node.place, value)) for name, value in extra.items()]
+        children += [Child(name, Plain(node.place, value)) for name, value in extra.items()]
         return dataclasses.replace(node, type=type, kind=kind, variable=None, children=children), f"'{type}'"
 
     return make
@@ -164,7 +164,7 @@ def _inner(node: Object) -> Made:
 
 def _outputs(node: Object) -> Made:
     """Keep the outputs that can be written; if there are none, return the integrator inside."""
-    aovs = next((str(c.node.data) for c in node.children if c.name == "aovs" and isinstance(c.node, Value)), "")
+    aovs = next((str(c.node.data) for c in node.children if c.name == "aovs" and isinstance(c.node, Plain)), "")
     pairs = [pair for pair in re.split(r"[\s,]+", aovs) if pair]
     kept = [pair for pair in pairs if pair.partition(":")[2] in {**OUTPUTS, **OWN_OUTPUTS}]
     if kept == pairs:
@@ -172,24 +172,24 @@ def _outputs(node: Object) -> Made:
     if not kept:
         return _inner(node)
     others = [child for child in node.children if child.name != "aovs"]
-    children = [Child("aovs", Value(node.place, ", ".join(kept))), *others]
+    children = [Child("aovs", Plain(node.place, ", ".join(kept))), *others]
     return dataclasses.replace(node, children=children), f"one that has only {', '.join(kept)}"
 
 
 def _phong(node: Object) -> Made:
-    exponent = next((c.node.data for c in node.children if c.name == "exponent" and isinstance(c.node, Value)), 30.0)
+    exponent = next((c.node.data for c in node.children if c.name == "exponent" and isinstance(c.node, Plain)), 30.0)
     alpha = math.sqrt(2.0 / (float(exponent) + 2.0)) if isinstance(exponent, int | float) and exponent > 0 else 0.25
     return _as("bsdf", "roughplastic", _same("diffuse_reflectance"), alpha=alpha)(node)
 
 
 def _blend(node: Object) -> Made:
     """Blend the first two BSDFs of a mixture by their weights, and leave out the others."""
-    weights = next((str(c.node.data) for c in node.children if c.name == "weights" and isinstance(c.node, Value)), "")
+    weights = next((str(c.node.data) for c in node.children if c.name == "weights" and isinstance(c.node, Plain)), "")
     numbers = [float(word) for word in re.findall(r"[0-9.]+(?:[eE][-+]?[0-9]+)?", weights)][:2]
-    nested = [child for child in node.children if not isinstance(child.node, Value)][:2]
+    nested = [child for child in node.children if not isinstance(child.node, Plain)][:2]
     if len(nested) < 2 or len(numbers) < 2 or sum(numbers) <= 0.0:
         return _inner(node)
-    weight = Child("weight", Value(node.place, numbers[1] / sum(numbers)))
+    weight = Child("weight", Plain(node.place, numbers[1] / sum(numbers)))
     return dataclasses.replace(node, type="blendbsdf", children=[weight, *nested]), "'blendbsdf'"
 
 

@@ -26,9 +26,9 @@ __all__ = [
     "Object",
     "Place",
     "Places",
-    "Reference",
+    "Plain",
+    "Ref",
     "Report",
-    "Value",
     "told_once",
 ]
 
@@ -117,7 +117,7 @@ def quoted(text: str) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Value:
+class Plain:
     """The value of a parameter, such as a number, string, boolean, tuple, `Spectrum`, or (4, 4) transform."""
 
     place: Place
@@ -125,7 +125,7 @@ class Value:
 
 
 @dataclass(frozen=True, slots=True)
-class Reference:
+class Ref:
     """A reference, in place of an object, to the object whose name is `id`."""
 
     place: Place
@@ -178,15 +178,15 @@ class Object:
         These are the ids of all references and aliases, and all string values, because a string may be a reference.
         """
         nodes = [child.node for inner in self.objects() for child in inner.children]
-        words = {node.data for node in nodes if isinstance(node, Value) and isinstance(node.data, str)}
-        return words | {node.id for node in nodes if isinstance(node, Reference)} | {alias.id for alias in self.aliases}
+        words = {node.data for node in nodes if isinstance(node, Plain) and isinstance(node.data, str)}
+        return words | {node.id for node in nodes if isinstance(node, Ref)} | {alias.id for alias in self.aliases}
 
     def place_of(self, name: str) -> Place:
         """Return file and line of the first child called `name`, or of the object itself if there is no such child."""
         return next((child.node.place for child in self.children if child.name == name), self.place)
 
 
-Node = Value | Reference | Object
+Node = Plain | Ref | Object
 
 ALONE: Final = ("sensor", "integrator")
 

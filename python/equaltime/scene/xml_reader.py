@@ -19,7 +19,7 @@ from equaltime.scene.model import Deformation, Kind
 from equaltime.scene.motion import animation
 from equaltime.scene.search import Search
 from equaltime.scene.spectrum_values import read_spectrum
-from equaltime.scene.tree import Alias, Child, Node, Object, Place, Reference, Report, Value
+from equaltime.scene.tree import Alias, Child, Node, Object, Place, Plain, Ref, Report
 from equaltime.scene.variables import Variables
 from equaltime.scene.xml_elements import Element, parse_elements
 from equaltime.scene.xml_upgrade import upgraded
@@ -196,17 +196,17 @@ class _Interpreter:
             return self.nested(element, OBJECTS[tag])
         if tag == "ref":
             attributes = self._attributes(element, ("id",), ("name",))
-            return None if attributes is None else Reference(place, attributes["id"])
+            return None if attributes is None else Ref(place, attributes["id"])
         if tag == "transform":
             self._attributes(element, ("name",))
-            return Value(place, transforms.compose([self._step(step) for step in element.children]))
+            return Plain(place, transforms.compose([self._step(step) for step in element.children]))
         if tag == "animation":
             return self._animation(element)
         if tag == "spectrum" and "filename" in element.attributes:
             return self._spectrum_file(element)
         if tag in self._values:
             data = self._read(element, self._values[tag])
-            return None if data is None else Value(place, data)
+            return None if data is None else Plain(place, data)
         if tag == "path":
             self._report.add(place, "<path> belongs into the scene itself")
         elif tag in STEPS:
@@ -215,22 +215,22 @@ class _Interpreter:
             self._report.add(place, f"unknown element <{tag}>{suggestion(tag, ELEMENTS)}")
         return None
 
-    def _spectrum_file(self, element: Element) -> Value | None:
+    def _spectrum_file(self, element: Element) -> Plain | None:
         rule = Rule(("name", "filename"), (), lambda a: read_spectrum(self._search.find(a["filename"])))
         curve = self._read(element, rule)
-        return None if curve is None else Value(element.place, curve)
+        return None if curve is None else Plain(element.place, curve)
 
-    def _animation(self, element: Element) -> Value:
+    def _animation(self, element: Element) -> Plain:
         """Return an animation: of files if it contains strings, else of transforms."""
         if any(child.tag == "string" for child in element.children):
             when = self._attributes(element, ("name",), ("time",)) or {}
             files = [file for child in element.children if (file := self._file(child)) is not None]
             times, names = tuple(time for time, _ in files), tuple(name for _, name in files)
             held = None if "time" not in when else self._read(element, Rule(("name", "time"), (), _time))
-            return Value(element.place, Deformation(times, names, held))
+            return Plain(element.place, Deformation(times, names, held))
         self._attributes(element, ("name",))
         keys = [key for child in element.children if (key := self._key(child)) is not None]
-        return Value(element.place, animation(keys))
+        return Plain(element.place, animation(keys))
 
     def _file(self, element: Element) -> tuple[float, str] | None:
         """Return a key of an animation of files."""

@@ -14,9 +14,9 @@ from collections.abc import Callable
 from typing import Final
 
 from equaltime.scene import transforms
-from equaltime.scene.model import METALS, Curve, Spectrum
+from equaltime.scene.model import METALS, SpectralCurve, Spectrum
 from equaltime.scene.model.ior import as_ior
-from equaltime.scene.tree import Child, Node, Object, Report, Value
+from equaltime.scene.tree import Child, Node, Object, Plain, Report
 
 __all__ = ["upgraded"]
 
@@ -124,7 +124,7 @@ def _bent(node: Object, _report: Report) -> Object:
 
 def _scaled_texture(node: Object) -> tuple[Node, float] | None:
     """Return the texture inside a ``scale`` texture, and its factor; None if the factor is not a number."""
-    inner = [child.node for child in node.children if not isinstance(child.node, Value)]
+    inner = [child.node for child in node.children if not isinstance(child.node, Plain)]
     factor = _numbers(node, "scale").get("scale")
     return (inner[0], factor) if node.type == "scale" and len(inner) == 1 and factor is not None else None
 
@@ -133,19 +133,19 @@ def _vertex_colors(node: Object, report: Report) -> Object:
     if node.type != "vertexcolors":
         return node
     report.note(f"{node.place}: 'vertexcolors' is read as 'mesh_attribute'")
-    named = Child("name", Value(node.place, "vertex_color"))
+    named = Child("name", Plain(node.place, "vertex_color"))
     return dataclasses.replace(node, type="mesh_attribute", children=[*node.children, named])
 
 
 def _strings(node: Object, *names: str) -> dict[str, str]:
     """Return the parameters of `node` that have these names and are strings."""
-    found = {child.name: child.node.data for child in node.children if child.name and isinstance(child.node, Value)}
+    found = {child.name: child.node.data for child in node.children if child.name and isinstance(child.node, Plain)}
     return {name: v for name, v in found.items() if name in names and isinstance(v, str)}
 
 
 def _numbers(node: Object, *names: str) -> dict[str, float]:
     """Return the parameters of `node` that have these names and are numbers."""
-    found = {child.name: child.node.data for child in node.children if child.name and isinstance(child.node, Value)}
+    found = {child.name: child.node.data for child in node.children if child.name and isinstance(child.node, Plain)}
     return {name: float(v) for name, v in found.items() if name in names and isinstance(v, int | float)}
 
 
@@ -153,7 +153,7 @@ def _replaced(node: Object, gone: set[str], *values: tuple[str, object]) -> Obje
     """Return `node` without the parameters `gone`, and with `values`, which get the place of the first of them."""
     place = next((child.node.place for child in node.children if child.name in gone), node.place)
     kept = [child for child in node.children if child.name not in gone]
-    return _with(node, kept + [Child(name, Value(place, data)) for name, data in values])
+    return _with(node, kept + [Child(name, Plain(place, data)) for name, data in values])
 
 
 def _to_uv(node: Object, _report: Report) -> Object:
@@ -180,11 +180,11 @@ def _filter(node: Object, report: Report) -> Object:
         return node
     children = list(node.children)
     for i, child in enumerate(children):
-        if child.name == "filter_type" and isinstance(child.node, Value) and child.node.data in ("ewa", "trilinear"):
+        if child.name == "filter_type" and isinstance(child.node, Plain) and child.node.data in ("ewa", "trilinear"):
             report.note(
                 f"{child.node.place}: the filter '{child.node.data}' is read as 'bilinear': samples do the rest"
             )
-            children[i] = Child(child.name, Value(child.node.place, "bilinear"))
+            children[i] = Child(child.name, Plain(child.node.place, "bilinear"))
     return _with(node, children)
 
 
@@ -198,7 +198,7 @@ def _gamma(node: Object, _report: Report) -> Object:
 
 def _outside(node: Object, _report: Report) -> Object:
     """Divide a metal's index by that of the exterior medium; today's ``eta`` and ``k`` are relative to it."""
-    values = {child.name: child.node.data for child in node.children if child.name and isinstance(child.node, Value)}
+    values = {child.name: child.node.data for child in node.children if child.name and isinstance(child.node, Plain)}
     if node.type not in ("conductor", "roughconductor") or "ext_eta" not in values:
         return node
     try:
@@ -214,8 +214,8 @@ def _outside(node: Object, _report: Report) -> Object:
 
 
 def _scaled(data: object, scale: Callable[[float], float]) -> object:
-    if isinstance(data, Curve):
-        return Curve(data.wavelengths, tuple(map(scale, data.values)))
+    if isinstance(data, SpectralCurve):
+        return SpectralCurve(data.wavelengths, tuple(map(scale, data.values)))
     if isinstance(data, Spectrum):
         return Spectrum(scale(data.value))
     if isinstance(data, tuple):

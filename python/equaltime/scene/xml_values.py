@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.scene import transforms
-from equaltime.scene.model import Curve, Spectrum
+from equaltime.scene.model import SpectralCurve, Spectrum
 from equaltime.scene.model.spectra import blackbody
 from equaltime.scene.spectrum_values import parse_spectrum
 
@@ -105,16 +105,16 @@ def _look_at(attributes: Attributes) -> NDArray[np.float64]:
     return transforms.look_at(_direction(attributes["origin"]), _direction(attributes["target"]), up)
 
 
-def _blackbody(attributes: Attributes) -> Curve:
+def _blackbody(attributes: Attributes) -> SpectralCurve:
     """Read the spectrum of a black body at ``5000`` or ``5000K``, times a scale."""
     kelvins, scale = number(attributes["temperature"].strip().rstrip("kK")), number(attributes.get("scale", "1"))
     if kelvins <= 0.0 or scale < 0.0:
         raise ValueError("a black body needs a temperature above 0 and a scale that is not negative")
     light = blackbody(kelvins)
-    return Curve(light.wavelengths, tuple(scale * power for power in light.values))
+    return SpectralCurve(light.wavelengths, tuple(scale * power for power in light.values))
 
 
-def _old_spectrum(text: str) -> Spectrum | Curve | Vec3:
+def _old_spectrum(text: str) -> Spectrum | SpectralCurve | Vec3:
     """Read a spectrum, or three numbers, which are the samples in a Mitsuba 0.x that renders in RGB."""
     words = _BETWEEN.split(text.strip(", \t\r\n"))
     return _direction(text) if len(words) == 3 and ":" not in text else parse_spectrum(text)

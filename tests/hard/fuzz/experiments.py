@@ -15,7 +15,7 @@ import numpy as np
 from equaltime.experiments.analysis.summarise import summarise
 from equaltime.experiments.model.experiment import Experiment
 from equaltime.experiments.report.pictures import load_pictures
-from equaltime.experiments.run.folder import Folder
+from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.record import Recorder, Row, load
 from equaltime.experiments.run.reference import KnownReference, write
 from equaltime.images.metrics import Reference
@@ -56,9 +56,9 @@ def rows() -> tuple[Row, ...]:
 
 
 @cache
-def _folder() -> Folder:
+def _folder() -> ExperimentFolder:
     """Return the folder as it should be."""
-    folder = Folder(Path(tempfile.mkdtemp(prefix="equaltime-fuzz-")))
+    folder = ExperimentFolder(Path(tempfile.mkdtemp(prefix="equaltime-fuzz-")))
     atexit.register(shutil.rmtree, folder.path, True)
     with Recorder(folder.records) as recorder:
         for row in rows():

@@ -166,7 +166,7 @@ def test_an_output_name_may_be_as_long_as_names_can_be_and_no_longer(
 
 def test_a_damaged_image_is_one_line(scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pixels = np.random.default_rng(1).random((64, 64, 3), np.float32)
-    images.write(tmp_path / "whole.exr", "openexr", [images.Part(("R", "G", "B"), pixels, {})])
+    images.write(tmp_path / "whole.exr", "openexr", [images.Layer(("R", "G", "B"), pixels, {})])
     (tmp_path / "sky.exr").write_bytes((tmp_path / "whole.exr").read_bytes()[:4000])
     scene.write_text(HEAD.replace('"constant"', '"envmap"\nfilename = "sky.exr"'))
     assert "scene.toml:12: sky.filename: " in refusal(["info", str(scene)], capsys)

@@ -17,7 +17,7 @@ from equaltime.experiments.model.theirs import TheirNumber, Theirs
 from equaltime.experiments.report.index import Card, write_index
 from equaltime.experiments.run import collection, single_run
 from equaltime.experiments.run.collection import Changes, experiments_in, run_all
-from equaltime.experiments.run.folder import Folder
+from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.record import load
 
 from .fake_summary import summary
@@ -152,7 +152,7 @@ def test_the_traceback_of_an_unexpected_error_is_kept_until_the_next_try(
 
 @pytest.mark.parametrize("foreign", [False, True])
 def test_the_traceback_of_another_process_or_folder_is_left_alone(source: Path, tmp_path: Path, foreign: bool) -> None:
-    own = Folder(tmp_path / "out" / "own")
+    own = ExperimentFolder(tmp_path / "out" / "own")
     own.path.mkdir(parents=True)
     own.failure.write_text("theirs")
     if foreign:

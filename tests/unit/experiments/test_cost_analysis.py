@@ -15,7 +15,7 @@ from equaltime.errors import ExperimentError
 from equaltime.experiments.analysis.summarise import summarise
 from equaltime.experiments.model.experiment import Experiment
 from equaltime.experiments.model.summary import StrategyResult, Summary
-from equaltime.experiments.run.folder import Folder
+from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.record import Row
 from equaltime.experiments.run.reference import KnownReference, write
 from equaltime.images.metrics import Reference, measure
@@ -55,7 +55,7 @@ KINDS = {
 }
 
 
-def rows_of(label: str, kind: Kind, folder: Folder, reference: Reference) -> list[Row]:
+def rows_of(label: str, kind: Kind, folder: ExperimentFolder, reference: Reference) -> list[Row]:
     rows = []
     for repeat in range(REPEATS):
         pictures = kind.image(1000 * list(KINDS).index(label) + repeat)
@@ -116,7 +116,7 @@ def experiment(labels: tuple[str, ...] = tuple(KINDS), baseline: str = "naive") 
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Row]]:
-    folder = Folder(tmp_path_factory.mktemp("cost"))
+    folder = ExperimentFolder(tmp_path_factory.mktemp("cost"))
     rng = np.random.default_rng(99)
     halves = (TRUTH + 0.01 * rng.standard_normal(TRUTH.shape), TRUTH + 0.01 * rng.standard_normal(TRUTH.shape))
     reference = Reference(0.5 * (halves[0] + halves[1]), np.full(TRUTH.shape, 0.5e-4), halves)

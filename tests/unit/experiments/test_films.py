@@ -18,7 +18,7 @@ from equaltime.experiments.report import page
 from equaltime.experiments.report.films import film_view, write_animation
 from equaltime.experiments.report.looks import looks
 from equaltime.experiments.run import single_run
-from equaltime.experiments.run.folder import Folder
+from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.forming import FRAMES, moments, read_film
 from equaltime.experiments.run.runner import run
 
@@ -74,14 +74,14 @@ def test_an_experiment_that_wants_films_takes_them_once_and_keeps_them_out_of_th
     experiment, out = read_experiment(path), tmp_path / "out"
     run(experiment, out)
     records = (out / "records.csv").read_bytes()
-    film = read_film(Folder(out).film("cornell-box", "best"))
+    film = read_film(ExperimentFolder(out).film("cornell-box", "best"))
     assert film.frames.shape == (len(film.spp), 8, 8, 3)
     assert (np.diff(film.spp) > 0).all()
     assert (np.diff(film.seconds) > 0).all()
     assert film.error[-1] > 0.0
-    taken = Folder(out).film("cornell-box", "best").read_bytes()
+    taken = ExperimentFolder(out).film("cornell-box", "best").read_bytes()
     run(experiment, out)
-    assert Folder(out).film("cornell-box", "best").read_bytes() == taken
+    assert ExperimentFolder(out).film("cornell-box", "best").read_bytes() == taken
     assert (out / "records.csv").read_bytes() == records
     found = conclude(experiment, out)
     assert all(strategy.film for strategy in found.scenes[0].strategies)

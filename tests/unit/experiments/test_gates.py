@@ -12,10 +12,10 @@ from equaltime.experiments.model.experiment import ReferenceWish
 from equaltime.experiments.peers import agreement as peer_agreement
 from equaltime.experiments.run import gates
 from equaltime.experiments.run import reference as references
-from equaltime.experiments.run.folder import Folder
+from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.reference import KnownReference
 from equaltime.images.metrics import Reference
-from equaltime.rendering.core_subject import Checkpoint, RendererKind
+from equaltime.rendering.core_subject import Point, RendererKind
 from equaltime.statistics import agreement
 
 SCENE = et.load(Path(__file__).parents[3] / "scenes" / "cornell-box.toml").with_(size=(8, 8), max_depth=2)
@@ -39,7 +39,7 @@ class Peer:
     def prepare(self, scene: et.Scene, threads: int) -> float:
         return 0.0
 
-    def run(self, *_: Any) -> Iterator[Checkpoint]:
+    def run(self, *_: Any) -> Iterator[Point]:
         raise AssertionError
 
 
@@ -61,14 +61,14 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     return levels
 
 
-def enter(folder: Folder, count: int) -> dict[str, Any]:
+def enter(folder: ExperimentFolder, count: int) -> dict[str, Any]:
     gates.pass_gates([Peer()], "box", SCENE, ReferenceWish(), folder, 1, count)
     noted: dict[str, Any] = folder.read_provenance()["agreements"]["box"]["theirs"]
     return noted
 
 
 def test_a_peer_that_agrees_is_held_against_the_common_reference(tmp_path: Path, asked: list[float]) -> None:
-    folder = Folder(tmp_path)
+    folder = ExperimentFolder(tmp_path)
     noted = enter(folder, 1000)
     assert noted["agrees"]
     assert noted["note"] == ""
@@ -78,7 +78,7 @@ def test_a_peer_that_agrees_is_held_against_the_common_reference(tmp_path: Path,
 
 
 def test_one_that_does_not_agree_gets_a_reference_of_its_own(tmp_path: Path, asked: list[float]) -> None:
-    folder = Folder(tmp_path)
+    folder = ExperimentFolder(tmp_path)
     noted = enter(folder, 1)
     assert not noted["agrees"]
     assert "a reference of its own" in noted["note"]
@@ -86,5 +86,5 @@ def test_one_that_does_not_agree_gets_a_reference_of_its_own(tmp_path: Path, ask
 
 
 def test_the_gate_is_passed_once(tmp_path: Path, asked: list[float]) -> None:
-    assert enter(Folder(tmp_path), 1) == enter(Folder(tmp_path), 1)
+    assert enter(ExperimentFolder(tmp_path), 1) == enter(ExperimentFolder(tmp_path), 1)
     assert len(asked) == 1

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from equaltime.experiments.report.looks import DARK, LIGHT, MARKERS, looks
-from equaltime.experiments.report.views import Row, Table
+from equaltime.experiments.report.views import Table, TableRow
 from equaltime.experiments.report.words import Cell, error_cell, factor_cell, percent, seconds, seconds_cell, slug
 from equaltime.statistics.intervals import UNKNOWN, Interval
 
@@ -141,7 +141,7 @@ def test_colours_are_told_apart_with_every_kind_of_sight(colours: tuple[str, ...
 def test_footnotes_are_said_once_and_those_that_differ_in_a_number_together() -> None:
     notes = ("extrapolated 3.6 times", "heavy tail; extrapolated 12 times", "baseline: heavy tail; this: heavy tail")
     cells = [Cell("1", note=note) for note in notes]
-    table = Table("slug", "caption", "corner", ("a",), tuple(Row("label", None, (), ((cell,),)) for cell in cells))
+    table = Table("slug", "caption", "corner", ("a",), tuple(TableRow("label", None, (), ((cell,),)) for cell in cells))
     assert table.footnotes == ("extrapolated 3.6 to 12 times", "heavy tail", "baseline: heavy tail")
     assert [table.marks(cell) for cell in cells] == [(1,), (1, 2), (2, 3)]
 
@@ -149,7 +149,7 @@ def test_footnotes_are_said_once_and_those_that_differ_in_a_number_together() ->
 def test_numbers_in_the_names_of_scenes_are_left_alone() -> None:
     notes = ("on roughness 0.3 it has no speed-up", "on roughness 0.01 it has no speed-up")
     cells = [Cell("1", note=note) for note in notes]
-    table = Table("slug", "caption", "corner", ("a",), tuple(Row("label", None, (), ((cell,),)) for cell in cells))
+    table = Table("slug", "caption", "corner", ("a",), tuple(TableRow("label", None, (), ((cell,),)) for cell in cells))
     assert table.footnotes == notes
 
 
@@ -161,7 +161,7 @@ def test_what_is_no_number_is_printed_nevertheless() -> None:
 def test_numbers_with_powers_of_ten_are_compared_whole_and_spelt_out() -> None:
     notes = ("extrapolated 1.37e+03 times", "extrapolated 45 times", "extrapolated 7.14e+05 times", "3e+04 others")
     cells = [Cell("1", note=note) for note in notes]
-    table = Table("slug", "caption", "corner", ("a",), tuple(Row("label", None, (), ((cell,),)) for cell in cells))
+    table = Table("slug", "caption", "corner", ("a",), tuple(TableRow("label", None, (), ((cell,),)) for cell in cells))
     assert [note.replace("\N{NARROW NO-BREAK SPACE}", " ") for note in table.footnotes] == [
         "extrapolated 45 to 714 000 times",
         "30 000 others",

@@ -15,13 +15,13 @@ from equaltime.experiments.analysis.summarise import summarise
 from equaltime.experiments.model.experiment import Experiment
 from equaltime.experiments.model.reader import film_seed, run_seeds
 from equaltime.experiments.run import runner, single_run
-from equaltime.experiments.run.folder import Folder
+from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.record import load
 from equaltime.experiments.run.reference import REFERENCE_STRATEGY
 from equaltime.experiments.run.runner import RunProgress, run
 from equaltime.film.error import pixel_statistics
 from equaltime.film.unseen import stated_error
-from equaltime.rendering.core_subject import Checkpoint, CoreSubject, RendererKind
+from equaltime.rendering.core_subject import CoreSubject, Point, RendererKind
 from equaltime.scene import Scene
 from equaltime.scene import load as load_scene
 from equaltime.strategy import Strategy
@@ -139,7 +139,7 @@ def test_a_record_states_the_error_that_a_render_states() -> None:
 
 def test_the_provenance_names_machine_build_references_and_sessions(folder: Path) -> None:
     run(experiment(repeats=1), folder)
-    provenance = Folder(folder).read_provenance()
+    provenance = ExperimentFolder(folder).read_provenance()
     row = load(folder / "records.csv")[0]
     assert provenance["machines"][row.machine]["processors"] >= 1
     assert len(provenance["builds"][row.build]["core_sha256"]) == 64
@@ -167,14 +167,14 @@ class Clockwork:
     def prepare(self, scene: Scene, threads: int) -> float:
         return 0.25
 
-    def run(self, seed: int, ladder: Iterable[int], seconds: float | None) -> Iterator[Checkpoint]:
+    def run(self, seed: int, ladder: Iterable[int], seconds: float | None) -> Iterator[Point]:
         if self.fails:
             raise NonFiniteSample((1, 2), 3, seed, None)
         taken = []
         for spp in ladder if self.rounded is None else self.rounded(ladder):
             taken.append(spp)
             image = np.full((8, 12, 3), 0.1, np.float32)
-            yield Checkpoint(spp, spp / self.rate, spp / self.rate, image, samples=self.samples)
+            yield Point(spp, spp / self.rate, spp / self.rate, image, samples=self.samples)
         self.asked.append(tuple(taken))
 
     def close(self) -> None:

@@ -16,7 +16,7 @@ from equaltime.experiments.analysis.summarise import summarise
 from equaltime.experiments.model.experiment import Experiment
 from equaltime.experiments.run import reference as references
 from equaltime.experiments.run import runner, single_run
-from equaltime.experiments.run.folder import Folder
+from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.record import load
 from equaltime.experiments.run.runner import RunProgress, run
 
@@ -195,7 +195,7 @@ def test_an_experiment_survives_many_kills(folder: Path) -> None:
 
 def test_an_experiment_that_is_running_keeps_its_identity(folder: Path) -> None:
     """Another process adds a strategy to it meanwhile."""
-    begun, failures = Folder(folder).experiment, list[str]()
+    begun, failures = ExperimentFolder(folder).experiment, list[str]()
 
     def meanwhile(told: RunProgress) -> None:
         identity = begun.read_bytes()
@@ -214,15 +214,15 @@ def test_an_experiment_that_is_running_keeps_its_identity(folder: Path) -> None:
 def test_the_provenance_is_written_by_the_process_that_has_the_lock(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    note, noted = Folder.note, list[str]()
+    note, noted = ExperimentFolder.note, list[str]()
 
-    def noted_under_lock(self: Folder, section: str, *rest: Any) -> None:
+    def noted_under_lock(self: ExperimentFolder, section: str, *rest: Any) -> None:
         with pytest.raises(ExperimentError, match="another process"), self.locked():
             pass
         noted.append(section)
         note(self, section, *rest)
 
-    monkeypatch.setattr(Folder, "note", noted_under_lock)
+    monkeypatch.setattr(ExperimentFolder, "note", noted_under_lock)
     run(experiment(), folder)
     assert set(noted) == {"machines", "builds", "own_depths", "references", "sessions"}
 
@@ -231,7 +231,7 @@ def test_the_provenance_is_written_by_the_process_that_has_the_lock(
 def test_how_a_reference_was_made_is_told_wherever_making_it_ended(
     folder: Path, step: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    note = Folder.note
+    note = ExperimentFolder.note
 
     def interrupted(*arguments: Any) -> None:
         if step == "note" and arguments[1] != "references":
@@ -239,7 +239,7 @@ def test_how_a_reference_was_made_is_told_wherever_making_it_ended(
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(*((Folder, "note") if step == "note" else (references, "write")), interrupted)
+        patch.setattr(*((ExperimentFolder, "note") if step == "note" else (references, "write")), interrupted)
         with pytest.raises(KeyboardInterrupt):
             run(experiment(repeats=1), folder)
     run(experiment(repeats=1), folder)
@@ -247,6 +247,6 @@ def test_how_a_reference_was_made_is_told_wherever_making_it_ended(
 
 
 def test_a_process_that_was_killed_before_its_first_record_is_continued(folder: Path) -> None:
-    with Folder(folder).locked():
+    with ExperimentFolder(folder).locked():
         pass
     run(experiment(), folder)

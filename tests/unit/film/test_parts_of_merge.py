@@ -23,7 +23,7 @@ from equaltime.film.moments import DTYPE, PARTS, stored
 from equaltime.film.packing import channel_names, packed, unpacked
 from equaltime.film.parts_of_merge import MergedFilm, statistics_of
 from equaltime.images import image_files as images
-from equaltime.rendering.checkpoint import Checkpoint
+from equaltime.rendering.checkpoint import SavedRender
 from equaltime.rendering.render_file import read_picture
 
 SCENES = Path(__file__).parents[3] / "scenes"
@@ -198,7 +198,7 @@ def test_merging_is_associative_to_an_ulp(files: list[Path], tmp_path: Path) -> 
 def test_a_merged_file_holds_what_its_result_told(files: list[Path], tmp_path: Path) -> None:
     result = et.merge(files)
     result.save(path := tmp_path / "all.exr")
-    read, film = read_picture(path), Checkpoint.read(path).film
+    read, film = read_picture(path), SavedRender.read(path).film
     assert result.parts is not None
     assert result.moments is not None
     assert film.parts.tobytes() == result.parts.tobytes()
@@ -220,11 +220,11 @@ def test_sums_that_cannot_belong_to_the_samples_are_refused(
     parts[name][3, 4] = value
     replace(result, parts=parts).save(tmp_path / "a.exr")
     with pytest.raises(et.ImageError, match="do not belong to its samples"):
-        Checkpoint.read(tmp_path / "a.exr")
+        SavedRender.read(tmp_path / "a.exr")
 
 
 def test_a_file_that_was_merged_before_counts_as_one_part(tmp_path: Path) -> None:
-    before = Checkpoint.read(BEFORE)
+    before = SavedRender.read(BEFORE)
     assert before.parts is None
     assert before.film.statistics().degrees == 1.0
     assert (before.film.parts["parts"] == 1).all()

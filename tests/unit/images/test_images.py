@@ -200,7 +200,7 @@ def test_a_truncated_file_is_an_image_error(result: Result, tmp_path: Path) -> N
 
 def test_the_file_of_another_renderer_has_no_error_and_no_record(tmp_path: Path) -> None:
     path = tmp_path / "other.exr"
-    images.write(path, "openexr", [images.Part(("R", "G", "B"), numbers(4, 6, 3), {})])
+    images.write(path, "openexr", [images.Layer(("R", "G", "B"), numbers(4, 6, 3), {})])
     picture = images.read(path)
     assert picture.image.shape == (4, 6, 3)
     assert picture.standard_error is None
@@ -210,7 +210,7 @@ def test_the_file_of_another_renderer_has_no_error_and_no_record(tmp_path: Path)
 
 def test_a_file_without_colour_says_what_it_has(tmp_path: Path) -> None:
     path = tmp_path / "depth.exr"
-    images.write(path, "openexr", [images.Part(("Z",), numbers(4, 6, 1), {})])
+    images.write(path, "openexr", [images.Layer(("Z",), numbers(4, 6, 1), {})])
     with pytest.raises(ImageError, match="no channel R, G, B; it has Z"):
         _ = images.read(path).image
 

@@ -19,7 +19,7 @@ from equaltime.experiments.report.words import facts
 from equaltime.experiments.run.reference import obtain
 from equaltime.images import image_files as images
 from equaltime.images.mitsuba_reference import CAVEAT, UNFIT_SAMPLERS
-from equaltime.rendering.core_subject import Checkpoint
+from equaltime.rendering.core_subject import Point
 from equaltime.statistics.agreement import BlockMeans
 
 from ..experiments.fake_summary import scene_result, summary
@@ -32,7 +32,7 @@ WRITERS = {"Mitsuba version 3.9.1": True, "equaltime 0.1.0": False, "": False}
 def picture(path: Path, writer: str, seed: int = 0) -> Path:
     """Write an image as Mitsuba does, which names itself in the attribute generatedBy."""
     pixels = np.random.default_rng(seed).uniform(0.4, 0.6, SHAPE).astype(np.float32)
-    images.write(path, "openexr", [images.Part(("R", "G", "B"), pixels, {"generatedBy": writer} if writer else {})])
+    images.write(path, "openexr", [images.Layer(("R", "G", "B"), pixels, {"generatedBy": writer} if writer else {})])
     return path
 
 
@@ -98,10 +98,10 @@ def test_an_unfit_sampler_never_makes_a_reference(sampler: str, monkeypatch: pyt
     rendered: set[str] = set()
     closed: list[str] = []
 
-    def run(self: MitsubaPeer, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Checkpoint]:
+    def run(self: MitsubaPeer, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Point]:
         rendered.add(self.sampler)
         for spp in ladder:
-            yield Checkpoint(spp, 1.0, 1.0, np.random.default_rng(seed).uniform(0.4, 0.6, SHAPE).astype(np.float32))
+            yield Point(spp, 1.0, 1.0, np.random.default_rng(seed).uniform(0.4, 0.6, SHAPE).astype(np.float32))
 
     monkeypatch.setattr(MitsubaPeer, "prepare", lambda *_: 0.0)
     monkeypatch.setattr(MitsubaPeer, "run", run)

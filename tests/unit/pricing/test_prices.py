@@ -10,7 +10,7 @@ import pytest
 import equaltime as et
 from equaltime.cli import main
 from equaltime.images import image_files as images
-from equaltime.quoting.pairs import Runs, Versus
+from equaltime.quoting.pairs import Renders, Versus
 from equaltime.scene.effects.kinds import KINDS
 
 from ..scene.test_effects import CHECKED, ROOT, scene
@@ -40,8 +40,8 @@ def test_a_folder_that_cannot_be_written_is_told_before_anything_is_measured(
 
 
 def test_what_appears_where_all_was_black_is_a_change_of_unknown_size() -> None:
-    dark = Runs(np.zeros((4, 2, 2, 3)), np.ones(4), 0)
-    found = Versus.of(dark, Runs(np.ones((4, 2, 2, 3)), np.ones(4), 0)).change
+    dark = Renders(np.zeros((4, 2, 2, 3)), np.ones(4), 0)
+    found = Versus.of(dark, Renders(np.ones((4, 2, 2, 3)), np.ones(4), 0)).change
     assert np.isnan(found.value), "unknown"
     assert (found.high, found.trusted) == (np.inf, False)
     assert Versus.of(dark, dark).change.high == 0.0

@@ -14,7 +14,7 @@ from equaltime.film.focus import Focus
 from equaltime.quoting import fixed_count
 from equaltime.quoting.fixed_count import Chosen, pilot_seed
 from equaltime.rendering.budget import Limits, Stop
-from equaltime.rendering.checkpoint import Checkpoint
+from equaltime.rendering.checkpoint import SavedRender
 from equaltime.rendering.job import Job
 from equaltime.rendering.progress import Progress
 from equaltime.rendering.render_file import read_picture
@@ -139,7 +139,7 @@ def test_checkpoints_have_the_count(scene: et.Scene, tmp_path: Path) -> None:
     session = Session(Job(scene=scene, strategy=et.Strategy(), threads=1, limits=Limits(spp=8), stop=rule))
     session.passes.run()
     session.result("unfinished").save(tmp_path / "a.exr")
-    assert Checkpoint.read(tmp_path / "a.exr").stop == rule
+    assert SavedRender.read(tmp_path / "a.exr").stop == rule
 
 
 def test_another_error_takes_another_count(scene: et.Scene, fixed: et.Result, tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import equaltime as et
 from equaltime.cli import main
 from equaltime.film.error import PixelStatistics, error_parts
-from equaltime.quoting.noise_places import Places, noise_places, share_within
+from equaltime.quoting.noise_places import NoisePlaces, noise_places, share_within
 
 Floats = NDArray[np.float64]
 SCENE = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
@@ -107,7 +107,7 @@ def lamp_behind_glass() -> dict[str, Any]:
     return {"type": "scene", "camera": camera, "ball": ball, "lamp": lamp, "sky": sky}
 
 
-def quoted(crop: tuple[int, int, int, int] | None = None) -> Places:
+def quoted(crop: tuple[int, int, int, int] | None = None) -> NoisePlaces:
     scene = et.load_dict(lamp_behind_glass())
     cut = scene if crop is None else scene.with_(crop=crop)
     places = et.quote(cut, error=0.001, strategy="best,sampler=sobol").places

@@ -13,7 +13,7 @@ from equaltime.cli import main
 from equaltime.experiments.run import reference
 from equaltime.film.error import PixelStatistics, image_error
 from equaltime.machine import memory_bytes
-from equaltime.rendering.checkpoint import Checkpoint
+from equaltime.rendering.checkpoint import SavedRender
 from equaltime.rendering.core_subject import CoreSubject
 
 BRIGHT = (
@@ -43,11 +43,11 @@ def test_a_render_that_float32_cannot_hold_is_kept_and_goes_on(
     assert main([*command, "--spp", "2"]) == 1
     said = f"pixel 0,0 is 3.5e+38 (infinite in {output}, which has all samples), more than an image of float32 can hold"
     assert capsys.readouterr() == ("", f"error: {file}: {said}\n")
-    kept = Checkpoint.read(output)
+    kept = SavedRender.read(output)
     assert kept.moments["mean"].min() == pytest.approx(3.5e38, rel=1e-3)
     assert kept.record["samples"]["max"] == 2
     assert main([*command, "--spp", "4", "--resume"]) == 1
-    assert Checkpoint.read(output).record["samples"]["max"] == 4
+    assert SavedRender.read(output).record["samples"]["max"] == 4
     assert main([*command[:3], str(tmp_path / "other.exr"), "-q", "--spp", "2", "--seed", "1"]) == 1
     capsys.readouterr()
     assert main(["merge", str(output), str(tmp_path / "other.exr"), "-o", str(tmp_path / "both.exr")]) == 1
@@ -73,7 +73,7 @@ def test_a_checkpoint_that_float32_cannot_hold_is_kept_and_ends_the_render(tmp_p
         et.render(_scene(4e38), spp=2**20, time=60.0, threads=1, checkpoint=tmp_path / "c.exr", checkpoint_every=0.01)
     assert isinstance(caught.value.result, et.Result)
     assert caught.value.result.stopped_by == "unfinished"
-    kept = Checkpoint.read(tmp_path / "c.exr")
+    kept = SavedRender.read(tmp_path / "c.exr")
     np.testing.assert_array_equal(kept.moments, np.asarray(caught.value.result.moments))
 
 

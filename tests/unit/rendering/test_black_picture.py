@@ -15,7 +15,7 @@ import equaltime as et
 from equaltime.cli import main
 from equaltime.experiments.peers.agreement import check
 from equaltime.rendering.black_picture import unwarned
-from equaltime.rendering.core_subject import Checkpoint, RendererKind
+from equaltime.rendering.core_subject import Point, RendererKind
 
 FILM = {"type": "hdrfilm", "width": 8, "height": 8}
 SENSOR = {"type": "perspective", "film": FILM}
@@ -76,10 +76,10 @@ class _Dark:
         self.size = scene.size
         return 0.0
 
-    def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Checkpoint]:
+    def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Point]:
         width, height = self.size
         for spp in ladder:
-            yield Checkpoint(spp, 0.01, 0.01, np.zeros((height, width, 3), np.float32))
+            yield Point(spp, 0.01, 0.01, np.zeros((height, width, 3), np.float32))
 
 
 def test_peers_are_compared_on_a_black_picture_without_a_warning() -> None:

@@ -35,7 +35,7 @@ def write(path: Path, image: Array, sigma: float | None = None, record: dict[str
     """Write an EXR like equaltime's, or a plain one of R, G, B if no standard error is given."""
     height, width = image.shape[:2]
     if sigma is None:
-        images.write(path, "openexr", [images.Part(("R", "G", "B"), image.astype(np.float32), {})])
+        images.write(path, "openexr", [images.Layer(("R", "G", "B"), image.astype(np.float32), {})])
     else:
         errors = np.full(image.shape, sigma)
         RenderFile(image, errors, np.full((height, width), 4), record or {}, Window(0, 0, width, height)).write(path)
@@ -164,7 +164,7 @@ def test_an_unknown_standard_error_is_none(tmp_path: Path) -> None:
 
 def test_a_render_compares_with_its_own_preview_under_protest(tmp_path: Path) -> None:
     a = write(tmp_path / "a.exr", TRUTH)
-    images.write(tmp_path / "a.png", "png", [images.Part(("R", "G", "B"), (100 * TRUTH).astype(np.uint8), {})])
+    images.write(tmp_path / "a.png", "png", [images.Layer(("R", "G", "B"), (100 * TRUTH).astype(np.uint8), {})])
     assert any("made for displays" in note for note in et.compare(a, tmp_path / "a.png").notes)
 
 
@@ -175,7 +175,7 @@ def test_different_sizes_are_named(files: tuple[Path, Path, Path], tmp_path: Pat
 
 
 def test_a_missing_channel_is_named_with_its_file(files: tuple[Path, Path, Path], tmp_path: Path) -> None:
-    images.write(tmp_path / "depth.exr", "openexr", [images.Part(("Z",), TRUTH[..., :1].astype(np.float32), {})])
+    images.write(tmp_path / "depth.exr", "openexr", [images.Layer(("Z",), TRUTH[..., :1].astype(np.float32), {})])
     with pytest.raises(et.ImageError, match=r"depth\.exr: the image has no channel R, G, B; it has Z"):
         et.compare(files[0], tmp_path / "depth.exr")
 

@@ -169,7 +169,7 @@ def test_another_scene_or_program_is_not_replaced_unless_that_is_asked_for(
     words = f"{output}: is there already, a render of another scene ({other}); --overwrite replaces it"
     refused(words, command, capsys)
     output.unlink()
-    images.write(output, "openexr" if name == "out.exr" else "png", [images.Part(images.RGB, photo(name), {})])
+    images.write(output, "openexr" if name == "out.exr" else "png", [images.Layer(images.RGB, photo(name), {})])
     refused(f"{output}: is there already, and is no render of equaltime's; --overwrite replaces it", command, capsys)
     output.write_bytes(b"a diary")
     refused("is no render of equaltime's", command, capsys)

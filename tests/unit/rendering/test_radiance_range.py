@@ -9,7 +9,7 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
-from equaltime.rendering.checkpoint import Checkpoint
+from equaltime.rendering.checkpoint import SavedRender
 
 SCENE = """
 [integrator]
@@ -41,7 +41,7 @@ def test_a_result_says_that_its_radiances_are_far_apart(tmp_path: Path) -> None:
     assert together.radiance_range == pytest.approx(1e11)
     assert "radiance_range" not in together.record
     apart.save(tmp_path / "a.exr")
-    assert Checkpoint.read(tmp_path / "a.exr").record["radiance_range"] == apart.radiance_range
+    assert SavedRender.read(tmp_path / "a.exr").record["radiance_range"] == apart.radiance_range
 
 
 FOG = """
@@ -67,7 +67,7 @@ def test_one_lamp_in_thick_fog_is_no_doubt(tmp_path: Path, capsys: pytest.Captur
     fog.write_text(FOG)
     assert main(["render", str(fog), "-o", str(output), "--spp", "4"]) == 0
     assert "apart" not in capsys.readouterr().out
-    assert Checkpoint.read(output).record["radiance_range"] > 1e12
+    assert SavedRender.read(output).record["radiance_range"] > 1e12
 
 
 def test_a_black_image_has_no_range() -> None:

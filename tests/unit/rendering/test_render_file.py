@@ -181,7 +181,7 @@ def test_each_part_and_the_record_are_guarded(result: et.Result, saved: Path, mo
 def test_a_part_that_is_missing_is_missed(saved: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = images.write
 
-    def without_lamps(path: Path, kind: str, parts: list[images.Part], window: images.Window | None = None) -> None:
+    def without_lamps(path: Path, kind: str, parts: list[images.Layer], window: images.Window | None = None) -> None:
         whole(path, kind, [part for part in parts if part.attributes["oiio:subimagename"] != "lamps"], window)
 
     file = RenderFile.read(saved)

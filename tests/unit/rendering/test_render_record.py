@@ -10,7 +10,7 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
-from equaltime.rendering.checkpoint import Checkpoint, differences
+from equaltime.rendering.checkpoint import SavedRender, differences
 from equaltime.rendering.render_file import RenderFile
 from equaltime.rendering.render_record import checked
 
@@ -98,7 +98,7 @@ def test_what_is_no_json_at_all_is_told(
 
 def test_a_record_is_read_as_it_was_written_whatever_else_it_says(render: et.Result, tmp_path: Path) -> None:
     write(tmp_path / "a.exr", render, {**render.record, "more": {"of": ["it"]}})
-    read = Checkpoint.read(tmp_path / "a.exr").record
+    read = SavedRender.read(tmp_path / "a.exr").record
     expected = {**render.record, "more": {"of": ["it"]}}
     assert json.loads(json.dumps({key: read[key] for key in expected})) == json.loads(json.dumps(expected))
 

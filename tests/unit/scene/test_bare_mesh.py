@@ -81,7 +81,7 @@ def test_each_material_with_faces_is_a_shape_of_its_colour(tmp_path: Path) -> No
 
 @pytest.mark.parametrize("options", ["", "-s 2 2 1 -o 0.5 0 ", "-clamp on -bm 1 "])
 def test_an_image_is_a_bitmap_whatever_options_it_has(options: str, tmp_path: Path) -> None:
-    images.write(tmp_path / "oak.png", "png", [images.Part(("R", "G", "B"), np.zeros((2, 2, 3), np.uint8), {})])
+    images.write(tmp_path / "oak.png", "png", [images.Layer(("R", "G", "B"), np.zeros((2, 2, 3), np.uint8), {})])
     path = written(tmp_path, SQUARES.replace("dark red", "wood"), MATERIALS.replace("wood.png", f"{options}oak.png"))
     assert [getattr(r, "filename", None) for r in reflectances(et.load(path))] == [None, "oak.png", None]
 

@@ -32,7 +32,7 @@ def square(folder: Path, library: bytes, *, mesh: bytes = b"") -> et.Scene:
 def picture(path: Path) -> Path:
     path.parent.mkdir(exist_ok=True)
     pixels = np.random.default_rng(1).integers(0, 255, (8, 8, 3), dtype=np.uint8)
-    images.write(path, "png", [images.Part(("R", "G", "B"), pixels, {})])
+    images.write(path, "png", [images.Layer(("R", "G", "B"), pixels, {})])
     return path
 
 

@@ -28,7 +28,7 @@ def written(path: Path, numbers: Any) -> Path:
     """Write a PNG file of numbers (H, W, 1 or 3) in [0, 1]."""
     pixels = np.round(255.0 * np.asarray(numbers)).astype(np.uint8)
     names = ("R", "G", "B") if pixels.shape[2] == 3 else ("Y",)
-    images.write(path, "png", [images.Part(names, np.ascontiguousarray(pixels), {})])
+    images.write(path, "png", [images.Layer(names, np.ascontiguousarray(pixels), {})])
     return path
 
 

@@ -201,7 +201,7 @@ def test_a_comment_ends_at_any_line_end(tmp_path: Path) -> None:
 
 def picture(path: Path) -> None:
     pixels = np.random.default_rng(1).integers(0, 255, (8, 8, 3), dtype=np.uint8)
-    images.write(path, "png", [images.Part(("R", "G", "B"), pixels, {})])
+    images.write(path, "png", [images.Layer(("R", "G", "B"), pixels, {})])
 
 
 UV: Final = ((0, 0), (1, 0), (1, 1), (0, 1))

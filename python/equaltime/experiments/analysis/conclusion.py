@@ -11,7 +11,7 @@ from equaltime.experiments.analysis.beside import beside
 from equaltime.experiments.model.experiment import Experiment
 from equaltime.experiments.model.summary import StrategyResult, Summary
 from equaltime.experiments.run import record
-from equaltime.experiments.run.folder import Folder
+from equaltime.experiments.run.folder import ExperimentFolder
 
 __all__ = ["conclude"]
 
@@ -24,18 +24,18 @@ def conclude(experiment: Experiment, folder: Path, command: str = "") -> Summary
     command
         Command line that started the experiment, for the report's provenance.
     """
-    rows = record.complete(record.load(Folder(folder).records))
+    rows = record.complete(record.load(ExperimentFolder(folder).records))
     summary = analysis.summarise(experiment, rows, folder)
     if command:
         summary = replace(summary, provenance={"command": command, **summary.provenance})
-    summary = _with_pictures(summary, experiment, Folder(folder))
+    summary = _with_pictures(summary, experiment, ExperimentFolder(folder))
     if experiment.theirs is not None:
         summary = replace(summary, theirs=experiment.theirs, beside=beside(experiment.theirs, summary))
     report.write_report(summary, folder)
     return summary
 
 
-def _with_pictures(summary: Summary, experiment: Experiment, folder: Folder) -> Summary:
+def _with_pictures(summary: Summary, experiment: Experiment, folder: ExperimentFolder) -> Summary:
     """Add the films and figures that the experiment asks for, if their files exist."""
     if experiment.animate:
         scenes = tuple(

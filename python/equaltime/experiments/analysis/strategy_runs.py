@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from equaltime.errors import StrategyError
 from equaltime.experiments.run.record import Row, read_array
-from equaltime.images.bias_variance import Parts, relmse_of_parts
+from equaltime.images.bias_variance import BiasVariance, relmse_of_parts
 from equaltime.images.metrics import Reference, squared_errors, tail_of
 from equaltime.statistics.curves import Runs
 from equaltime.statistics.intervals import FEWEST_REPEATS
@@ -43,7 +43,7 @@ class StrategyRuns:
     spp: tuple[int, ...]
     """Sample counts of the checkpoints that all repeats have."""
     runs: Runs
-    parts: Parts | None = None
+    parts: BiasVariance | None = None
     """Bias and variance of the final images; None without images or without a reference of their size."""
     heavy: bool = False
     """Whether few pixels of few repeats make most of the squared error: a heavy tail (see `tails`)."""
@@ -120,7 +120,7 @@ def _independent(row: Row) -> bool:
     return row.renderer == "mitsuba" and re.search(r"\bindependent\b", row.name) is not None
 
 
-def _missing(parts: Parts, relmse: float) -> str:
+def _missing(parts: BiasVariance, relmse: float) -> str:
     """Return a warning if an unbiased strategy's images share an offset from the reference, else an empty text.
 
     The spread over repeats does not show a common offset.

@@ -21,7 +21,7 @@ from equaltime.experiments.analysis.strategy_runs import StrategyRuns, runs_of
 from equaltime.experiments.analysis.verdict import pick_standard, verdict
 from equaltime.experiments.model.experiment import Experiment
 from equaltime.experiments.model.summary import Curve, SceneResult, StrategyResult, Summary
-from equaltime.experiments.run.folder import OWN_DEPTHS, Folder
+from equaltime.experiments.run.folder import OWN_DEPTHS, ExperimentFolder
 from equaltime.experiments.run.record import Row, complete
 from equaltime.experiments.run.reference import read as read_reference
 from equaltime.images.metrics import Reference
@@ -45,7 +45,7 @@ def summarise(experiment: Experiment, rows: Sequence[Row], folder: Path) -> Summ
     by_scene: dict[str, list[Row]] = defaultdict(list)
     for row in complete(rows):
         by_scene[row.scene].append(row)
-    place = Folder(folder)
+    place = ExperimentFolder(folder)
     provenance = place.read_provenance()
     named = [entry.name for entry in experiment.scenes if entry.name in by_scene]
     tests = sum(len({row.strategy for row in by_scene[name]}) - 1 for name in named)
@@ -67,7 +67,7 @@ class _Scene:
     experiment: Experiment
     name: str
     rows: Sequence[Row]
-    place: Folder
+    place: ExperimentFolder
     provenance: Mapping[str, Any]
     level: float
 

@@ -53,7 +53,7 @@ from equaltime.experiments.peers.common import checked_image, render_seed, uneve
 from equaltime.experiments.peers.process import DEFAULT_LIMIT, end, ending, limited, tail
 from equaltime.images import image_files as images
 from equaltime.machine import allowed_processors, worker_threads
-from equaltime.rendering.core_subject import Checkpoint, RendererKind
+from equaltime.rendering.core_subject import Point, RendererKind
 from equaltime.scene import Scene
 from equaltime.scene.mitsuba_dict import mitsuba_dict
 from equaltime.strict_json import json_text
@@ -120,7 +120,7 @@ class CommandPeer:
         self._scene, self._threads = with_box_filter(scene), threads
         return 0.0
 
-    def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Checkpoint]:
+    def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Point]:
         """Run the command for each sample count of ``ladder``, and yield each image with its time and sample count.
 
         The first run that takes ``seconds`` or longer is the last.
@@ -134,7 +134,7 @@ class CommandPeer:
             if seconds is not None and checkpoint.wall_s >= seconds:
                 return
 
-    def _render(self, spp: int, seed: int) -> Checkpoint:
+    def _render(self, spp: int, seed: int) -> Point:
         assert self._scene is not None, "prepare comes first"
         with tempfile.TemporaryDirectory() as folder:
             arguments, out = self._filled(Path(folder), self._scene, spp, seed)
@@ -144,9 +144,7 @@ class CommandPeer:
             samples = uneven_samples(picture.samples, self._scene)
         times = {"seconds": wall, "cpu_seconds": cpu, "spp": spp} | said
         paths = int(times["spp"]) * image.shape[0] * image.shape[1] if samples is None else int(samples.sum())
-        return Checkpoint(
-            int(times["spp"]), times["seconds"], times["cpu_seconds"], image, paths=paths, samples=samples
-        )
+        return Point(int(times["spp"]), times["seconds"], times["cpu_seconds"], image, paths=paths, samples=samples)
 
     def _filled(self, folder: Path, scene: Scene, spp: int, seed: int) -> tuple[list[str], Path]:
         """Return the arguments with all words filled in, and the path of the image."""

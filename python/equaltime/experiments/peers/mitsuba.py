@@ -18,7 +18,7 @@ from equaltime.errors import PeerError
 from equaltime.experiments.peers.common import checked_image, render_seed
 from equaltime.experiments.peers.process import DEFAULT_LIMIT, SETUP_LIMIT, Worker
 from equaltime.images.mitsuba_reference import CAVEAT, UNFIT_SAMPLERS, fit_sampler
-from equaltime.rendering.core_subject import Checkpoint, RendererKind
+from equaltime.rendering.core_subject import Point, RendererKind
 from equaltime.scene import Scene
 from equaltime.scene.mitsuba_dict import mitsuba_dict
 from equaltime.strict_json import json_text
@@ -115,7 +115,7 @@ class MitsubaPeer:
             self._setup[self._key] = starting + loaded["seconds"] + compiled
         return self._setup[self._key]
 
-    def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Checkpoint]:
+    def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Point]:
         """Render an image for each sample count of ``ladder``, and yield each image with its time and sample count.
 
         The first render that takes ``seconds`` or longer is the last.
@@ -160,7 +160,7 @@ class MitsubaPeer:
         rr_depth = self.rr_depth or getattr(scene.model.integrator, "rr_depth", 5)
         return {"type": self.integrator, "max_depth": scene.max_depth, "rr_depth": rr_depth} | hidden
 
-    def _render(self, seed: int, spp: int, at_least: float = 0.0) -> tuple[Checkpoint, float]:
+    def _render(self, seed: int, spp: int, at_least: float = 0.0) -> tuple[Point, float]:
         """Return one render, and the seconds of a preceding render that compiled kernels (0 if there was none)."""
         assert self._scene is not None, "prepare comes first"
         with tempfile.TemporaryDirectory() as folder:
@@ -170,7 +170,7 @@ class MitsubaPeer:
             image = checked_image(np.load(file), self._scene, self.label)
         taken = int(answer["spp"])
         paths = taken * image.shape[0] * image.shape[1]
-        checkpoint = Checkpoint(taken, float(answer["wall_s"]), float(answer["cpu_s"]), image, paths=paths)
+        checkpoint = Point(taken, float(answer["wall_s"]), float(answer["cpu_s"]), image, paths=paths)
         return checkpoint, float(answer["warming_s"])
 
     def _ask(self, do: str, at_least: float = 0.0, **question: object) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
-from equaltime.experiments.report.looks import Look
+from equaltime.experiments.report.looks import Style
 from equaltime.experiments.report.words import error_cell, percent, seconds
 from equaltime.extras import optional
 from equaltime.statistics.intervals import Interval
@@ -24,7 +24,7 @@ INK, MUTED, GRID = "#1b1f24", "#5c6470", "#d8dce2"
 def draw_curves(
     scene: SceneResult,
     targets: Sequence[float],
-    looks: Mapping[str, Look],
+    looks: Mapping[str, Style],
     size: tuple[float, float],
     *,
     legend: bool,
@@ -74,7 +74,7 @@ def _positive(value: float) -> bool:
     return math.isfinite(value) and value > 0.0
 
 
-def _draw_strategy(axes: Axes, strategy: StrategyResult, look: Look, order: int) -> None:
+def _draw_strategy(axes: Axes, strategy: StrategyResult, look: Style, order: int) -> None:
     points = _drawn(strategy)
     times = [strategy.curve.seconds[i].value for i in points]
     errors = [strategy.curve.error[i] for i in points]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from equaltime.experiments.model.summary import SceneResult, Summary
 from equaltime.experiments.report.curves import GRID, INK, MUTED, tick
-from equaltime.experiments.report.looks import Look
+from equaltime.experiments.report.looks import Style
 from equaltime.experiments.report.words import percent, seconds
 from equaltime.extras import optional
 from equaltime.statistics.intervals import UNKNOWN, Interval
@@ -56,7 +56,7 @@ def clearest(summary: Summary) -> float | None:
     return min(target for target, count in counts.items() if count == most) if most else None
 
 
-def draw_dots(summary: Summary, target: float, looks: Mapping[str, Look], width: float) -> Figure:
+def draw_dots(summary: Summary, target: float, looks: Mapping[str, Style], width: float) -> Figure:
     """Draw the times to the error ``target`` on all scenes, and return the figure, ``width`` inches wide.
 
     Hollow dots are extrapolated times. Arrows are lower limits of times. ``looks`` gives colour, marker and line style
@@ -78,7 +78,7 @@ def _count(summary: Summary, target: float) -> int:
     return sum(_trusted(time) is not None for time in times)
 
 
-def _draw_strategy(axes: Axes, summary: Summary, target: float, label: str, look: Look) -> None:
+def _draw_strategy(axes: Axes, summary: Summary, target: float, label: str, look: Style) -> None:
     found = [(row, _trusted(_time(scene, label, target))) for row, scene in enumerate(summary.scenes)]
     points = [(row, time) for row, time in found if time is not None]
     _draw_ends(axes, summary, target, label, look)
@@ -103,7 +103,7 @@ def _draw_strategy(axes: Axes, summary: Summary, target: float, label: str, look
         )
 
 
-def _draw_ends(axes: Axes, summary: Summary, target: float, label: str, look: Look) -> None:
+def _draw_ends(axes: Axes, summary: Summary, target: float, label: str, look: Style) -> None:
     """Draw an arrow at each time of which only the lower limit is known."""
     times = [_time(scene, label, target) for scene in summary.scenes]
     rows = [row for row, time in enumerate(times) if _is_an_end(time)]

@@ -11,7 +11,7 @@ import numpy as np
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.experiments.report.curves import INK, draw_curves
 from equaltime.experiments.report.gallery import Window
-from equaltime.experiments.report.looks import Look
+from equaltime.experiments.report.looks import Style
 from equaltime.experiments.report.pictures import Pictures, exposed
 from equaltime.experiments.report.words import error_cell
 from equaltime.extras import optional
@@ -52,7 +52,7 @@ def write_figures(
     slug: str,
     scene: SceneResult,
     targets: Sequence[float],
-    looks: Mapping[str, Look],
+    looks: Mapping[str, Style],
     pictures: Pictures | None,
     crops: Sequence[Window],
 ) -> tuple[str, ...]:

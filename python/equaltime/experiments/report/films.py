@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from equaltime.errors import EqualtimeError
 from equaltime.experiments.model.summary import SceneResult
-from equaltime.experiments.report.looks import Look
+from equaltime.experiments.report.looks import Style
 from equaltime.experiments.report.pictures import exposed
 from equaltime.experiments.report.words import percent, seconds
 from equaltime.experiments.run.forming import Film, read_film
@@ -45,7 +45,7 @@ class Reel:
     """Film of one strategy for a page: an image file with all pictures, row by row, and the time of each picture."""
 
     label: str
-    look: Look
+    look: Style
     uri: str
     alt: str
     columns: int
@@ -67,7 +67,7 @@ class FilmView:
     """Width and height of the pictures as CSS text, such as ``16 / 9``."""
 
 
-def film_view(scene: SceneResult, looks: Mapping[str, Look], stops: int) -> FilmView | None:
+def film_view(scene: SceneResult, looks: Mapping[str, Style], stops: int) -> FilmView | None:
     """Return the films of a scene for a page; None if the scene has no films.
 
     All pictures are multiplied by 2 to the power ``stops``. ``looks`` gives colour, marker and line style by label.
@@ -128,7 +128,7 @@ def _end(films: Mapping[str, Film]) -> float:
     return max(float(film.seconds[-1]) for film in films.values())
 
 
-def _reel(label: str, film: Film, look: Look, scene: str, stops: int) -> Reel:
+def _reel(label: str, film: Film, look: Style, scene: str, stops: int) -> Reel:
     count = len(film.frames)
     columns = min(_COLUMNS, count)
     rows = math.ceil(count / columns)

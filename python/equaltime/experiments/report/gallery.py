@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
-from equaltime.experiments.report.looks import Look
+from equaltime.experiments.report.looks import Style
 from equaltime.experiments.report.maps import error_map, spread_map
 from equaltime.experiments.report.pictures import Pictures, coloured, data_uri, exposed
-from equaltime.experiments.report.views import Bar, Crop, Frame, Kind
+from equaltime.experiments.report.views import Bar, Crop, Frame, Series
 from equaltime.experiments.report.words import error_cell, percent, seconds
 from equaltime.extras import optional
 from equaltime.images.bias_variance import reduced
@@ -27,7 +27,7 @@ _ERRORS = "magma"
 _COUNTS = "cividis"
 
 
-def kinds_of(scene: SceneResult, pictures: Pictures, looks: Mapping[str, Look], longest: int) -> tuple[Kind, ...]:
+def kinds_of(scene: SceneResult, pictures: Pictures, looks: Mapping[str, Style], longest: int) -> tuple[Series, ...]:
     """Return the series of pictures of a scene: images, error maps, standard-error maps, sample counts.
 
     Each series has one picture per strategy; the series of images begins with the reference. Pictures with a side
@@ -132,15 +132,15 @@ def _images(
     scene: SceneResult,
     shown: Sequence[StrategyResult],
     pictures: Pictures,
-    looks: Mapping[str, Look],
+    looks: Mapping[str, Style],
     crops: Sequence[Window],
     longest: int,
-) -> Kind:
+) -> Series:
     reference = pictures.reference.mean
     height, width = reference.shape[:2]
     caption = f"error {percent(scene.reference_error)}" if scene.reference_error > 0.0 else "taken as exact"
 
-    def frame(label: str, look: Look | None, image: NDArray[Any], alt: str, caption: str) -> Frame:
+    def frame(label: str, look: Style | None, image: NDArray[Any], alt: str, caption: str) -> Frame:
         cut = ((image[y : y + h, x : x + w], (x, y, w, h)) for x, y, w, h in crops)
         shown_crops = tuple(Crop(data_uri(exposed(part, pictures.stops)), window) for part, window in cut)
         uri = data_uri(exposed(reduced(image, longest), pictures.stops))
@@ -156,7 +156,7 @@ def _images(
     ]
     if max(width, height) > longest:
         words.append("The whole image is shown reduced, which hides noise; the crops have every pixel.")
-    return Kind("Image", "image", " ".join(words), None, tuple(frames))
+    return Series("Image", "image", " ".join(words), None, tuple(frames))
 
 
 def _ended(strategy: StrategyResult) -> str:
@@ -174,8 +174,8 @@ def _maps(
     shown: Sequence[StrategyResult],
     maps: Mapping[str, Floats],
     paint: Callable[[Floats], NDArray[np.uint8]],
-    looks: Mapping[str, Look],
-) -> Kind:
+    looks: Mapping[str, Style],
+) -> Series:
     frames = []
     for strategy in shown:
         if (values := maps.get(strategy.label)) is None:
@@ -184,10 +184,10 @@ def _maps(
         alt = f"{name} map of {strategy.label}; its root mean square is {whole}"
         caption = f"root mean square {whole}"
         frames.append(Frame(strategy.label, looks[strategy.label], data_uri(paint(values)), alt, caption))
-    return Kind(name, name.lower().replace(" ", "-"), words, bar, tuple(frames))
+    return Series(name, name.lower().replace(" ", "-"), words, bar, tuple(frames))
 
 
-def _counts(shown: Sequence[StrategyResult], pictures: Pictures, looks: Mapping[str, Look], longest: int) -> Kind:
+def _counts(shown: Sequence[StrategyResult], pictures: Pictures, looks: Mapping[str, Style], longest: int) -> Series:
     """Return maps of sample counts; a strategy with equal counts everywhere gives a uniform map."""
     maps = {strategy.label: np.maximum(pictures.samples[strategy.label], 1.0) for strategy in shown}
     low = min(float(values.min()) for values in maps.values())
@@ -201,4 +201,4 @@ def _counts(shown: Sequence[StrategyResult], pictures: Pictures, looks: Mapping[
         alt = f"Sample-count map of {strategy.label}: {caption}"
         frames.append(Frame(strategy.label, looks[strategy.label], uri, alt, caption))
     bar = Bar(colour_bar(_COUNTS), (f"{low:.0f}", f"{(low * high) ** 0.5:.0f}", f"{high:.0f}"))
-    return Kind("Samples", "samples", _COUNT_WORDS, bar, tuple(frames))
+    return Series("Samples", "samples", _COUNT_WORDS, bar, tuple(frames))

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from equaltime.experiments.model.summary import Summary
 from equaltime.experiments.report.dots import clearest
-from equaltime.experiments.report.looks import Look, looks
+from equaltime.experiments.report.looks import Style, looks
 from equaltime.experiments.report.page import without_marks, write_page
 from equaltime.experiments.report.svg import SMALL, chart, dots
 from equaltime.experiments.report.tables import beside_table
@@ -47,7 +47,7 @@ class _View:
     """An ``<svg>`` element that needs no escaping."""
     shown: str = ""
     """Caption of the chart."""
-    looks: Mapping[str, Look] = field(default_factory=dict, hash=False)
+    looks: Mapping[str, Style] = field(default_factory=dict, hash=False)
     beside: Table | None = None
     facts: str = ""
 
@@ -90,7 +90,7 @@ def _view(card: Card) -> _View:
     return _View(card, drawn, shown, look, beside_table(card.name, summary), _facts(summary))
 
 
-def _chart(summary: Summary, prefix: str, look: Mapping[str, Look]) -> tuple[Any, str]:
+def _chart(summary: Summary, prefix: str, look: Mapping[str, Style]) -> tuple[Any, str]:
     """Return chart and caption: dots for more than four scenes, else curves of the scene with published numbers."""
     target = clearest(summary)
     if len(summary.scenes) > _MANY and target is not None:

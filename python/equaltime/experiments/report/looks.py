@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-__all__ = ["DARK", "LIGHT", "MARKERS", "Look", "looks"]
+__all__ = ["DARK", "LIGHT", "MARKERS", "Style", "looks"]
 
 LIGHT = ("#5b6168", "#0f4f94", "#b23406", "#0a9a5c", "#d04bb4", "#a87400", "#6f22b4", "#571629")
 DARK = ("#a9b1bb", "#3f8fd8", "#ef8a45", "#3fe89a", "#f7a8ea", "#ffe061", "#a77bff", "#e0305f")
@@ -19,7 +19,7 @@ _DASHES = ("-", "--", ":", "-.")
 
 
 @dataclass(frozen=True)
-class Look:
+class Style:
     """Colour, marker and line style of one strategy on a page."""
 
     index: int
@@ -32,14 +32,14 @@ class Look:
     """Matplotlib's name of the line style."""
 
 
-def looks(labels: Sequence[str], baseline: str) -> dict[str, Look]:
+def looks(labels: Sequence[str], baseline: str) -> dict[str, Style]:
     """Return a colour, marker and line style for each label of a strategy; the baseline is grey (index 0)."""
     ordered = dict.fromkeys((baseline, *labels))
     return {label: _look(place) for place, label in enumerate(ordered)}
 
 
-def _look(place: int) -> Look:
+def _look(place: int) -> Style:
     """Return the look at a place; 0 is reserved for the baseline, and the other colours repeat with other dashes."""
     turn, index = divmod(max(place - 1, 0), len(LIGHT) - 1)
     index += place > 0
-    return Look(index, LIGHT[index], MARKERS[index], _DASHES[turn % len(_DASHES)])
+    return Style(index, LIGHT[index], MARKERS[index], _DASHES[turn % len(_DASHES)])

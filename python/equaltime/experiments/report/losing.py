@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.experiments.report.gallery import colour_bar
-from equaltime.experiments.report.looks import Look
+from equaltime.experiments.report.looks import Style
 from equaltime.experiments.report.maps import LEVEL, Losses, losses
 from equaltime.experiments.report.pictures import Pictures, coloured, data_uri, exposed
 from equaltime.experiments.report.views import Bar, LossView
@@ -37,7 +37,7 @@ INTRODUCTION = (
 
 
 def losing(
-    scene: SceneResult, pictures: Pictures, looks: Mapping[str, Look], longest: int
+    scene: SceneResult, pictures: Pictures, looks: Mapping[str, Style], longest: int
 ) -> tuple[tuple[LossView, ...], Bar | None]:
     """Return two maps for each strategy of a scene, and the colour bar of the second maps.
 
@@ -76,7 +76,7 @@ def _to_equal_time(strategy: StrategyResult) -> float:
     return factor if math.isfinite(factor) else 1.0
 
 
-def _view(baseline: str, label: str, look: Look, found: Losses, grey: Floats, most: float, longest: int) -> LossView:
+def _view(baseline: str, label: str, look: Style, found: Losses, grey: Floats, most: float, longest: int) -> LossView:
     half = found.spread(found.half, grey.shape)[..., None]
     painted = np.where(half, 0.35 * grey + 0.65 * _MARK, grey)
     sentences = [_half_sentence(found)]

@@ -15,7 +15,7 @@ from equaltime.experiments.report.dots import has_dots, unmarked
 from equaltime.experiments.report.figures import write_figures
 from equaltime.experiments.report.films import film_view, write_animation
 from equaltime.experiments.report.gallery import kinds_of
-from equaltime.experiments.report.looks import DARK, LIGHT, Look, looks
+from equaltime.experiments.report.looks import DARK, LIGHT, Style, looks
 from equaltime.experiments.report.losing import INTRODUCTION, losing
 from equaltime.experiments.report.pictures import Pictures, load_pictures
 from equaltime.experiments.report.rays import rays_view
@@ -50,7 +50,7 @@ class OverviewView:
     """Sentence on the strategies without a mark in the chart on some scenes."""
 
 
-def overview_views(summary: Summary, looks: Mapping[str, Look]) -> tuple[OverviewView, ...]:
+def overview_views(summary: Summary, looks: Mapping[str, Style]) -> tuple[OverviewView, ...]:
     """Return one chart and table of all scenes for each target error, in the order of ``summary.targets``.
 
     ``looks`` gives colour, marker and line style by label.
@@ -59,7 +59,7 @@ def overview_views(summary: Summary, looks: Mapping[str, Look]) -> tuple[Overvie
     return tuple(_view(summary, target, table, looks) for target, table in zip(summary.targets, tables, strict=True))
 
 
-def _view(summary: Summary, target: float, table: Table, looks: Mapping[str, Look]) -> OverviewView:
+def _view(summary: Summary, target: float, table: Table, looks: Mapping[str, Style]) -> OverviewView:
     wide = narrow = ""
     if has_dots(summary, target):
         wide = dots(summary, f"{table.slug}-wide", target, looks, WIDE[0])
@@ -178,7 +178,7 @@ def longest_side(summary: Summary) -> int:
 
 
 def _scene_view(
-    scene: SceneResult, name: str, summary: Summary, look: Mapping[str, Look], folder: Path, longest: int
+    scene: SceneResult, name: str, summary: Summary, look: Mapping[str, Style], folder: Path, longest: int
 ) -> SceneView:
     loaded = load_pictures(scene)
     pictures = loaded if isinstance(loaded, Pictures) else None
@@ -214,7 +214,9 @@ def _scene_view(
     )
 
 
-def _tables(name: str, scene: SceneResult, summary: Summary, look: Mapping[str, Look]) -> tuple[tuple[str, Table], ...]:
+def _tables(
+    name: str, scene: SceneResult, summary: Summary, look: Mapping[str, Style]
+) -> tuple[tuple[str, Table], ...]:
     times = ("Time to an error", time_table(name, scene, summary.targets, look))
     checks = ("Law and checks", check_table(name, scene, look))
     return (checks, times) if summary.question == "bias" else (times, checks)

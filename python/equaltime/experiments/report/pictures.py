@@ -96,7 +96,7 @@ def data_uri(pixels: Bytes) -> str:
     """Encode sRGB bytes (H, W, 3) as PNG, and return the PNG as a data URI."""
     with tempfile.TemporaryDirectory(prefix="equaltime-") as folder:
         path = Path(folder) / "picture.png"
-        images.write(path, "png", [images.Part(("R", "G", "B"), pixels, {"oiio:ColorSpace": "sRGB"})])
+        images.write(path, "png", [images.Layer(("R", "G", "B"), pixels, {"oiio:ColorSpace": "sRGB"})])
         return "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode()
 
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from equaltime.experiments.model.summary import SceneResult, Summary
 from equaltime.experiments.report.curves import GRID, INK, MUTED, curve_gid, draw_curves, point_titles
 from equaltime.experiments.report.dots import draw_dots
-from equaltime.experiments.report.looks import LIGHT, Look
+from equaltime.experiments.report.looks import LIGHT, Style
 from equaltime.experiments.report.words import percent, seconds
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ WIDE, NARROW, SMALL = (8.6, 4.6), (4.4, 4.0), (4.2, 2.9)
 
 
 def chart(
-    scene: SceneResult, prefix: str, targets: Sequence[float], looks: Mapping[str, Look], size: tuple[float, float]
+    scene: SceneResult, prefix: str, targets: Sequence[float], looks: Mapping[str, Style], size: tuple[float, float]
 ) -> Any:
     """Return a scene's curves of error against time as an ``<svg>`` element whose ids begin with ``prefix``.
 
@@ -130,7 +130,7 @@ def chart(
     return themed(draw_curves(scene, targets, looks, size, legend=False), prefix, description, titles)
 
 
-def dots(summary: Summary, prefix: str, target: float, looks: Mapping[str, Look], width: float) -> Any:
+def dots(summary: Summary, prefix: str, target: float, looks: Mapping[str, Style], width: float) -> Any:
     """Return the chart of times to the error ``target`` on all scenes as an ``<svg>`` element, ``width`` inches wide.
 
     Ids in the element begin with ``prefix``. ``looks`` gives colour, marker and line style by label.

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 from equaltime.experiments.model.summary import Beside, SceneResult, StrategyResult, Summary
 from equaltime.experiments.model.theirs import Quantity
-from equaltime.experiments.report.looks import Look
-from equaltime.experiments.report.views import Row, Table
+from equaltime.experiments.report.looks import Style
+from equaltime.experiments.report.views import Table, TableRow
 from equaltime.experiments.report.words import (
     Cell,
     error_cell,
@@ -50,32 +50,34 @@ def beside_table(slug: str, summary: Summary) -> Table | None:
     said = any(line.theirs for line in summary.beside)
     columns = ("they say", "we measure") if said else ("we measure",)
     if not said:
-        rows = tuple(Row(row.label, None, (), row.cells[1:], row.title) for row in rows)
+        rows = tuple(TableRow(row.label, None, (), row.cells[1:], row.title) for row in rows)
     return Table(f"{slug}-beside", "", "", columns, rows)
 
 
-def _row(line: Beside, several: bool) -> Row:
+def _row(line: Beside, several: bool) -> TableRow:
     place = [line.scene] if several else []
     if line.target is not None:
         place.append(f"at {percent(line.target)}")
     theirs = Cell(line.theirs or "\N{EN DASH}", state="trusted" if line.theirs else "unknown")
     ours = _CELLS[line.quantity](line.value)
     note = (Cell(", ".join(place), state="unknown"),) if place else ()
-    return Row(line.what, None, (), ((theirs,), (ours, *note)), f"{line.quantity}: {line.strategy}")
+    return TableRow(line.what, None, (), ((theirs,), (ours, *note)), f"{line.quantity}: {line.strategy}")
 
 
 _NOTHING = Cell("\N{EN DASH}", state="unknown")
 
 
-def label_row(scene: SceneResult, strategy: StrategyResult, look: Look, cells: Sequence[Sequence[Cell]] = ()) -> Row:
+def label_row(
+    scene: SceneResult, strategy: StrategyResult, look: Style, cells: Sequence[Sequence[Cell]] = ()
+) -> TableRow:
     """Return a table row of a strategy with these ``cells``; tags such as "baseline" and "biased" follow its label."""
     tags = ["baseline"] * (strategy.label == scene.baseline) + ["biased"] * strategy.biased
     if strategy.renderer != "core":
         tags.append(strategy.renderer)
-    return Row(strategy.label, look, tuple(tags), tuple(map(tuple, cells)), strategy.name)
+    return TableRow(strategy.label, look, tuple(tags), tuple(map(tuple, cells)), strategy.name)
 
 
-def time_table(slug: str, scene: SceneResult, targets: Sequence[float], looks: Mapping[str, Look]) -> Table:
+def time_table(slug: str, scene: SceneResult, targets: Sequence[float], looks: Mapping[str, Style]) -> Table:
     """Return a table with each strategy's time to each target error, and below it the speed-up over the baseline.
 
     ``slug`` begins the table's id. ``looks`` gives colour, marker and line style by label.
@@ -94,7 +96,7 @@ def time_table(slug: str, scene: SceneResult, targets: Sequence[float], looks: M
     return Table(f"{slug}-times", caption, "strategy", tuple(columns), tuple(rows))
 
 
-def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Table:
+def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Style]) -> Table:
     """Return a table with checks of each strategy.
 
     Columns are the slope of the error, the error at equal time, the render's own error estimate, the bias, and the
@@ -118,7 +120,7 @@ def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Tab
     return Table(f"{slug}-checks", caption, "strategy", tuple(columns), tuple(rows))
 
 
-def point_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Table:
+def point_table(slug: str, scene: SceneResult, looks: Mapping[str, Style]) -> Table:
     """Return a table of the points of all error curves: samples, time, error, and the render's own error estimate.
 
     ``slug`` begins the table's id. ``looks`` gives colour, marker and line style by label.
@@ -135,12 +137,12 @@ def point_table(slug: str, scene: SceneResult, looks: Mapping[str, Look]) -> Tab
                 [_own_estimate((own,), strategy.biased)],
             ]
             tags = ("biased",) * strategy.biased
-            rows.append(Row(strategy.label, looks[strategy.label], tags, tuple(map(tuple, cells)), strategy.name))
+            rows.append(TableRow(strategy.label, looks[strategy.label], tags, tuple(map(tuple, cells)), strategy.name))
     columns = ["samples a pixel", "time", "error", "own estimate"]
     return Table(f"{slug}-points", "The points of the curves", "strategy", tuple(columns), tuple(rows))
 
 
-def overview_tables(summary: Summary, looks: Mapping[str, Look]) -> list[Table]:
+def overview_tables(summary: Summary, looks: Mapping[str, Style]) -> list[Table]:
     """Return one table per target error: times and speed-ups, one row per scene and one column per strategy.
 
     The last row is the geometric mean of speed-ups over scenes.
@@ -179,10 +181,10 @@ def _overview(summary: Summary, labels: Sequence[str], target: float) -> Table:
             time = seconds_cell(strategy.time_to.get(target, UNKNOWN))
             ratio = strategy.ratio.get(target) if label != scene.baseline else None
             cells.append((time,) if ratio is None else (time, factor_cell(ratio)))
-        rows.append(Row(scene.name, None, (), tuple(cells)))
+        rows.append(TableRow(scene.name, None, (), tuple(cells)))
     means = [geometric_mean(summary, label, target) for label in labels]
     last = tuple((_NOTHING if mean is None else factor_cell(mean),) for mean in means)
-    rows.append(Row("geometric mean", None, (), last, "of the speed-ups over all scenes"))
+    rows.append(TableRow("geometric mean", None, (), last, "of the speed-ups over all scenes"))
     caption = f"Time to an error of {percent(target)}, and speed-up over the baseline; 95 % intervals"
     return Table(f"overview-{target:g}".replace(".", "-"), caption, "scene", tuple(labels), tuple(rows))
 

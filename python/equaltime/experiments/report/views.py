@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from equaltime.experiments.report.films import FilmView
-from equaltime.experiments.report.looks import Look
+from equaltime.experiments.report.looks import Style
 from equaltime.experiments.report.words import Cell
 
-__all__ = ["Bar", "Crop", "Frame", "Kind", "LossView", "Row", "SceneView", "Table"]
+__all__ = ["Bar", "Crop", "Frame", "LossView", "SceneView", "Series", "Table", "TableRow"]
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Frame:
     """One picture of a series; the page shows one picture of a series at a time."""
 
     label: str
-    look: Look | None
+    look: Style | None
     """Colour, marker and line style of the strategy; None for the reference."""
     uri: str
     alt: str
@@ -49,7 +49,7 @@ class Bar:
 
 
 @dataclass(frozen=True)
-class Kind:
+class Series:
     """A series of pictures, one per strategy: all are images, error maps, standard-error maps, or sample counts."""
 
     name: str
@@ -69,7 +69,7 @@ class LossView:
     """
 
     label: str
-    look: Look
+    look: Style
     half_uri: str
     half_alt: str
     ratio_uri: str
@@ -78,11 +78,11 @@ class LossView:
 
 
 @dataclass(frozen=True)
-class Row:
+class TableRow:
     """A row of a table: a label with tags, and the cells of each column."""
 
     label: str
-    look: Look | None
+    look: Style | None
     tags: tuple[str, ...]
     """Words beside the label: baseline, biased, or the name of another renderer."""
     cells: tuple[tuple[Cell, ...], ...]
@@ -100,7 +100,7 @@ class Table:
     corner: str
     """Head of the first column."""
     columns: tuple[str, ...]
-    rows: tuple[Row, ...]
+    rows: tuple[TableRow, ...]
 
     @property
     def footnotes(self) -> tuple[str, ...]:
@@ -168,14 +168,14 @@ class SceneView:
     wide_chart: str
     """An ``<svg>`` element that needs no escaping; ``narrow_chart`` is another."""
     narrow_chart: str
-    legend: tuple[Row, ...]
+    legend: tuple[TableRow, ...]
     tables: tuple[tuple[str, Table], ...]
     """Headings and tables, the most important for the experiment's question first."""
     points: Table
     """The numbers behind the curves."""
     notes: tuple[tuple[str, str], ...]
     """Label of a strategy and warnings about it."""
-    kinds: tuple[Kind, ...]
+    kinds: tuple[Series, ...]
     size: tuple[int, int]
     """Width and height of the images, in pixels."""
     picture_notes: tuple[str, ...]

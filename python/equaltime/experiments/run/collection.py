@@ -15,7 +15,7 @@ from equaltime.experiments.analysis.conclusion import conclude
 from equaltime.experiments.model.experiment import Experiment
 from equaltime.experiments.model.reader import is_experiment, make_experiment, read_experiment
 from equaltime.experiments.report.index import Card, write_index
-from equaltime.experiments.run.folder import Folder, replacing
+from equaltime.experiments.run.folder import ExperimentFolder, replacing
 from equaltime.experiments.run.runner import ProgressCallback, run
 
 __all__ = ["Changes", "experiments_in", "run_all"]
@@ -88,7 +88,7 @@ def run_all(
     ExperimentError
         If a file cannot be read: raised before the first run, with the problems of all files.
     """
-    if Folder(output).experiment.exists():
+    if ExperimentFolder(output).experiment.exists():
         raise ExperimentError((Problem(str(output), "is the folder of one experiment; give another for all of them"),))
     paths = experiments_in(source)
     experiments = _read(paths, changes)
@@ -109,7 +109,7 @@ def _run(card: Card, experiment: Experiment, folder: Path, progress: ProgressCal
     """Run one experiment, and return its outcome."""
     if missing := _missing(experiment):
         return replace(card, state="left out", problem=missing)
-    failure = Folder(folder).failure
+    failure = ExperimentFolder(folder).failure
     try:
         run(experiment, folder, _named(card.name, progress), command=command)
         return replace(card, state="done", summary=conclude(experiment, folder, command))

@@ -34,7 +34,7 @@ from equaltime.machine import machine
 from equaltime.rendering.core import build_facts
 from equaltime.strict_json import json_text
 
-__all__ = ["OWN_DEPTHS", "Folder", "build_facts", "fingerprint", "machine_facts", "replacing"]
+__all__ = ["OWN_DEPTHS", "ExperimentFolder", "build_facts", "fingerprint", "machine_facts", "replacing"]
 
 _OURS = ("records.csv", "experiment.json", "provenance.json", "references", "images", "figures", "report.html")
 _GROWING = ("scenes", "strategies")
@@ -47,7 +47,7 @@ OWN_DEPTHS = "own_depths"
 
 
 @dataclass(frozen=True)
-class Folder:
+class ExperimentFolder:
     """Paths and contents of an experiment's folder."""
 
     path: Path

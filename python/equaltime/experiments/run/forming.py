@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from equaltime.experiments.model.experiment import Experiment
 from equaltime.experiments.model.reader import film_seed
-from equaltime.experiments.run.folder import Folder, replacing
+from equaltime.experiments.run.folder import ExperimentFolder, replacing
 from equaltime.experiments.run.record import Key, Row, read_arrays
 from equaltime.images.bias_variance import reduced
 from equaltime.images.metrics import Reference, measure
@@ -50,7 +50,7 @@ class Studio:
 
     experiment: Experiment
     scenes: Sequence[Scene]
-    folder: Folder
+    folder: ExperimentFolder
     rows: Sequence[Row]
     """Records, which give the speed of each strategy."""
     references: Sequence[Reference]

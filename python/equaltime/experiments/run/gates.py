@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from equaltime.experiments.model.experiment import ReferenceWish
 from equaltime.experiments.run import reference as references
-from equaltime.experiments.run.folder import Folder
+from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.rendering.core_subject import Subject
 from equaltime.scene import Scene
 
@@ -23,7 +23,7 @@ def pass_gates(
     name: str,
     scene: Scene,
     wish: ReferenceWish,
-    folder: Folder,
+    folder: ExperimentFolder,
     threads: int,
     gates: int,
     report: Callable[[Subject, float], object] | None = None,

@@ -21,7 +21,7 @@ from equaltime.experiments.model.experiment import DEFAULT_BUDGET, Experiment
 from equaltime.experiments.model.reader import identity_of, run_seeds
 from equaltime.experiments.run import reference as references
 from equaltime.experiments.run.directions import write_directions
-from equaltime.experiments.run.folder import OWN_DEPTHS, Folder, build_facts, fingerprint, machine_facts
+from equaltime.experiments.run.folder import OWN_DEPTHS, ExperimentFolder, build_facts, fingerprint, machine_facts
 from equaltime.experiments.run.forming import Studio
 from equaltime.experiments.run.gates import pass_gates
 from equaltime.experiments.run.record import Key, Recorder, check_seeds
@@ -29,10 +29,10 @@ from equaltime.experiments.run.single_run import SingleRun, now
 from equaltime.experiments.run.subjects import close_subjects, make_subjects, scenes_of
 from equaltime.images.metrics import Reference
 from equaltime.machine import worker_threads
-from equaltime.rendering.core_subject import Checkpoint, Subject
+from equaltime.rendering.core_subject import Subject
 from equaltime.scene import Scene
 
-__all__ = ["Checkpoint", "ProgressCallback", "RunProgress", "Subject", "run"]
+__all__ = ["ProgressCallback", "RunProgress", "Subject", "run"]
 
 Phase = Literal["setup", "agreement", "reference", "run", "film"]
 
@@ -88,7 +88,7 @@ def run(
     _check_names(folder, command, *(entry.name for entry in experiment.scenes))
     scenes = scenes_of(experiment)
     subjects = make_subjects(experiment)
-    place = Folder(folder)
+    place = ExperimentFolder(folder)
     try:
         threads = worker_threads(experiment.threads)
         identity = identity_of(experiment, scenes, subjects, threads)  # before the folder is made: may raise
@@ -138,7 +138,7 @@ class _Session:
     scenes: Sequence[Scene]
     subjects: Sequence[Subject]
     threads: int
-    folder: Folder
+    folder: ExperimentFolder
     recorder: Recorder
     progress: ProgressCallback | None
     cache: Path | None

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from equaltime.errors import ExperimentError, Problem, RenderError
-from equaltime.experiments.run.folder import Folder, replacing
+from equaltime.experiments.run.folder import ExperimentFolder, replacing
 from equaltime.experiments.run.record import Key, Recorder, Row
 from equaltime.images.flip import flip
 from equaltime.images.metrics import Reference, measure
-from equaltime.rendering.core_subject import Checkpoint, Subject
+from equaltime.rendering.core_subject import Point, Subject
 from equaltime.scene import Scene
 
 __all__ = ["BudgetLadder", "SingleRun", "counts", "now"]
@@ -95,7 +95,7 @@ class SingleRun:
     expected: tuple[int, ...] | None = None
     """Sample counts of the first repeat, which this run must match; None for the first repeat."""
 
-    def record(self, folder: Folder, recorder: Recorder, ladder: Sequence[int] | float) -> float:
+    def record(self, folder: ExperimentFolder, recorder: Recorder, ladder: Sequence[int] | float) -> float:
         """Render the run, append a row to the records at each sample count, and return the seconds of rendering.
 
         Each row says whether it is the run's last row. It is thus written at the next count, or at the end of the run.
@@ -115,7 +115,7 @@ class SingleRun:
         common = {**self._common(), "setup_s": setup, "started": now()}
         seconds = ladder if isinstance(ladder, float) else None
         counts = BudgetLadder(ladder) if isinstance(ladder, float) else ladder
-        pending: Checkpoint | None = None
+        pending: Point | None = None
         number, taken = 0, list[int]()
         for checkpoint in self.subject.run(self.seed, counts, seconds):
             if isinstance(counts, BudgetLadder):
@@ -172,7 +172,7 @@ class SingleRun:
             "reference_relmse": self.known.relmse,
         }
 
-    def _measured(self, checkpoint: Checkpoint) -> dict[str, Any]:
+    def _measured(self, checkpoint: Point) -> dict[str, Any]:
         """Return a row's values for one checkpoint."""
         values = measure(checkpoint.image, self.known, ("relmse", "mse", "mare"))
         estimate = checkpoint.estimate
@@ -191,13 +191,13 @@ class SingleRun:
             "doubt": None if estimate is None else estimate.doubt or None,
         }
 
-    def _flip(self, checkpoint: Checkpoint) -> float | None:
+    def _flip(self, checkpoint: Point) -> float | None:
         """Return FLIP; None for a run that is short compared with the time of FLIP."""
         if checkpoint.wall_s < _FLIP_AFTER_SECONDS["first" if self.key[2] == 0 else "other"]:
             return None
         return flip(checkpoint.image, self.known.mean)
 
-    def _keep(self, folder: Folder, checkpoint: Checkpoint) -> str:
+    def _keep(self, folder: ExperimentFolder, checkpoint: Point) -> str:
         """Write the image, and return its name relative to the folder."""
         path = folder.image(*self.key)
         with replacing(path) as file:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from equaltime.scene import Scene
 from equaltime.scene.compile_media import sees_media
-from equaltime.scene.effects.kinds import KINDS, Kind, kind_of
+from equaltime.scene.effects.kinds import KINDS, Effect, kind_of
 from equaltime.scene.inert import is_inert, shown
 from equaltime.scene.model import Plugin, ThinDielectric
 from equaltime.scene.motion import moves
@@ -70,7 +70,7 @@ def _within(node: Plugin, seen: set[int]) -> Iterator[Plugin]:
                 yield from _within(item, seen)
 
 
-def _reasons(scene: Scene, kind: Kind, nodes: list[Plugin]) -> Iterator[Reason]:
+def _reasons(scene: Scene, kind: Effect, nodes: list[Plugin]) -> Iterator[Reason]:
     for node in nodes:
         rests = kind.name == "motion" and not moves(node, scene.model.sensor)
         if kind.name == "masks" and isinstance(node, ThinDielectric):  # a vertex of the path, unless media are seen

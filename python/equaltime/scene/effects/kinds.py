@@ -51,11 +51,11 @@ from equaltime.scene.model import (
     ThinLens,
 )
 
-__all__ = ["KINDS", "Kind", "kind_of"]
+__all__ = ["KINDS", "Effect", "kind_of"]
 
 
 @dataclass(frozen=True)
-class Kind:
+class Effect:
     """Description of an effect, a feature of scenes such as media.
 
     It has the effect's name, its title, a test for objects that use the effect, and the stand-in if the effect is left
@@ -103,42 +103,48 @@ def _one_of(*types: type[Plugin]) -> Callable[[Plugin], bool]:
     return lambda node: isinstance(node, types)
 
 
-KINDS: Final[Mapping[str, Kind]] = {
+KINDS: Final[Mapping[str, Effect]] = {
     kind.name: kind
     for kind in (
-        Kind("analytic_shapes", "spheres, disks and cylinders", _one_of(Sphere, Disk, Cylinder)),
-        Kind(
+        Effect("analytic_shapes", "spheres, disks and cylinders", _one_of(Sphere, Disk, Cylinder)),
+        Effect(
             "smooth_normals",
             "normals interpolated over meshes",
             lambda node: isinstance(node, MeshFile) and not node.face_normals,
         ),
-        Kind("rough_conductors", "rough metals", _one_of(RoughConductor), bsdfs=("roughconductor",)),
-        Kind("anisotropy", "roughness that differs with the direction", _is_anisotropic),
-        Kind("specular", "mirrors and clear glass", _is_specular, bsdfs=("conductor", "dielectric", "thindielectric")),
-        Kind("layered", "plastics", _one_of(Plastic), bsdfs=("plastic", "roughplastic")),
-        Kind("rough_dielectrics", "frosted glass", _one_of(RoughDielectric), bsdfs=("roughdielectric",)),
-        Kind("principled", "the principled model", _one_of(Principled), bsdfs=("principled",)),
-        Kind("point_lights", "points, spots and directional lights", _one_of(Point, Spot, Directional)),
-        Kind("environment", "light from all around", _one_of(Constant, EnvMap), "black"),
-        Kind("lens", "a camera that is no pinhole", _one_of(ThinLens, Orthographic, Spherical), "a pinhole"),
-        Kind("textures", "textures", lambda node: isinstance(node, TexturePlugin), "their means"),
-        Kind("normal_maps", "normal and bump maps", _one_of(NormalMap, BumpMap), "none"),
-        Kind("instances", "shapes that are seen more than once", _one_of(Instance)),
-        Kind("masks", "holes, blends and nothing", _one_of(Mask, BlendBsdf, Null, ThinDielectric), "opaque"),
-        Kind("media", "what fills the space, and bodies that overlap", _fills, "vacuum", bsdfs=("phase", "blendphase")),
-        Kind("phase_blends", "air's way to scatter, and blends", _one_of(Rayleigh, BlendPhase), bsdfs=("blendphase",)),
-        Kind("motion", "what moves while the shutter is open", _is_animated, "the shutter's centre"),
-        Kind("hidden_emitters", "lights that the camera does not see", _hides, "lights in sight"),
-        Kind("many_lights", "a choice among lights", _shines),
-        Kind("long_paths", "light that was scattered more than once", lambda _: False, "truncate=2"),
-        Kind("outputs", "outputs beside the image", _one_of(Aov, Depth)),
+        Effect("rough_conductors", "rough metals", _one_of(RoughConductor), bsdfs=("roughconductor",)),
+        Effect("anisotropy", "roughness that differs with the direction", _is_anisotropic),
+        Effect(
+            "specular", "mirrors and clear glass", _is_specular, bsdfs=("conductor", "dielectric", "thindielectric")
+        ),
+        Effect("layered", "plastics", _one_of(Plastic), bsdfs=("plastic", "roughplastic")),
+        Effect("rough_dielectrics", "frosted glass", _one_of(RoughDielectric), bsdfs=("roughdielectric",)),
+        Effect("principled", "the principled model", _one_of(Principled), bsdfs=("principled",)),
+        Effect("point_lights", "points, spots and directional lights", _one_of(Point, Spot, Directional)),
+        Effect("environment", "light from all around", _one_of(Constant, EnvMap), "black"),
+        Effect("lens", "a camera that is no pinhole", _one_of(ThinLens, Orthographic, Spherical), "a pinhole"),
+        Effect("textures", "textures", lambda node: isinstance(node, TexturePlugin), "their means"),
+        Effect("normal_maps", "normal and bump maps", _one_of(NormalMap, BumpMap), "none"),
+        Effect("instances", "shapes that are seen more than once", _one_of(Instance)),
+        Effect("masks", "holes, blends and nothing", _one_of(Mask, BlendBsdf, Null, ThinDielectric), "opaque"),
+        Effect(
+            "media", "what fills the space, and bodies that overlap", _fills, "vacuum", bsdfs=("phase", "blendphase")
+        ),
+        Effect(
+            "phase_blends", "air's way to scatter, and blends", _one_of(Rayleigh, BlendPhase), bsdfs=("blendphase",)
+        ),
+        Effect("motion", "what moves while the shutter is open", _is_animated, "the shutter's centre"),
+        Effect("hidden_emitters", "lights that the camera does not see", _hides, "lights in sight"),
+        Effect("many_lights", "a choice among lights", _shines),
+        Effect("long_paths", "light that was scattered more than once", lambda _: False, "truncate=2"),
+        Effect("outputs", "outputs beside the image", _one_of(Aov, Depth)),
     )
 }
 
 
-def kind_of(name: str) -> Kind:
+def kind_of(name: str) -> Effect:
     """Return the description of the effect `name`.
 
     An effect that only the core knows gets a description whose test matches no object of a scene.
     """
-    return KINDS.get(name) or Kind(name, name.replace("_", " "), lambda _: False)
+    return KINDS.get(name) or Effect(name, name.replace("_", " "), lambda _: False)

@@ -12,7 +12,7 @@ from equaltime.scene.gltf.surfaces import SurfaceLook, look
 from equaltime.scene.gltf.textures import MIRRORED, bitmap_parameters
 from equaltime.scene.tree import Object, Place
 
-__all__ = ["Materials", "Variant"]
+__all__ = ["GltfMaterials", "Variant"]
 
 PRINCIPLED: Final = (
     *("base_color", "metallic", "roughness", "anisotropic", "spec_trans", "sheen", "clearcoat", "clearcoat_gloss"),
@@ -39,7 +39,7 @@ class Variant:
     """True if textures appear mirrored on the mesh; the green channel of normal maps is then inverted."""
 
 
-class Materials:
+class GltfMaterials:
     """Converter of a document's materials to BSDFs, media and emitters. Each BSDF and medium is created once.
 
     The methods take a material's index in the file, or None for the default material.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from equaltime.scene.model import Kind
-from equaltime.scene.tree import Child, Object, Place, Reference, Value
+from equaltime.scene.tree import Child, Object, Place, Plain, Ref
 
 __all__ = ["add", "plant"]
 
@@ -27,5 +27,5 @@ def add(parent: Object, name: str | None, value: object) -> None:
     """
     if value is None:
         return
-    node = value if isinstance(value, Object | Reference | Value) else Value(parent.place, value)
+    node = value if isinstance(value, Object | Ref | Plain) else Plain(parent.place, value)
     parent.children.append(Child(name, node))

@@ -11,10 +11,10 @@ from equaltime.scene.gltf.account import check_account
 from equaltime.scene.gltf.animations import Clip, played
 from equaltime.scene.gltf.document import NOT_USED, Document, Malformed, parse
 from equaltime.scene.gltf.extent import check_extent
-from equaltime.scene.gltf.materials import Materials
+from equaltime.scene.gltf.materials import GltfMaterials
 from equaltime.scene.gltf.nodes import Placed, placed
 from equaltime.scene.gltf.plant import add, plant
-from equaltime.scene.gltf.shapes import Shapes
+from equaltime.scene.gltf.shapes import GltfShapes
 from equaltime.scene.gltf.views import SKY, SUN, default_camera, light, sensor, sky, sun
 from equaltime.scene.search import Search
 from equaltime.scene.tree import Child, Object, Place, Report
@@ -44,7 +44,7 @@ def read_gltf(
         document = parse(Path(file).name, content, lambda name: search.note(folder / name))
         check_extent(document)
         check_account(document)
-        scene = _Scene(document, place, defines).read()
+        scene = _GltfScene(document, place, defines).read()
     except Malformed as error:
         for where, message in error.problems:
             report.add(place.key(where) if where else place, message)
@@ -62,7 +62,7 @@ def _told(message: str, places: list[str]) -> str:
     return f"{message} ({', '.join(shown)}{more})" if shown else message
 
 
-class _Scene:
+class _GltfScene:
     """A document that is being made into a scene."""
 
     def __init__(self, document: Document, place: Place, defines: Mapping[str, object]) -> None:
@@ -70,9 +70,9 @@ class _Scene:
         self._gltf = document.gltf
         self._place = place
         self._defines = defines
-        self._materials = Materials(document, place)
+        self._materials = GltfMaterials(document, place)
         self._clip = self._played()
-        self._shapes = Shapes(document, place, self._materials, self._clip)
+        self._shapes = GltfShapes(document, place, self._materials, self._clip)
 
     def read(self) -> Object:
         """Return the scene; raises `Malformed`."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from equaltime.scene.gltf.animations import Clip
 from equaltime.scene.gltf.document import Document, Malformed
-from equaltime.scene.gltf.materials import Materials, Variant
+from equaltime.scene.gltf.materials import GltfMaterials, Variant
 from equaltime.scene.gltf.meshes import Source, box
 from equaltime.scene.gltf.nodes import Placed, instances, placed
 from equaltime.scene.gltf.plant import add, plant
@@ -21,9 +21,9 @@ from equaltime.scene.gltf.primitives import NAMES, TRIANGLES, color, mirrored_uv
 from equaltime.scene.gltf.textures import MIRRORED
 from equaltime.scene.model import Animation, Deformation, mirrors
 from equaltime.scene.motion import animation
-from equaltime.scene.tree import Object, Place, Reference
+from equaltime.scene.tree import Object, Place, Ref
 
-__all__ = ["Shapes"]
+__all__ = ["GltfShapes"]
 
 Array = NDArray[np.float64]
 
@@ -56,10 +56,10 @@ class _Copy:
     """Times at which the deformation is evaluated; empty for the deformation in the file."""
 
 
-class Shapes:
+class GltfShapes:
     """Converter of a document's meshes to shapes. It also records the transform of each shape, for `corners`."""
 
-    def __init__(self, document: Document, place: Place, materials: Materials, clip: Clip | None = None) -> None:
+    def __init__(self, document: Document, place: Place, materials: GltfMaterials, clip: Clip | None = None) -> None:
         self._clip = clip
         self._document = document
         self._place = place
@@ -190,7 +190,7 @@ class Shapes:
                 add(group, None, shape)
             self._groups[copy.mesh, turned] = group
         result = plant("shape", "instance", place, to_world=self._where(copy))
-        add(result, "shapegroup", Reference(place, str(self._groups[copy.mesh, turned].id)))
+        add(result, "shapegroup", Ref(place, str(self._groups[copy.mesh, turned].id)))
         return result
 
     def _shapes(self, copy: _Copy, turned: bool, seen: bool = True) -> Iterator[Object]:
@@ -231,9 +231,9 @@ class Shapes:
             flip_normals=(flat and mirrors(copy.to_world)) or None,
             emitter=self._materials.emitter(primitive.material, variant),
         )
-        add(result, "bsdf", Reference(place, self._materials.bsdf(primitive.material, variant)))
+        add(result, "bsdf", Ref(place, self._materials.bsdf(primitive.material, variant)))
         if (medium := self._materials.medium(primitive.material)) is not None:
-            add(result, "interior", Reference(place, medium))
+            add(result, "interior", Ref(place, medium))
         return result
 
 

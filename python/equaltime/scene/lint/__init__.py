@@ -19,7 +19,7 @@ from equaltime.scene.lint.facts import Finding, Severity, first_places
 from equaltime.scene.lint.lights import check_lights
 from equaltime.scene.lint.materials import check_materials
 from equaltime.scene.lint.media import check_media
-from equaltime.scene.lint.parts import World
+from equaltime.scene.lint.parts import LintScene
 from equaltime.scene.lint.surfaces import check_surfaces
 from equaltime.scene.scene import Scene
 
@@ -32,7 +32,7 @@ def lint(scene: Scene, *, fast: bool = False) -> tuple[Finding, ...]:
     Raises SceneError or ValueError if a file of the scene no longer exists.
     """
     with np.errstate(all="ignore"):  # overflow is not among the hazards, and NumPy's warnings would not help the user
-        world = World(scene, fast=fast)
+        world = LintScene(scene, fast=fast)
         found = [
             *check_surfaces(world),
             *check_extent(world),

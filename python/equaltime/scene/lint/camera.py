@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from equaltime.scene.compile_media import sees_media
 from equaltime.scene.geometry import MeshSurface, SphereSurface
 from equaltime.scene.lint.facts import Finding, first_places
-from equaltime.scene.lint.parts import Part, World
+from equaltime.scene.lint.parts import LintScene, Part
 
 __all__ = ["check_camera"]
 
 Array = NDArray[np.float64]
 
 
-def check_camera(world: World) -> Iterator[Finding]:
+def check_camera(world: LintScene) -> Iterator[Finding]:
     """Yield a finding if shapes with an interior medium contain the camera, but the sensor names no medium."""
     model = world.scene.model
     if model.sensor.medium is not None or not sees_media(model.integrator):

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from equaltime.scene.lint.facts import Finding, first_places
-from equaltime.scene.lint.parts import Part, World
+from equaltime.scene.lint.parts import LintScene, Part
 from equaltime.scene.model import MeshFile
 
 __all__ = ["check_extent"]
@@ -20,7 +20,7 @@ STEPS: Final = 1000.0
 """Width of a shape below which its rounding is visible, in single-precision rounding steps of its vertices."""
 
 
-def check_extent(world: World) -> Iterator[Finding]:
+def check_extent(world: LintScene) -> Iterator[Finding]:
     """Yield findings for meshes whose vertices are too coarse for the size of the mesh.
 
     Vertices are coarse if rounding to single precision, in the core or in the mesh's file, leaves few distinct
@@ -58,7 +58,7 @@ def _steps(part: Part) -> float:
     return part.extent / float(np.spacing(np.float32(farthest))) if 0.0 < farthest < 3e38 else np.inf
 
 
-def _was_rounded(part: Part, world: World) -> bool:
+def _was_rounded(part: Part, world: LintScene) -> bool:
     """Tell whether all vertices of the file are single-precision numbers, and coarse for the mesh's size."""
     assert isinstance(part.shape, MeshFile)
     vertices = world.scene.assets.mesh(part.shape).vertices

@@ -13,7 +13,7 @@ from equaltime.film.radiance_range import FAR_APART
 from equaltime.scene.compile_media import sees_media
 from equaltime.scene.geometry import DiskSurface
 from equaltime.scene.lint.facts import Finding, first_places, within
-from equaltime.scene.lint.parts import Array, Part, World, leaves, lets_light_through
+from equaltime.scene.lint.parts import Array, LintScene, Part, leaves, lets_light_through
 from equaltime.scene.model import (
     Area,
     BsdfPlugin,
@@ -39,7 +39,7 @@ FLAT = 1e-4
 """Largest angle, in radians, between the normals of the triangles of a light that counts as flat."""
 
 
-def check_lights(world: World) -> Iterator[Finding]:
+def check_lights(world: LintScene) -> Iterator[Finding]:
     """Yield findings for emitters whose light is missing or hard to find.
 
     Reported emitters have no power, are very dim beside others, face away from the scene, or are enclosed by opaque
@@ -80,7 +80,7 @@ def check_lights(world: World) -> Iterator[Finding]:
     yield from _through_glass(world)
 
 
-def _is_dark(node: Plugin, world: World) -> bool:
+def _is_dark(node: Plugin, world: LintScene) -> bool:
     if isinstance(node, EnvMap):
         return node.scale == 0.0 or not world.scene.assets.image(node).any()
     name = {"point": "intensity", "spot": "intensity", "directional": "irradiance"}.get(node.title, "radiance")
@@ -88,7 +88,7 @@ def _is_dark(node: Plugin, world: World) -> bool:
     return isinstance(value, tuple) and not any(value)
 
 
-def _far_apart(world: World, lights: list[Plugin]) -> Iterator[Finding]:
+def _far_apart(world: LintScene, lights: list[Plugin]) -> Iterator[Finding]:
     """Find lights so dim beside the brightest that picking lights by power hardly ever picks them."""
     for name in ("radiance", "intensity", "irradiance"):
         spans = [(node, *span) for node in lights if (span := _span(node, name, world)) is not None]
@@ -109,7 +109,7 @@ def _far_apart(world: World, lights: list[Plugin]) -> Iterator[Finding]:
         )
 
 
-def _span(node: Plugin, name: str, world: World) -> tuple[float, float] | None:
+def _span(node: Plugin, name: str, world: LintScene) -> tuple[float, float] | None:
     """Return the smallest and the largest positive value of a light's colour or environment map, or None."""
     if isinstance(node, EnvMap):
         if name != "radiance":
@@ -122,7 +122,7 @@ def _span(node: Plugin, name: str, world: World) -> tuple[float, float] | None:
     return (scale * least, scale * float(values.max())) if least < np.inf else None
 
 
-def _turned_away(world: World) -> Iterator[Finding]:
+def _turned_away(world: LintScene) -> Iterator[Finding]:
     """Find flat lights with neither a shape nor the camera in front of them."""
     corners = [part.bounds for part in world.parts if not part.grouped]
     if not corners or world.skipped or any(part.grouped for part in world.parts):
@@ -171,7 +171,7 @@ def _plane(part: Part) -> tuple[Array, Array] | None:
     return (a[0], normals[0]) if (normals @ normals[0] > np.cos(FLAT)).all() else None
 
 
-def _enclosed(world: World) -> Iterator[Finding]:
+def _enclosed(world: LintScene) -> Iterator[Finding]:
     """Find point and spot lights inside closed opaque shapes that do not contain the camera."""
     solid = [part for part in world.parts if not part.grouped and not lets_light_through(part)]
     lights = [e for e in world.scene.model.emitters if isinstance(e, Point | Spot) and not _is_dark(e, world)]
@@ -189,7 +189,7 @@ def _enclosed(world: World) -> Iterator[Finding]:
         )
 
 
-def _through_glass(world: World) -> Iterator[Finding]:
+def _through_glass(world: LintScene) -> Iterator[Finding]:
     """Find lights without extent beside smooth mirrors or glass: no ray meets such lights, so caustics are lost."""
     lights = [
         e for e in world.scene.model.emitters if isinstance(e, Point | Spot | Directional) and not _is_dark(e, world)

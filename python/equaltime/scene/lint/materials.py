@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Final
 
 from equaltime.scene.lint.facts import Finding, first_places
-from equaltime.scene.lint.parts import World
+from equaltime.scene.lint.parts import LintScene
 from equaltime.scene.model import Diffuse, Plugin
 from equaltime.scene.out_of_range import of_mesh, of_textures
 
@@ -16,7 +16,7 @@ WHITE: Final = 0.999
 """Reflectance above which a path needs about a thousand bounces to lose its throughput."""
 
 
-def check_materials(world: World) -> Iterator[Finding]:
+def check_materials(world: LintScene) -> Iterator[Finding]:
     """Yield findings for surfaces that reflect nearly all light, and for textures with values out of range.
 
     Such surfaces are reported only if the scene sets no limit on the path length. The range is that of the parameter
@@ -42,7 +42,7 @@ def _reflects(node: Diffuse) -> float:
     return max(node.reflectance) if isinstance(node.reflectance, tuple) else 0.0
 
 
-def _textures(world: World, nodes: list[Plugin]) -> Iterator[Finding]:
+def _textures(world: LintScene, nodes: list[Plugin]) -> Iterator[Finding]:
     """Find numbers of textures and meshes that are out of the range of the parameters that use them."""
     assets = world.scene.assets
     shapes = [(shape, str(name)) for shape, name, _ in world.names.solids()]

@@ -9,7 +9,7 @@ import numpy as np
 
 from equaltime.scene.compile_media import sees_media
 from equaltime.scene.lint.facts import Finding, first_places
-from equaltime.scene.lint.parts import World
+from equaltime.scene.lint.parts import LintScene
 from equaltime.scene.model import Medium
 
 __all__ = ["check_media"]
@@ -18,7 +18,7 @@ SHORTEST: Final = 1e-7
 """Shortest mean free path that is accepted, as a fraction of the scene's extent. The core has the same limit."""
 
 
-def check_media(world: World) -> Iterator[Finding]:
+def check_media(world: LintScene) -> Iterator[Finding]:
     """Yield a finding for media whose mean free path is too short compared with the extent of the scene."""
     extent = _extent(world)
     if extent == 0.0 or not sees_media(world.scene.model.integrator):
@@ -45,7 +45,7 @@ def _densest(medium: Medium) -> float:
     return max(medium.scale * sigma for sigma in medium.sigma_t)
 
 
-def _extent(world: World) -> float:
+def _extent(world: LintScene) -> float:
     """Return the longest side of the scene's bounds; 0 if it has instances, or if meshes were skipped."""
     if not world.parts or world.skipped or any(part.grouped for part in world.parts):
         return 0.0

@@ -27,7 +27,7 @@ from equaltime.scene.model import (
 from equaltime.scene.naming import Name, Names
 from equaltime.scene.scene import Scene
 
-__all__ = ["Part", "World", "leaves", "lets_light_through"]
+__all__ = ["LintScene", "Part", "leaves", "lets_light_through"]
 
 Array = NDArray[np.float64]
 Hashes = NDArray[np.uint64]
@@ -46,7 +46,7 @@ class Part:
     grouped: bool
     """True if the shape is part of a group; the surface is then in the group's own space."""
     origin: Array | None = None
-    """Point (3,) that is subtracted from the vertices before rounding; set by `World.parts`."""
+    """Point (3,) that is subtracted from the vertices before rounding; set by `LintScene.parts`."""
 
     @cached_property
     def mesh(self) -> MeshSurface | None:
@@ -95,7 +95,7 @@ class Part:
         )
 
 
-class World:
+class LintScene:
     """A scene as lint checks it: its surfaces, camera position and names.
 
     Meshes are transformed to world space at the first use.

@@ -8,7 +8,7 @@ import numpy as np
 
 from equaltime.scene.geometry import SphereSurface
 from equaltime.scene.lint.facts import UNCERTAIN, Finding, MeshFacts, border, facts, first_places, surrounds, within
-from equaltime.scene.lint.parts import Part, World
+from equaltime.scene.lint.parts import LintScene, Part
 
 __all__ = ["check_surfaces"]
 
@@ -16,7 +16,7 @@ MUCH = 1e-2
 """Fraction of a mesh's area in slivers above which the finding is a warning and not a note."""
 
 
-def check_surfaces(world: World) -> Iterator[Finding]:
+def check_surfaces(world: LintScene) -> Iterator[Finding]:
     """Yield findings for the surfaces of the scene.
 
     The findings report triangles without area, slivers, shading normals that face backwards, and coincident triangles.
@@ -116,7 +116,7 @@ def _coincident(known: dict[Part, MeshFacts]) -> Iterator[Finding]:
     )
 
 
-def _inverted(world: World, known: dict[Part, MeshFacts]) -> Iterator[Finding]:
+def _inverted(world: LintScene, known: dict[Part, MeshFacts]) -> Iterator[Finding]:
     """Find closed shapes whose front is inside while the camera is outside."""
     found = []
     for part in world.parts:
@@ -144,7 +144,7 @@ def _inverted(world: World, known: dict[Part, MeshFacts]) -> Iterator[Finding]:
         )
 
 
-def _around_camera(world: World) -> Iterator[Finding]:
+def _around_camera(world: LintScene) -> Iterator[Finding]:
     """Find closed one-sided shapes around the camera whose front is outside."""
     found = [part for part in world.parts if part.one_sided and _faces_out(part) and within(world.camera, part)]
     if found:
@@ -165,7 +165,7 @@ def _faces_out(part: Part) -> bool:
     return part.mesh is not None and facts(part).volume > 0.0
 
 
-def _encloses(part: Part, world: World) -> bool:
+def _encloses(part: Part, world: LintScene) -> bool:
     """Tell whether other shapes are inside `part`, as in a room or a sky, where an inward front is intended."""
     low, high = part.bounds
     return any(
@@ -174,7 +174,7 @@ def _encloses(part: Part, world: World) -> bool:
     )
 
 
-def _open(world: World, known: dict[Part, MeshFacts]) -> Iterator[Finding]:
+def _open(world: LintScene, known: dict[Part, MeshFacts]) -> Iterator[Finding]:
     """Find refracting meshes with gaps, all taken together, because liquids in glasses close each other."""
     clear = [part for part in world.parts if part.refracts and not part.grouped]
     meshes = [part for part in clear if part in known]

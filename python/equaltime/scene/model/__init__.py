@@ -67,7 +67,7 @@ from equaltime.scene.model.shapes import (
     Solid,
     Sphere,
 )
-from equaltime.scene.model.spectra import Curve, Spectrum
+from equaltime.scene.model.spectra import SpectralCurve, Spectrum
 from equaltime.scene.model.spectral import (
     D65,
     Blackbody,
@@ -108,7 +108,6 @@ __all__ = [
     "Conductor",
     "Constant",
     "Cube",
-    "Curve",
     "Cylinder",
     "Deformation",
     "Depth",
@@ -167,6 +166,7 @@ __all__ = [
     "Shape",
     "ShapeGroup",
     "Solid",
+    "SpectralCurve",
     "Spectrum",
     "SpectrumPlugin",
     "Sphere",

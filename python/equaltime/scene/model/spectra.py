@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from equaltime.scene.model.cie import TABLE
 
-__all__ = ["Curve", "Spectrum", "blackbody"]
+__all__ = ["SpectralCurve", "Spectrum", "blackbody"]
 
 Color = tuple[float, float, float]
 Array = NDArray[np.float64]
@@ -42,7 +42,7 @@ class Spectrum:
 
 
 @dataclass(frozen=True, slots=True)
-class Curve:
+class SpectralCurve:
     """A spectrum that is linear between its points, and zero before the first and after the last."""
 
     wavelengths: tuple[float, ...]
@@ -79,7 +79,7 @@ class Curve:
         return red, green, blue
 
 
-def blackbody(temperature: float) -> Curve:
+def blackbody(temperature: float) -> SpectralCurve:
     """Return the spectral radiance of a black body at `temperature` kelvins, by Planck's law.
 
     The curve has a value every nm from 360 nm to 830 nm, in W/(m^2 sr nm).
@@ -89,4 +89,4 @@ def blackbody(temperature: float) -> Curve:
     exponent = PLANCK * LIGHT_SPEED / (BOLTZMANN * temperature * metres)
     with np.errstate(over="ignore"):
         power = 2.0 * PLANCK * LIGHT_SPEED**2 / metres**5 / np.expm1(exponent) * 1e-9
-    return Curve(tuple(nanometres.tolist()), tuple(power.tolist()))
+    return SpectralCurve(tuple(nanometres.tolist()), tuple(power.tolist()))

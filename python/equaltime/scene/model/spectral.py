@@ -11,7 +11,7 @@ from typing import Annotated, ClassVar, Literal, Self
 from pydantic import BeforeValidator, NonNegativeFloat, PositiveFloat, model_validator
 
 from equaltime.scene.model.base import Kind, Plugin
-from equaltime.scene.model.spectra import Curve, blackbody
+from equaltime.scene.model.spectra import SpectralCurve, blackbody
 from equaltime.scene.model.values import IDENTITY, Coefficient, Color, Transform
 
 __all__ = [
@@ -37,7 +37,7 @@ class SpectrumPlugin(Plugin):
     kind: ClassVar[Kind] = "texture"
 
     @property
-    def meaning(self) -> Color | Curve:
+    def meaning(self) -> Color | SpectralCurve:
         """Value of the spectrum: a colour in linear sRGB, or a curve over wavelengths.
 
         A curve has one colour as emission and another colour as reflectance.
@@ -109,11 +109,11 @@ class Regular(SpectrumPlugin):
         return self
 
     @property
-    def meaning(self) -> Curve:
+    def meaning(self) -> SpectralCurve:
         """Curve through the values, linear between the wavelengths."""
         last = max(len(self.values) - 1, 1)
         step = (self.wavelength_max - self.wavelength_min) / last
-        return Curve(tuple(self.wavelength_min + i * step for i in range(len(self.values))), self.values)
+        return SpectralCurve(tuple(self.wavelength_min + i * step for i in range(len(self.values))), self.values)
 
 
 class Irregular(SpectrumPlugin):
@@ -129,9 +129,9 @@ class Irregular(SpectrumPlugin):
         return self
 
     @property
-    def meaning(self) -> Curve:
+    def meaning(self) -> SpectralCurve:
         """Curve through the values, linear between the wavelengths."""
-        return Curve(self.wavelengths, self.values)
+        return SpectralCurve(self.wavelengths, self.values)
 
 
 class Blackbody(SpectrumPlugin):
@@ -149,7 +149,7 @@ class Blackbody(SpectrumPlugin):
         return self
 
     @property
-    def meaning(self) -> Curve:
+    def meaning(self) -> SpectralCurve:
         """Planck's curve from ``wavelength_min`` to ``wavelength_max`` (nm), in W/(m^2 sr nm)."""
         whole = blackbody(self.temperature)
         inside = [
@@ -158,7 +158,7 @@ class Blackbody(SpectrumPlugin):
             if self.wavelength_min <= wavelength <= self.wavelength_max
         ]
         wavelengths, powers = zip(*inside, strict=True) if inside else ((), ())
-        return Curve(wavelengths, powers)
+        return SpectralCurve(wavelengths, powers)
 
 
 class ConstVolume(SpectrumPlugin):

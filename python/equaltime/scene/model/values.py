@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, BeforeValidator
 
-from equaltime.scene.model.spectra import Curve, Spectrum
+from equaltime.scene.model.spectra import SpectralCurve, Spectrum
 
 __all__ = [
     "EQUAL_ENERGY",
@@ -78,7 +78,7 @@ def _as_vec3(value: object) -> object:
 
 
 def _as_color(value: object) -> object:
-    if isinstance(value, Curve):
+    if isinstance(value, SpectralCurve):
         return value.reflectance
     if isinstance(value, Spectrum):
         value = value.value
@@ -91,7 +91,7 @@ def _as_color(value: object) -> object:
 
 
 def _as_radiance(value: object) -> object:
-    if isinstance(value, Curve):
+    if isinstance(value, SpectralCurve):
         return value.emission
     if isinstance(value, Spectrum):
         return tuple(value.value * channel for channel in EQUAL_ENERGY)
@@ -117,7 +117,7 @@ def as_reflectance(value: object) -> Color:
     channels exceed 1 is cut to 1, as in Mitsuba: saturated colours may lie outside of sRGB.
     """
     red, green, blue = _finite(_as_color(value))
-    if isinstance(value, Curve):
+    if isinstance(value, SpectralCurve):
         red, green, blue = min(red, 1.0), min(green, 1.0), min(blue, 1.0)
     return _within_unit((red, green, blue))
 
