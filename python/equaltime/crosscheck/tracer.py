@@ -40,7 +40,7 @@ def render(scene: Scene, spp: int, seed: int = 0, size: tuple[int, int] | None =
     spp
         Samples per pixel, all independent.
     seed
-        Seed of all random numbers. The image depends only on the seed, the scene and `spp`.
+        Seed of all random numbers. The image follows from the seed, the scene, `spp` and `size`.
     size
         Width and height in pixels; by default the scene's own.
 

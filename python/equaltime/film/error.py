@@ -155,7 +155,10 @@ class PixelStatistics:
 
     @property
     def spread(self) -> Floats:
-        """Variance of each pixel's mean, (H, W, 3), as if replicates were independent: without ``factors``."""
+        """Variance of each pixel's mean, (H, W, 3), if its replicates (halves of its samples) were independent.
+
+        It lacks the ``factors`` that correct it where the replicates are halves of one net.
+        """
         return self.variance if self.factors is None else self.variance / self.factors[..., None]
 
 

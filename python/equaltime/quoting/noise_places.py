@@ -74,9 +74,9 @@ class NoiseRectangle:
 
 @dataclass(frozen=True)
 class NoisePlaces:
-    """Shares of error² that groups of pixels on the picture make, as fractions.
+    """Shares of error², in [0, 1], of the noisiest pixels, of the smallest noisy rectangle, and of single pixels.
 
-    No share has an interval that can be trusted.
+    The intervals of the shares are too narrow to be trusted, because the pixels were chosen by the same noise.
     """
 
     noisiest: Mapping[float, Estimate] = field(hash=False)

@@ -85,8 +85,8 @@ class Noise:
     def shared_out(self, square: Floats) -> Floats:
         """Return the variance of each single pixel, (H, W, 3).
 
-        A variance that is a mean over 7x7 pixels is distributed among them in proportion to ``square``, the squared
-        differences (H, W, 3).
+        Variances that are means over 7x7 pixels are divided among the pixels in proportion to ``square``, the squared
+        differences between image and reference (H, W, 3). Other variances are returned unchanged.
         """
         return divided(self.variance * square, _local(square)) if self.pooled else self.variance
 

@@ -282,9 +282,9 @@ class Passes:
         return [target for target in (self.limits.spp, self.samples_for(self.limits.error)) if target is not None]
 
     def samples_for(self, error: float | None) -> float | None:
-        """Return the predicted samples per pixel to reach an error (a fraction).
+        """Return the predicted samples per pixel at which the error falls to ``error``, such as 0.02.
 
-        The result is None if ``error`` is None, or while no look (estimate of the error) has found a finite limit.
+        The result is None if ``error`` is None, or while no estimate of the error has a finite upper limit.
         """
         looks = self._looks
         if error is None or looks.last is None or not math.isfinite(looks.last.high):

@@ -66,7 +66,7 @@ class PictureAccount:
         return None if value in harmless else value
 
     def note(self, message: str) -> None:
-        """Add a remark of the reader for the user; equal remarks are kept once."""
+        """Add a remark for the user about the picture file; an equal remark is kept once."""
         self._notes[message] = None
 
     def told(self) -> tuple[str, ...]:
