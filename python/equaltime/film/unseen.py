@@ -102,7 +102,7 @@ class Unseen:
 
     @cached_property
     def focus(self) -> Focus:
-        """Estimate of the light that specular surfaces focus, which samples may have missed; made at the first access."""
+        """Estimate of the light that specular surfaces focus and samples may have missed; made at the first access."""
         return self._find_focus()
 
     def parts(self, height: int, width: int) -> dict[str, NDArray[np.float32]]:

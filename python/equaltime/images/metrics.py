@@ -112,11 +112,11 @@ class Reference:
         """Standard error that the reference's noise leaves in a relMSE; one number.
 
         The reference's variance v is subtracted from squared differences. Let n be the reference's noise, R minus the
-        truth. On average n² equals v, but not in each pixel. The result is the standard error of the mean over pixels of
-        (n² - v) / D, with D the denominator of relMSE and pixels taken as independent. Half the difference of the two ``halves``
-        has the same distribution as n. Its square minus v therefore shows the spread of n² - v, without an assumption
-        on the distribution or the correlation of channels. Without ``halves``, or if v itself comes from them, the
-        noise is taken as normal with fully correlated channels.
+        truth. On average n² equals v, but not in each pixel. The result is the standard error of the mean over pixels
+        of (n² - v) / D, with D the denominator of relMSE and pixels taken as independent. Half the difference of the
+        two ``halves`` has the same distribution as n. Its square minus v therefore shows the spread of n² - v, without
+        an assumption on the distribution or the correlation of channels. Without ``halves``, or if v itself comes from
+        them, the noise is taken as normal with fully correlated channels.
         """
         if self.halves is not None and self.variance.any():
             parts = divided((0.5 * (self.halves[0] - self.halves[1])) ** 2 - self.noise, self.denominator)

@@ -76,7 +76,7 @@ class NoiseRectangle:
 class NoisePlaces:
     """Shares of error², in [0, 1], of the noisiest pixels, of the smallest noisy rectangle, and of single pixels.
 
-    The intervals of the shares are too narrow to be trusted, because the pixels were chosen by the same noise.
+    Every interval is marked as doubtful: light that few samples have found moves a share by more than its interval.
     """
 
     noisiest: Mapping[float, Estimate] = field(hash=False)
