@@ -32,7 +32,7 @@ CURVES = ["400:0.1, 500:0.2, 600:0.9, 700:0.3", "360:0.5, 830:0.5", "500:0.3 510
 @pytest.mark.parametrize("curve", CURVES)
 def test_a_curve_is_the_same_colour(curve: str) -> None:
     spectrum = parse_spectrum(curve)
-    assert isinstance(spectrum, m.Curve)
+    assert isinstance(spectrum, m.SpectralCurve)
     assert spectrum.emission == pytest.approx(theirs("emitter area", "radiance", curve), rel=ROUNDING, abs=ROUNDING)
     assert spectrum.reflectance == pytest.approx(theirs("bsdf conductor", "eta", curve), rel=ROUNDING, abs=ROUNDING)
     shifted = parse_spectrum(curve.replace("500", "503"))
