@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from equaltime.experiments.analysis.questions import bias_verdict, efficiency_verdict, samples_verdict
-from equaltime.experiments.analysis.ratios import fewer_samples
+from equaltime.experiments.analysis.ratios import efficiency, fewer_samples
 from equaltime.experiments.analysis.strategy_runs import StrategyRuns
 from equaltime.experiments.analysis.verdict import verdict
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
@@ -130,3 +130,12 @@ def test_what_has_no_error_needs_no_samples_and_a_bias_is_not_compared() -> None
     assert math.isinf(fewer_samples(runs(4.0, 1), runs(0.0, 2)).value)
     cut = runs(1.0, 2)
     assert not fewer_samples(runs(4.0, 1), replace(cut, runs=replace(cut.runs, biased=True))).known
+
+
+def test_errors_beyond_all_reason_leave_no_traceback() -> None:
+    """Their quotient, and their product with a time, are beyond float64."""
+    vast, tiny = runs(1e300, 1), runs(1e-300, 2)
+    assert fewer_samples(vast, tiny).value == math.inf
+    assert fewer_samples(tiny, vast).value == 0.0
+    assert efficiency(vast.runs, tiny.runs).value == math.inf
+    assert efficiency(tiny.runs, vast.runs).value == 0.0

@@ -84,10 +84,11 @@ def efficiency(baseline: Runs, runs: Runs) -> Interval:
     extrapolated. The result is unknown if either strategy is biased.
     """
     repeats = min(baseline.repeats, runs.repeats)
-    costs = [(r.relmse * r.seconds)[:repeats, -1] for r in (baseline, runs)]
-    if any(r.biased for r in (baseline, runs)) or min(cost.min() for cost in costs) <= 0.0:
+    ends = [part[:repeats, -1] for r in (baseline, runs) for part in (r.relmse, r.seconds)]
+    if any(r.biased for r in (baseline, runs)) or min(part.min() for part in ends) <= 0.0:
         return UNKNOWN.doubted("a bias or the noise of the reference leaves it open")
-    return median_interval(np.log(costs[0] / costs[1])).map(exp)
+    relmse, seconds, other_relmse, other_seconds = map(np.log, ends)  # products and ratios may leave float64
+    return median_interval(relmse + seconds - other_relmse - other_seconds).map(exp)
 
 
 def fewer_samples(baseline: StrategyRuns, other: StrategyRuns) -> Interval:
@@ -107,7 +108,7 @@ def fewer_samples(baseline: StrategyRuns, other: StrategyRuns) -> Interval:
 
     def log_ratio(kept: Floats, off: float) -> float:
         squares = kept @ first.moved(off).relmse[:, above], kept @ second.moved(off).relmse[:, below]
-        return math.log(squares[0] / squares[1]) if min(squares) > 0.0 else math.nan
+        return math.log(squares[0]) - math.log(squares[1]) if min(squares) > 0.0 else math.nan  # a ratio may underflow
 
     def logs(off: float) -> Floats:
         return np.array([log_ratio(one, off) for one in np.eye(repeats)])
