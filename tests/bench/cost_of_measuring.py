@@ -25,8 +25,8 @@ def main() -> None:
     parser.add_argument("--max-depth", type=int, default=8)
     options = parser.parse_args()
     print_conditions(options)
-    during = timed(passes, "pixel_statistics", "stated", "stated_error")
-    after = timed(session, "pixel_statistics") + timed(result, "standard_error", "stated_error")
+    during = timed(passes, "statistics_so_far", "stated", "stated_error")
+    after = timed(session, "statistics") + timed(result, "standard_error", "stated_error")
     for path in SHIPPED:
         scene = et.load(path).with_(size=tuple(options.size), max_depth=options.max_depth)
         shares: list[tuple[float, float]] = []
