@@ -12,7 +12,7 @@ from typing import TypeVar
 from rich.console import Console
 
 from equaltime.errors import ImageError
-from equaltime.film.radiance_range import FAR_APART
+from equaltime.film.unseen import FAR_APART
 from equaltime.quoting.pilot import Quote
 from equaltime.rendering.budget import Stop
 from equaltime.rendering.first_hits import asked_for

@@ -30,7 +30,10 @@ from equaltime.film.sums import RADIUS, box_sum, unshadowed, window_around
 from equaltime.film.tails import averaged_out
 from equaltime.machine import worker_threads
 
-__all__ = ["Unseen", "stated", "stated_error"]
+__all__ = ["FAR_APART", "Unseen", "stated", "stated_error"]
+
+FAR_APART = 1e12
+"""Largest ratio of radiances for which the tests of dim lights hold (S22)."""
 
 Floats = NDArray[np.float64]
 

@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from equaltime.film.error import Estimate, PixelStatistics, standard_error
 from equaltime.film.focus import Focus
-from equaltime.film.radiance_range import FAR_APART
 from equaltime.film.second_nets import SecondNets
-from equaltime.film.unseen import Unseen, stated_error
+from equaltime.film.unseen import FAR_APART, Unseen, stated_error
 from equaltime.images import image_files as images
 from equaltime.images import preview
 from equaltime.images.float32 import as_float32, beyond_float32

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from equaltime.film.radiance_range import FAR_APART
+from equaltime.film.unseen import FAR_APART
 from equaltime.scene.compile_media import sees_media
 from equaltime.scene.geometry import DiskSurface
 from equaltime.scene.lint.facts import Finding, first_places, within
