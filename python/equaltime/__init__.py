@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     from equaltime.experiments import cost as cost
     from equaltime.experiments.model.experiment import Experiment as Experiment
     from equaltime.experiments.model.summary import Summary as Summary
-    from equaltime.film.error import Estimate as Estimate
     from equaltime.hardcases import SelfTest as SelfTest
     from equaltime.hardcases import selftest as selftest
     from equaltime.pricing import PriceList as PriceList
@@ -62,6 +61,7 @@ if TYPE_CHECKING:
     from equaltime.scene import Scene as Scene
     from equaltime.scene import load as load
     from equaltime.scene import load_dict as load_dict
+    from equaltime.statistics.intervals import Estimate as Estimate
     from equaltime.statistics.intervals import Interval as Interval
     from equaltime.strategy import Strategy as Strategy
 
@@ -133,7 +133,6 @@ _ROOMS = {
     "equaltime.experiments": ("cost",),
     "equaltime.experiments.model.experiment": ("Experiment",),
     "equaltime.experiments.model.summary": ("Summary",),
-    "equaltime.film.error": ("Estimate",),
     "equaltime.hardcases": ("SelfTest", "selftest"),
     "equaltime.pricing": ("PriceList", "effects"),
     "equaltime.quoting.observer": ("Observer",),
@@ -148,7 +147,7 @@ _ROOMS = {
     "equaltime.rendering.saved": ("read",),
     "equaltime.rendering.tev": ("Viewer",),
     "equaltime.scene": ("Scene", "load", "load_dict"),
-    "equaltime.statistics.intervals": ("Interval",),
+    "equaltime.statistics.intervals": ("Estimate", "Interval"),
     "equaltime.strategy": ("Strategy",),
 }
 """Public names by module. A module is imported when one of its names is first used, so that importing is quick."""

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 from equaltime.errors import EffectError, RenderError, StrategyError
-from equaltime.film.error import Estimate
 from equaltime.pricing import left_out
 from equaltime.quoting.fixed_count import fixed_count
 from equaltime.quoting.observer import Observer, QuoteWatch, overrides
@@ -28,6 +27,7 @@ from equaltime.rendering.saved import Render, as_checkpoint
 from equaltime.rendering.session import Session
 from equaltime.rendering.tev import Viewer
 from equaltime.scene import Scene
+from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 
 __all__ = ["render"]
@@ -258,12 +258,12 @@ def _without(job: Job, left: left_out.LeftOut) -> Job:
     )
 
 
-def _rest(error: float | None, bias: Estimate) -> float | None:
+def _rest(error: float | None, bias: Interval) -> float | None:
     """Return the noise that makes the error asked for together with the bias."""
     if error is None:
         return None
     if bias.high >= error:
-        raise EffectError(f"an error of {100.0 * error:.3g} % cannot be reached: what is left out makes {bias}")
+        raise EffectError(f"an error of {100.0 * error:.3g} % cannot be reached: what is left out makes {bias:%}")
     return math.sqrt(error**2 - bias.high**2)
 
 

@@ -11,18 +11,17 @@ from __future__ import annotations
 import statistics
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from math import comb
 from typing import Any
 
 from equaltime import _core
 from equaltime.machine import machine, worker_threads
 from equaltime.rendering.core import MOMENTS_BYTES, check_memory, core_settings
 from equaltime.scene import Scene
+from equaltime.statistics.intervals import Interval, median_interval
 from equaltime.strategy import Strategy
 
-__all__ = ["Benchmark", "Measurement", "Spread", "measure", "spread"]
+__all__ = ["Benchmark", "Measurement", "measure"]
 
-_LEVEL = 0.95
 _PILOT_SAMPLES = 2
 # Seconds that a repeat takes, about, if its number of samples is not given.
 _REPEAT_SECONDS = 0.5
@@ -32,42 +31,18 @@ _FILMS = 2
 
 
 @dataclass(frozen=True)
-class Spread:
-    """Median of repeats, with an interval for the true median: 95 % or more if there are at least 6 repeats."""
-
-    median: float
-    low: float
-    high: float
-
-
-def spread(values: Sequence[float]) -> Spread:
-    """Return the median of ``values``, with its 95 % confidence interval by the sign test.
-
-    The sign test uses ranks and assumes nothing about the distribution. Fewer than 6 values cannot give 95 %. Their
-    interval goes from the smallest to the largest value.
-    """
-    ordered = sorted(values)
-    count = len(ordered)
-    rank, below = 0, 1.0  # below: 2^n times the probability that at most `rank` values lie under the median
-    while rank + 1 < count - rank - 1 and 2.0 * (below + comb(count, rank + 1)) <= (1.0 - _LEVEL) * 2.0**count:
-        rank += 1
-        below += comb(count, rank)
-    return Spread(statistics.median(ordered), ordered[rank], ordered[-1 - rank])
-
-
-@dataclass(frozen=True)
 class Measurement:
-    """Measured speed of one scene with one number of threads. Each `Spread` is the median of the repeats."""
+    """Measured speed of one scene with one number of threads. Each interval is that of the median of the repeats."""
 
     name: str
     """Path of the scene's file as it was given, or ``scene N`` for scene number N in memory."""
     threads: int
-    paths_per_s: Spread
-    rays_per_s: Spread
+    paths_per_s: Interval
+    rays_per_s: Interval
     """Rays per second, shadow rays included."""
-    limit_ratio: Spread
+    limit_ratio: Interval
     """Seconds that Embree alone needs for the rays, divided by the seconds of the render."""
-    scaling: Spread
+    scaling: Interval
     """Paths per second, divided by the paths per second with the first number of threads in the same repeat."""
     repeats: int
     samples: int
@@ -88,15 +63,16 @@ class Measurement:
     def as_dict(self) -> dict[str, Any]:
         """Return the measurement as JSON data, by field name.
 
-        A field that is a `Spread` becomes its median. The dict ``intervals`` holds [low, high] by the same names.
+        A field that is an interval becomes its value, the median. The dict ``intervals`` holds [low, high] by the same
+        names.
         """
-        spreads = {name: value for name, value in vars(self).items() if isinstance(value, Spread)}
+        spreads = {name: value for name, value in vars(self).items() if isinstance(value, Interval)}
         facts = {name: value for name, value in vars(self).items() if name not in spreads}
         return {
             **facts,
             "size": list(self.size),
             "seconds": dict(self.seconds),
-            **{name: value.median for name, value in spreads.items()},
+            **{name: value.value for name, value in spreads.items()},
             "intervals": {name: [value.low, value.high] for name, value in spreads.items()},
         }
 
@@ -223,10 +199,10 @@ def _summary(case: _Case, base: _Case, strategy: Strategy) -> Measurement:
     return Measurement(
         name=case.name,
         threads=last["threads"],
-        paths_per_s=spread(rates),
-        rays_per_s=spread([rate * rays for rate, rays in zip(rates, rays_of_path, strict=True)]),
-        limit_ratio=spread([pair["replay_seconds"] / pair["render_seconds"] for pair in case.pairs]),
-        scaling=spread([rate / base_rate for rate, base_rate in zip(rates, base.rates, strict=True)]),
+        paths_per_s=median_interval(rates),
+        rays_per_s=median_interval([rate * rays for rate, rays in zip(rates, rays_of_path, strict=True)]),
+        limit_ratio=median_interval([pair["replay_seconds"] / pair["render_seconds"] for pair in case.pairs]),
+        scaling=median_interval([rate / base_rate for rate, base_rate in zip(rates, base.rates, strict=True)]),
         repeats=len(case.pairs),
         samples=case.samples,
         rays_per_path=statistics.fmean(rays_of_path),

@@ -15,13 +15,13 @@ from measuring import arguments, parsed
 from trial_scenes import TRIALS, realised_square, reference, trial_scene, wilson
 
 import equaltime as et
-from equaltime.film.error import Estimate
 from equaltime.film.second_nets import statistics_so_far
 from equaltime.film.unseen import stated_error
 from equaltime.rendering.core import make_renderer
 from equaltime.rendering.core_subject import CoreSubject
+from equaltime.statistics.intervals import Interval
 
-Case = tuple[Estimate, float]
+Case = tuple[Interval, float]
 """What a record states, and the true error."""
 FIRST_SEED = 410_000
 

@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 from uneven import CASES, Case, case_arguments
 
 import equaltime as et
-from equaltime.film.error import Estimate
 from equaltime.film.second_nets import statistics_so_far
 from equaltime.film.unseen import Unseen, stated
 from equaltime.rendering.budget import FIRST_LOOK, Looks, next_look
 from equaltime.rendering.core import core_settings, make_renderer
+from equaltime.statistics.intervals import Interval
 
 Image = NDArray[np.float64]
 GRID = 1.15
@@ -37,7 +37,7 @@ class Seen:
 
     samples: int
     image: Image
-    stated: Estimate
+    stated: Interval
     stops: tuple[float, ...]
     """The targets for which the render ends here."""
 

@@ -20,7 +20,7 @@ from uneven import CASES, case_arguments
 
 import equaltime as et
 from equaltime.bench import spread
-from equaltime.film.error import Estimate
+from equaltime.statistics.intervals import Interval
 
 SCENES = ["cornell-box", "independent", "terrain", "opening", "stadium", "simple", "ball", "lens"]
 
@@ -29,7 +29,7 @@ SCENES = ["cornell-box", "independent", "terrain", "opening", "stadium", "simple
 class Pair:
     """What one quote said of one thing, and what it turned out to be."""
 
-    quoted: Estimate
+    quoted: Interval
     actual: float
 
     @property

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from trial_scenes import TRIALS, realised_square, reference, trial_scene, wilson
 
 import equaltime as et
-from equaltime.film.error import Estimate
 from equaltime.film.second_nets import statistics_so_far
 from equaltime.film.unseen import Unseen, stated_error
 from equaltime.images.metrics import Reference
 from equaltime.rendering.core import core_settings, make_renderer
+from equaltime.statistics.intervals import Interval
 
 Floats = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 class Stated:
     """What a render stated, and what was true."""
 
-    estimate: Estimate
+    estimate: Interval
     true: float
 
     @property
@@ -71,7 +71,7 @@ def main() -> None:
 
 def rendered(
     scene: et.Scene, strategy: et.Strategy, seeds: range, counts: list[int], threads: int
-) -> tuple[Floats, list[list[Estimate]]]:
+) -> tuple[Floats, list[list[Interval]]]:
     """Return images (seed, count, H, W, 3), and what each render states."""
     images, stated = [], []
     for seed in seeds:

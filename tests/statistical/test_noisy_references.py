@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from equaltime.film.sums import box_sum, neighbours
-from equaltime.images.metrics import Measured, Reference, measure
+from equaltime.images.metrics import Reference, measure
 from equaltime.rendering.noisy_reference import Difference, Noise, log_ratio
+from equaltime.statistics.intervals import Interval
 
 Array = NDArray[np.float64]
 Means = tuple[Array, Array]
@@ -58,28 +59,26 @@ def pooled(variance: Array) -> Array:
     return box_sum(variance) / neighbours(SIDE, SIDE)
 
 
-def by_pixels(image: Array, means: Means) -> Measured:
+def by_pixels(image: Array, means: Means) -> Interval:
     mean, variance = mean_and_variance(means)
     return Difference.of(image, mean, Noise(variance, pooled=False)).measured
 
 
-def by_neighbourhoods(image: Array, means: Means) -> Measured:
+def by_neighbourhoods(image: Array, means: Means) -> Interval:
     mean, variance = mean_and_variance(means)
     return Difference.of(image, mean, Noise(pooled(variance), pooled=True)).measured
 
 
-def by_pooled_errors(image: Array, means: Means) -> Measured:
+def by_pooled_errors(image: Array, means: Means) -> Interval:
     """Return the error with the noise of 7x7 pixels over the denominator of one."""
     mean, variance = mean_and_variance(means)
     return measure(image, Reference(mean, pooled(variance)), ["relmse"])["relmse"]
 
 
-def held(method: Callable[[Array, Means], Measured], samples: int) -> int:
+def held(method: Callable[[Array, Means], Interval], samples: int) -> int:
     hits = 0
     for image, means in cases(samples):
         found = method(image, means)
-        assert found.low is not None
-        assert found.high is not None
         hits += found.low <= true_square(image) <= found.high
     return hits
 
@@ -87,7 +86,7 @@ def held(method: Callable[[Array, Means], Measured], samples: int) -> int:
 @pytest.mark.parametrize("samples", [16, 64, 256, 1024])
 @pytest.mark.parametrize("method", [by_pixels, by_neighbourhoods])
 def test_the_interval_holds_the_error_whatever_the_samples_of_the_reference(
-    method: Callable[[Array, Means], Measured], samples: int
+    method: Callable[[Array, Means], Interval], samples: int
 ) -> None:
     assert held(method, samples) >= least(PAIRS)
 
@@ -105,11 +104,9 @@ def test_no_error_is_negative_and_a_good_reference_leaves_none_unknown() -> None
 
 
 def test_an_interval_of_a_third_of_the_width_would_be_noticed() -> None:
-    def narrow(image: Array, means: Means) -> Measured:
+    def narrow(image: Array, means: Means) -> Interval:
         found = by_pixels(image, means)
-        assert found.low is not None
-        assert found.high is not None
-        return Measured(found.value, *(found.value + (end - found.value) / 3.0 for end in (found.low, found.high)))
+        return Interval(found.value, *(found.value + (end - found.value) / 3.0 for end in (found.low, found.high)))
 
     assert held(narrow, 16) < least(PAIRS)
 

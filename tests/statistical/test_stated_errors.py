@@ -16,10 +16,11 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime.film.error import Estimate, error_parts, pixel_statistics
+from equaltime.film.error import error_parts, pixel_statistics
 from equaltime.film.moments import squared_deviations
 from equaltime.film.unseen import Unseen, stated_error
 from equaltime.rendering.core import core_settings, make_renderer
+from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 
 SCENES = Path(__file__).parents[2] / "scenes"
@@ -30,7 +31,7 @@ BEST = Strategy.parse("best")
 
 @dataclass(frozen=True)
 class Run:
-    stated: Estimate
+    stated: Interval
     lenient: float
     """The error by the reference that a pixel's own noise is in."""
     cautious: float

@@ -10,9 +10,9 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
-from equaltime.film.error import Estimate
 from equaltime.rendering.core_subject import CoreSubject
 from equaltime.rendering.render_file import read_picture
+from equaltime.statistics.intervals import Interval
 
 SCENES = Path(__file__).parents[2] / "scenes"
 CAUSTIC, PLAIN = SCENES / "experiments" / "caustic.toml", SCENES / "cornell-box.toml"
@@ -52,7 +52,7 @@ def quoted_of_a_render_that_is_taken_up(path: Path, folder: Path, printed: Said)
 
 
 def with_a_bias(path: Path, folder: Path, printed: Said) -> str:
-    return et.render(scene(path), spp=8).error.with_bias(Estimate(0.1, 0.05, 0.2)).doubt
+    return et.render(scene(path), spp=8).error.with_bias(Interval(0.1, 0.05, 0.2)).doubt
 
 
 def in_a_file(path: Path, folder: Path, printed: Said) -> str:
@@ -109,5 +109,5 @@ def test_every_output_tells_a_doubt_and_none_makes_one_up(
 
 
 def test_the_doubt_of_a_bias_is_one_of_the_error() -> None:
-    noise, bias = Estimate(0.1, 0.09, 0.11, "of the noise"), Estimate(0.1, 0.09, 0.11, "of the bias")
-    assert noise.with_bias(bias).doubt == "of the noise; of the bias"
+    error = Interval(0.1, 0.09, 0.11)
+    assert error.doubted("of the noise").with_bias(error.doubted("of the bias")).doubt == "of the noise; of the bias"

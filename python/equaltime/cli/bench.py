@@ -12,12 +12,13 @@ from rich import progress as bars
 from rich.console import Console
 from rich.table import Table
 
-from equaltime.bench import Benchmark, Measurement, Spread, measure
+from equaltime.bench import Benchmark, Measurement, measure
 from equaltime.cli.messages import plain_console, print_warnings
 from equaltime.cli.options import MaxDepth, Substitute, parse_definitions, parse_size, parse_whole
 from equaltime.rendering.arguments import MOST_THREADS
 from equaltime.scene import load_file
 from equaltime.scene.model import MOST_SAMPLES
+from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 from equaltime.strict_json import json_text
 
@@ -147,5 +148,5 @@ def _cells(row: Measurement) -> tuple[str, ...]:
     )
 
 
-def _interval(value: Spread, scale: float = 1.0) -> str:
-    return f"{scale * value.median:.3g} ±{50 * (value.high - value.low) / value.median:.2g}%"
+def _interval(value: Interval, scale: float = 1.0) -> str:
+    return f"{scale * value.value:.3g} ±{50 * (value.high - value.low) / value.value:.2g}%"

@@ -10,7 +10,6 @@ import typer
 from rich.table import Table
 
 from equaltime.cli.messages import plain_console
-from equaltime.images.metrics import Measured
 from equaltime.rendering.compare import Compared, Comparison
 from equaltime.rendering.compare import compare as compare_files
 from equaltime.statistics.intervals import Interval
@@ -58,7 +57,7 @@ def _print(found: Comparison) -> None:
     for label, cells in (
         ("in doubt", ["yes, see the note" if image.doubt else "" for image in found.images]),
         ("p of equal means", [_p(image) for image in found.images]),
-        ("its own estimate", [str(image.own) if image.own else "" for image in found.images]),
+        ("its own estimate", [f"{image.own:%}" if image.own else "" for image in found.images]),
         ("render time", [f"{image.seconds:.3g} s" if image.seconds else "" for image in found.images]),
     ):
         if any(cells):
@@ -73,12 +72,13 @@ def _print(found: Comparison) -> None:
         console.print(f"note: {note}", style="dim", soft_wrap=True)
 
 
-def _measured(metric: str, measured: Measured) -> str:
+def _measured(metric: str, measured: Interval) -> str:
     scale, unit = (100.0, " %") if metric in _PERCENT else (1.0, "")
-    if not measured.known:
-        return "unknown" if measured.high is None else f"unknown, at most {scale * measured.high:.4g}{unit}"
+    limited = math.isfinite(measured.high)
+    if math.isnan(measured.value):
+        return f"unknown, at most {scale * measured.high:.4g}{unit}" if limited else "unknown"
     text = f"{scale * measured.value:.4g}{unit}"
-    if measured.low is None or measured.high is None:
+    if not limited:
         return text
     return f"{text} [{scale * measured.low:.4g}, {scale * measured.high:.4g}]"
 

@@ -13,6 +13,7 @@ from pydantic import BaseModel
 from equaltime.errors import ExperimentError
 from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.record import load
+from equaltime.statistics.intervals import Interval
 
 __all__ = ["as_data", "recorded"]
 
@@ -36,6 +37,8 @@ def _runs(folder: Path) -> int:
 
 def as_data(value: object) -> Any:
     """Return a value, such as a `Summary`, as JSON data; numbers that are not finite become None."""
+    if isinstance(value, Interval):
+        return value.as_dict()
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {field.name: as_data(getattr(value, field.name)) for field in dataclasses.fields(value)}
     if isinstance(value, BaseModel):

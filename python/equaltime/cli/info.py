@@ -11,10 +11,10 @@ from rich.table import Table
 from equaltime.cli.messages import plain_console, print_warnings
 from equaltime.cli.options import Substitute, parse_definitions
 from equaltime.errors import ImageError
-from equaltime.film.error import Estimate
 from equaltime.rendering.render_file import holds_film, read_picture
 from equaltime.scene import Scene, SceneModel, load_file
 from equaltime.scene.named_files import named_files
+from equaltime.statistics.intervals import Interval
 from equaltime.strict_json import json_text
 from equaltime.words import duration
 
@@ -94,7 +94,7 @@ def _of_render(path: Path, as_json: bool) -> int:
 
 def _of_record(name: str, value: Any) -> str:
     if name == "error":
-        return str(Estimate.from_dict(value))
+        return f"{Interval.from_dict(value):%}"
     if name == "seconds":
         return duration(value)
     if name == "sources":

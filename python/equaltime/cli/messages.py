@@ -50,7 +50,7 @@ def headline(result: Result) -> str:
     height, width = result.samples.shape
     origin, number = result.origin, stated(result.origin)
     seeds = f" of {len(origin.sources)} seeds" if origin.sources else ""
-    said = f"{number.noun} {result.error}{number.of_paths}{_bias(result, number)}"
+    said = f"{number.noun} {result.error:%}{number.of_paths}{_bias(result, number)}"
     missing = f"; {number.missing}" if number.missing else ""
     return f"{width}x{height}, {result.spp:.4g} spp{seeds}, {said}{missing}"
 
@@ -62,7 +62,7 @@ def _bias(result: Result, number: Stated) -> str:
     images without rare light.
     """
     origin = result.origin
-    by = [] if result.bias is None else [f"without {', '.join(origin.without)}, which makes {result.bias} of it"]
+    by = [] if result.bias is None else [f"without {', '.join(origin.without)}, which makes {result.bias:%} of it"]
     if number.by_strategy or (origin.biased and not by):
         by.append(origin.strategy)
     if by:

@@ -24,7 +24,6 @@ from equaltime.cli.options import (
     parse_definitions,
 )
 from equaltime.cli.progress import progress_bar
-from equaltime.film.error import Estimate
 from equaltime.quoting.law import Law
 from equaltime.quoting.noise_light import NoiseLight
 from equaltime.quoting.noise_places import NoisePlaces
@@ -32,6 +31,7 @@ from equaltime.quoting.pilot import Quote
 from equaltime.quoting.quote import quote as quote_scene
 from equaltime.rendering.stated import Stated, stated
 from equaltime.scene import load_file
+from equaltime.statistics.intervals import Interval
 from equaltime.strict_json import json_text
 from equaltime.words import duration, percent
 
@@ -183,7 +183,7 @@ def _add_light(table: Table, light: NoiseLight, law: Law) -> None:
     )
 
 
-def _largest(shares: Mapping[str, Estimate]) -> str:
+def _largest(shares: Mapping[str, Interval]) -> str:
     """Format the shares of at least 1 %, the largest first, with the number and the sum of the others."""
     ordered = sorted(shares.items(), key=lambda item: -item[1].value)
     told = [(what, share) for what, share in ordered if abs(share.value) >= _WORTH_TELLING][:_MOST_PARTS]
@@ -192,7 +192,7 @@ def _largest(shares: Mapping[str, Estimate]) -> str:
     return f"{words}; {len(ordered) - len(told)} more {_whole(rest)} %" if abs(rest) >= _WORTH_TELLING else words
 
 
-def _share(share: Estimate) -> str:
+def _share(share: Interval) -> str:
     if not share.known:
         return "an unknown part"
     if not share.trusted:
@@ -205,7 +205,7 @@ def _whole(share: float) -> str:
     return f"{100.0 * share:.0f}" if abs(share) >= 0.095 else f"{100.0 * share:.2g}"
 
 
-def _range(estimate: Estimate, words: Callable[[float], str]) -> str:
+def _range(estimate: Interval, words: Callable[[float], str]) -> str:
     if not estimate.high > estimate.low:
         return words(estimate.value)
     return f"{words(estimate.value)} [{words(estimate.low)}, {words(estimate.high)}]"

@@ -19,23 +19,22 @@ here, indexed ``[y, x, channel]``, in the units of the image.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from statistics import NormalDist
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.film.sums import error_contributions, join_replicates, standard_errors
 from equaltime.film.tails import outstanding
+from equaltime.statistics.intervals import Interval
 
 __all__ = [
-    "UNKNOWN",
+    "UNKNOWN_ERROR",
     "ErrorParts",
-    "Estimate",
     "PixelStatistics",
-    "Unit",
     "error_and_brightest",
     "error_parts",
     "expected_half_width",
@@ -57,78 +56,8 @@ _MOST_KNOWN = 100.0
 # Binary exponent of an image's mean beyond which its fourth power overflows or underflows float64.
 _MOST_EXPONENT = 200
 
-Unit = Literal["%", "s", "spp", "MB"]
-_SCALES: Mapping[Unit, float] = {"%": 100.0, "s": 1.0, "spp": 1.0, "MB": 1e-6}
-"""Factors by which numbers are multiplied when they are printed."""
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """An estimated number with its 95 % interval, its unit, and the reason to doubt the interval, if there is one."""
-
-    value: float
-    """The estimate. NaN where nothing is known; ``inf`` is a statement, such as a time that never comes."""
-    low: float
-    high: float
-    doubt: str = ""
-    """Reason why the upper limit cannot be trusted; empty if it can (`equaltime.film.tails`)."""
-    unit: Unit = "%"
-    """Unit when printed: fractions as per cent, seconds, samples per pixel, bytes as megabytes."""
-
-    @property
-    def trusted(self) -> bool:
-        """Whether the interval can be trusted: True if ``doubt`` is empty."""
-        return not self.doubt
-
-    @property
-    def known(self) -> bool:
-        """Whether the estimate is a finite number."""
-        return math.isfinite(self.value)
-
-    def with_bias(self, bias: Estimate | None) -> Estimate:
-        """Return the total error of an image, with this estimate as its noise: the root of noise² plus bias².
-
-        The total has the doubts of both. ``bias`` None stands for no bias.
-        """
-        if bias is None:
-            return self
-        value, low, high = (
-            math.hypot(*both) for both in ((self.value, bias.value), (self.low, bias.low), (self.high, bias.high))
-        )
-        doubt = "; ".join(dict.fromkeys(filter(None, (self.doubt, bias.doubt))))
-        return replace(self, value=value, low=low, high=high, doubt=doubt)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return ``value``, ``low``, ``high``, ``unit`` and, if there is one, ``doubt`` as JSON data.
-
-        JSON has no infinity, so an infinite limit becomes None. A ``value`` of None means unknown, or infinite if the
-        key ``never`` is true.
-        """
-        numbers = {"value": self.value, "low": self.low, "high": self.high}
-        found: dict[str, Any] = {key: number if math.isfinite(number) else None for key, number in numbers.items()}
-        never = {"never": True} if math.isinf(self.value) else {}
-        return found | never | ({"doubt": self.doubt} if self.doubt else {}) | {"unit": self.unit}
-
-    @classmethod
-    def from_dict(cls, data: Mapping[str, Any]) -> Estimate:
-        """Return the estimate from the data of `as_dict`.
-
-        Data without a unit are read as relative errors, since an earlier version stored no other estimates.
-        """
-        never = bool(data.get("never"))
-        none = {"value": math.inf if never else math.nan, "low": math.inf if never else -math.inf, "high": math.inf}
-        value, low, high = (other if data[key] is None else float(data[key]) for key, other in none.items())
-        return cls(value, low, high, data.get("doubt") or "", data.get("unit", "%"))
-
-    def __str__(self) -> str:
-        if not self.known:
-            return "never" if math.isinf(self.value) else "unknown"
-        value, low, high = (f"{_SCALES[self.unit] * number:.3g}" for number in (self.value, self.low, self.high))
-        return f"{value} {self.unit} [{low}, {high if math.isfinite(self.high) else 'unknown'}]"
-
-
-UNKNOWN = Estimate(math.nan, 0.0, math.inf)
-"""Estimate of an unknown error, which is only known to be at least 0."""
+UNKNOWN_ERROR = Interval(math.nan, 0.0, math.inf)
+"""Interval of an unknown error, which is only known to be at least 0."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,7 +128,7 @@ def image_error(
     level: float = 0.95,
     hidden: Callable[[PixelStatistics, float], float] | None = None,
     least: Floats | None = None,
-) -> Estimate:
+) -> Interval:
     """Return the relative error of the image, as this module defines it, with its interval.
 
     The interval is meant to hold the *realised* error of this very image in 95 % of renders (or another ``level``).
@@ -208,8 +137,8 @@ def image_error(
     squared Gaussian is twice the square of its mean. It is no less than the variance of its estimate from two
     replicates.) The quantile is Student's t, for the effective number of contributions.
 
-    The error is `UNKNOWN` while a pixel has samples in fewer than two replicates. A black image has value 0 and the
-    upper limit ``inf``, because no light was seen and so nothing is known. The upper limit is 0 if no light can be
+    The error is `UNKNOWN_ERROR` while a pixel has samples in fewer than two replicates. A black image has value 0 and
+    the upper limit ``inf``, because no light was seen and so nothing is known. The upper limit is 0 if no light can be
     hidden.
 
     Parameters
@@ -228,7 +157,7 @@ def error_and_brightest(
     level: float = 0.95,
     hidden: Callable[[PixelStatistics, float], float] | None = None,
     least: Floats | None = None,
-) -> tuple[Estimate, float]:
+) -> tuple[Interval, float]:
     """Return the estimate of `image_error`, and the share of error² that the brightest path makes, in [0, 1].
 
     `equaltime.film.tails.outstanding` computes that share. The arguments are as for `image_error`.
@@ -238,19 +167,19 @@ def error_and_brightest(
         return seen, brightest
     missed = math.sqrt(hidden(pixels, level))
     if seen.value == 0.0 and missed == 0.0:
-        return Estimate(0.0, 0.0, 0.0), brightest
+        return Interval(0.0, 0.0, 0.0), brightest
     return replace(seen, high=math.hypot(seen.high, missed)), brightest
 
 
-def _seen_error(pixels: PixelStatistics, level: float, least: Floats | None) -> tuple[Estimate, float]:
+def _seen_error(pixels: PixelStatistics, level: float, least: Floats | None) -> tuple[Interval, float]:
     """Return the error from light that samples have seen, and the brightest path's share of its square."""
     if pixels.variance.size == 0 or not np.isfinite(pixels.variance).all():
-        return UNKNOWN, 0.0
+        return UNKNOWN_ERROR, 0.0
     m = float(pixels.mean.mean())
     if m == 0.0:
-        return Estimate(0.0, 0.0, math.inf), 0.0
+        return Interval(0.0, 0.0, math.inf), 0.0
     if not math.isfinite(m):
-        return UNKNOWN, 0.0
+        return UNKNOWN_ERROR, 0.0
     if abs(exponent := math.frexp(m)[1]) > _MOST_EXPONENT:
         scale = math.ldexp(1.0, -exponent)  # errors are relative, and scaling by a power of two keeps their bits
         scaled = replace(pixels, mean=pixels.mean * scale, variance=pixels.variance * scale * scale)
@@ -258,11 +187,11 @@ def _seen_error(pixels: PixelStatistics, level: float, least: Floats | None) -> 
     parts = error_parts(pixels, m, least)
     value, low, high = (math.sqrt(float(part.mean())) for part in (parts.value, parts.lenient, parts.cautious))
     if value == 0.0:
-        return Estimate(0.0, 0.0, 0.0), 0.0
+        return Interval(0.0, 0.0, 0.0), 0.0
     moved = parts.moved / (parts.value.size * value**4)
     down, up = (_half_width(part, moved, pixels, level) for part in (parts.lenient, parts.cautious))
     limits = (low * math.exp(-down), high * math.exp(up) if up < _MOST_KNOWN else math.inf)
-    return Estimate(value, *limits), outstanding(parts.value)
+    return Interval(value, *limits), outstanding(parts.value)
 
 
 def _half_width(contributions: Floats, moved: float, pixels: PixelStatistics, level: float) -> float:

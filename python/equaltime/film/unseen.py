@@ -16,19 +16,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from functools import cache, cached_property, partial, reduce
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.film.error import Estimate, PixelStatistics, error_and_brightest
+from equaltime.film.error import PixelStatistics, error_and_brightest
 from equaltime.film.focus import Focus
 from equaltime.film.lamps import Lamps
 from equaltime.film.sums import RADIUS, box_sum, unshadowed, window_around
 from equaltime.film.tails import averaged_out
 from equaltime.machine import worker_threads
+from equaltime.statistics.intervals import Interval
 
 __all__ = ["FAR_APART", "Unseen", "stated", "stated_error"]
 
@@ -168,7 +168,7 @@ def stated_error(
     level: float = 0.95,
     lasting: bool = False,
     brightest: float = 0.0,
-) -> Estimate:
+) -> Interval:
     """Return the error that a render states of itself, wherever the error is shown, stored or compared with a target.
 
     ``unseen`` is the light that samples may have missed; None leaves it out. With ``lasting`` the limits leave out
@@ -184,7 +184,7 @@ def stated(
     level: float = 0.95,
     lasting: bool = False,
     brightest: float = 0.0,
-) -> tuple[Estimate, float]:
+) -> tuple[Interval, float]:
     """Return the estimate of `stated_error`, and the brightness of the brightest path.
 
     That brightness is one of the numbers whose maximum is ``past`` in `equaltime.film.tails.averaged_out`. The
@@ -200,7 +200,7 @@ def stated(
     samples, square = float(pixels.samples.mean()), found.value**2
     focused = unseen.focus.doubt(samples, found.value, float(pixels.mean.mean())) if unseen is not None else ""
     doubt = focused or averaged_out(brightest, samples, square, share)
-    return replace(found, doubt=doubt), share * square * samples**2
+    return (found.doubted(doubt) if doubt else found), share * square * samples**2
 
 
 def _around(values: NDArray[Any]) -> Floats:

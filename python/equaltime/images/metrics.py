@@ -27,12 +27,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from equaltime.film.tails import MOST_RATIO, Tail, tail_of
 from equaltime.images.flip import flip
-from equaltime.statistics.intervals import signed_root
+from equaltime.statistics.intervals import Interval, signed_root
 
 __all__ = [
     "METRICS",
     "MOST_RATIO",
-    "Measured",
     "Metric",
     "Reference",
     "Tail",
@@ -126,33 +125,12 @@ class Reference:
         return math.sqrt(degrees * float(np.square(parts.sum(axis=2)).sum())) / parts.size
 
 
-@dataclass(frozen=True)
-class Measured:
-    """One metric of one image: its distance from the truth, with the uncertainty due to the reference's noise.
-
-    Another render of the same scene has another distance. Only repeated renders show how distances spread.
-    """
-
-    value: float
-    """The metric; NaN if it is unknown, or if only an upper limit is known."""
-    low: float | None
-    high: float | None
-    """Limits ``low`` and ``high`` of the metric; None if the reference's noise is unknown. For error, relmse and mse:
-    the 95 % interval. For mare and flip: bounds that hold on average over references."""
-
-    @property
-    def known(self) -> bool:
-        """Whether the metric is a number: False if ``value`` is NaN."""
-        return not math.isnan(self.value)
-
-    def map(self, function: Callable[[float], float]) -> Measured:
-        """Return the metric with an increasing ``function`` applied to the value and both limits."""
-        ends = (None if end is None else function(end) for end in (self.low, self.high))
-        return Measured(function(self.value), *ends)
-
-
-def measure(image: ArrayLike, reference: Reference, metrics: Iterable[Metric] = METRICS) -> dict[str, Measured]:
+def measure(image: ArrayLike, reference: Reference, metrics: Iterable[Metric] = METRICS) -> dict[str, Interval]:
     """Return the wanted ``metrics`` of an image (H, W, 3) against a reference, as a dict by the metric's name.
+
+    Each metric is the distance of this image from the truth, with the uncertainty due to the reference's noise; another
+    render has another distance. The limits of error, relmse and mse are at 95 %. The limits of mare and flip hold on average
+    over references. Limits are infinite, and not trusted, if the reference's noise is not known.
 
     All metrics are NaN for an image with a pixel that is not finite. Against a black reference, relative metrics are 0
     for a black image, and infinite for any other image.
@@ -165,8 +143,8 @@ def measure(image: ArrayLike, reference: Reference, metrics: Iterable[Metric] = 
     pixels = np.asarray(image, np.float64)
     _check(pixels, reference)
     if not np.isfinite(pixels).all():
-        return dict.fromkeys(metrics, Measured(math.nan, None, None))
-    functions: dict[str, Callable[[Floats, Reference], Measured]] = {
+        return dict.fromkeys(metrics, _without_limits(math.nan))
+    functions: dict[str, Callable[[Floats, Reference], Interval]] = {
         "error": lambda i, r: _square(i, r, relative=True).map(signed_root),
         "relmse": lambda i, r: _square(i, r, relative=True),
         "mse": lambda i, r: _square(i, r, relative=False),
@@ -187,13 +165,13 @@ def contributions(image: ArrayLike, reference: Reference) -> Floats:
     return parts
 
 
-def _square(pixels: Floats, reference: Reference, relative: bool) -> Measured:
+def _square(pixels: Floats, reference: Reference, relative: bool) -> Interval:
     denominator = reference.denominator if relative else np.ones_like(pixels)
     value = float(divided((pixels - reference.mean) ** 2 - reference.noise, denominator).mean())
     if not reference.noisy:
-        return Measured(value, None, None)
+        return _without_limits(value)
     half = _Z95 * reference_doubt(pixels, reference, relative)
-    return Measured(value, value - half, value + half)
+    return Interval(value, value - half, value + half)
 
 
 def reference_doubt(pixels: Floats, reference: Reference, relative: bool = True) -> float:
@@ -219,28 +197,33 @@ def reference_doubt(pixels: Floats, reference: Reference, relative: bool = True)
     return math.sqrt(float((moved.sum(axis=2) ** 2).sum())) / pixels.size
 
 
-def _absolute(pixels: Floats, reference: Reference) -> Measured:
+def _absolute(pixels: Floats, reference: Reference) -> Interval:
     """Bound by the triangle inequality: | |I - R| - |I - T| | is at most |n|."""
     denominator = np.abs(reference.mean) + 0.1 * abs(float(reference.mean.mean()))
     value = float(divided(np.abs(pixels - reference.mean), denominator).mean())
     if not reference.noisy:
-        return Measured(value, None, None)
+        return _without_limits(value)
     noise = np.sqrt(reference.noise)  # no less than the mean of |n| whatever its distribution
     if reference.halves is not None:
         noise = 0.5 * np.abs(reference.halves[0] - reference.halves[1])
     return _bounded(value, float(divided(noise, denominator).mean()))
 
 
-def _flip(pixels: Floats, reference: Reference) -> Measured:
+def _flip(pixels: Floats, reference: Reference) -> Interval:
     """Bound by FLIP between the reference and its halves, which differ as the reference does from the truth."""
     value = flip(pixels, reference.mean)
     if reference.halves is None:
-        return Measured(value, None, None)
+        return _without_limits(value)
     return _bounded(value, max(flip(half, reference.mean) for half in reference.halves))
 
 
-def _bounded(value: float, doubt: float) -> Measured:
-    return Measured(value, max(value - doubt, 0.0), value + doubt)
+def _without_limits(value: float) -> Interval:
+    """Return a metric of which the reference tells no limits."""
+    return Interval(value, -math.inf, math.inf).doubted("the noise of the reference is not known")
+
+
+def _bounded(value: float, doubt: float) -> Interval:
+    return Interval(value, max(value - doubt, 0.0), value + doubt)
 
 
 def divided(numerator: Floats, denominator: Floats) -> Floats:

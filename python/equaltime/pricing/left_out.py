@@ -13,7 +13,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
-from equaltime.film.error import Estimate
 from equaltime.quoting.light_parts import measure_parts
 from equaltime.quoting.pairs import Versus, run_in_turn
 from equaltime.scene import Scene
@@ -46,7 +45,7 @@ class LeftOut:
     strategy: Strategy
     names: tuple[str, ...]
     """Names of the effects left out, as for `leave_out`."""
-    bias: Estimate
+    bias: Interval
     """Error due to leaving them out, with its 95 % interval."""
     why: tuple[str, ...]
     """Decision on each effect, in words."""
@@ -67,11 +66,11 @@ def measured(scene: Scene, strategy: Strategy, names: tuple[str, ...], seed: int
     why = tuple(f"{name}: the scene does not call for it" for name in names if name not in present)
     less_scene, shorter = leave_out(scene, strategy, present)
     if not present:
-        return LeftOut(less_scene, shorter, (), Estimate(0.0, 0.0, 0.0), why)
+        return LeftOut(less_scene, shorter, (), Interval(0.0, 0.0, 0.0), why)
     versus = _compare(scene, strategy, {present: present}, seed + 2 * REPEATS, threads)[present]
     change = versus.change
     why += (f"without {', '.join(present)}: {_saved(versus)}",)
-    return LeftOut(less_scene, shorter, present, Estimate(change.value, change.low, change.high), why)
+    return LeftOut(less_scene, shorter, present, Interval(change.value, change.low, change.high), why)
 
 
 def _untruncated(strategy: Strategy, names: tuple[str, ...]) -> tuple[Strategy, tuple[str, ...]]:
@@ -109,7 +108,7 @@ def choose(scene: Scene, strategy: Strategy, within: float, seed: int = 0, threa
         why.append(words)
     left = measured(scene, strategy, tuple(taken), seed, threads)
     while left.names and left.bias.high > within:
-        why.append(f"kept after all: {left.names[-1]}, since together they make {left.bias}")
+        why.append(f"kept after all: {left.names[-1]}, since together they make {left.bias:%}")
         left = measured(scene, strategy, left.names[:-1], seed, threads)
     return LeftOut(left.scene, left.strategy, left.names, left.bias, (*why, *left.why))
 
@@ -140,7 +139,7 @@ def _seed(seed: int) -> int:
 
 
 def _words(change: Interval) -> str:
-    return f"{Estimate(change.value, change.low, change.high)} of error"
+    return f"{change:%} of error"
 
 
 def _saved(versus: Versus) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -23,7 +22,7 @@ from equaltime.scene.effects.leaving import can_leave_out
 from equaltime.scene.smaller import smaller
 from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
-from equaltime.words import Shown, percent
+from equaltime.words import Shown
 
 __all__ = ["Price", "PriceList", "effects"]
 
@@ -61,7 +60,7 @@ class Price:
             "title": self.kind.title,
             "reasons": [{"place": reason.place, "what": reason.what} for reason in self.reasons],
             "instead": self.instead,
-            **{name: None if interval is None else as_data(interval) for name, interval in intervals.items()},
+            **{name: None if interval is None else interval.as_dict() for name, interval in intervals.items()},
             "memory": self.memory,
         }
 
@@ -99,8 +98,9 @@ class PriceList(Shown):
         lines = [f"the scene calls for {called}; {len(self.free)} other effects cost nothing"]
         for price in self.prices:
             if price.time is not None and price.change is not None:
-                time, change = _in_percent(price.time), _in_percent(price.change)
-                lines.append(f"{price.kind.name}: {time} of the time; without it the image is {change} off")
+                lines.append(
+                    f"{price.kind.name}: {price.time:%} of the time; without it the image is {price.change:%} off"
+                )
         return "\n".join(lines)
 
     def as_dict(self) -> dict[str, Any]:
@@ -109,10 +109,10 @@ class PriceList(Shown):
             "effects": [price.as_dict() for price in self.prices],
             "free": list(self.free),
             "shares": {
-                kind: {what: as_data(share) for what, share in shares.items()} for kind, shares in self.shares.items()
+                kind: {what: share.as_dict() for what, share in shares.items()} for kind, shares in self.shares.items()
             },
-            "truncated": {str(depth): as_data(error) for depth, error in self.truncated.items()},
-            "outputs": {name: as_data(share) for name, share in self.outputs.items()},
+            "truncated": {str(depth): error.as_dict() for depth, error in self.truncated.items()},
+            "outputs": {name: share.as_dict() for name, share in self.outputs.items()},
             "size": list(self.size),
             "samples": self.samples,
             "repeats": self.repeats,
@@ -121,16 +121,6 @@ class PriceList(Shown):
             "max_depth": self.max_depth,
             "scene_max_depth": self.scene_max_depth,
         }
-
-
-def _in_percent(interval: Interval) -> str:
-    return f"{percent(interval.value)} [{percent(interval.low)}, {percent(interval.high)}]"
-
-
-def as_data(interval: Interval) -> dict[str, float | None]:
-    """Return value, low and high of an interval as JSON data; numbers that are not finite are None."""
-    numbers = {"value": interval.value, "low": interval.low, "high": interval.high}
-    return {name: number if math.isfinite(number) else None for name, number in numbers.items()}
 
 
 def effects(

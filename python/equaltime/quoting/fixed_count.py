@@ -20,13 +20,13 @@ import time as clock
 from dataclasses import dataclass, replace
 
 from equaltime.errors import ImageError, RenderError
-from equaltime.film.error import Estimate
 from equaltime.quoting.pilot import Pilot, Quote
 from equaltime.rendering.budget import FIRST_LOOK, Limits, Stop
 from equaltime.rendering.job import Job
 from equaltime.rendering.progress import ProgressCallback
 from equaltime.rendering.session import Session
 from equaltime.scene.model import MOST_SAMPLES
+from equaltime.statistics.intervals import Interval
 
 __all__ = ["Chosen", "fixed_count", "pilot_seed"]
 
@@ -162,11 +162,11 @@ def _of_fixed(quote: Quote, limits: Limits, stop: Stop, done: int) -> Quote:
     """Return the quote of a render that ends at the count, or at a given number of samples if that is nearer."""
     assert stop.spp is not None
     end = float(stop.spp if limits.spp is None else min(stop.spp, limits.spp))
-    left = max(1.0, end - done)
+    left, error = max(1.0, end - done), quote.law.error_at(end)
     return replace(
         quote,
-        spp=Estimate(end, end, end, unit="spp"),
-        seconds=quote.law.seconds_for(Estimate(left, left, left, unit="spp")),
-        error=replace(quote.law.error_at(end), doubt=quote.error.doubt),
+        spp=Interval(end, end, end),
+        seconds=quote.law.seconds_for(Interval(left, left, left)),
+        error=error.doubted(quote.error.doubt) if quote.error.doubt else error,
         pilot_seconds=stop.pilot_seconds,
     )

@@ -14,8 +14,8 @@ from pathlib import Path
 from statistics import NormalDist, linear_regression, variance
 from typing import Any, Literal, NamedTuple
 
-from equaltime.film.error import Estimate, Unit
 from equaltime.rendering.budget import Looks, next_look
+from equaltime.statistics.intervals import Interval
 
 __all__ = ["Law", "Pace", "Probed", "Processors", "fit", "from_start", "pace", "without_start"]
 
@@ -205,7 +205,7 @@ class Law:
             doubt=math.sqrt(weight) * last.doubt,
         )
 
-    def error_at(self, samples: float) -> Estimate:
+    def error_at(self, samples: float) -> Interval:
         """Return the predicted relative error of the image after ``samples`` samples per pixel.
 
         The interval includes the width of the interval that the render itself will then state.
@@ -220,7 +220,7 @@ class Law:
         growth = self._beyond(samples)
         return math.hypot(chance, self.exponent_doubt * growth, self._probes_doubt(samples))
 
-    def samples_until(self, error: float) -> Estimate:
+    def samples_until(self, error: float) -> Interval:
         """Return the samples per pixel at which a render stops if it stops by its own estimates of the error.
 
         ``error`` is the error to reach. Renders are simulated that differ in the chance of the pilot, in the exponent,
@@ -228,16 +228,16 @@ class Law:
         interval.
         """
         stops = sorted(self._stop(error, draw) for draw in _draws())
-        return Estimate(stops[_DRAWS // 2], stops[1], stops[-2], unit="spp")
+        return Interval(stops[_DRAWS // 2], stops[1], stops[-2])
 
-    def samples_within(self, error: float) -> Estimate:
+    def samples_within(self, error: float) -> Interval:
         """Return the samples per pixel at which the predicted error falls to ``error``, with an interval.
 
         Value, low and high are the counts at which value, low and high of `error_at` fall to ``error``. At the count
         ``high`` the true error is at most ``error`` in 97.5 % of renders, whatever the renders estimate themselves.
         """
         value, low, high = (self._first_within(error, end) for end in ("value", "low", "high"))
-        return Estimate(value, low, high, unit="spp")
+        return Interval(value, low, high)
 
     def _first_within(self, error: float, end: Literal["value", "low", "high"]) -> float:
         """Return the least even count, up to 2^40, at which an end of the error's interval is at most ``error``."""
@@ -248,14 +248,14 @@ class Law:
         halves = range(1, round(0.5 * _MOST_SAMPLES))
         return 2.0 * (bisect_left(halves, True, key=reached) + 1)
 
-    def samples_left(self, share: Estimate) -> Estimate:
+    def samples_left(self, share: Interval) -> Interval:
         """Return the fraction of the samples that would still be needed for the same error if the noise were smaller.
 
         With less noise, error² would be ``share`` times the present one. The interval includes the interval of
         ``share`` and the doubt about the exponent. The fraction is 0 if ``share`` is not positive.
         """
         if not share.value > 0.0:
-            return Estimate(0.0, 0.0, math.inf)
+            return Interval(0.0, 0.0, math.inf)
         power = 0.5 / self.exponent
         value = share.value**power
         by_exponent = _Z95 * power * math.log(share.value) * self.exponent_doubt / self.exponent
@@ -263,21 +263,21 @@ class Law:
             math.hypot(power * math.log(end / share.value), by_exponent) if end > 0.0 else math.inf
             for end in (share.low, share.high)
         )
-        return Estimate(value, value * math.exp(-below), value * math.exp(above))
+        return Interval(value, value * math.exp(-below), value * math.exp(above))
 
-    def samples_in(self, seconds: float) -> Estimate:
+    def samples_in(self, seconds: float) -> Interval:
         """Return the samples per pixel that a render takes in ``seconds`` seconds, with an interval."""
         even = without_start(seconds, self.seconds_lost)
-        return _interval(max(1.0, even / self.seconds_per_sample), self.speed_doubt, "spp")
+        return _interval(max(1.0, even / self.seconds_per_sample), self.speed_doubt)
 
-    def seconds_for(self, samples: Estimate) -> Estimate:
+    def seconds_for(self, samples: Interval) -> Interval:
         """Return the seconds that ``samples`` per pixel take; the interval includes the interval of ``samples``."""
         above, below = (
             math.exp(math.hypot(math.log(ratio), _Z95 * self.speed_doubt))
             for ratio in (samples.high / samples.value, samples.value / samples.low)
         )
         value = from_start(samples.value * self.seconds_per_sample, self.seconds_lost)
-        return Estimate(value, value / below, value * above, unit="s")
+        return Interval(value, value / below, value * above)
 
     def looks_until(self, error: float) -> list[int]:
         """Return the samples per pixel at which a render is expected to estimate its error, up to its stop.
@@ -298,7 +298,7 @@ class Law:
             looks.look(self._seen(samples, draw), samples)
             yield samples
 
-    def _seen(self, samples: int, draw: tuple[float, ...]) -> Estimate:
+    def _seen(self, samples: int, draw: tuple[float, ...]) -> Interval:
         """Return the error at a look; the pilot's samples are part of it, and their chance wears off."""
         of_pilot, of_exponent, of_others, of_width = draw
         kept = min(1.0, self.samples / samples)
@@ -310,7 +310,7 @@ class Law:
         rare = min(_RARE * self.width, _MOST_RARE) * of_width * max(math.log(samples / pilot), 0.0)
         width = self._width(samples) * math.exp(min(rare, _MOST_WIDENING))
         factor = math.exp(min(width, 700.0))
-        return Estimate(value, value / factor, value * factor)
+        return Interval(value, value / factor, value * factor)
 
     def _error(self, samples: float, exponent: float) -> float:
         """Return the error, interpolated between known points, or beyond them by a power of the samples."""
@@ -370,7 +370,7 @@ class Law:
         }
 
 
-def fit(errors: Mapping[int, Estimate], seconds: Mapping[int, float], sampler: str, had: float = 1.0) -> Law:
+def fit(errors: Mapping[int, Interval], seconds: Mapping[int, float], sampler: str, had: float = 1.0) -> Law:
     """Return the law that fits the errors of a render, and its seconds, at some counts of samples per pixel.
 
     ``errors`` and ``seconds`` map a count to the error and to the seconds since the first sample. The exponent is
@@ -413,6 +413,6 @@ def _draws() -> tuple[tuple[float, ...], ...]:
     )
 
 
-def _interval(value: float, log_doubt: float, unit: Unit = "%") -> Estimate:
+def _interval(value: float, log_doubt: float) -> Interval:
     factor = math.exp(min(_Z95 * log_doubt, 700.0))
-    return Estimate(value, value / factor, value * factor, unit=unit)
+    return Interval(value, value / factor, value * factor)

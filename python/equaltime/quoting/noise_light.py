@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.film.error import Estimate, pixel_statistics
+from equaltime.film.error import pixel_statistics
 from equaltime.film.tails import tail_of
 from equaltime.images.metrics import Reference
 from equaltime.quoting.light_parts import KINDS_OF_PARTS, LightParts, measure_parts_by
@@ -57,20 +57,20 @@ LEAST_PATHS = _COST * LEAST_SAMPLES * LEAST_PIXELS
 class NoiseLight:
     """Shares of error² that each kind of light makes, as fractions with their 95 % intervals."""
 
-    seen: Estimate
+    seen: Interval
     """Share of light that the camera sees directly, as at edges of lamps; with ``direct`` and ``indirect`` it sums to
     1."""
-    direct: Estimate
+    direct: Interval
     """Share of paths that leave a lamp and are scattered once."""
-    indirect: Estimate
+    indirect: Interval
     """Share of all longer paths."""
-    alone: Estimate
+    alone: Interval
     """Fraction of error² that would remain if indirect light had no noise."""
-    indirect_alone: Estimate
+    indirect_alone: Interval
     """Fraction of error² that would remain if only indirect light had noise."""
-    common: Estimate
+    common: Interval
     """Twice the covariance of indirect light and the rest; with ``alone`` and ``indirect_alone`` it sums to 1."""
-    kinds: Mapping[str, Mapping[str, Estimate]] = field(hash=False)
+    kinds: Mapping[str, Mapping[str, Interval]] = field(hash=False)
     """Shares by kind: length of the path, technique, last BSDF, light; the shares of each kind sum to 1."""
     size: tuple[int, int]
     """Width and height of the measured film, in pixels."""
@@ -129,7 +129,7 @@ def noise_light(
     references = partial(_references, small, strategy, seed + REPEATS, threads, samples, doubts)
     both = list(measure_parts_by(small, strategy, REPEATS, samples, seed, threads, references=references))
 
-    def told(share: Callable[[LightParts], Interval]) -> Estimate:
+    def told(share: Callable[[LightParts], Interval]) -> Interval:
         return _between(*map(share, both))
 
     return NoiseLight(
@@ -162,18 +162,19 @@ def _references(
         yield reference
 
 
-def _shares(first: Mapping[str, Interval], second: Mapping[str, Interval]) -> dict[str, Estimate]:
+def _shares(first: Mapping[str, Interval], second: Mapping[str, Interval]) -> dict[str, Interval]:
     return {what: _between(share, second[what]) for what, share in first.items() if what in second}
 
 
-def _between(first: Interval, second: Interval) -> Estimate:
+def _between(first: Interval, second: Interval) -> Interval:
     """Return the middle of two shares, with an interval that holds both of theirs."""
     doubts = [share.note or "no noise was seen" for share in (first, second) if not share.trusted]
     low, high = min(first.low, second.low), max(first.high, second.high)
-    return Estimate(0.5 * (first.value + second.value), low, high, doubts[0] if doubts else "")
+    middle = Interval(0.5 * (first.value + second.value), low, high)
+    return middle.doubted(doubts[0]) if doubts else middle
 
 
-def _positive(share: Estimate) -> Estimate:
+def _positive(share: Interval) -> Interval:
     """Return a share that cannot be negative, with its lower end raised to 0."""
     return replace(share, low=max(share.low, 0.0))
 

@@ -26,9 +26,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.film.error import Estimate, PixelStatistics, error_parts
+from equaltime.film.error import PixelStatistics, error_parts
 from equaltime.film.sums import nearest_mean, others_count, others_sum
 from equaltime.rendering.session import Session
+from equaltime.statistics.intervals import Interval
 
 __all__ = ["FRACTIONS", "NoisePlaces", "NoiseRectangle", "noise_places", "places_of"]
 
@@ -60,7 +61,7 @@ class NoiseRectangle:
     """First and last row on the whole film, from 0 at the top."""
     area: float
     """Fraction of the picture."""
-    share: Estimate
+    share: Interval
     """Share of error², measured by pixels that had no influence on the choice."""
 
     @property
@@ -79,10 +80,10 @@ class NoisePlaces:
     Every interval is marked as doubtful: light that few samples have found moves a share by more than its interval.
     """
 
-    noisiest: Mapping[float, Estimate] = field(hash=False)
+    noisiest: Mapping[float, Interval] = field(hash=False)
     """Shares of the pixels with the noisiest neighbours, by their fraction of all pixels (`FRACTIONS`)."""
     rectangle: NoiseRectangle
-    single: Estimate
+    single: Interval
     """Share of single pixels with `OUTSTANDING` times the error² of their neighbours: rare bright paths."""
     single_pixels: tuple[tuple[int, int], ...]
     """(x, y) of these pixels on the whole film, the worst first."""
@@ -138,7 +139,7 @@ def places_of(session: Session) -> NoisePlaces:
     return noise_places(pixels, (window.x, window.y), session.lamps.least(*pixels.samples.shape))
 
 
-def share_within(parts: Floats, chosen: Mask) -> Estimate:
+def share_within(parts: Floats, chosen: Mask) -> Interval:
     """Return the share of error² that chosen pixels make, as a fraction with its interval.
 
     ``parts`` holds each pixel's contribution to error², and ``chosen`` is a mask of the same shape. The share is NaN if
@@ -146,11 +147,12 @@ def share_within(parts: Floats, chosen: Mask) -> Estimate:
     """
     total, square = float(parts.sum()), float(np.square(parts).sum())
     if not square > 0.0:
-        return Estimate(math.nan, 0.0, 1.0)
+        return Interval(math.nan, 0.0, 1.0)
     share = float(parts[chosen].sum()) / total
     if not 0.0 < share < 1.0:  # one side has no noise: the rule of three, for equal parts
         most = min(1.0, 3.0 * square / total**2)
-        return Estimate(share, 0.0, most, DOUBT) if share <= 0.0 else Estimate(1.0, 1.0 - most, 1.0, DOUBT)
+        found = Interval(share, 0.0, most) if share <= 0.0 else Interval(1.0, 1.0 - most, 1.0)
+        return found.doubted(DOUBT)
     odds = share / (1.0 - share)
     degrees = [
         _DEGREES * float(side.sum()) ** 2 / float(np.square(side).sum()) for side in (parts[chosen], parts[~chosen])
@@ -158,7 +160,7 @@ def share_within(parts: Floats, chosen: Mask) -> Estimate:
     from scipy.special import fdtri  # here, because not every render needs scipy
 
     low, high = (odds / float(fdtri(*degrees, p)) for p in (0.975, 0.025))
-    return Estimate(share, low / (1.0 + low), high / (1.0 + high), DOUBT)
+    return Interval(share, low / (1.0 + low), high / (1.0 + high)).doubted(DOUBT)
 
 
 def _rectangle(parts: Floats, corner: tuple[int, int]) -> NoiseRectangle:

@@ -22,7 +22,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from equaltime.errors import RenderError
-from equaltime.film.error import Estimate, Unit, load_quantiles
+from equaltime.film.error import load_quantiles
 from equaltime.quoting.law import Law, Probed, Processors, fit
 from equaltime.quoting.noise_places import NoisePlaces
 from equaltime.quoting.probe import Probe
@@ -32,6 +32,7 @@ from equaltime.rendering.result import Origin
 from equaltime.rendering.session import Session
 from equaltime.rendering.stated import stated
 from equaltime.scene.model import MOST_SAMPLES
+from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 from equaltime.words import Shown, percent
 
@@ -51,7 +52,7 @@ _A_PIXEL_IF_PROBED = (500.0, 260.0, 560.0)
 _LOADED = (25e6, 10e6, 40e6)
 
 
-def peak_bytes(before: int, pixels: int, probed: bool) -> Estimate:
+def peak_bytes(before: int, pixels: int, probed: bool) -> Interval:
     """Return the peak memory, in bytes, of a process that renders an image and saves it.
 
     Parameters
@@ -65,7 +66,7 @@ def peak_bytes(before: int, pixels: int, probed: bool) -> Estimate:
     """
     each = _A_PIXEL_IF_PROBED if probed else _A_PIXEL
     value, low, high = (before + loaded + pixels * each_pixel for loaded, each_pixel in zip(_LOADED, each, strict=True))
-    return Estimate(value, low, high, unit="MB")
+    return Interval(value, low, high)
 
 
 TARGETS = (0.20, 0.10, 0.05, 0.02, 0.01)
@@ -93,16 +94,16 @@ _LEAST_DRAWS, _MOST_DRAWS = 16, 4096
 class Quote(Shown):
     """Quote: the predicted time, samples per pixel, error and memory of a render."""
 
-    seconds: Estimate
+    seconds: Interval
     """Seconds from the first sample (of this run, if it resumes another) to the final film."""
-    spp: Estimate
+    spp: Interval
     """Samples per pixel."""
-    error: Estimate
+    error: Interval
     """Error of the image at the end; in doubt if the pilot's error was (`equaltime.film.tails`)."""
-    memory: Estimate
+    memory: Interval
     """Peak bytes of the process, including scene and libraries, from the first sample until the image is saved."""
     law: Law
-    prices: Mapping[float, Estimate] = field(hash=False)
+    prices: Mapping[float, Interval] = field(hash=False)
     """Seconds to each of `TARGETS` that the pilot has not reached."""
     pilot_seconds: float
     """Seconds of the pilot, and of finding what limits the render."""
@@ -115,11 +116,11 @@ class Quote(Shown):
 
     def __str__(self) -> str:
         number = stated(self.origin)
-        lines = [f"{number.noun} {self.error}{number.of_paths} in {self.seconds} at {self.spp}"]
+        lines = [f"{number.noun} {self.error:%}{number.of_paths} in {self.seconds:s} at {self.spp:spp}"]
         if self.error.doubt:
             lines.append(f"in doubt: {self.error.doubt}")
-        lines += [f"{percent(error)} in {seconds}" for error, seconds in self.prices.items()]
-        return "\n".join([*lines, f"peak memory {self.memory}"])
+        lines += [f"{percent(error)} in {seconds:s}" for error, seconds in self.prices.items()]
+        return "\n".join([*lines, f"peak memory {self.memory:MB}"])
 
     def as_dict(self) -> dict[str, Any]:
         """Return the quote as JSON data."""
@@ -159,7 +160,7 @@ class Pilot:
     ) -> None:
         self._session, self._limits, self._share, self._probes = session, limits, share, probes
         self._hurried = hurried
-        self._errors: dict[int, Estimate] = {}
+        self._errors: dict[int, Interval] = {}
         self._seconds: dict[int, float] = {}
         self.due = _FIRST if probes and session.job.strategy.adaptive == "none" else FIRST_LOOK
         """Samples per pixel at which the next quote may be possible."""
@@ -301,7 +302,9 @@ class Pilot:
         session = self._session
         spp, seconds = self._end(law)
         last = self._errors[max(self._errors)]
-        foretold = replace(self._foretold(law, spp.value), doubt=last.doubt)
+        foretold = self._foretold(law, spp.value)
+        if last.doubt:
+            foretold = foretold.doubted(last.doubt)
         error = session.error() if spp.high <= session.passes.samples else foretold
         return Quote(
             seconds=seconds,
@@ -318,50 +321,50 @@ class Pilot:
             origin=session.origin,
         )
 
-    def _foretold(self, law: Law, spp: float) -> Estimate:
+    def _foretold(self, law: Law, spp: float) -> Interval:
         """Return the error at the end; if an error is the only limit, it bounds the value and the upper limit."""
         error, limits = law.error_at(spp), self._limits
         most = math.inf if limits.error is None or limits.spp or limits.seconds else limits.error
         value, high = min(error.value, most), min(error.high, most)
         return replace(error, value=value, high=high)
 
-    def _end(self, law: Law) -> tuple[Estimate, Estimate]:
+    def _end(self, law: Law) -> tuple[Interval, Interval]:
         """Return the samples per pixel and the seconds at which the nearest of the limits ends the render."""
-        limits, before, spps = self._limits, self._before, list[Estimate]()
+        limits, before, spps = self._limits, self._before, list[Interval]()
         if limits.error is not None:
             spp = law.samples_until(limits.error) if self._hurried else law.samples_within(limits.error)
             spps.append(_at_least(self._session.passes.samples, spp))
         if limits.spp is not None:
-            spps.append(_exactly(limits.spp, "spp"))
+            spps.append(_exactly(limits.spp))
         seconds = [self._seconds_for(law, spp, before, limits.error) for spp in spps]
         if limits.seconds is not None:
             spps.append(_more(law.samples_in(limits.seconds), before))
-            seconds.append(_exactly(limits.seconds, "s"))
+            seconds.append(_exactly(limits.seconds))
         return _least(spps), _least(seconds)
 
-    def _seconds_for(self, law: Law, spp: Estimate, before: int, error: float | None) -> Estimate:
+    def _seconds_for(self, law: Law, spp: Interval, before: int, error: float | None) -> Interval:
         """Return the time from ``before`` samples per pixel on, with the looks at the error, if one is asked for."""
         looks = 0 if error is None else sum(before < n <= spp.value for n in law.looks_until(error))
         return _more(law.seconds_for(_at_least(1, _more(spp, -before))), looks * self._estimating)
 
 
-def _least(ends: Sequence[Estimate]) -> Estimate:
+def _least(ends: Sequence[Interval]) -> Interval:
     """Return the end of a render with these limits, any of which may be the first to be met."""
     value, low, high = (min(each) for each in zip(*((end.value, end.low, end.high) for end in ends), strict=True))
-    return Estimate(value, low, high, unit=ends[0].unit)
+    return Interval(value, low, high)
 
 
-def _at_least(number: float, estimate: Estimate) -> Estimate:
+def _at_least(number: float, estimate: Interval) -> Interval:
     value, low, high = (max(number, each) for each in (estimate.value, estimate.low, estimate.high))
     return replace(estimate, value=value, low=low, high=high)
 
 
-def _more(estimate: Estimate, number: float) -> Estimate:
+def _more(estimate: Interval, number: float) -> Interval:
     return replace(estimate, value=estimate.value + number, low=estimate.low + number, high=estimate.high + number)
 
 
-def _exactly(number: float, unit: Unit) -> Estimate:
-    return Estimate(number, number, number, unit=unit)
+def _exactly(number: float) -> Interval:
+    return Interval(number, number, number)
 
 
 def _is_noted(samples: int) -> bool:

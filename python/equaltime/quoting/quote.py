@@ -66,8 +66,8 @@ def quote(
     Examples
     --------
     >>> quote = et.quote("scene.toml", error=0.2)
-    >>> quote.seconds.unit, quote.spp.unit
-    ('s', 'spp')
+    >>> quote.error.value <= 0.2
+    True
     """
     if (error is None) == (time is None):
         raise ValueError("a quote takes an error or a time, one of them")

@@ -53,7 +53,7 @@ def black_picture(result: Result, scene: Scene, known: Sequence[Finding] | None 
     findings = _findings(scene) if known is None else reasons(known)
     if result.error.high != 0.0 and not any(finding.check == "camera-enclosed" for finding in findings):
         return ""
-    told = f"the picture is black everywhere, with an error of {result.error}: no sample has met any light"
+    told = f"the picture is black everywhere, with an error of {result.error:%}: no sample has met any light"
     if not findings:
         return f"{told}; look at where the camera is and what emits light"
     return "; ".join([told, *map(_told, findings)])

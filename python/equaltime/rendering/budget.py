@@ -24,7 +24,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
-from equaltime.film.error import Estimate
+from equaltime.statistics.intervals import Interval
 
 __all__ = ["FIRST_LOOK", "Limits", "Look", "Looks", "Stop", "StopRule", "StoppedBy", "next_look"]
 
@@ -149,7 +149,7 @@ class Looks:
 
     def __init__(self, made: tuple[Look, ...] = ()) -> None:
         self.made = made
-        self.last: Estimate | None = None
+        self.last: Interval | None = None
 
     def due(self, samples: int) -> bool:
         """Tell whether the render should estimate its error (look) at ``samples`` per pixel."""
@@ -163,7 +163,7 @@ class Looks:
         """
         return max((look.brightest for look in self.made), default=0.0)
 
-    def look(self, error: Estimate, samples: int, brightest: float = 0.0) -> None:
+    def look(self, error: Interval, samples: int, brightest: float = 0.0) -> None:
         """Add a look: the estimated error at ``samples`` per pixel, and the brightness of the brightest path."""
         self.last = error
         self.made = (*self.made, Look(samples, error.value, error.high, brightest))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -18,10 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.errors import ImageError
-from equaltime.film.error import Estimate
 from equaltime.images.flip import available
 from equaltime.images.image_files import Picture
-from equaltime.images.metrics import METRICS, Measured, Reference, contributions, measure
+from equaltime.images.metrics import METRICS, Reference, contributions, measure
 from equaltime.images.mitsuba_reference import CAVEAT, is_mitsuba
 from equaltime.rendering.noisy_reference import FEWEST_BLOCKS, Difference, Noise, block_means, log_ratio
 from equaltime.rendering.saved import Render, as_picture, name_of
@@ -49,12 +48,12 @@ class Compared:
     """One image, and its distances from the image that it was compared with."""
 
     path: Path
-    metrics: Mapping[str, Measured] = field(hash=False)
+    metrics: Mapping[str, Interval] = field(hash=False)
     """Metrics by name (`equaltime.images.metrics`) of this very image, with the noise of the other image subtracted if
     known. If there is too much of that noise, the value is NaN, and ``high`` is an upper limit."""
     bias_p: float | None
     """P-value of equal expectations; None if they cannot be tested. If it is small, one of the two is biased."""
-    own: Estimate | None
+    own: Interval | None
     """Error that the file's record states, with the stated doubt; None if the record states no error."""
     doubt: str
     """Reason why light may be missing from the metrics and their intervals may miss the truth: the doubt in the record
@@ -87,8 +86,9 @@ class Comparison(Shown):
         lines = []
         for image in self.images:
             error = image.metrics["error"]
-            known = f"{percent(error.value)} [{percent(error.low or 0.0)}, {percent(error.high or math.inf)}]"
-            said = known if math.isfinite(error.value) else "not known, the other image is too noisy"
+            said = f"{error:%}" if error.trusted else percent(error.value)
+            if math.isnan(error.value):
+                said = "not known, the other image is too noisy"
             lines.append(f"{image.path.name}: error {said}, against {self.against.name}")
         if self.ratio is not None and len(self.images) > 1:
             first, second = (image.path.name for image in self.images)
@@ -105,7 +105,7 @@ class Comparison(Shown):
             "images": [
                 {
                     "path": str(image.path),
-                    "metrics": {name: _plain(asdict(measured)) for name, measured in image.metrics.items()},
+                    "metrics": {name: metric.as_dict() for name, metric in image.metrics.items()},
                     "doubt": image.doubt,
                     "bias_p": image.bias_p,
                     "own_estimate": None if image.own is None else image.own.as_dict(),
@@ -113,8 +113,8 @@ class Comparison(Shown):
                 }
                 for image in self.images
             ],
-            "ratio": None if self.ratio is None else _plain(asdict(self.ratio)),
-            "efficiency": None if self.efficiency is None else _plain(asdict(self.efficiency)),
+            "ratio": None if self.ratio is None else self.ratio.as_dict(),
+            "efficiency": None if self.efficiency is None else self.efficiency.as_dict(),
             "notes": list(self.notes),
         }
 
@@ -240,12 +240,12 @@ def _compared(pair: _Pair) -> Compared:
     return Compared(pair.file.path, metrics, bias_p, own, pair.truth.doubt, known)
 
 
-def _own(file: _File) -> Estimate | None:
+def _own(file: _File) -> Interval | None:
     """Return the estimate that a file's record states, with its doubt."""
     said = file.said("error")
     if not isinstance(said, dict) or said.get("value") is None:
         return None
-    found = Estimate.from_dict({"low": None, "high": None, **said})
+    found = Interval.from_dict({"low": None, "high": None, **said})
     return replace(found, low=max(found.low, 0.0))
 
 
@@ -321,7 +321,7 @@ def _notes(files: list[_File], compared: tuple[Compared, ...], without_ratio: bo
     if is_mitsuba(truth.picture.software):
         yield f"{truth.path} is by Mitsuba: {CAVEAT}"
     for image in compared:
-        if not image.metrics["error"].known:
+        if math.isnan(image.metrics["error"].value):
             yield (
                 f"the error of {image.path} is unknown but for an upper limit: {truth.path} has so much noise itself. "
                 f"Render {truth.path} with more samples"
@@ -345,7 +345,3 @@ def _notes(files: list[_File], compared: tuple[Compared, ...], without_ratio: bo
     if len({(file.picture.window.x, file.picture.window.y) for file in files}) > 1:
         yield "the files lie at different places in the film"
     yield from different_problems([(file.path, file.picture.record) for file in files])
-
-
-def _plain(numbers: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: None if isinstance(n, float) and not math.isfinite(n) else n for key, n in numbers.items()}

@@ -10,12 +10,12 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.film.error import Estimate
 from equaltime.film.second_nets import statistics_so_far
 from equaltime.film.unseen import Unseen, stated_error
 from equaltime.images.float32 import as_float32, beyond_float32
 from equaltime.rendering.core import bad_sample, core_settings, make_renderer
 from equaltime.scene import Scene
+from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 
 __all__ = ["CoreSubject", "Point", "RendererKind", "Subject"]
@@ -34,7 +34,7 @@ class Point:
     """Seconds of all processors in that time."""
     image: NDArray[np.float32]
     """(H, W, 3): linear RGB radiance."""
-    estimate: Estimate | None = None
+    estimate: Interval | None = None
     """Error that the renderer itself states; None if it states none."""
     paths: int | None = None
     rays: int | None = None

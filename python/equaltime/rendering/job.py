@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-from equaltime.film.error import Estimate
 from equaltime.rendering.budget import Limits, Stop
 from equaltime.rendering.checkpoint import SavedRender
 from equaltime.scene import Scene
+from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 
 __all__ = ["Job", "Traps"]
@@ -29,7 +29,7 @@ class Job:
     """Worker threads; 0 is one for each processor."""
     without: tuple[str, ...] = ()
     """Names of the effects that were left out of ``scene`` and ``strategy``."""
-    bias: Estimate | None = None
+    bias: Interval | None = None
     """Error due to the effects that were left out; None if there are none."""
     traps: Traps = "ignore"
     stop: Stop | None = None

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.errors import ImageError
-from equaltime.film.error import Estimate
 from equaltime.film.focus import Focus
 from equaltime.film.parts_of_merge import MergedFilm
 from equaltime.film.unseen import Unseen
@@ -21,6 +20,7 @@ from equaltime.rendering.checkpoint import SavedRender, differences
 from equaltime.rendering.film_picture import ALPHA
 from equaltime.rendering.result import Origin, Result, Stats, make_result
 from equaltime.rendering.saved import Render, as_checkpoint
+from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 
 __all__ = ["merge"]
@@ -133,9 +133,9 @@ def _sources(part: SavedRender) -> tuple[Mapping[str, Any], ...]:
     )
 
 
-def _bias(parts: Sequence[SavedRender]) -> Estimate | None:
+def _bias(parts: Sequence[SavedRender]) -> Interval | None:
     """Return the bias of the parts; it is the same in all, so the measurement with the largest upper limit is kept."""
-    found = [Estimate.from_dict(part.record["bias"]) for part in parts if part.record["bias"] is not None]
+    found = [Interval.from_dict(part.record["bias"]) for part in parts if part.record["bias"] is not None]
     return max(found, key=lambda bias: bias.high, default=None)
 
 

@@ -30,9 +30,9 @@ from equaltime.film.error import PixelStatistics
 from equaltime.film.parts_of_merge import statistics_of
 from equaltime.film.sums import box_sum, neighbours
 from equaltime.images.image_files import Picture
-from equaltime.images.metrics import Measured, divided
+from equaltime.images.metrics import divided
 from equaltime.rendering.render_file import SavedFilm
-from equaltime.statistics.intervals import student
+from equaltime.statistics.intervals import Interval, student
 
 __all__ = ["FEWEST_BLOCKS", "Difference", "Noise", "block_means", "log_ratio"]
 
@@ -159,7 +159,7 @@ class Difference:
         return float(self.squares.mean())
 
     @property
-    def measured(self) -> Measured:
+    def measured(self) -> Interval:
         """RelMSE, or MSE, with its 95 % interval; the value is NaN if the interval reaches down to 0.
 
         The upper limit is formed on the logarithm, as the sum of a few large squares is skewed. If the value is NaN,
@@ -167,8 +167,8 @@ class Difference:
         """
         value, half = self.value, _half_width(self.squares, self.slopes, self.variance, self.share)
         if not value > half:
-            return Measured(math.nan, 0.0, max(value, 0.0) + (math.e - 1.0) * half)
-        return Measured(value, value - half, value * math.exp(half / value))
+            return Interval(math.nan, 0.0, max(value, 0.0) + (math.e - 1.0) * half)
+        return Interval(value, value - half, value * math.exp(half / value))
 
 
 def log_ratio(first: Difference, second: Difference) -> tuple[float, float]:

@@ -15,11 +15,12 @@ from collections.abc import Callable, Iterator
 from typing import Literal, Protocol
 
 from equaltime.errors import ImageError
-from equaltime.film.error import Estimate, load_quantiles
+from equaltime.film.error import load_quantiles
 from equaltime.film.second_nets import Renders, statistics_so_far
 from equaltime.film.unseen import Unseen, stated, stated_error
 from equaltime.rendering.budget import Limits, Look, Looks, StoppedBy, next_look
 from equaltime.rendering.progress import ESTIMATE_SECONDS_A_PIXEL, ProgressCallback, Reporter
+from equaltime.statistics.intervals import Interval
 
 __all__ = ["PassRenderer", "Passes", "Saving", "pass_end"]
 
@@ -317,7 +318,7 @@ class Passes:
         """Tell whether work expected to take ``seconds`` between two passes would end before the time limit."""
         return self.limits.seconds is None or self.seconds + _LONGEST * seconds <= self.limits.seconds
 
-    def error(self) -> Estimate:
+    def error(self) -> Interval:
         """Return the error that the render states so far."""
         return stated_error(statistics_so_far(self._renderer), self._hidden, brightest=self._looks.brightest)
 

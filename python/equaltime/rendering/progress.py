@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from equaltime.film.error import Estimate
+from equaltime.statistics.intervals import Interval
 
 if TYPE_CHECKING:
     from equaltime.rendering.passes import Passes
@@ -34,7 +34,7 @@ class Progress:
     """Fraction done, in [0, 1], by the limit that is nearer."""
     time_left: float | None
     """Estimated seconds to the end; None before the first pass has ended."""
-    error: Estimate | None
+    error: Interval | None
     """Error of the image as of a recent pass; None before an estimate, or once the samples have doubled since."""
 
 
@@ -48,7 +48,7 @@ class Reporter:
         self._passes, self._callback = passes, callback
         self._reported = 0.0
         self._estimating, self._last_estimate = 0.0, ESTIMATE_SECONDS_A_PIXEL * passes.pixels
-        self._error: Estimate | None = None
+        self._error: Interval | None = None
         self._estimated_at = 0
 
     def tick(self) -> bool:

@@ -10,7 +10,6 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from equaltime.errors import ImageError, StrategyError
-from equaltime.film.error import Unit
 from equaltime.film.sums import MOST_PIXELS_A_SECOND_NET
 from equaltime.rendering.budget import StoppedBy, StopRule
 from equaltime.rendering.decision import Counts
@@ -62,7 +61,7 @@ class _Interval(_Facts):
     low: float | None
     high: float | None
     doubt: str = ""
-    unit: Unit = "%"
+    trusted: bool = True
 
 
 def _is_interval(data: dict[str, Any]) -> dict[str, Any]:

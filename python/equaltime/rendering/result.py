@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.film.error import Estimate, PixelStatistics, standard_error
+from equaltime.film.error import PixelStatistics, standard_error
 from equaltime.film.focus import Focus
 from equaltime.film.second_nets import SecondNets
 from equaltime.film.unseen import FAR_APART, Unseen, stated_error
@@ -27,6 +27,7 @@ from equaltime.rendering.film_picture import ALPHA, FilmPicture
 from equaltime.rendering.output_files import keep_work
 from equaltime.rendering.render_file import FORMAT, RenderFile
 from equaltime.rendering.stated import paths_up_to, stated
+from equaltime.statistics.intervals import Interval
 from equaltime.words import Shown, duration
 
 __all__ = ["Origin", "Result", "Stats", "check_output", "make_result", "uninterrupted"]
@@ -185,7 +186,7 @@ class Result:
     """(H, W, 3): standard error of each pixel, pooled over its 7x7 neighbourhood; ``inf`` where unknown."""
     samples: NDArray[np.int64]
     """(H, W): samples of each pixel, numbered from 0."""
-    error: Estimate
+    error: Interval
     """The image's relative error with its 95 % interval: 0.02 is 2 %. A bias that was measured is in it. A bias that
     was not measured is not in it, and neither are the scene's paths beyond ``max_depth``."""
     stats: Stats
@@ -197,7 +198,7 @@ class Result:
     """Moments of every pixel in each replicate (`equaltime.film.moments`), (R, H, W); None for another backend."""
     looks: tuple[Look, ...] = ()
     """Looks of a render that was to stop at an error: samples a pixel, the error, its upper limit."""
-    bias: Estimate | None = None
+    bias: Interval | None = None
     """Error due to the effects that were left out, if any; the bias of `Strategy.truncate` is not measured."""
     position: tuple[int, int, int] | None = None
     """Position from which passes resume: samples per pixel completed (mean), samples of the blocks already done in the
@@ -342,7 +343,7 @@ class Result:
         height, width = self.samples.shape
         number, asked = stated(self.origin), self.origin.scene_max_depth
         asks = f" (the scene asks for {paths_up_to(asked)})" if number.paths and asked is not None else ""
-        error = f"{number.noun} {self.error}{number.of_paths}{asks}"
+        error = f"{number.noun} {self.error:%}{number.of_paths}{asks}"
         return f"{width}x{height}, {self.spp:g} spp, {error}, stopped by {self.stopped_by}"
 
     def __repr__(self) -> str:
@@ -359,7 +360,7 @@ def make_result(
     origin: Origin,
     moments: NDArray[Any] | None = None,
     looks: tuple[Look, ...] = (),
-    bias: Estimate | None = None,
+    bias: Interval | None = None,
     position: tuple[int, int, int] | None = None,
     hidden: Unseen | None = None,
     parts: NDArray[Any] | None = None,

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from equaltime.film.error import UNKNOWN, Estimate, standard_error
+from equaltime.film.error import UNKNOWN_ERROR, standard_error
 from equaltime.film.focus import Focus
 from equaltime.film.parts_of_merge import statistics_of
 from equaltime.images.image_files import RGB, SOFTWARE, Picture
@@ -22,6 +22,7 @@ from equaltime.rendering.film_picture import ALPHA
 from equaltime.rendering.render_file import RenderFile, SavedFilm, read_film, read_outputs, read_picture
 from equaltime.rendering.render_record import checked
 from equaltime.rendering.result import Origin, Result, Stats
+from equaltime.statistics.intervals import Interval
 from equaltime.strict_json import json_text
 
 __all__ = ["Render", "as_checkpoint", "as_picture", "name_of", "read"]
@@ -56,7 +57,7 @@ def read(path: str | os.PathLike[str]) -> Result:
         SavedRender.of(file, Path(path))  # whose checks hold here too
         pixels = statistics_of(file.moments, file.parts, file.second)
         errors, degrees = standard_error(pixels), pixels.degrees  # the file has them rounded
-    error = UNKNOWN if record["error"] is None else Estimate.from_dict(record["error"])
+    error = UNKNOWN_ERROR if record["error"] is None else Interval.from_dict(record["error"])
     alpha = {} if file.alpha is None else {ALPHA: file.alpha}
     return Result(
         image=file.image,
@@ -68,7 +69,7 @@ def read(path: str | os.PathLike[str]) -> Result:
         origin=Origin.from_record(record),
         moments=file.moments,
         looks=looks_of(record),
-        bias=None if record["bias"] is None else Estimate.from_dict(record["bias"]),
+        bias=None if record["bias"] is None else Interval.from_dict(record["bias"]),
         position=record["position"],
         missed=file.missed,
         stop=None if record["stop"] is None else Stop.from_dict(record["stop"]),

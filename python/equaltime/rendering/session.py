@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.errors import BrightImage, ImageError, RenderError
-from equaltime.film.error import Estimate, PixelStatistics, pixel_statistics
+from equaltime.film.error import PixelStatistics, pixel_statistics
 from equaltime.film.lamps import Lamps
 from equaltime.film.second_nets import second_nets, statistics, statistics_so_far
 from equaltime.film.unseen import Unseen, stated_error
@@ -40,6 +40,7 @@ from equaltime.rendering.passes import Passes, Saving
 from equaltime.rendering.progress import ProgressCallback
 from equaltime.rendering.result import Origin, Result, Stats, make_result
 from equaltime.scene import Scene
+from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 
 __all__ = ["Session", "origin_of"]
@@ -148,7 +149,7 @@ class Session:
                 cast(Result, error.result).save(path)
                 raise
 
-    def error(self, lasting: bool = False) -> Estimate:
+    def error(self, lasting: bool = False) -> Interval:
         """Return the relative error that the render states so far.
 
         With ``lasting``, the upper limit leaves out effects that a few more samples undo.

@@ -9,14 +9,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-from scipy.stats import binom, binomtest
 
 import equaltime as et
 from equaltime import _core
-from equaltime.bench import Measurement, Spread, measure, spread
+from equaltime.bench import Measurement, measure
 from equaltime.cli import main
+from equaltime.statistics.intervals import Interval
 
 SCENE = """
 [integrator]
@@ -106,34 +105,6 @@ def test_a_measurement_of_nothing_is_refused(scene: et.Scene, option: str) -> No
         limit(scene, **{option: 0})
 
 
-# --- Medians and their intervals ---
-
-
-@pytest.mark.parametrize("count", range(6, 40))
-def test_the_interval_is_the_narrowest_from_ranks_that_keeps_its_level(count: int) -> None:
-    value = spread(range(count))
-    low = round(value.low)
-    assert value == Spread((count - 1) / 2, low, count - 1 - low)
-    assert 2.0 * binom.cdf(low, count, 0.5) <= 0.05 < 2.0 * binom.cdf(low + 1, count, 0.5)
-
-
-def test_the_interval_holds_the_median_as_often_as_it_says_and_a_shifted_one_seldom() -> None:
-    values = np.random.default_rng(1).exponential(size=(2000, 9))
-    spreads = [spread(row) for row in values]
-
-    def covering(median: float) -> int:
-        return sum(s.low <= median <= s.high for s in spreads)
-
-    exact = 1.0 - 2.0 * float(binom.cdf(1, 9, 0.5))
-    assert binomtest(covering(np.log(2.0)), 2000, exact).pvalue > 1e-3
-    assert binomtest(covering(1.3 * np.log(2.0)), 2000, exact).pvalue < 1e-9
-
-
-def test_few_values_are_given_whole() -> None:
-    assert spread([3.0]) == Spread(3.0, 3.0, 3.0)
-    assert spread([4.0, 1.0, 2.0]) == Spread(2.0, 1.0, 4.0)
-
-
 # --- The round of repeats ---
 
 
@@ -188,11 +159,11 @@ def test_a_report_has_rates_ratio_and_scaling(scene: et.Scene, clock: FakeClock)
     report = measure([scene, scene], threads=[1, 2], repeats=2, spp=4, strategy="mis", progress=shares.append)
     assert [row.threads for row in report.scenes] == [1, 2, 1, 2]
     one, two = report.scenes[2:]
-    assert one.paths_per_s == Spread(100.0, 100.0, 100.0)
-    assert one.rays_per_s.median == pytest.approx(300.0)
-    assert two.limit_ratio.median == 0.25
-    assert one.scaling.median == 1.0
-    assert two.scaling.median == pytest.approx(8.0 / 4.4)
+    assert one.paths_per_s == Interval(100.0, 100.0, 100.0).doubted("only 2 repeats, and 6 are the least for a median")
+    assert one.rays_per_s.value == pytest.approx(300.0)
+    assert two.limit_ratio.value == 0.25
+    assert one.scaling.value == 1.0
+    assert two.scaling.value == pytest.approx(8.0 / 4.4)
     assert (one.samples, one.repeats, one.rays_per_path, one.strategy, one.size) == (4, 2, 3.0, "mis", (24, 16))
     assert shares == sorted(shares)
     assert shares[-1] == 1.0

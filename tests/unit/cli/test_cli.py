@@ -23,10 +23,10 @@ from equaltime.cli.options import (
     parse_whole,
 )
 from equaltime.cli.progress import describe
-from equaltime.film.error import Estimate
 from equaltime.images import image_files as images
 from equaltime.rendering.progress import Progress
 from equaltime.rendering.render_file import read_picture
+from equaltime.statistics.intervals import Interval
 from equaltime.strategy import PRESETS, Strategy
 
 SCENE = """
@@ -89,7 +89,7 @@ def test_the_record_has_what_scripts_rely_on(scene: str, output: Path, capsys: p
     record = render_record([scene, "-o", str(output), "--spp", "8", "--seed", "5", "--threads", "1"], capsys)
     assert set(record) >= {"seconds", "phases", "spp", "rays", "error", "stopped_by", "kernel", "effects", "seed"}
     assert set(record["phases"]) >= {"load", "build", "render", "write"}
-    assert {"value", "low", "high"} <= set(record["error"]) <= {"value", "low", "high", "doubt", "unit"}
+    assert {"value", "low", "high"} <= set(record["error"]) <= {"value", "low", "high", "trusted", "doubt"}
     assert (record["spp"], record["seed"], record["threads"], record["stopped_by"]) == (8, 5, 1, "spp")
     assert record["files"] == [str(output), str(output.with_suffix(".png"))]
     stored = read_picture(output).record
@@ -334,6 +334,6 @@ def test_sizes_windows_and_seeds_are_read() -> None:
 
 
 def test_the_progress_line_shows_samples_error_and_time_left() -> None:
-    progress = Progress(24, 64, 4.0, 0.375, 67.4, Estimate(0.0312, 0.03, 0.033))
+    progress = Progress(24, 64, 4.0, 0.375, 67.4, Interval(0.0312, 0.03, 0.033))
     assert describe(progress) == "24/64 spp  noise 3.12 %  1:08 left"
     assert describe(Progress(0, None, 0.1, 0.0, None, None)) == "0 spp"

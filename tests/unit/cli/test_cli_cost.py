@@ -124,7 +124,7 @@ def test_json_has_the_summary_and_nothing_that_json_has_not(
     data = json.loads(capsys.readouterr().out)
     assert data["verdict"] == "best: 2 % in 4 s [3, 5]"
     result = data["scenes"][0]["strategies"][0]
-    unreached = {"value": None, "low": 1.0, "high": None, "trusted": True, "note": "", "bound": "", "reach": 1.0}
+    unreached = {"value": None, "low": 1.0, "high": None, "trusted": True, "never": True}
     assert result["time_to"]["0.1"] == unreached
     assert result["image"] == "x.npy"
 

@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[3]
 PAGE = ROOT / "python" / "equaltime" / "cli" / "README.md"
 CORNELL = str(ROOT / "scenes" / "cornell-box.toml")
 RENDER = ["render", CORNELL, "--size", "16x16", "-o", "{}/x.exr", "--json"]
-INTERVAL = {"value", "low", "high", "unit", "doubt", "never", "trusted", "note", "bound", "reach"}
+INTERVAL = {"value", "low", "high", "trusted", "never", "doubt", "note", "bound", "reach"}
 
 
 def named(title: str) -> list[str]:

@@ -3,10 +3,8 @@
 Simulations have fixed seeds; a z-test here rejects beyond 4.4 standard errors (false alarms: 1e-5 each).
 """
 
-import json
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,17 +12,13 @@ import pytest
 from numpy.typing import NDArray
 
 from equaltime.film.error import (
-    UNKNOWN,
-    Estimate,
     PixelStatistics,
-    Unit,
     error_parts,
     image_error,
     pixel_statistics,
     standard_error,
 )
 from equaltime.film.moments import DTYPE
-from equaltime.statistics.intervals import UNKNOWN as NO_INTERVAL
 from equaltime.statistics.intervals import Interval
 
 Z_LIMIT = 4.4
@@ -172,11 +166,11 @@ def test_between_edges_the_reference_is_the_pixel_once_noise_is_low() -> None:
 
 
 def test_a_black_image_has_no_upper_limit() -> None:
-    assert image_error(pixel_statistics(replicates(np.zeros((2, 8, 8, 3)), 4))) == Estimate(0.0, 0.0, math.inf)
+    assert image_error(pixel_statistics(replicates(np.zeros((2, 8, 8, 3)), 4))) == Interval(0.0, 0.0, math.inf)
 
 
 def test_an_image_without_noise_has_no_error() -> None:
-    assert image_error(pixel_statistics(replicates(np.ones((2, 8, 8, 3)), 4))) == Estimate(0.0, 0.0, 0.0)
+    assert image_error(pixel_statistics(replicates(np.ones((2, 8, 8, 3)), 4))) == Interval(0.0, 0.0, 0.0)
 
 
 def test_a_single_pixel_is_estimated_without_limits() -> None:
@@ -238,41 +232,6 @@ def test_many_degrees_of_freedom_are_accepted() -> None:
     variance = (0.1 * truth) ** 2
     pixels = PixelStatistics(truth, variance, np.full((32, 32), 64), degrees=63.0)
     assert image_error(pixels).value == pytest.approx(realised_error(truth * 1.1, truth), rel=0.05)
-
-
-def test_an_estimate_reads_as_per_cent() -> None:
-    assert str(Estimate(0.0231, 0.0228, 0.0234)) == "2.31 % [2.28, 2.34]"
-    assert str(Estimate(0.0, 0.0, math.inf)) == "0 % [0, unknown]"
-
-
-def test_unknown_numbers_are_null_in_json() -> None:
-    assert Estimate(math.nan, 0.0, math.inf).as_dict() == {"value": None, "low": 0.0, "high": None, "unit": "%"}
-
-
-@pytest.mark.parametrize("unknown", [UNKNOWN, NO_INTERVAL])
-def test_what_is_unknown_is_so_everywhere_and_is_not_what_never_comes(unknown: Estimate | Interval) -> None:
-    assert math.isnan(unknown.value)
-    assert not unknown.known
-    never = Estimate(math.inf, 900.0, math.inf, unit="s")
-    assert (str(never), str(UNKNOWN)) == ("never", "unknown")
-    assert Estimate.from_dict(json.loads(json.dumps(never.as_dict()))) == never
-
-
-@pytest.mark.parametrize("unit", ["%", "s", "spp", "MB"])
-def test_an_estimate_comes_back_from_json_with_its_unit(unit: Unit) -> None:
-    for said in (Estimate(3.0, 2.5, math.inf, unit=unit), Estimate(3.0, 2.5, 3.5, "heavy tail", unit)):
-        back = Estimate.from_dict(json.loads(json.dumps(said.as_dict())))
-        assert back == said
-        assert str(back) == str(said)
-    unknown = Estimate.from_dict(json.loads(json.dumps(replace(UNKNOWN, unit=unit).as_dict())))
-    assert math.isnan(unknown.value)
-    assert (unknown.low, unknown.high, unknown.unit) == (0.0, math.inf, unit)
-
-
-def test_a_second_is_not_a_hundred_per_cent() -> None:
-    assert Estimate(1.0, 1.0, 1.0, unit="s") != Estimate(1.0, 1.0, 1.0, unit="%")
-    old = {"value": 0.02, "low": 0.01, "high": None}
-    assert Estimate.from_dict(old) == Estimate(0.02, 0.01, math.inf), "files from before had no units, and errors alone"
 
 
 def test_a_limit_beyond_all_numbers_is_unknown() -> None:

@@ -12,16 +12,11 @@ import pytest
 from numpy.typing import NDArray
 
 from equaltime.cli import main
-from equaltime.film.error import (
-    Estimate,
-    PixelStatistics,
-    error_and_brightest,
-    error_parts,
-    expected_half_width,
-)
+from equaltime.film.error import PixelStatistics, error_and_brightest, error_parts, expected_half_width
 from equaltime.film.tails import averaged_out
 from equaltime.film.unseen import stated_error
 from equaltime.rendering.budget import Look, Looks
+from equaltime.statistics.intervals import Interval
 
 Floats = NDArray[np.float64]
 Draw = Callable[[np.random.Generator, tuple[int, ...]], Floats]
@@ -60,7 +55,7 @@ def images(draw: Draw) -> list[tuple[PixelStatistics, float]]:
     return found
 
 
-def renders(draw: Draw) -> list[tuple[Estimate, float, float]]:
+def renders(draw: Draw) -> list[tuple[Interval, float, float]]:
     """Return what each render states of its error, its true one, and how much its brightest path makes."""
     return [(error, true, bright) for pixels, true in images(draw) for error, bright in [error_and_brightest(pixels)]]
 

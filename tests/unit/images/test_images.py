@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from equaltime import files as disk
 from equaltime.errors import ImageError
-from equaltime.film.error import Estimate
 from equaltime.images import image_files as images
 from equaltime.images import preview
 from equaltime.images.image_files import Window
 from equaltime.rendering.render_file import RenderFile, read_picture
 from equaltime.rendering.result import Origin, Result, Stats
+from equaltime.statistics.intervals import Interval
 
 HEIGHT, WIDTH = 5, 7
 
@@ -34,7 +34,7 @@ def result() -> Result:
     origin = Origin("box.toml", "ab12", window, 8, "best", False, 2**63, 2, "core")
     image, errors = numbers(HEIGHT, WIDTH, 3), numbers(HEIGHT, WIDTH, 3)
     samples = np.full((HEIGHT, WIDTH), 4, np.int64)
-    return Result(image, errors, samples, Estimate(0.02, 0.01, 0.03), stats, "spp", origin)
+    return Result(image, errors, samples, Interval(0.02, 0.01, 0.03), stats, "spp", origin)
 
 
 def test_an_exr_holds_image_error_samples_and_record(result: Result, tmp_path: Path) -> None:
@@ -60,10 +60,10 @@ def test_a_crop_keeps_its_place_in_the_film(result: Result, tmp_path: Path) -> N
 
 
 def test_an_unknown_error_survives_the_file(result: Result, tmp_path: Path) -> None:
-    unknown = replace(result, error=Estimate(np.nan, 0.0, np.inf), standard_error=np.full_like(result.image, np.inf))
+    unknown = replace(result, error=Interval(np.nan, 0.0, np.inf), standard_error=np.full_like(result.image, np.inf))
     unknown.save(tmp_path / "out.exr")
     picture = read_picture(tmp_path / "out.exr")
-    assert picture.record["error"] == {"value": None, "low": 0.0, "high": None, "unit": "%"}
+    assert picture.record["error"] == {"value": None, "low": 0.0, "high": None, "trusted": True}
     assert np.isinf(picture.standard_error).all()  # type: ignore[arg-type]
 
 

@@ -10,9 +10,9 @@ from statistics import NormalDist
 import numpy as np
 import pytest
 
-from equaltime.film.error import Estimate
 from equaltime.quoting.law import Law, fit
 from equaltime.rendering.budget import FIRST_LOOK, Looks, next_look
+from equaltime.statistics.intervals import Interval
 
 TRIALS, MOST = 80, 40_000
 
@@ -31,14 +31,14 @@ class Imagined:
         counts = np.arange(1, MOST + 1)
         self._chance = np.cumsum(np.sqrt(2.0 * counts - 1.0) * rng.standard_normal(MOST)) / counts
 
-    def error(self, samples: int, level: float = 0.95) -> Estimate:
+    def error(self, samples: int, level: float = 0.95) -> Interval:
         """Return what it states after so many samples."""
         chance = self._chance[min(samples, MOST) - 1] / math.sqrt(2.0)
         growth = math.log(samples / 8)
         fallen = (self._exponent + 0.5 * self._bend * min(growth, 6.0)) * growth
         value = 0.3 * math.exp(self._spread * float(chance) - fallen)
         factor = math.exp(self._spread * NormalDist().inv_cdf(0.5 + 0.5 * level))
-        return Estimate(value, value / factor, value * factor)
+        return Interval(value, value / factor, value * factor)
 
 
 def noted(upto: int) -> Iterator[int]:
@@ -50,7 +50,7 @@ def noted(upto: int) -> Iterator[int]:
     yield upto
 
 
-def quoted(seed: int, target: float, exponent: float, spread: float) -> tuple[Law, Estimate]:
+def quoted(seed: int, target: float, exponent: float, spread: float) -> tuple[Law, Interval]:
     """Return the law of a pilot of a twentieth of the work, and the samples that it quotes."""
     due, render = FIRST_LOOK, Imagined(seed, exponent, spread)
     while True:
@@ -115,11 +115,11 @@ def test_an_interval_that_narrows_asks_for_fewer() -> None:
 
 def test_speeds_that_varied_leave_the_time_in_doubt() -> None:
     counts = list(noted(64))
-    errors = {n: Estimate(0.3 * n**-0.5, 0.29 * n**-0.5, 0.31 * n**-0.5) for n in counts}
+    errors = {n: Interval(0.3 * n**-0.5, 0.29 * n**-0.5, 0.31 * n**-0.5) for n in counts}
     spent = np.cumsum(np.diff([0, *counts]) * np.where(np.arange(len(counts)) % 2, 0.13, 0.1))
     even = fit(errors, {n: 0.1 * n for n in counts}, "independent")
     uneven = fit(errors, dict(zip(counts, map(float, spent), strict=True)), "independent")
     assert even.speed_doubt < 0.06 < 0.1 < uneven.speed_doubt < 0.16
-    samples = Estimate(1000.0, 1000.0, 1000.0)
+    samples = Interval(1000.0, 1000.0, 1000.0)
     assert uneven.seconds_for(samples).high / uneven.seconds_for(samples).value > 1.2
     assert even.seconds_for(samples).high / even.seconds_for(samples).value < 1.13

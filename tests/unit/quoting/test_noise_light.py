@@ -13,13 +13,13 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
-from equaltime.film.error import Estimate
 from equaltime.quoting import noise_light as module
 from equaltime.quoting.law import fit
 from equaltime.quoting.noise_light import LEAST_PATHS, NoiseLight, noise_light
 from equaltime.quoting.pilot import Pilot
 from equaltime.rendering.core import split_light
 from equaltime.scene.smaller import smaller
+from equaltime.statistics.intervals import Interval
 
 SCENE = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
 INDEPENDENT = et.Strategy.parse("best,sampler=independent,lights=uniform")
@@ -69,7 +69,7 @@ def test_one_point_light_has_no_noise_but_of_what_it_lights() -> None:
     assert found.indirect.low > 0.98
     assert abs(found.direct.value) < 0.02
     assert found.alone.value < 0.001
-    assert found.seen == Estimate(0.0, 0.0, 0.0)
+    assert found.seen == Interval(0.0, 0.0, 0.0)
 
 
 def test_paths_cut_at_direct_light_have_no_other_noise() -> None:
@@ -150,13 +150,13 @@ def test_a_quote_takes_the_light_apart_within_its_pilot(monkeypatch: pytest.Monk
 
 
 def test_what_is_left_of_the_samples_follows_from_the_law() -> None:
-    errors = {n: Estimate(n**-0.5, 0.99 * n**-0.5, 1.01 * n**-0.5) for n in (2, 4, 8, 16)}
+    errors = {n: Interval(n**-0.5, 0.99 * n**-0.5, 1.01 * n**-0.5) for n in (2, 4, 8, 16)}
     law = fit(errors, {n: 0.1 * n for n in errors}, "independent")
-    left = law.samples_left(Estimate(0.25, 0.2, 0.3))
+    left = law.samples_left(Interval(0.25, 0.2, 0.3))
     assert left.value == pytest.approx(0.25, rel=0.03)
     assert left.low <= 0.2 * 1.05
     assert left.high >= 0.3 * 0.95
-    assert law.samples_left(Estimate(0.0, 0.0, 0.1)).value == 0.0
+    assert law.samples_left(Interval(0.0, 0.0, 0.1)).value == 0.0
 
 
 def test_the_command_tells_which_light(capsys: pytest.CaptureFixture[str]) -> None:

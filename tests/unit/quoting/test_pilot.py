@@ -78,7 +78,7 @@ def test_a_render_that_is_taken_up_is_quoted(scene: et.Scene, tmp_path: Path) ->
     assert quote.spp.low <= result.spp <= quote.spp.high
     assert quote.error.low <= result.error.value <= quote.error.high
     quote, result = resumed_quote(scene, begun, time=0.2)
-    assert quote.seconds == et.Estimate(0.2, 0.2, 0.2, unit="s")
+    assert quote.seconds == et.Interval(0.2, 0.2, 0.2)
     assert quote.spp.low > 64.0
 
 

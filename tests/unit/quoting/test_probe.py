@@ -11,14 +11,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 import equaltime as et
-from equaltime.film.error import (
-    Estimate,
-    PixelStatistics,
-    error_parts,
-    expected_half_width,
-    image_error,
-    pixel_statistics,
-)
+from equaltime.film.error import PixelStatistics, error_parts, expected_half_width, image_error, pixel_statistics
 from equaltime.film.lamps import Lamps
 from equaltime.quoting import probe as probes
 from equaltime.quoting.law import Law, Probed
@@ -27,6 +20,7 @@ from equaltime.rendering.budget import FIRST_LOOK, Limits
 from equaltime.rendering.core import make_renderer
 from equaltime.rendering.job import Job
 from equaltime.rendering.session import Session
+from equaltime.statistics.intervals import Interval
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -84,7 +78,7 @@ def distance(found: tuple[Probed, ...]) -> float:
 
 
 @cache
-def whole() -> Estimate:
+def whole() -> Interval:
     return image_error(statistics(SAMPLES))
 
 
@@ -190,4 +184,4 @@ def test_what_is_in_doubt_is_weighed_against_the_law() -> None:
     sure = pilot.through([Probed(128, 0.5 * foretold, 0.01, 0.04)], "sobol").error_at(128)
     assert vague.value > 0.9 * foretold > 0.6 * foretold > sure.value
     assert vague.high / vague.low > sure.high / sure.low
-    assert isinstance(sure, Estimate)
+    assert isinstance(sure, Interval)

@@ -11,15 +11,15 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
-from equaltime.film.error import Estimate
 from equaltime.quoting.law import fit
+from equaltime.statistics.intervals import Interval
 
 SCENE = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
 
 
-def observed(exponent: float, doubt: float, counts: tuple[int, ...] = (2, 4, 8)) -> dict[int, Estimate]:
+def observed(exponent: float, doubt: float, counts: tuple[int, ...] = (2, 4, 8)) -> dict[int, Interval]:
     factor = math.exp(1.96 * doubt)
-    return {n: Estimate(n**-exponent, n**-exponent / factor, n**-exponent * factor) for n in counts}
+    return {n: Interval(n**-exponent, n**-exponent / factor, n**-exponent * factor) for n in counts}
 
 
 @pytest.mark.parametrize("exponent", [0.5, 0.55, 0.6])
@@ -72,7 +72,7 @@ def test_a_quote_of_a_caustic_says_that_it_is_in_doubt(capsys: pytest.CaptureFix
 
 def test_a_quote_of_a_time_says_the_error() -> None:
     quote = et.quote(et.load(SCENE).with_(size=(48, 48)), time=2.0)
-    assert quote.seconds == Estimate(2.0, 2.0, 2.0, unit="s")
+    assert quote.seconds == Interval(2.0, 2.0, 2.0)
     assert quote.error.low < quote.error.value < quote.error.high
     assert quote.pilot_seconds < 2.0
 
@@ -88,22 +88,17 @@ def test_quotes_of_any_kind_of_number_are_json(limit: dict[str, Any]) -> None:
     data = json.loads(json.dumps(found.as_dict()))
     for name in ("seconds", "spp", "error", "memory"):
         said = getattr(found, name)
-        assert Estimate.from_dict(data[name]) == said
-        assert str(Estimate.from_dict(data[name])) == str(said)
-    assert [Estimate.from_dict(price["seconds"]).unit for price in data["prices"]] == ["s"] * len(found.prices)
+        assert Interval.from_dict(data[name]) == said
+    assert [Interval.from_dict(price["seconds"]) for price in data["prices"]] == [*found.prices.values()]
 
 
 def test_what_is_quoted_is_printed_in_its_own_unit() -> None:
     quote = et.quote(et.load(SCENE).with_(size=(24, 24)), error=0.3)
-    for estimate, scale, unit in (
-        (quote.seconds, 1.0, "s"),
-        (quote.prices[0.05], 1.0, "s"),
-        (quote.spp, 1.0, "spp"),
-        (quote.error, 100.0, "%"),
-        (quote.memory, 1e-6, "MB"),
-    ):
-        value, low, high = (f"{scale * number:.3g}" for number in (estimate.value, estimate.low, estimate.high))
-        assert str(estimate) == f"{value} {unit} [{low}, {high}]"
+    first, *prices, last = str(quote).splitlines()
+    assert f"{quote.error:%}" in first
+    assert first.endswith(f" in {quote.seconds:s} at {quote.spp:spp}")
+    assert f"5 % in {quote.prices[0.05]:s}" in prices
+    assert last == f"peak memory {quote.memory:MB}"
 
 
 def test_a_quote_takes_an_error_or_a_time() -> None:

@@ -7,16 +7,17 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from equaltime.film.error import UNKNOWN, Estimate
+from equaltime.film.error import UNKNOWN_ERROR
 from equaltime.rendering.budget import FIRST_LOOK, Look, Looks, next_look
+from equaltime.statistics.intervals import Interval
 
 
-def falling(exponent: float, spread: float = 1.0) -> Callable[[int], Estimate]:
+def falling(exponent: float, spread: float = 1.0) -> Callable[[int], Interval]:
     """An error of 1 at one sample that falls as a power of the samples."""
-    return lambda samples: Estimate(samples**-exponent, 0.0, samples**-exponent * spread)
+    return lambda samples: Interval(samples**-exponent, 0.0, samples**-exponent * spread)
 
 
-def looked(error: Callable[[int], Estimate], target: float) -> Looks:
+def looked(error: Callable[[int], Interval], target: float) -> Looks:
     """Look until the target is reached."""
     looks, samples = Looks(), 0
     while not looks.met(target):
@@ -53,7 +54,7 @@ def test_a_narrow_interval_is_believed_no_more_than_a_wide_one() -> None:
 
 def test_two_looks_in_a_row_must_agree() -> None:
     errors = {8: 0.2, 12: 0.01, 18: 0.2, 26: 0.115, 38: 0.099}
-    looks = looked(lambda n: Estimate(errors[n] / 1.2, 0.0, errors[n]), 0.1)
+    looks = looked(lambda n: Interval(errors[n] / 1.2, 0.0, errors[n]), 0.1)
     assert [look.samples for look in looks.made] == [*errors], "the lucky look after 12 samples ends nothing"
 
 
@@ -66,14 +67,14 @@ def test_the_look_before_may_be_a_fifth_above_and_no_more() -> None:
 def test_an_unknown_error_is_not_taken_for_none() -> None:
     looks = Looks()
     for samples in (8, 12, 18):
-        looks.look(UNKNOWN, samples)
+        looks.look(UNKNOWN_ERROR, samples)
         assert not looks.met(0.1)
 
 
 def test_looks_are_due_at_their_counts_alone_and_once() -> None:
     looks = Looks()
     assert [n for n in range(40) if looks.due(n)] == [8, 12, 18, 26, 38]
-    looks.look(Estimate(0.1, 0.09, 0.11), 8)
+    looks.look(Interval(0.1, 0.09, 0.11), 8)
     assert not looks.due(8)
     assert looks.due(12)
 
@@ -101,7 +102,7 @@ def wrong_stops(stands: float, alone: bool = False, spread: float = 0.1, trials:
             samples = next_look(samples)
             low, bad = spread * (stands + rng.standard_normal(2) / math.sqrt(2.0))
             seen = 0.1 * math.exp(low)
-            looks.look(Estimate(seen, 0.0, seen * math.exp(1.96 * spread)), samples)
+            looks.look(Interval(seen, 0.0, seen * math.exp(1.96 * spread)), samples)
             if looks.met(0.1) or (alone and looks.made[-1].believed <= 0.1):
                 wrong += bad > 0.0
                 break

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.stats import binomtest
 
 from equaltime.experiments.analysis.ratios import speed_up
 from equaltime.statistics.curves import (
@@ -285,3 +286,13 @@ def test_a_median_has_the_interval_of_the_sign_test() -> None:
     assert 1.0 < found.low < 2.0, "96.1 % from the second to the eighth, 82 % from the third to the seventh"
     assert not median_interval(values[:5]).trusted
     assert not median_interval([]).known
+
+
+def test_the_interval_holds_the_median_as_often_as_it_says_and_a_shifted_one_seldom() -> None:
+    found = [median_interval(row) for row in np.random.default_rng(1).exponential(size=(2000, 9))]
+
+    def covering(median: float) -> int:
+        return sum(one.low <= median <= one.high for one in found)
+
+    assert binomtest(covering(np.log(2.0)), 2000, 0.95).pvalue > 1e-3
+    assert binomtest(covering(1.3 * np.log(2.0)), 2000, 0.95).pvalue < 1e-9
