@@ -129,8 +129,8 @@ def measure(image: ArrayLike, reference: Reference, metrics: Iterable[Metric] = 
     """Return the wanted ``metrics`` of an image (H, W, 3) against a reference, as a dict by the metric's name.
 
     Each metric is the distance of this image from the truth, with the uncertainty due to the reference's noise; another
-    render has another distance. The limits of error, relmse and mse are at 95 %. The limits of mare and flip hold on average
-    over references. Limits are infinite, and not trusted, if the reference's noise is not known.
+    render has another distance. The limits of error, relmse and mse are at 95 %. The limits of mare and flip hold on
+    average over references. Limits are infinite, and not trusted, if the reference's noise is not known.
 
     All metrics are NaN for an image with a pixel that is not finite. Against a black reference, relative metrics are 0
     for a black image, and infinite for any other image.
