@@ -30,6 +30,7 @@ from equaltime.film.error import PixelStatistics, error_parts
 from equaltime.film.sums import nearest_mean, others_count, others_sum
 from equaltime.rendering.session import Session
 from equaltime.statistics.intervals import Interval
+from equaltime.words import percent
 
 __all__ = ["FRACTIONS", "NoisePlaces", "NoiseRectangle", "noise_places", "places_of"]
 
@@ -71,6 +72,10 @@ class NoiseRectangle:
         True if its share of error² is surely above its fraction of the picture's area.
         """
         return self.share.low > self.area
+
+    def __str__(self) -> str:
+        across, down = (f"{first} to {last}" for first, last in (self.x, self.y))
+        return f"x {across}, y {down}: {percent(self.area)} of the picture, {percent(self.share.value)} of error²"
 
 
 @dataclass(frozen=True)
