@@ -11,12 +11,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from equaltime.words import Shown
 
 __all__ = [
     "FEWEST_REPEATS",
@@ -51,8 +53,8 @@ _SCALES: Mapping[str, float] = {"": 1.0, "%": 100.0, "s": 1.0, "spp": 1.0, "MB":
 """Factors by which numbers are multiplied when they are printed in a unit."""
 
 
-@dataclass(frozen=True)
-class Interval:
+@dataclass(frozen=True, repr=False)
+class Interval(Shown):
     """A number with its 95 % interval, and notes that tell whether the interval can be trusted.
 
     A format specification prints the number in a unit: ``%`` for fractions, ``s``, ``spp``, ``MB`` for bytes. A unit
@@ -191,6 +193,12 @@ class Interval:
 
     def __str__(self) -> str:
         return format(self, "")
+
+    def __repr__(self) -> str:
+        ends = f"{self.value!r}, {self.low!r}, {self.high!r}"
+        others = ((field.name, field.default, getattr(self, field.name)) for field in fields(self)[3:])
+        said = "".join(f", {name}={value!r}" for name, default, value in others if value != default)
+        return f"Interval({ends}{said})"
 
 
 Estimate = Interval

@@ -25,6 +25,13 @@ def test_a_unit_is_a_format(unit: str, text: str) -> None:
     assert format(Interval(0.0231, 0.0228, 0.0234), unit) == text
 
 
+def test_a_representation_is_short_and_has_all_digits() -> None:
+    assert repr(Interval(1 / 3, 0.25, 0.5)) == "Interval(0.3333333333333333, 0.25, 0.5)"
+    doubted = Interval(1.0, 0.5, math.inf).doubted("heavy tail")
+    assert repr(doubted) == "Interval(1.0, 0.5, inf, trusted=False, note='heavy tail')"
+    assert Interval(0.2, 0.1, 0.3)._repr_html_() == "<pre>0.2 [0.1, 0.3]</pre>"
+
+
 def test_a_unit_that_does_not_exist_is_refused() -> None:
     with pytest.raises(ValueError, match="'kg' is no unit"):
         format(Interval(1.0, 1.0, 1.0), "kg")
