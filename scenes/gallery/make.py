@@ -17,7 +17,7 @@ from pictures import PICTURES
 from stage import SIDE, Dict
 
 import equaltime as et
-from equaltime.images.image_files import files as images
+from equaltime.images import image_files as images
 from equaltime.images.preview import srgb_bytes
 
 HERE = Path(__file__).resolve().parent
@@ -61,7 +61,7 @@ def rendered(scene: Dict, spp: int) -> NDArray[np.float64]:
 
 def write(path: Path, image: NDArray[np.float64]) -> None:
     """Write a small JPEG file."""
-    part = images.Part(("R", "G", "B"), srgb_bytes(image), {"Compression": "jpeg:90"})
+    part = images.Layer(("R", "G", "B"), srgb_bytes(image), {"Compression": "jpeg:90"})
     images.write(path, "jpeg", [part])
 
 

@@ -1,7 +1,11 @@
 """Every plugin that changes a picture has one in the gallery, and the page shows it."""
 
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
+from equaltime.images.image_files import read as read_picture
 from equaltime.scene.model import PLUGINS
 
 GALLERY = Path(__file__).parents[3] / "scenes" / "gallery"
@@ -23,3 +27,18 @@ def test_every_picture_is_on_the_page_and_all_are_small() -> None:
     assert [path.name for path in pictures if f'src="gallery/{path.name}"' not in page] == []
     assert page.count('src="gallery/') == len(pictures)
     assert sum(path.stat().st_size for path in pictures) < 1.5e6
+
+
+def test_the_pictures_are_made_by_their_scripts(tmp_path: Path) -> None:
+    gallery = tmp_path / "scenes" / "gallery"
+    shutil.copytree(GALLERY.parent, gallery.parent)
+    made = [gallery / "plastic.jpg", tmp_path / "errors.png"]
+    before = made[0].read_bytes()
+    scripts = (
+        [gallery / "make.py", "--spp", "1", "plastic"],
+        [gallery / "errors.py", "--size", "16", "--errors", "0.9", "0.5", "--to", made[1]],
+    )
+    for script in scripts:
+        subprocess.run([sys.executable, *map(str, script)], check=True, capture_output=True)
+    assert made[0].read_bytes() != before
+    assert read_picture(made[1]).image.shape == (16, 32, 3)

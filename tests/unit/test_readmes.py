@@ -1,0 +1,91 @@
+"""README.md and the READMEs of folders: links lead to files, commands and options exist, examples run."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.main import get_command
+
+from equaltime.cli import COMMANDS, app
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text()
+PAGES = sorted(path for path in ROOT.rglob("README.md") if not {"build", ".git"} & set(path.relative_to(ROOT).parts))
+SMALL = {
+    "(128, 128)": "(12, 12)",
+    "spp=256": "spp=8",
+    "spp=64": "spp=4",
+    "error=0.02": "error=0.9",
+    "error=0.1": "error=0.9",
+}
+"""What makes the example in Python quick."""
+NAMES = {command.__name__ for command in COMMANDS}
+
+
+def test_the_readme_is_short() -> None:
+    assert len(README.splitlines()) <= 160
+
+
+def test_it_is_cited_by_its_version() -> None:
+    (version,) = re.findall(r"^version = \"(.*)\"$", (ROOT / "pyproject.toml").read_text(), re.MULTILINE)
+    assert f"version: {version}\n" in (ROOT / "CITATION.cff").read_text()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_to_files_and_headings(page: Path) -> None:
+    wrong = []
+    for link in re.findall(r"\]\((?!https?:)([^)\s]+)\)", page.read_text()):
+        path, _, heading = link.partition("#")
+        target = (page.parent / path) if path else page
+        if not target.exists() or (heading and heading not in headings(target)):
+            wrong.append(link)
+    assert wrong == []
+
+
+def headings(page: Path) -> set[str]:
+    """Return the anchors of a page's headings, as GitHub makes them."""
+    titles = re.findall(r"^#+ (.*)$", page.read_text(), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+def test_the_table_has_every_command() -> None:
+    assert set(re.findall(r"^\| `equaltime (\w+)", README, re.MULTILINE)) == NAMES
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_commands_and_options_exist(page: Path) -> None:
+    lines = re.findall(r"`(equaltime [^`]+)`", page.read_text())
+    lines += re.findall(r"^(?:\.venv/bin/)?(equaltime .*?)(?:\s+#.*)?$", page.read_text(), re.MULTILINE)
+    for line in lines:
+        _, command, *words = shlex.split(line.replace("…", ""))
+        assert command in NAMES, line
+        options = {word.split("=")[0] for word in words if word.startswith("--")}
+        assert options <= known_options(command), line
+
+
+@cache
+def known_options(command: str) -> set[str]:
+    """Return the options of a command."""
+    found: Any = get_command(app)
+    return {
+        option
+        for parameter in found.commands[command].params
+        for option in (*parameter.opts, *parameter.secondary_opts)
+    }
+
+
+def test_the_example_in_python_runs(tmp_path: Path) -> None:
+    (block,) = re.findall(r"^```python\n(.*?)^```", README, re.DOTALL | re.MULTILINE)
+    code = block.replace("scenes/cornell-box.toml", str(ROOT / "scenes" / "cornell-box.toml"))
+    for long, short in SMALL.items():
+        code = code.replace(long, short)
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "time to" in done.stdout or "faster" in done.stdout or "best" in done.stdout
