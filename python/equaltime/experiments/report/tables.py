@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
+from equaltime.experiments.model.experiment import Quantity
 from equaltime.experiments.model.summary import Beside, SceneResult, StrategyResult, Summary
-from equaltime.experiments.model.theirs import Quantity
 from equaltime.experiments.report.looks import Style
 from equaltime.experiments.report.views import Table, TableRow
 from equaltime.experiments.report.words import (
