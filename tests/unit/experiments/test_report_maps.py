@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from equaltime.experiments.report.gallery import choose_crops
-from equaltime.experiments.report.maps import LEVEL, error_map, losses, spread_map, squares
-from equaltime.experiments.report.pictures import coloured
+from equaltime.experiments.report.losing import LEVEL, losses
+from equaltime.experiments.report.pictures import coloured, error_map, spread_map, squares
 from equaltime.images.bias_variance import reduced
 from equaltime.images.metrics import Reference, measure
 

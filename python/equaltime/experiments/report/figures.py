@@ -9,21 +9,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
-from equaltime.experiments.report.curves import INK, draw_curves
+from equaltime.experiments.report.charts import draw_curves
 from equaltime.experiments.report.gallery import Window
-from equaltime.experiments.report.looks import Style
+from equaltime.experiments.report.looks import INK, Style
 from equaltime.experiments.report.pictures import Pictures, exposed
 from equaltime.experiments.report.words import error_cell
 from equaltime.extras import optional
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-from typing import TYPE_CHECKING
-
 from equaltime.files import replacing
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 __all__ = ["draw_comparison", "write_figure", "write_figures"]

@@ -5,20 +5,14 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
-from equaltime.extras import optional
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-from typing import TYPE_CHECKING, Any
-
 from equaltime.experiments.model.summary import SceneResult, Summary
-from equaltime.experiments.report.curves import GRID, INK, MUTED, curve_gid, draw_curves, point_titles
-from equaltime.experiments.report.dots import draw_dots
-from equaltime.experiments.report.looks import LIGHT, Style
+from equaltime.experiments.report.charts import curve_gid, draw_curves, draw_dots, point_titles
+from equaltime.experiments.report.looks import GRID, INK, LIGHT, MUTED, Style
 from equaltime.experiments.report.words import percent, seconds
+from equaltime.extras import optional
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
