@@ -32,6 +32,7 @@ from equaltime.film.sums import box_sum, neighbours
 from equaltime.images.image_files import Picture
 from equaltime.images.metrics import Measured, divided
 from equaltime.rendering.render_file import SavedFilm
+from equaltime.statistics import agreement
 from equaltime.statistics.intervals import student
 
 __all__ = ["FEWEST_BLOCKS", "Difference", "Noise", "block_means", "log_ratio"]
@@ -207,10 +208,7 @@ def block_means(values: Floats) -> Floats:
     If a side of the image is below 16, each pixel is a block.
     """
     block = _BLOCK if min(values.shape) >= 4 * _BLOCK else 1
-    rows, columns = (n // block for n in values.shape)
-    cut = values[: rows * block, : columns * block]
-    means: Floats = cut.reshape(rows, block, columns, block).mean(axis=(1, 3)).ravel()
-    return means
+    return agreement.block_means(values, block, block).ravel()
 
 
 def _share(image: Floats, reference: Floats, variance: Floats) -> float:
