@@ -14,32 +14,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from equaltime.images.metrics import Reference, reference_doubt
-from equaltime.statistics.agreement import block_means
 from equaltime.statistics.intervals import UNKNOWN, Interval, exp, few, jackknife, student
 from equaltime.statistics.products import pairs_mean, pairs_variance
 
-__all__ = ["BiasVariance", "reduced", "relmse_of_parts"]
+__all__ = ["BiasVariance", "relmse_of_parts"]
 
 Floats = NDArray[np.float64]
-
-
-def reduced(values: NDArray[Any], longest: int) -> Floats:
-    """Return the image ``values`` (H, W, …) reduced until no side exceeds ``longest`` pixels.
-
-    Each new pixel is the mean of a block of pixels. Rows and columns at the end that fill no block are dropped. A
-    small image is returned unchanged.
-    """
-    factor = math.ceil(max(values.shape[:2]) / longest)
-    if factor == 1:
-        return values
-    height, width = values.shape[:2]
-    return block_means(values, min(factor, height), min(factor, width))
 
 
 @dataclass(frozen=True)

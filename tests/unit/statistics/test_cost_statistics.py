@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from equaltime.experiments.analysis.ratios import speed_up
+from equaltime.experiments.analysis.strategy_runs import speed_up
 from equaltime.statistics.curves import (
     Runs,
     error_at,

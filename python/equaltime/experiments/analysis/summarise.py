@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from equaltime.errors import ExperimentError, Problem
 from equaltime.experiments import report
 from equaltime.experiments.analysis.beside import beside
-from equaltime.experiments.analysis.ratios import efficiency, fewer_samples, speed_up
-from equaltime.experiments.analysis.strategy_runs import StrategyRuns
+from equaltime.experiments.analysis.strategy_runs import StrategyRuns, efficiency, fewer_samples, speed_up
 from equaltime.experiments.analysis.verdict import pick_standard, verdict
 from equaltime.experiments.model.experiment import Experiment
 from equaltime.experiments.model.summary import Curve, SceneResult, StrategyResult, Summary

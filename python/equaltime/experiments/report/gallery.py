@@ -22,7 +22,7 @@ from equaltime.experiments.report.pictures import (
     spread_map,
 )
 from equaltime.experiments.report.words import error_cell, percent, seconds
-from equaltime.images.bias_variance import reduced
+from equaltime.images.preview import reduced
 
 __all__ = ["Crop", "Frame", "Series", "Window", "choose_crops", "kinds_of"]
 

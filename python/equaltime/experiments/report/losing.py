@@ -17,7 +17,7 @@ from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.experiments.report.looks import Style
 from equaltime.experiments.report.pictures import Bar, Pictures, colour_bar, coloured, data_uri, exposed
 from equaltime.experiments.report.words import percent
-from equaltime.images.bias_variance import reduced
+from equaltime.images.preview import reduced
 
 __all__ = ["INTRODUCTION", "LEVEL", "LossView", "Losses", "losing", "losses"]
 

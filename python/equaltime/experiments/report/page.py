@@ -12,14 +12,13 @@ from typing import Any
 from equaltime.experiments.analysis.verdict import verdict
 from equaltime.experiments.model.summary import SceneResult, Summary
 from equaltime.experiments.report.charts import has_dots, unmarked
-from equaltime.experiments.report.figures import write_figures
+from equaltime.experiments.report.figures import NARROW, WIDE, chart, dots, write_figures
 from equaltime.experiments.report.films import FilmView, film_view, write_animation
 from equaltime.experiments.report.gallery import Crop, Series, kinds_of
 from equaltime.experiments.report.looks import DARK, LIGHT, Style, looks
 from equaltime.experiments.report.losing import INTRODUCTION, LossView, losing
 from equaltime.experiments.report.pictures import Bar, Pictures, load_pictures
 from equaltime.experiments.report.rays import rays_view
-from equaltime.experiments.report.svg import NARROW, WIDE, chart, dots
 from equaltime.experiments.report.tables import (
     Table,
     TableRow,

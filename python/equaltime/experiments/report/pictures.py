@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from equaltime.errors import EqualtimeError, ImageError
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
-from equaltime.experiments.run.record import read_array
+from equaltime.experiments.run.folder import read_array
 from equaltime.experiments.run.reference import read
 from equaltime.extras import optional
 from equaltime.images import image_files as images

@@ -17,58 +17,16 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import TracebackType
-from typing import Annotated, Any, Self
+from typing import Annotated, Self
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, PlainSerializer, TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
-from equaltime.errors import ExperimentError, ImageError, Problem
+from equaltime.errors import ExperimentError, Problem
 from equaltime.files import to_disk, try_lock
 from equaltime.validation import NOUNS, explain
 
-__all__ = ["COLUMNS", "Key", "Recorder", "Row", "check_seeds", "complete", "load", "read_array", "read_arrays"]
-
-_RESTORE = "put a copy of the file there, or remove it to go on without it"
-
-
-def read_array(path: Path, shape: tuple[int, ...]) -> NDArray[Any]:
-    """Return the array of an ``.npy`` file, which must have this ``shape``.
-
-    Raises
-    ------
-    FileNotFoundError
-        If the file is missing.
-    ImageError
-        If the file is damaged, or its array has another shape or a number that is not finite.
-    """
-    try:
-        # memory-mapped, so that a damaged header cannot allocate more memory than the file's size
-        found = np.load(path, mmap_mode="r", allow_pickle=False)
-    except FileNotFoundError:
-        raise
-    except Exception as error:  # the type of NumPy's error depends on the damage
-        raise ImageError(f"{path}: is damaged: {error}; {_RESTORE}") from error
-    if not isinstance(found, np.ndarray) or found.dtype.kind not in "fiu":
-        raise ImageError(f"{path}: is damaged: it holds no array of numbers; {_RESTORE}")
-    if found.shape != shape:
-        raise ImageError(f"{path}: is damaged: it has shape {found.shape}, not {shape}; {_RESTORE}")
-    if not np.isfinite(found).all():
-        raise ImageError(f"{path}: is damaged: it has numbers that are not finite; {_RESTORE}")
-    return np.array(found)
-
-
-def read_arrays(path: Path, names: Sequence[str]) -> tuple[NDArray[Any], ...]:
-    """Read the arrays with these names from an ``.npz`` file, and return the arrays in the order of ``names``.
-
-    Raises `ImageError` if the file is missing or damaged, or an array is missing.
-    """
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            return tuple(file[name] for name in names)
-    except Exception as error:  # zip, zlib and NumPy raise different errors for a damaged file
-        raise ImageError(f"{path}: is damaged: {error}; {_RESTORE}") from error
+__all__ = ["COLUMNS", "Key", "Recorder", "Row", "check_seeds", "complete", "load"]
 
 
 def _four(cell: str) -> list[str]:
