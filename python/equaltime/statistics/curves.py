@@ -38,6 +38,7 @@ from equaltime.statistics.intervals import (
     median_interval,
     signed_root,
 )
+from equaltime.words import percent
 
 __all__ = [
     "TYPICAL",
@@ -117,7 +118,7 @@ class Runs:
         share = float((self.relmse.max(axis=0)[clear] / sums[clear]).max(initial=0.0))
         if self.doubt or self.repeats < FEWEST_REPEATS or share <= _MOST_OF_ONE:
             return self.doubt
-        return f"one repeat of {self.repeats} makes {100.0 * share:.3g} % of their squared error"
+        return f"one repeat of {self.repeats} makes {percent(share)} of their squared error"
 
     @property
     def law(self) -> bool:

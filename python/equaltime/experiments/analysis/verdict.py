@@ -10,6 +10,7 @@ from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.statistics.agreement import LEVEL
 from equaltime.statistics.curves import TYPICAL
 from equaltime.statistics.intervals import Interval, product_mean, sound, sound_below
+from equaltime.words import percent
 
 __all__ = ["bias_verdict", "efficiency_verdict", "pick_standard", "samples_verdict", "verdict"]
 
@@ -87,7 +88,7 @@ def _sentence(found: Sequence[_Found], target: float, count: int) -> str:
     if not ratio.trusted:
         said += "; how much more is not known"
     labels = _joined(strategy.label for _, strategy in found)
-    return f"{labels}: {100 * target:.3g} % in {_seconds(time)}, {_faster(ratio)} than {baseline}{where}{said}"
+    return f"{labels}: {percent(target)} in {_seconds(time)}, {_faster(ratio)} than {baseline}{where}{said}"
 
 
 def _where(names: Sequence[str], count: int) -> str:
@@ -150,7 +151,7 @@ def _time_alone(
                 time = strategy.time_to[target]
                 if sound(time) and (extrapolated or time.reach == 1.0):
                     on = f" on {scene.name}" if len(scenes) > 1 else ""
-                    text = f"{strategy.label}: {100 * target:.3g} % in {_seconds(time)}{on}"
+                    text = f"{strategy.label}: {percent(target)} in {_seconds(time)}{on}"
                     return scene, strategy, text + (f" ({time.note})" if time.note else "")
     return None
 
@@ -279,7 +280,7 @@ def _size(bias: Interval | None) -> str:
     """Format a bias as a relative error in %; empty if its interval is not trusted or includes 0."""
     if bias is None or not bias.trusted or bias.low <= 0.0:
         return ""
-    return f" by {100.0 * bias.value:.3g} % [{100.0 * bias.low:.3g}, {100.0 * bias.high:.3g}]"
+    return f" by {percent(bias.value)} [{100.0 * bias.low:.3g}, {100.0 * bias.high:.3g}]"
 
 
 def _why(strategy: StrategyResult) -> str:
