@@ -17,7 +17,7 @@ from pictures import PICTURES
 from stage import SIDE, Dict
 
 import equaltime as et
-from equaltime.images.image_files import files as images
+from equaltime.images import image_files as images
 from equaltime.images.preview import srgb_bytes
 
 HERE = Path(__file__).resolve().parent

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.images.image_files import files as images
+from equaltime.images import image_files as images
 from equaltime.images.preview import srgb_bytes
 
 Dict = dict[str, Any]
