@@ -61,7 +61,7 @@ def rendered(scene: Dict, spp: int) -> NDArray[np.float64]:
 
 def write(path: Path, image: NDArray[np.float64]) -> None:
     """Write a small JPEG file."""
-    part = images.Part(("R", "G", "B"), srgb_bytes(image), {"Compression": "jpeg:90"})
+    part = images.Layer(("R", "G", "B"), srgb_bytes(image), {"Compression": "jpeg:90"})
     images.write(path, "jpeg", [part])
 
 

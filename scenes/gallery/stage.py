@@ -171,7 +171,7 @@ def write_gltf(path: Path) -> str:
 def write_picture(path: Path, pixels: Array, encoded: bool = True) -> str:
     """Write linear colours as sRGB, or the numbers as they are."""
     as_bytes = srgb_bytes(pixels) if encoded else np.round(255 * pixels).astype(np.uint8)
-    images.write(path, path.suffix[1:], [images.Part(("R", "G", "B"), as_bytes, {})])
+    images.write(path, path.suffix[1:], [images.Layer(("R", "G", "B"), as_bytes, {})])
     return str(path)
 
 
