@@ -24,8 +24,10 @@ from pydantic import (
     field_validator,
     model_validator,
 )
+from pydantic_core import ErrorDetails
 
 from equaltime.errors import StrategyError
+from equaltime.validation import explain
 from equaltime.words import suggestion
 
 __all__ = ["PRESETS", "Strategy"]
@@ -90,7 +92,7 @@ class Strategy(BaseModel):
         try:
             strategy = validate(settled)
         except ValidationError as error:
-            problems += [_explain(problem) for problem in error.errors()]
+            problems += [_problem(problem) for problem in error.errors()]
         if problems:
             raise StrategyError("\n".join(problems)) from None
         return strategy
@@ -278,11 +280,11 @@ def _vary(preset: object, changes: Mapping[str, Any], place: str) -> Strategy:
         raise StrategyError("\n".join(f"{place}: {line}" for line in str(error).splitlines())) from None
 
 
-def _explain(problem: Mapping[str, Any]) -> str:
+def _problem(problem: ErrorDetails) -> str:
     """Turn one of pydantic's errors into a sentence with the nearest known name."""
     key, found = str(problem["loc"][0]), problem["input"]
     if problem["type"] == "extra_forbidden":
-        return f"unknown key '{key}'{suggestion(key, Strategy.model_fields)}"
+        return explain(problem, Strategy.model_fields)
     if problem["type"] == "literal_error":
         return f"unknown {key} '{found}'{suggestion(str(found), _words(key))}"
     if key == "survival":

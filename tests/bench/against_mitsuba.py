@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 
 import equaltime as et
 from equaltime.bench import spread
-from equaltime.experiments.peers import MitsubaPeer, with_box_filter
+from equaltime.experiments.peers.common import with_box_filter
+from equaltime.experiments.peers.mitsuba import MitsubaPeer
 from equaltime.rendering.core_subject import CoreSubject, Subject
 
 STRATEGY = "best,roulette=none,adaptive=none"

@@ -17,7 +17,7 @@ from measuring import SCENES, Floats, arguments, parsed, relative_variance
 
 import equaltime as et
 from equaltime import _core
-from equaltime.experiments.peers import with_box_filter
+from equaltime.experiments.peers.common import with_box_filter
 from equaltime.rendering.core import core_settings
 
 LEFT_OUT = 0.005

@@ -141,7 +141,7 @@ def test_images_without_any_noise_are_compared_too() -> None:
 
 def test_block_means_drop_what_is_left_over() -> None:
     image = np.arange(5 * 7 * 3, dtype=np.float64).reshape(5, 7, 3)
-    means = block_means(image, 2)
+    means = block_means(image, 2, 2)
     assert means.shape == (2, 3, 3)
     np.testing.assert_allclose(means[1, 2, 0], image[2:4, 4:6, 0].mean())
 

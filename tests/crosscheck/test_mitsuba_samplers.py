@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from scipy import stats
 
 import equaltime as et
-from equaltime.experiments.peers import MitsubaPeer, with_box_filter
+from equaltime.experiments.peers.common import with_box_filter
+from equaltime.experiments.peers.mitsuba import MitsubaPeer
 from equaltime.images.mitsuba_reference import UNFIT_SAMPLERS, fit_sampler
 from equaltime.statistics.agreement import LEVEL, share
 

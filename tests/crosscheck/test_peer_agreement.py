@@ -16,8 +16,10 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime.experiments.peers import CommandPeer, MitsubaPeer, agreement
+from equaltime.experiments.peers import agreement
 from equaltime.experiments.peers.agreement import check, own_reference
+from equaltime.experiments.peers.command import CommandPeer
+from equaltime.experiments.peers.mitsuba import MitsubaPeer
 from equaltime.rendering.core_subject import Point, RendererKind
 from equaltime.scene import Scene
 from equaltime.scene.mitsuba_dict import mitsuba_dict

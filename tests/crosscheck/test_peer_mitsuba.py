@@ -16,7 +16,8 @@ import pytest
 
 import equaltime as et
 from equaltime.errors import PeerError
-from equaltime.experiments.peers import MitsubaPeer, mitsuba
+from equaltime.experiments.peers import mitsuba
+from equaltime.experiments.peers.mitsuba import MitsubaPeer
 from equaltime.experiments.peers.mitsuba_worker import samples_per_pass
 from equaltime.images.image_files import Layer, write
 
@@ -139,7 +140,7 @@ def test_what_mitsuba_cannot_do_is_told(subject: MitsubaPeer, words: list[str]) 
 
 def test_a_missing_llvm_is_told_with_the_name_of_its_package() -> None:
     code = (
-        "import equaltime as et; from equaltime.experiments.peers import MitsubaPeer;"
+        "import equaltime as et; from equaltime.experiments.peers.mitsuba import MitsubaPeer;"
         f"MitsubaPeer('m').prepare(et.load({str(SCENES / 'cornell-box.toml')!r}), 1)"
     )
     environment = os.environ | {"DRJIT_LIBLLVM_PATH": "/nowhere/libLLVM.so"}

@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.experiments.analysis.ratios import speed_up
+from equaltime.experiments.analysis.strategy_runs import speed_up
 from equaltime.images.metrics import tail_of
 from equaltime.statistics.curves import (
     FARTHEST_REACH,

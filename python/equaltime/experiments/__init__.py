@@ -86,7 +86,7 @@ def cost(
     >>> [strategy.label for strategy in summary.scenes[0].strategies]
     ['naive', 'best']
     """
-    from equaltime.experiments.analysis.conclusion import conclude
+    from equaltime.experiments.analysis.summarise import conclude
     from equaltime.experiments.model.reader import (  # imported late: rendering alone does not need it
         check_installed,
         make_experiment,

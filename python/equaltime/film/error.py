@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.film.sums import error_contributions, join_replicates, standard_errors
+from equaltime.film.sums import error_contributions, error_floor, join_replicates, standard_errors
 from equaltime.film.tails import outstanding
 from equaltime.statistics.intervals import Interval
 
@@ -270,7 +270,7 @@ def error_parts(pixels: PixelStatistics, m: float, least: Floats | None = None) 
     of pixel j moves the mean of the image and the local means around j, and so all contributions there at once. Both
     derivatives have one sign, so their absolute values are added.
     """
-    contributions, sums = error_contributions(pixels.mean, pixels.variance, pixels.samples, (0.1 * m) ** 2, least)
+    contributions, sums = error_contributions(pixels.mean, pixels.variance, pixels.samples, error_floor(m), least)
     influence = 0.02 * m * sums["slopes"] / pixels.mean.size
     by_means = 2.0 * influence * sums["crossed"] + influence**2 * sums["means_squared"]
     value, lenient, cautious = contributions

@@ -35,7 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.film.error import PixelStatistics
-from equaltime.film.sums import error_contributions, lamps_in_sight, mirrored_lamps
+from equaltime.film.sums import error_contributions, error_floor, lamps_in_sight, mirrored_lamps
 
 __all__ = ["Lamps"]
 
@@ -152,7 +152,7 @@ class Lamps:
             return 0.0
         light = self.light[lacking]
         mean, variance = (of.reshape(-1, 3)[self.pixels[lacking]] for of in (pixels.mean, pixels.spread))
-        floor = (0.1 * float(pixels.mean.mean())) ** 2
+        floor = error_floor(float(pixels.mean.mean()))
         # the true value is at least the light of the lamps
         denominator = np.square(np.maximum(mean, light)) + floor
         square, seen = ((of / denominator).mean(axis=-1) for of in (np.square(light), variance))
@@ -182,7 +182,7 @@ class Lamps:
         image, noise = pixels.mean.copy(), pixels.variance.copy()
         image.reshape(-1, 3)[where] -= wrong
         noise.reshape(-1, 3)[bright] = 0.0
-        floors = [(0.1 * float(of.mean())) ** 2 for of in (pixels.mean, image)]
+        floors = [error_floor(float(of.mean())) for of in (pixels.mean, image)]
         now = error_contributions(pixels.mean, pixels.variance, pixels.samples, floors[0])[0][0].sum()
         others = error_contributions(image, noise, pixels.samples, floors[1])[0][0].sum()
         theirs = (np.square(wrong) / (np.square(mean - wrong) + floors[1])).mean(axis=-1).sum()

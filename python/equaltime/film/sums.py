@@ -1,4 +1,4 @@
-"""Array operations of the core on films and images, and its searches for light that samples have missed."""
+"""Array operations on films and images, most of them in the core, and the core's searches for light that was missed."""
 
 from __future__ import annotations
 
@@ -27,6 +27,7 @@ __all__ = [
     "RADIUS",
     "box_sum",
     "error_contributions",
+    "error_floor",
     "focused_light",
     "join_replicates",
     "lamps_in_sight",
@@ -47,6 +48,14 @@ Floats = NDArray[np.float64]
 
 RADIUS = 3
 """Distance from the centre of a neighbourhood to its edge, in pixels; 3 makes it 7x7."""
+
+
+def error_floor(mean: float) -> float:
+    """Return (0.1 m)², the part of the error's denominator R² + (0.1 m)² that keeps dark pixels from dominating.
+
+    ``mean`` is m, the mean of the reference R over pixels and channels.
+    """
+    return (0.1 * mean) ** 2
 
 
 def neighbours(height: int, width: int) -> Floats:

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from equaltime.film.error import PixelStatistics, error_and_brightest
 from equaltime.film.focus import Focus
 from equaltime.film.lamps import Lamps
-from equaltime.film.sums import RADIUS, box_sum, unshadowed, window_around
+from equaltime.film.sums import RADIUS, box_sum, error_floor, unshadowed, window_around
 from equaltime.film.tails import averaged_out
 from equaltime.machine import worker_threads
 from equaltime.statistics.intervals import Interval
@@ -147,7 +147,7 @@ class Unseen:
         largest = _largest_around(self._find(asked)[near])[hidden]
         samples = _around(pixels.samples[near])[hidden, None]
         square = np.square(math.log(2.0 / (1.0 - level)) * largest / samples)
-        whole = square + (0.1 * m) ** 2
+        whole = square + error_floor(m)
         return float(np.divide(square, whole, out=np.zeros_like(whole), where=whole > 0.0).sum()) / pixels.mean.size
 
     def _find(self, asked: NDArray[np.bool_]) -> Floats:

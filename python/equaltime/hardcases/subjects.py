@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.errors import EqualtimeError, PeerError
-from equaltime.experiments.peers import MitsubaPeer
+from equaltime.experiments.peers.mitsuba import MitsubaPeer
 from equaltime.hardcases.cases import CASES, Case, load_case
 from equaltime.hardcases.judge import Outcome, broken, judge_bits, judge_same, judge_value, limit_of
 from equaltime.hardcases.units import in_units

@@ -14,32 +14,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from equaltime.images.metrics import Reference, reference_doubt
 from equaltime.statistics.intervals import UNKNOWN, Interval, exp, few, jackknife, student
+from equaltime.statistics.products import pairs_mean, pairs_variance
 
-__all__ = ["BiasVariance", "reduced", "relmse_of_parts"]
+__all__ = ["BiasVariance", "relmse_of_parts"]
 
 Floats = NDArray[np.float64]
-
-
-def reduced(values: NDArray[Any], longest: int) -> Floats:
-    """Return the image ``values`` (H, W, …) reduced until no side exceeds ``longest`` pixels.
-
-    Each new pixel is the mean of a block of pixels. Rows and columns at the end that fill no block are dropped. A
-    small image is returned unchanged.
-    """
-    factor = math.ceil(max(values.shape[:2]) / longest)
-    if factor == 1:
-        return values
-    down, across = (min(factor, size) for size in values.shape[:2])
-    rows, columns = values.shape[0] // down, values.shape[1] // across
-    blocks = values[: rows * down, : columns * across].reshape(rows, down, columns, across, *values.shape[2:])
-    return np.asarray(blocks.mean(axis=(1, 3)))
 
 
 @dataclass(frozen=True)
@@ -58,7 +43,7 @@ def relmse_of_parts(images: ArrayLike, reference: Reference) -> BiasVariance:
     """Return the bias² and the variance of one render, from K renders (K, H, W, 3) that differ only in their seeds.
 
     Intervals come from the jackknife over renders. The interval of bias² is corrected, because the jackknife counts the
-    noise of pairs twice (see `_pairs_variance`). That interval also includes the reference's noise, which all renders
+    noise of pairs twice (see `pairs_variance`). That interval also includes the reference's noise, which all renders
     share. Both values are unknown if K is 1 or if a pixel is not finite.
     """
     stack = np.asarray(images, np.float64)
@@ -68,9 +53,9 @@ def relmse_of_parts(images: ArrayLike, reference: Reference) -> BiasVariance:
         reason = "one render cannot tell bias from variance" if repeats < 2 else "a pixel is not finite"
         return BiasVariance(UNKNOWN.doubted(reason), UNKNOWN.doubted(reason))
 
-    bias2 = _pairs_mean(gram, np.ones(repeats)) - reference.relmse
+    bias2 = pairs_mean(gram, np.ones(repeats)) - reference.relmse
     variance = _variance(gram)
-    spread, degrees = _pairs_variance(gram)
+    spread, degrees = pairs_variance(gram)
     doubt = _shared_doubt(stack.mean(axis=0), reference, max(bias2, 0.0), variance.value / repeats)
     half = student(max(degrees, 1.0)) * math.hypot(math.sqrt(spread), doubt)
     return BiasVariance(few(Interval(bias2, bias2 - half, bias2 + half), repeats), variance, doubt)
@@ -81,7 +66,7 @@ def _variance(gram: Floats) -> Interval:
     repeats = len(gram)
 
     def log_variance(kept: Floats) -> float:
-        variance = float(kept @ np.diag(gram)) / kept.sum() - _pairs_mean(gram, kept)
+        variance = float(kept @ np.diag(gram)) / kept.sum() - pairs_mean(gram, kept)
         return math.log(variance) if variance > 0.0 else math.nan
 
     if np.ptp(gram) <= 1e-12 * abs(gram).max():
@@ -106,46 +91,3 @@ def _gram(stack: Floats, reference: Reference) -> Floats:
     differences = ((stack - reference.mean) / root).reshape(len(stack), -1)
     gram: Floats = differences @ differences.T / differences.shape[1]
     return gram
-
-
-def _pairs_mean(gram: Floats, kept: Floats) -> float:
-    """Return the mean of the matrix over pairs of different kept renders (weights 0 or 1)."""
-    count = float(kept.sum())
-    if count < 2.0:
-        return math.nan
-    return float(kept @ gram @ kept - kept @ np.diag(gram)) / (count * (count - 1.0))
-
-
-def _pairs_variance(gram: Floats) -> tuple[float, float]:
-    """Return the variance of the mean over pairs, and its degrees of freedom.
-
-    A pair's product is decomposed as mean + a_r + a_s + e_rs (Hoeffding 1948). The mean over pairs has the variance 4
-    var(a) / K + 2 var(e) / (K (K - 1)). The jackknife has the first term right, but gives 4 var(e) / (K (K - 2)) for
-    the second. That is more than twice too much, which matters where there is no bias and so no a. With four renders or
-    more var(e) is known from the residuals of a_r + a_s; with fewer the jackknife stands. The degrees are by
-    Satterthwaite (1946); the first term, a difference, is noisier than its size says.
-    """
-    repeats = len(gram)
-    if repeats < 3:
-        return math.inf, 1.0
-    rows = (gram.sum(axis=1) - np.diag(gram)) / (repeats - 1)
-    mean = float(rows.mean())
-    jackknifed = 4.0 * (repeats - 1) / (repeats * (repeats - 2) ** 2) * float(np.square(rows - mean).sum())
-    if repeats == 3:
-        return jackknifed, 2.0
-    others, pairs = repeats * (repeats - 3) / 2, _pair_residual(gram)
-    by_pairs = 2.0 * pairs / (repeats * (repeats - 1))
-    counted = 4.0 * pairs / (repeats * (repeats - 2))
-    by_renders = max(jackknifed - counted, 0.0)
-    noise = (by_renders + 0.5 * min(by_renders, counted)) ** 2 / (repeats - 1)
-    total = by_renders + by_pairs
-    return total, total**2 / (noise + by_pairs**2 / others) if total > 0.0 else others
-
-
-def _pair_residual(gram: Floats) -> float:
-    """Return var(e) of `_pairs_variance`; needs four renders or more."""
-    repeats = len(gram)
-    rows = (gram.sum(axis=1) - np.diag(gram)) / (repeats - 1)
-    own = (rows - rows.mean()) * (repeats - 1) / (repeats - 2)
-    left = (gram - rows.mean() - own[:, None] - own[None, :])[np.triu_indices(repeats, 1)]
-    return float(left @ left) / (repeats * (repeats - 3) / 2)

@@ -25,6 +25,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from equaltime.film.sums import error_floor
 from equaltime.film.tails import MOST_RATIO, Tail, tail_of
 from equaltime.images.flip import flip
 from equaltime.statistics.intervals import Interval, signed_root
@@ -82,7 +83,7 @@ class Reference:
         1 + v (4 R² / D - 1) / D to second order. The denominator is then D times this factor.
         """
         square = self.mean**2
-        plain: Floats = square + (0.1 * self.mean.mean()) ** 2
+        plain: Floats = square + error_floor(self.mean.mean())
         curvature = divided(self.noise, plain) * (4.0 * divided(square, plain) - 1.0)
         return np.asarray(plain * (1.0 + np.maximum(curvature, -0.5)))
 

@@ -5,6 +5,7 @@ No exposure is fitted to the image, so two previews can be compared by eye.
 
 from __future__ import annotations
 
+import math
 import tempfile
 from pathlib import Path
 from typing import Any, Final
@@ -13,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.images import image_files as images
+from equaltime.statistics.agreement import block_means
 
-__all__ = ["SOURCE", "png_bytes", "srgb_bytes", "write_png"]
+__all__ = ["SOURCE", "png_bytes", "reduced", "srgb_bytes", "write_png"]
 
 SOURCE: Final = "equaltime:scene"
 """Name of the attribute in which a preview names the scene's file."""
@@ -25,6 +27,19 @@ def srgb_bytes(image: NDArray[Any]) -> NDArray[np.uint8]:
     linear = np.clip(image, 0.0, 1.0)
     encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.power(linear, 1.0 / 2.4) - 0.055)
     return np.asarray(np.round(255.0 * encoded), np.uint8)
+
+
+def reduced(values: NDArray[Any], longest: int) -> NDArray[np.float64]:
+    """Return the image ``values`` (H, W, …) reduced until no side exceeds ``longest`` pixels.
+
+    Each new pixel is the mean of a block of pixels. Rows and columns at the end that fill no block are dropped. A
+    small image is returned unchanged.
+    """
+    factor = math.ceil(max(values.shape[:2]) / longest)
+    if factor == 1:
+        return values
+    height, width = values.shape[:2]
+    return block_means(values, min(factor, height), min(factor, width))
 
 
 def write_png(

@@ -25,6 +25,7 @@ from equaltime.rendering.core_subject import CoreSubject
 from equaltime.scene import Scene
 from equaltime.scene.effects.leaving import leave_out
 from equaltime.statistics.intervals import Interval, jackknife, ratio_interval, signed_root
+from equaltime.statistics.products import covariance, pairs_mean
 from equaltime.strategy import Strategy
 
 __all__ = ["Renders", "Versus", "change_of", "products", "run_in_turn", "share_of"]
@@ -147,7 +148,7 @@ def change_of(squares: Floats) -> Interval:
     is at least the size of noise and change together. So rare light that a few seeds have not met does not count as
     absent.
     """
-    found = jackknife(lambda kept: _between(squares, kept), len(squares)).map(signed_root)
+    found = jackknife(lambda kept: pairs_mean(squares, kept), len(squares)).map(signed_root)
     high = found.high if found.low > 0.0 else max(found.high, signed_root(float(squares.mean())))
     return replace(found, low=max(found.low, 0.0), value=max(found.value, 0.0), high=high)
 
@@ -159,21 +160,7 @@ def share_of(part: Floats, whole: Floats) -> Interval:
     """
 
     def share(kept: Floats) -> float:
-        variance = _covariance(whole, kept)
-        return _covariance(part, kept) / variance if variance > 0.0 else np.nan
+        variance = covariance(whole, kept)
+        return covariance(part, kept) / variance if variance > 0.0 else np.nan
 
     return jackknife(share, len(whole))
-
-
-def _between(products: Floats, kept: Floats) -> float:
-    """Return the mean product of different seeds."""
-    count = kept.sum()
-    total = kept @ products @ kept - kept @ np.diag(products)
-    return float(total / (count * (count - 1.0))) if count > 1.0 else np.nan
-
-
-def _covariance(products: Floats, kept: Floats) -> float:
-    """Return the mean product of deviations from the mean."""
-    count = kept.sum()
-    same = kept @ np.diag(products)
-    return float((same - kept @ products @ kept / count) / (count - 1.0)) if count > 1.0 else np.nan

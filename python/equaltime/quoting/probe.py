@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from equaltime.film.error import PixelStatistics, error_parts, expected_half_width, pixel_statistics
 from equaltime.film.lamps import Lamps
-from equaltime.film.sums import box_sum, neighbours
+from equaltime.film.sums import box_sum, error_floor, neighbours
 from equaltime.quoting.law import Probed
 from equaltime.rendering.core import bad_sample, make_renderer, nets
 from equaltime.rendering.session import Session
@@ -82,7 +82,7 @@ class Probe:
         chosen = np.zeros(rates.shape, np.float32)
         chosen.flat[self._drawn] = 1.0
         local, self._picture = _without_noise(pilot)
-        self._scale = 1.0 / (np.square(local) + (0.1 * self._mean) ** 2)
+        self._scale = 1.0 / (np.square(local) + error_floor(self._mean))
         even = strategy.model_copy(update={"adaptive": "none"})
         beside = 1 if nets(scene, even) == 1 else 0
         self._cost = (1 + beside) * float((chosen * rates).sum())

@@ -28,10 +28,11 @@ from numpy.typing import NDArray
 
 from equaltime.film.error import PixelStatistics
 from equaltime.film.parts_of_merge import statistics_of
-from equaltime.film.sums import box_sum, neighbours
+from equaltime.film.sums import box_sum, error_floor, neighbours
 from equaltime.images.image_files import Picture
 from equaltime.images.metrics import divided
 from equaltime.rendering.render_file import SavedFilm
+from equaltime.statistics import agreement
 from equaltime.statistics.intervals import Interval, student
 
 __all__ = ["FEWEST_BLOCKS", "Difference", "Noise", "block_means", "log_ratio"]
@@ -109,7 +110,7 @@ class _Filtered:
         explained = np.divide(_local(variance), scatter, out=np.ones_like(scatter), where=scatter > 0.0)
         shared = np.minimum(explained, 1.0)
         value = np.maximum(local + (image - local) * (1.0 - shared), 0.0)
-        return cls(value, shared, np.square(value) + (0.1 * float(image.mean())) ** 2)
+        return cls(value, shared, np.square(value) + error_floor(float(image.mean())))
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,10 +208,7 @@ def block_means(values: Floats) -> Floats:
     If a side of the image is below 16, each pixel is a block.
     """
     block = _BLOCK if min(values.shape) >= 4 * _BLOCK else 1
-    rows, columns = (n // block for n in values.shape)
-    cut = values[: rows * block, : columns * block]
-    means: Floats = cut.reshape(rows, block, columns, block).mean(axis=(1, 3)).ravel()
-    return means
+    return agreement.block_means(values, block, block).ravel()
 
 
 def _share(image: Floats, reference: Floats, variance: Floats) -> float:
@@ -220,7 +218,7 @@ def _share(image: Floats, reference: Floats, variance: Floats) -> float:
     pixel is known from few replicates, so its sum is uncertain where few pixels dominate it.
     """
     mean = 0.5 * (image + reference)
-    square = np.square(mean) + (0.1 * float(mean.mean())) ** 2
+    square = np.square(mean) + error_floor(float(mean.mean()))
     noise = divided(variance, square).mean(axis=2)
     total, all_of_it = float(noise.sum()), float(divided(np.square(image - reference), square).mean(axis=2).sum())
     if not total > 0.0:

@@ -15,7 +15,7 @@ from equaltime.rendering.budget import StoppedBy, StopRule
 from equaltime.rendering.decision import Counts
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
-from equaltime.words import shortened
+from equaltime.validation import explain
 
 __all__ = ["checked"]
 
@@ -166,7 +166,4 @@ def checked(record: Mapping[str, Any], path: str | os.PathLike[str]) -> Mapping[
 def _problems(error: ValidationError) -> Iterator[str]:
     for details in error.errors(include_url=False):
         key = ".".join(map(str, details["loc"]))
-        if details["type"] == "missing":
-            yield f"'{key}' is missing"
-        else:
-            yield f"'{key}' {details['msg'].removeprefix('Input ')}, found {shortened(details['input'], 80)}"
+        yield f"'{key}'{' ' if details['type'] == 'missing' else ': '}{explain(details)}"

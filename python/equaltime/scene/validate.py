@@ -11,18 +11,10 @@ from pydantic_core import ErrorDetails
 
 from equaltime.scene.model import NO_MORE, NOT_YET, Animation, Plugin
 from equaltime.scene.tree import MOST_TOLD
+from equaltime.validation import expectation
 from equaltime.words import shortened, suggestion
 
 __all__ = ["explain"]
-
-EXPECTED = {
-    "bool_type": "true or false",
-    "float_type": "a number",
-    "int_type": "an integer",
-    "string_type": "a string",
-    "finite_number": "a finite number",
-}
-"""The expected value in words, by pydantic's type of error."""
 
 
 def explain(plugin: type[Plugin], error: ValidationError) -> dict[str, str]:
@@ -56,26 +48,7 @@ def _message(plugin: type[Plugin], name: str, details: ErrorDetails) -> str:
         message = str(context["error"])
         tells_all = not name or shown(found) in message or _is_matrix(found) or isinstance(found, Animation)
         return message if tells_all else f"{message}; found {shown(found)}"
-    return f"{_expectation(kind, context, details)}, found {shown(found)}{_near(kind, context, found)}"
-
-
-def _expectation(kind: str, context: Mapping[str, object], details: ErrorDetails) -> str:
-    if kind in EXPECTED:
-        return f"expected {EXPECTED[kind]}"
-    if kind == "literal_error":
-        return f"expected {context['expected']}"
-    if kind == "union_tag_invalid":
-        return f"expected one of {context['expected_tags']}"
-    if kind == "model_type":
-        return f"expected an object of type {str(context['class_name']).lower()!r}"
-    for limit, words in {"gt": "more than", "ge": "at least", "lt": "less than", "le": "at most"}.items():
-        if limit in context:
-            return f"must be {words} {_number(context[limit])}"
-    return details["msg"].removeprefix("Input ").lower()
-
-
-def _number(limit: object) -> str:
-    return f"{limit:g}" if isinstance(limit, float) else str(limit)
+    return f"{expectation(details)}, found {shown(found)}{_near(kind, context, found)}"
 
 
 def _near(kind: str, context: Mapping[str, object], found: object) -> str:

@@ -20,6 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -65,16 +66,14 @@ def share(level: float, parts: int) -> float:
     return -math.expm1(math.log1p(-level) / parts)
 
 
-def block_means(image: ArrayLike, block: int) -> Array:
-    """Return the means of an image (H, W, C) over square blocks of pixels, (rows, columns, C).
+def block_means(image: NDArray[Any], height: int, width: int) -> Array:
+    """Return the means of an image (H, W, …) over blocks of pixels, (rows, columns, …).
 
-    A block has ``block`` pixels a side. Incomplete blocks at the right and bottom edges are dropped.
+    A block is ``height`` x ``width`` pixels. Incomplete blocks at the right and bottom edges are dropped.
     """
-    pixels = np.asarray(image, dtype=np.float64)
-    rows, columns = pixels.shape[0] // block, pixels.shape[1] // block
-    cut = pixels[: rows * block, : columns * block]
-    blocks: Array = cut.reshape(rows, block, columns, block, -1).mean(axis=(1, 3))
-    return blocks
+    rows, columns = image.shape[0] // height, image.shape[1] // width
+    cut = image[: rows * height, : columns * width]
+    return np.asarray(cut.reshape(rows, height, columns, width, *image.shape[2:]).mean(axis=(1, 3)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +93,7 @@ class BlockMeans:
         A block has ``block`` pixels a side. The variances come from the scatter between images. The images are read one
         at a time.
         """
-        means = np.stack([block_means(image, block) for image in images])
+        means = np.stack([_means(image, block) for image in images])
         return cls(means.mean(axis=0), means.var(axis=0, ddof=1) / len(means), len(means) - 1.0)
 
     @classmethod
@@ -104,7 +103,11 @@ class BlockMeans:
         ``mean`` is the image, (H, W, C), and ``variance`` holds the variances of its pixels. A block has ``block``
         pixels a side, and ``degrees`` degrees of freedom behind its variance.
         """
-        return cls(block_means(mean, block), block_means(variance, block) / block**2, degrees)
+        return cls(_means(mean, block), _means(variance, block) / block**2, degrees)
+
+
+def _means(image: ArrayLike, block: int) -> Array:
+    return block_means(np.asarray(image, dtype=np.float64), block, block)
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,8 +212,8 @@ def _skewed(images: Array, block: int) -> tuple[Array, NDArray[np.bool_]]:
     if count < 3:
         raise ValueError(f"skewness needs 3 images, not {count}")
     deviations = images - images.mean(axis=0)
-    variance = block_means((deviations**2).sum(axis=0), block) * block**2 * count / (count - 1)
-    third = block_means((deviations**3).sum(axis=0), block) * block**2 * count**2 / ((count - 1) * (count - 2))
+    variance = _means((deviations**2).sum(axis=0), block) * block**2 * count / (count - 1)
+    third = _means((deviations**3).sum(axis=0), block) * block**2 * count**2 / ((count - 1) * (count - 2))
     return variance, np.abs(third) > MOST_SKEWNESS * variance**1.5
 
 

@@ -38,6 +38,7 @@ from equaltime.statistics.intervals import (
     median_interval,
     signed_root,
 )
+from equaltime.words import percent
 
 __all__ = [
     "TYPICAL",
@@ -117,7 +118,7 @@ class Runs:
         share = float((self.relmse.max(axis=0)[clear] / sums[clear]).max(initial=0.0))
         if self.doubt or self.repeats < FEWEST_REPEATS or share <= _MOST_OF_ONE:
             return self.doubt
-        return f"one repeat of {self.repeats} makes {100.0 * share:.3g} % of their squared error"
+        return f"one repeat of {self.repeats} makes {percent(share)} of their squared error"
 
     @property
     def law(self) -> bool:
@@ -192,21 +193,12 @@ def interval_of(statistic: Callable[[Floats, float], float], repeats: int) -> In
 
 
 def falling(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Return the blocks of a decreasing regression of y on x, as their mean x and mean y.
+    """Return the blocks of a decreasing regression of y on x, as their mean x and mean y; ``x`` is ascending."""
+    from scipy.optimize import isotonic_regression  # late: slow to import
 
-    Adjacent violators are pooled (Ayer 1955). ``x`` is in ascending order.
-    """
-    blocks: list[tuple[float, float, int]] = []
-    for point in zip(x.tolist(), y.tolist(), strict=True):
-        at, level, count = *point, 1
-        while blocks and blocks[-1][1] <= level:
-            left_at, left_level, left_count = blocks.pop()
-            total = left_count + count
-            at, level = ((at * count + left_at * left_count) / total, (level * count + left_level * left_count) / total)
-            count = total
-        blocks.append((at, level, count))
-    table = np.array(blocks)
-    return table[:, 0], table[:, 1]
+    fitted = isotonic_regression(y, increasing=False)
+    first = fitted.blocks[:-1]
+    return np.add.reduceat(x, first) / np.diff(fitted.blocks), fitted.x[first]
 
 
 def _steepness(x: Floats, y: Floats) -> float:

@@ -13,7 +13,7 @@ import pytest
 from equaltime.cli import main
 from equaltime.errors import ExperimentError
 from equaltime.experiments.analysis.beside import beside
-from equaltime.experiments.model.theirs import TheirNumber, Theirs
+from equaltime.experiments.model.experiment import TheirNumber, Theirs
 from equaltime.experiments.report.index import Card, write_index
 from equaltime.experiments.run import collection, single_run
 from equaltime.experiments.run.collection import Changes, experiments_in, run_all

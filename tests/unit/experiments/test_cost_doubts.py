@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from equaltime.experiments.analysis.ratios import efficiency, speed_up
+from equaltime.experiments.analysis.strategy_runs import efficiency, speed_up
 from equaltime.statistics.curves import TYPICAL, Runs, error_at, error_curve, slope, time_to_error
 from equaltime.statistics.intervals import Interval
 

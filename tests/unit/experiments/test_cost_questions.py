@@ -10,10 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from equaltime.experiments.analysis.questions import bias_verdict, efficiency_verdict, samples_verdict
-from equaltime.experiments.analysis.ratios import efficiency, fewer_samples
-from equaltime.experiments.analysis.strategy_runs import StrategyRuns
-from equaltime.experiments.analysis.verdict import verdict
+from equaltime.experiments.analysis.strategy_runs import StrategyRuns, efficiency, fewer_samples
+from equaltime.experiments.analysis.verdict import bias_verdict, efficiency_verdict, samples_verdict, verdict
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.statistics.agreement import LEVEL
 from equaltime.statistics.intervals import UNKNOWN, Interval

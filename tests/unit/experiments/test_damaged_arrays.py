@@ -13,7 +13,8 @@ import pytest
 
 from equaltime.errors import ImageError
 from equaltime.experiments.analysis.strategy_runs import StrategyRuns, runs_of
-from equaltime.experiments.run.record import Row, read_array
+from equaltime.experiments.run.folder import read_array
+from equaltime.experiments.run.record import Row
 
 SHAPE = (3, 4, 3)
 

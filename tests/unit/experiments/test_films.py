@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from equaltime.errors import ImageError
-from equaltime.experiments.analysis.conclusion import conclude
+from equaltime.experiments.analysis.summarise import conclude
 from equaltime.experiments.model.reader import read_experiment
 from equaltime.experiments.model.summary import SceneResult
 from equaltime.experiments.report import page

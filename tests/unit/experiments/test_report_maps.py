@@ -7,10 +7,10 @@ import pytest
 from numpy.typing import NDArray
 
 from equaltime.experiments.report.gallery import choose_crops
-from equaltime.experiments.report.maps import LEVEL, error_map, losses, spread_map, squares
-from equaltime.experiments.report.pictures import coloured
-from equaltime.images.bias_variance import reduced
+from equaltime.experiments.report.losing import LEVEL, losses
+from equaltime.experiments.report.pictures import coloured, error_map, spread_map, squares
 from equaltime.images.metrics import Reference, measure
+from equaltime.images.preview import reduced
 
 SHAPE = (56, 84, 3)
 REPEATS = 8

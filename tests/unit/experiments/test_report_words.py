@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from equaltime.experiments.report.looks import DARK, LIGHT, MARKERS, looks
-from equaltime.experiments.report.views import Table, TableRow
+from equaltime.experiments.report.tables import Table, TableRow
 from equaltime.experiments.report.words import Cell, error_cell, factor_cell, percent, seconds, seconds_cell, slug
 from equaltime.statistics.intervals import UNKNOWN, Interval
 

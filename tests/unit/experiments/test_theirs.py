@@ -11,9 +11,8 @@ import pytest
 
 from equaltime.errors import ExperimentError
 from equaltime.experiments.analysis.beside import beside
-from equaltime.experiments.model.experiment import Experiment
+from equaltime.experiments.model.experiment import Experiment, TheirNumber, Theirs
 from equaltime.experiments.model.summary import Beside, Summary
-from equaltime.experiments.model.theirs import TheirNumber, Theirs
 from equaltime.experiments.report import page, write_report
 from equaltime.experiments.report.tables import beside_table
 

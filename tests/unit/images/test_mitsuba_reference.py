@@ -13,8 +13,8 @@ import pytest
 import equaltime as et
 from equaltime.cli.cost_table import print_summary
 from equaltime.experiments.model.experiment import Experiment, ReferenceWish
-from equaltime.experiments.peers import MitsubaPeer
 from equaltime.experiments.peers.agreement import Gate, own_reference
+from equaltime.experiments.peers.mitsuba import MitsubaPeer
 from equaltime.experiments.report.words import facts
 from equaltime.experiments.run.reference import obtain
 from equaltime.images import image_files as images

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import binomtest
 
-from equaltime.experiments.analysis.ratios import speed_up
+from equaltime.experiments.analysis.strategy_runs import speed_up
 from equaltime.statistics.curves import (
     Runs,
     error_at,

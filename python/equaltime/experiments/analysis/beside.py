@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
+from equaltime.experiments.model.experiment import Quantity, TheirNumber, Theirs
 from equaltime.experiments.model.summary import Beside, SceneResult, StrategyResult, Summary
-from equaltime.experiments.model.theirs import Quantity, TheirNumber, Theirs
 from equaltime.statistics.intervals import UNKNOWN, Interval
 
 __all__ = ["beside"]

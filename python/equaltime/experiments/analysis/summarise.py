@@ -1,4 +1,4 @@
-"""Computation of a `Summary` from the records of an experiment.
+"""Computation of a `Summary` from the records of an experiment, and the conclusion of an experiment with its report.
 
 The inputs are the rows of the records, the images that the rows name, the references, and the origin of the records.
 """
@@ -16,24 +16,42 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.errors import ExperimentError, Problem
-from equaltime.experiments.analysis.ratios import efficiency, fewer_samples, speed_up
-from equaltime.experiments.analysis.strategy_runs import StrategyRuns, runs_of
+from equaltime.experiments import report
+from equaltime.experiments.analysis.beside import beside
+from equaltime.experiments.analysis.strategy_runs import StrategyRuns, efficiency, fewer_samples, speed_up
 from equaltime.experiments.analysis.verdict import pick_standard, verdict
 from equaltime.experiments.model.experiment import Experiment
 from equaltime.experiments.model.summary import Curve, SceneResult, StrategyResult, Summary
 from equaltime.experiments.run.folder import OWN_DEPTHS, ExperimentFolder
-from equaltime.experiments.run.record import Row, complete
+from equaltime.experiments.run.record import Row, complete, load
 from equaltime.experiments.run.reference import read as read_reference
 from equaltime.images.metrics import Reference
 from equaltime.statistics.agreement import LEVEL, equality_test, near_normal, share
 from equaltime.statistics.curves import Runs, error_at, error_curve, least_error_at, second_curve, slope, time_to_error
 from equaltime.statistics.intervals import FEWEST_REPEATS, UNKNOWN, Interval, signed_root
 
-__all__ = ["Curve", "SceneResult", "StrategyResult", "Summary", "runs_of", "summarise"]
+__all__ = ["conclude", "summarise"]
 
 Floats = NDArray[np.float64]
 
 _NO_COMMON_COUNT = "its repeats have no sample count in common, so that they cannot be joined"
+
+
+def conclude(experiment: Experiment, folder: Path, command: str = "") -> Summary:
+    """Summarise the records in ``folder``, write the report to the same folder, and return the summary.
+
+    Parameters
+    ----------
+    command
+        Command line that started the experiment, for the report's provenance.
+    """
+    summary = summarise(experiment, load(ExperimentFolder(folder).records), folder)
+    if command:
+        summary = replace(summary, provenance={"command": command, **summary.provenance})
+    if experiment.theirs is not None:
+        summary = replace(summary, theirs=experiment.theirs, beside=beside(experiment.theirs, summary))
+    report.write_report(summary, folder)
+    return summary
 
 
 def summarise(experiment: Experiment, rows: Sequence[Row], folder: Path) -> Summary:
@@ -57,7 +75,16 @@ def summarise(experiment: Experiment, rows: Sequence[Row], folder: Path) -> Summ
     shown = {section: found for section, found in provenance.items() if section != OWN_DEPTHS}
     facts = {**shown, "runs": runs, "seeds": {name: _seeds(by_scene[name]) for name in named}}
     answer = verdict(scenes, targets, experiment.question)
-    return Summary(experiment.title, experiment.description, scenes, targets, facts, answer, experiment.question)
+    return Summary(
+        experiment.title,
+        experiment.description,
+        scenes,
+        targets,
+        facts,
+        answer,
+        experiment.question,
+        directions=_existing(place.directions) if "directions" in experiment.figures else None,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,12 +145,10 @@ class _Scene:
     def _samples(self, strategy: StrategyRuns) -> Path | None:
         """Return the file with the sample counts of the first repeat's image, if its counts differ between pixels."""
         last = strategy.last
-        path = self.place.samples(self.name, strategy.label, last[0].repeat) if last else None
-        return path if path is not None and path.exists() else None
+        return _existing(self.place.samples(self.name, strategy.label, last[0].repeat)) if last else None
 
     def _reference_file(self, label: str | None) -> Path | None:
-        path = self.place.reference(self.name, label)
-        return path if path.exists() else None
+        return _existing(self.place.reference(self.name, label))
 
     def _reference(self, label: str | None) -> Reference | None:
         path = self._reference_file(label)
@@ -165,6 +190,7 @@ class _Scene:
             images=tuple(self.place.path / row.image for row in last if row.image),
             samples=self._samples(strategy),
             reference=self._reference_file(strategy.label),
+            film=_existing(self.place.film(self.name, strategy.label)) if self.experiment.animate else None,
         )
 
     def _notes(
@@ -186,6 +212,10 @@ class _Scene:
         if equality is not None and equality < self.level:
             notes.append(f"its images do not have the expectation of those of {standard} (p = {equality:.1g})")
         return notes
+
+
+def _existing(path: Path) -> Path | None:
+    return path if path.exists() else None
 
 
 def _seeds(rows: Sequence[Row]) -> dict[str, list[int]]:

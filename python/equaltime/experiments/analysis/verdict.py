@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
-from equaltime.experiments.analysis.questions import bias_verdict, efficiency_verdict, samples_verdict
-from equaltime.experiments.model.summary import Question, SceneResult, StrategyResult
+from equaltime.experiments.model.experiment import Question
+from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.statistics.agreement import LEVEL
 from equaltime.statistics.curves import TYPICAL
 from equaltime.statistics.intervals import Interval, product_mean, sound, sound_below
+from equaltime.words import percent
 
-__all__ = ["pick_standard", "verdict"]
+__all__ = ["bias_verdict", "efficiency_verdict", "pick_standard", "samples_verdict", "verdict"]
 
 _TIMES = "\N{MULTIPLICATION SIGN}"
 
@@ -34,8 +35,7 @@ def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Q
     For the question ``time`` the answer has two numbers: the standard strategy's time to an error, and its speed-up
     over the baseline. Both numbers are for the smallest target error at which their intervals are trusted, on all
     scenes if possible. Numbers that need no extrapolation are preferred, then numbers for which only the baseline is
-    extrapolated. Without a trusted speed-up, a speed-up with a trusted lower limit is used. The module `questions`
-    answers the other questions.
+    extrapolated. Without a trusted speed-up, a speed-up with a trusted lower limit is used.
     """
     if question == "bias":
         return bias_verdict(scenes, LEVEL)
@@ -88,7 +88,7 @@ def _sentence(found: Sequence[_Found], target: float, count: int) -> str:
     if not ratio.trusted:
         said += "; how much more is not known"
     labels = _joined(strategy.label for _, strategy in found)
-    return f"{labels}: {100 * target:.3g} % in {_seconds(time)}, {_faster(ratio)} than {baseline}{where}{said}"
+    return f"{labels}: {percent(target)} in {_seconds(time)}, {_faster(ratio)} than {baseline}{where}{said}"
 
 
 def _where(names: Sequence[str], count: int) -> str:
@@ -114,9 +114,15 @@ def _faster(ratio: Interval) -> str:
             if ratio.low < 1.0
             else f"at least {ratio.low:.3g}{_TIMES} faster"
         )
-    low, value, high = (x if ratio.value >= 1.0 else 1.0 / x for x in (ratio.low, ratio.value, ratio.high))
-    low, high = min(low, high), max(low, high)
-    return f"{value:.3g}{_TIMES} [{low:.3g}, {high:.3g}] {'faster' if ratio.value >= 1.0 else 'slower'}"
+    return _times(ratio, "faster", "slower")
+
+
+def _times(ratio: Interval, above: str, below: str) -> str:
+    """Format a ratio as "N times" and a word, ``above`` if the ratio is at least 1; else its inverse and ``below``."""
+    low, value, high = ratio.low, ratio.value, ratio.high
+    if value < 1.0:
+        low, value, high = 1.0 / high, 1.0 / value, 1.0 / low
+    return f"{value:.3g}{_TIMES} [{low:.3g}, {high:.3g}] {above if ratio.value >= 1.0 else below}"
 
 
 def _without_ratio(scenes: Sequence[SceneResult], targets: Sequence[float]) -> str:
@@ -145,7 +151,7 @@ def _time_alone(
                 time = strategy.time_to[target]
                 if sound(time) and (extrapolated or time.reach == 1.0):
                     on = f" on {scene.name}" if len(scenes) > 1 else ""
-                    text = f"{strategy.label}: {100 * target:.3g} % in {_seconds(time)}{on}"
+                    text = f"{strategy.label}: {percent(target)} in {_seconds(time)}{on}"
                     return scene, strategy, text + (f" ({time.note})" if time.note else "")
     return None
 
@@ -178,12 +184,108 @@ def _reasons(scenes: Sequence[SceneResult]) -> str:
 
 
 def _joined(labels: Iterable[str]) -> str:
-    return " / ".join(_each_once(labels))
-
-
-def _each_once(labels: Iterable[str]) -> Iterator[str]:
-    return iter(dict.fromkeys(labels))
+    return " / ".join(dict.fromkeys(labels))
 
 
 def _seconds(time: Interval) -> str:
     return f"{time.value:.3g} s [{time.low:.3g}, {time.high:.3g}]"
+
+
+def bias_verdict(scenes: Sequence[SceneResult], level: float) -> str:
+    """Return a sentence that lists the strategies found biased, those not found biased, and those not tested.
+
+    A strategy is biased if its expected image differs from the expected image of the scene's standard strategy.
+    ``level`` is the false-alarm rate of all these tests together.
+    """
+    found, right, open_ = [], [], []
+    for scene, strategy in _others(scenes):
+        on = f" on {scene.name}" if len(scenes) > 1 else ""
+        if strategy.equality_p is None:
+            open_.append(f"{strategy.label}{on}{_why(strategy)}")
+        elif strategy.unequal:
+            found.append(f"{strategy.label}{_size(strategy.bias)}{on}")
+        else:
+            right.append(f"{strategy.label}{on}")
+    standard = _joined(scene.standard or "nothing" for scene in scenes)
+    parts = [
+        f"found biased at a level of {100.0 * level:.2g} %, held against {standard}: {_listed(found)}",
+        f"not: {_listed(right)}",
+        *([f"not to be told: {_listed(open_)}"] if open_ else []),
+    ]
+    return "; ".join(parts)
+
+
+def samples_verdict(scenes: Sequence[SceneResult]) -> str:
+    """Return a sentence on the factor by which each strategy needs fewer samples than the baseline at equal error."""
+    baseline = _joined(scene.baseline for scene in scenes)
+    said = []
+    for scene, strategy in _others(scenes, baseline=True):
+        on = f" on {scene.name}" if len(scenes) > 1 else ""
+        said.append(f"{strategy.label}{on} {_fewer(strategy.fewer_samples)}")
+    return f"samples to the same error, against {baseline}: {_listed(said)}"
+
+
+def efficiency_verdict(scenes: Sequence[SceneResult]) -> str:
+    """Return a sentence with each strategy's gain: the baseline's squared error x time, divided by the strategy's.
+
+    With several scenes, each gain is a geometric mean over scenes, with its smallest and largest value. The standard
+    strategy comes first.
+    """
+    baseline = _joined(scene.baseline for scene in scenes)
+    found: dict[str, list[tuple[str, Interval]]] = {}
+    for scene, strategy in _others(scenes, baseline=True):
+        found.setdefault(strategy.label, []).append((scene.name, strategy.efficiency))
+    standards = {scene.standard for scene in scenes}
+    said = [_gain(label, found[label], len(scenes)) for label in sorted(found, key=lambda one: one not in standards)]
+    what = f"squared error {_TIMES} time, of typical runs, against {baseline}"
+    return f"{what}{' (geometric means)' if len(scenes) > 1 else ''}: {_listed(said)}"
+
+
+def _gain(label: str, found: Sequence[tuple[str, Interval]], scenes: int) -> str:
+    """Format the mean gain of one strategy; with several scenes also its smallest and largest gain."""
+    known = [(name, interval) for name, interval in found if sound(interval)]
+    if not known:
+        return f"{label} not to be told ({found[0][1].note})"
+    text = f"{label} {_less(product_mean([interval for _, interval in known]))}"
+    if len(known) > 1:
+        least, most = (pick(known, key=lambda one: one[1].value) for pick in (min, max))
+        text += f" ({least[0]}: {_less(least[1])}; {most[0]}: {_less(most[1])})"
+    return text + (f" on {len(known)} of {scenes} scenes" if len(known) < scenes else "")
+
+
+def _less(ratio: Interval) -> str:
+    return _times(ratio, "less", "more")
+
+
+def _others(scenes: Sequence[SceneResult], baseline: bool = False) -> Iterator[tuple[SceneResult, StrategyResult]]:
+    for scene in scenes:
+        for strategy in scene.strategies:
+            if strategy.label != (scene.baseline if baseline else scene.standard):
+                yield scene, strategy
+
+
+def _fewer(ratio: Interval) -> str:
+    if math.isinf(ratio.value):
+        return "needs one, being exact"
+    if not ratio.trusted:
+        if ratio.bound == "low":
+            return f"at least {ratio.low:.3g}{_TIMES} fewer"
+        if ratio.bound == "high" and ratio.high < 1.0:
+            return f"at least {1.0 / ratio.high:.3g}{_TIMES} more"
+        return f"not to be told ({ratio.note})"
+    return _times(ratio, "fewer", "more")
+
+
+def _size(bias: Interval | None) -> str:
+    """Format a bias as a relative error in %; empty if its interval is not trusted or includes 0."""
+    if bias is None or not bias.trusted or bias.low <= 0.0:
+        return ""
+    return f" by {percent(bias.value)} [{100.0 * bias.low:.3g}, {100.0 * bias.high:.3g}]"
+
+
+def _why(strategy: StrategyResult) -> str:
+    return f" ({strategy.notes[0]})" if strategy.notes else ""
+
+
+def _listed(texts: Iterable[str]) -> str:
+    return ", ".join(texts) or "none"

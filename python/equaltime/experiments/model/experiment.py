@@ -6,13 +6,15 @@ values are checked on construction, and one error lists every problem by its pat
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
     AfterValidator,
+    BaseModel,
+    ConfigDict,
     Field,
     ModelWrapValidatorHandler,
     PrivateAttr,
@@ -23,16 +25,44 @@ from pydantic import (
 
 from equaltime.errors import ExperimentError, Problem, SceneError, StrategyError
 from equaltime.experiments.model.problems import DEFAULT_TARGETS, crossed, explained, name_of_scene, name_of_strategy
-from equaltime.experiments.model.summary import Question
-from equaltime.experiments.model.theirs import Theirs
-from equaltime.experiments.model.value import Value
 from equaltime.rendering.arguments import MOST_SECONDS, MOST_THREADS, check_fraction
 from equaltime.scene import Scene, load_dict, load_file
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
 from equaltime.words import seconds_of
 
-__all__ = ["DEFAULT_BUDGET", "Experiment", "Peer", "ReferenceWish", "SceneEntry", "StrategyEntry"]
+__all__ = [
+    "DEFAULT_BUDGET",
+    "Experiment",
+    "Peer",
+    "Quantity",
+    "Question",
+    "ReferenceWish",
+    "SceneEntry",
+    "StrategyEntry",
+    "TheirNumber",
+    "Theirs",
+    "Value",
+]
+
+Quantity = Literal[
+    "slope",
+    "speed-up",
+    "efficiency",
+    "fewer samples",
+    "time",
+    "samples",
+    "time of a sample",
+    "error",
+    "last error",
+    "bias",
+    "p",
+]
+"""Measured quantity of a strategy on a scene; `equaltime.experiments.analysis.beside` defines each."""
+
+Question = Literal["time", "bias", "samples", "efficiency"]
+"""An experiment's question: the time to an error, which strategies are biased, the samples to an error, or squared
+error times time."""
 
 DEFAULT_BUDGET = 10.0
 
@@ -41,7 +71,14 @@ Natural = Annotated[int, Field(ge=0)]
 Seconds = Annotated[float, Field(gt=0.0, le=MOST_SECONDS)]
 Error = Annotated[float, Field(gt=0.0), AfterValidator(check_fraction)]
 Window = Annotated[tuple[Natural, Natural, Positive, Positive], Field(strict=False)]
+Words = Annotated[str, Field(min_length=1)]
 File = Annotated[Path, Field(strict=False)]
+
+
+class Value(BaseModel):
+    """Base class of settings: a pydantic model that is immutable and refuses unknown keys."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, arbitrary_types_allowed=True)
 
 
 class SceneEntry(Value):
@@ -151,6 +188,38 @@ class ReferenceWish(Value):
     """Image to use as the reference, for an experiment of one scene; standard errors in an EXR count as its noise."""
 
     _duration = field_validator("seconds", mode="before")(lambda value: _seconds(value))
+
+
+class TheirNumber(Value):
+    """One published number, and the quantity that the experiment measures for comparison."""
+
+    what: Words
+    """Description, such as ``speed-up of light sampling over none``."""
+    says: str = ""
+    """Published value as printed; empty if no figure was published."""
+    ours: Quantity
+    strategy: Words
+    """Label of the measured strategy."""
+    scene: str = ""
+    """Name of the scene; by default the first."""
+    target: Annotated[float, Field(gt=0.0)] | None = None
+    """One of the experiment's targets, for times to an error; by default the smallest with a trusted number."""
+
+
+class Theirs(Value):
+    """A published claim, put in equaltime's terms, with the figures that its authors published."""
+
+    source: Words
+    """Author or publication of the claim."""
+    claim: Words
+    figures: str = ""
+    """All published figures in one sentence; empty if there are none."""
+    numbers: Annotated[tuple[TheirNumber, ...], Field(strict=False)] = ()
+
+    def of(self, labels: Iterable[str]) -> Theirs:
+        """Return a copy of the claim with only the published numbers of strategies that have these labels."""
+        kept = set(labels)
+        return self.model_copy(update={"numbers": tuple(n for n in self.numbers if n.strategy in kept)})
 
 
 class Experiment(Value):

@@ -13,6 +13,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from equaltime.errors import Problem
+from equaltime.validation import NOUNS, explain
 from equaltime.words import shortened, suggestion
 
 __all__ = [
@@ -27,9 +28,8 @@ __all__ = [
 
 DEFAULT_TARGETS = (0.10, 0.05, 0.02, 0.01)
 
-_EXPECTED = {
-    "bool_type": "true or false",
-    "float_type": "a number",
+_NOUNS = {
+    **NOUNS,
     "int_type": "a whole number",
     "string_type": "a text",
     "tuple_type": "a list",
@@ -37,9 +37,7 @@ _EXPECTED = {
     "model_type": "a table",
     "model_attributes_type": "a table",
     "path_type": "the name of a file",
-    "finite_number": "a finite number",
 }
-_LIMITS = {"gt": "more than", "ge": "at least", "lt": "less than", "le": "at most"}
 
 
 def name_of_scene(entry: object, number: int) -> str:
@@ -198,27 +196,15 @@ def _alike(place: str, key: str, names: Sequence[str]) -> Iterator[tuple[str, st
 
 
 def _message(model: type[BaseModel], location: Sequence[str | int], details: ErrorDetails) -> str:
-    kind, context, found = details["type"], details.get("ctx", {}), details["input"]
-    name = str(location[-1]) if location else ""
-    if kind == "extra_forbidden":
-        return f"unknown key '{name}'{suggestion(name, _keys(model, location))}"
-    if kind == "missing":
-        return f"has too few entries: {shortened(found, 80)}" if isinstance(found, list | tuple) else "is missing"
-    if kind == "value_error":
-        return str(context["error"])
-    if kind == "literal_error":
-        return f"expected {context['expected']}, found {shortened(found, 80)}"
+    kind, found = details["type"], details["input"]
+    if kind == "missing" and isinstance(found, list | tuple):
+        return f"has too few entries: {shortened(found, 80)}"
     if kind == "too_short":
         return "must not be empty"
     if kind == "too_long":
-        return f"has more than {context['max_length']} entries: {shortened(found, 80)}"
-    for limit, words in _LIMITS.items():
-        if limit in context:
-            return f"must be {words} {context[limit]:g}, found {shortened(found, 80)}"
-    expected = _EXPECTED.get(kind)
-    if expected is None:
-        return f"{details['msg'].removeprefix('Input ').lower()}, found {shortened(found, 80)}"
-    return f"expected {expected}, found {shortened(found, 80)}"
+        return f"has more than {details['ctx']['max_length']} entries: {shortened(found, 80)}"
+    known = _keys(model, location) if kind == "extra_forbidden" else ()
+    return explain(details, known, _NOUNS)
 
 
 def _keys(model: type[BaseModel], location: Sequence[str | int]) -> set[str]:

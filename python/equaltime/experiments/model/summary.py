@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
-from equaltime.experiments.model.theirs import Quantity, Theirs
+from equaltime.experiments.model.experiment import Quantity, Question, Theirs
 from equaltime.extras import optional
 from equaltime.rendering.stated import other_depth
 from equaltime.statistics.intervals import UNKNOWN, Interval
@@ -20,11 +20,7 @@ from equaltime.words import Shown
 if TYPE_CHECKING:
     import pandas
 
-__all__ = ["Beside", "Curve", "Question", "SceneResult", "StrategyResult", "Summary"]
-
-Question = Literal["time", "bias", "samples", "efficiency"]
-"""An experiment's question: the time to an error, which strategies are biased, the samples to an error, or squared
-error times time."""
+__all__ = ["Beside", "Curve", "SceneResult", "StrategyResult", "Summary"]
 
 
 @dataclass(frozen=True)

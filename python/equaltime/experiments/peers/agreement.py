@@ -1,4 +1,4 @@
-"""Test whether a peer (another renderer) and equaltime have the same expected image, before times are compared.
+"""Tests of peers (other renderers) before timing: whether a peer and equaltime have the same expected image.
 
 If the expected images differ, the peer's error against equaltime's reference never falls below the difference. Such a
 peer is measured against its `own_reference` instead, and reports show a note.
@@ -8,15 +8,20 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from equaltime.experiments.model.experiment import ReferenceWish
 from equaltime.experiments.peers.common import with_box_filter
 from equaltime.experiments.peers.mitsuba import MitsubaPeer
+from equaltime.experiments.run import reference as references
+from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.reference import KnownReference
 from equaltime.images.image_files import SOFTWARE
 from equaltime.images.metrics import Reference
@@ -27,10 +32,10 @@ from equaltime.rendering.job import Job
 from equaltime.rendering.result import uninterrupted
 from equaltime.rendering.session import Session
 from equaltime.scene import Scene
-from equaltime.statistics.agreement import LEVEL, Agreement, BlockMeans, compare
+from equaltime.statistics.agreement import LEVEL, Agreement, BlockMeans, compare, share
 from equaltime.strategy import Strategy
 
-__all__ = ["LEVEL", "SEEDS", "Gate", "check", "own_reference", "resizable"]
+__all__ = ["LEVEL", "SEEDS", "Gate", "check", "own_reference", "pass_gates", "resizable"]
 
 SEEDS = 64
 """Independent renders of each side for the test of agreement."""
@@ -71,6 +76,44 @@ class Gate:
             f"renders each of {width}x{height} pixels): it is measured against a reference of its own"
             + (f"; {self.reference_note}" if self.reference_note else "")
         )
+
+
+def pass_gates(
+    peers: Sequence[Subject],
+    name: str,
+    scene: Scene,
+    wish: ReferenceWish,
+    folder: ExperimentFolder,
+    threads: int,
+    gates: int,
+    report: Callable[[Subject, float], object] | None = None,
+) -> None:
+    """Test each peer once for the same expected image as equaltime's on a scene.
+
+    For each peer that differs, a reference rendered by the peer is written to ``folder``. The outcomes go to the
+    provenance file, under ``agreements``, scene and label. Peers with a recorded outcome are skipped.
+
+    Parameters
+    ----------
+    name
+        Name of the scene.
+    gates
+        Number of such tests on all scenes of the experiment; all tests share one false-alarm rate.
+    """
+    known: Mapping[str, Any] = folder.read_provenance().get("agreements", {}).get(name, {})
+    ours: dict[bool, BlockMeans] = {}
+    for peer in peers:
+        if peer.label in known:
+            continue
+        told = None if report is None else partial(report, peer)
+        gate = check(peer, scene, threads, share(LEVEL, gates), progress=told, ours=ours.get(resizable(peer)))
+        ours[resizable(peer)] = gate.ours
+        if not gate.agrees:
+            own = own_reference(peer, scene, wish.error, wish.seconds, threads)
+            references.write(folder.reference(name, peer.label), own)
+        facts = {"agrees": gate.agrees, "p": gate.agreement.p, "level": gate.level, "seeds": gate.seeds}
+        known = {**known, peer.label: {**facts, "note": gate.note, "size": list(gate.size)}}
+        folder.note("agreements", name, known)
 
 
 def check(

@@ -1,35 +1,170 @@
-"""Figures for papers as PDF and PNG: the error curves of each scene, and crops of its images at equal time."""
+"""Figures of a report: as SVG in the page, and as PDF and PNG beside it.
+
+An SVG in the page has the page's colours (light or dark), unique ids, and selectable text.
+"""
 
 from __future__ import annotations
 
+import io
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree
 
 import numpy as np
 
-from equaltime.experiments.model.summary import SceneResult, StrategyResult
-from equaltime.experiments.report.curves import INK, draw_curves
+from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
+from equaltime.experiments.report.charts import curve_gid, draw_curves, draw_dots, point_titles
 from equaltime.experiments.report.gallery import Window
-from equaltime.experiments.report.looks import Style
+from equaltime.experiments.report.looks import GRID, INK, LIGHT, MUTED, Style
 from equaltime.experiments.report.pictures import Pictures, exposed
-from equaltime.experiments.report.words import error_cell
+from equaltime.experiments.report.words import error_cell, percent, seconds
 from equaltime.extras import optional
+from equaltime.files import replacing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-from typing import TYPE_CHECKING
 
-from equaltime.files import replacing
+__all__ = [
+    "NARROW",
+    "SMALL",
+    "WIDE",
+    "chart",
+    "dots",
+    "draw_comparison",
+    "inline_svg",
+    "themed",
+    "write_figure",
+    "write_figures",
+]
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-__all__ = ["draw_comparison", "write_figure", "write_figures"]
-
+WIDE, NARROW, SMALL = (8.6, 4.6), (4.4, 4.0), (4.2, 2.9)
+"""Width and height of a chart in inches: for a desktop, for a phone, and for one of many on a page."""
 _KINDS = {"pdf": {"CreationDate": None}, "png": {}}
 """File types and their metadata; without a date, so that equal figures give equal files."""
+_FRAMES = ("#e69f00", "#56b4e9", "#009e73", "#cc79a7")
+_FONT = re.compile(r"font(-family|-size)?:[^;]*;?")
+_CURVE = re.compile(r"curve-(\d+)(?:-band)?")
+_FONT_SIZE = re.compile(r"(\d+(?:\.\d+)?)px")
+
+
+def inline_svg(
+    figure: Figure,
+    prefix: str,
+    colours: Mapping[str, str],
+    titles: Mapping[str, Sequence[str]],
+    description: str,
+) -> str:
+    """Return a figure as an ``<svg>`` element for HTML.
+
+    Parameters
+    ----------
+    figure
+        Figure to draw.
+    prefix
+        Beginning of every id, so that ids of several figures on a page differ.
+    colours
+        ``#rrggbb`` → its replacement, such as ``var(--ink)``.
+    titles
+        Id of a group of markers → tooltip of each marker.
+    description
+        Description of the figure for screen readers.
+
+    """
+    buffer = io.StringIO()
+    # keep text as text, to be read and copied; matplotlib offers this only as a global setting
+    with optional("matplotlib").rc_context({"svg.fonttype": "none", "svg.hashsalt": prefix}):
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
+    root = ElementTree.fromstring(buffer.getvalue())
+    _forget_namespaces(root)
+    root.attrib = {"viewBox": root.attrib["viewBox"], "role": "img", "aria-label": description}
+    for element in root.findall("metadata"):
+        root.remove(element)
+    for element in root.findall("defs"):
+        for style in element.findall("style"):
+            element.remove(style)  # would apply to the whole page
+    for group, texts in titles.items():
+        _title_markers(root, group, texts)
+    for element in root.iter():
+        _restyle(element, prefix, colours)
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _forget_namespaces(root: ElementTree.Element) -> None:
+    """Remove XML namespaces, which an ``<svg>`` inside HTML does not have."""
+    for element in root.iter():
+        element.tag = element.tag.rpartition("}")[2]
+        element.attrib = {name.rpartition("}")[2]: value for name, value in element.attrib.items()}
+
+
+def _title_markers(root: ElementTree.Element, group: str, texts: Sequence[str]) -> None:
+    found = root.find(f".//g[@id='{group}']")
+    if found is None:
+        return
+    for marker, text in zip(found.iter("use"), texts, strict=False):
+        ElementTree.SubElement(marker, "title").text = text
+
+
+def _restyle(element: ElementTree.Element, prefix: str, colours: Mapping[str, str]) -> None:
+    for name, value in list(element.attrib.items()):
+        if name == "id":
+            element.set(name, f"{prefix}-{value}")
+            if curve := _CURVE.fullmatch(value):
+                element.set("data-curve", curve.group(1))
+        elif name == "href":
+            element.set(name, value.replace("#", f"#{prefix}-"))
+        elif name in ("style", "clip-path", "fill", "stroke"):
+            value = value.replace("url(#", f"url(#{prefix}-")
+            for colour, replacement in colours.items():
+                value = value.replace(colour, replacement)
+            element.set(name, _inherit_font(value) if element.tag == "text" and name == "style" else value)
+
+
+def _inherit_font(style: str) -> str:
+    """Return a text's style with its own font size and the page's typeface."""
+    size = _FONT_SIZE.search(style)
+    return f"font-size: {size.group(1) if size else 10}px; {_FONT.sub('', style).strip()}"
+
+
+def chart(
+    scene: SceneResult, prefix: str, targets: Sequence[float], looks: Mapping[str, Style], size: tuple[float, float]
+) -> Any:
+    """Return a scene's curves of error against time as an ``<svg>`` element whose ids begin with ``prefix``.
+
+    ``targets``, ``looks`` and ``size`` are parameters of `draw_curves`.
+    """
+    titles = {curve_gid(order): point_titles(strategy) for order, strategy in enumerate(scene.strategies)}
+    labels = ", ".join(strategy.label for strategy in scene.strategies)
+    description = (
+        f"Error against time on {scene.name}, both logarithmic, one curve each for {labels}; "
+        f"equal time is {seconds(scene.budget_s)}. The numbers stand in a table of the report."
+    )
+    return themed(draw_curves(scene, targets, looks, size, legend=False), prefix, description, titles)
+
+
+def dots(summary: Summary, prefix: str, target: float, looks: Mapping[str, Style], width: float) -> Any:
+    """Return the chart of times to the error ``target`` on all scenes as an ``<svg>`` element, ``width`` inches wide.
+
+    Ids in the element begin with ``prefix``. ``looks`` gives colour, marker and line style by label.
+    """
+    names = ", ".join(scene.name for scene in summary.scenes)
+    description = (
+        f"Time to an error of {percent(target)}, logarithmic, one row each for {names}, one dot each for "
+        f"{', '.join(looks)}. The numbers stand in a table of the report."
+    )
+    return themed(draw_dots(summary, target, looks, width), prefix, description)
+
+
+def themed(figure: Figure, prefix: str, description: str, titles: Mapping[str, Sequence[str]] | None = None) -> Any:
+    """Return a figure as an ``<svg>`` element that takes the colours of the page, light or dark.
+
+    The parameters are described at `inline_svg`.
+    """
+    colours = {colour: f"var(--s{index})" for index, colour in enumerate(LIGHT)}
+    colours |= {"#ffffff": "var(--page)", INK: "var(--ink)", MUTED: "var(--muted)", GRID: "var(--grid)"}
+    return optional("markupsafe").Markup(inline_svg(figure, prefix, colours, titles or {}, description))
 
 
 def write_figure(figure: Figure, folder: Path, name: str) -> tuple[str, ...]:
@@ -42,9 +177,6 @@ def write_figure(figure: Figure, folder: Path, name: str) -> tuple[str, ...]:
         with replacing(folder / f"{name}.{kind}") as file:
             figure.savefig(file, format=kind, dpi=200, facecolor="white", metadata=metadata)
     return tuple(f"{folder.name}/{name}.{kind}" for kind in _KINDS)
-
-
-_FRAMES = ("#e69f00", "#56b4e9", "#009e73", "#cc79a7")
 
 
 def write_figures(

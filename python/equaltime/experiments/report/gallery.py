@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,14 +11,20 @@ from numpy.typing import NDArray
 
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.experiments.report.looks import Style
-from equaltime.experiments.report.maps import error_map, spread_map
-from equaltime.experiments.report.pictures import Pictures, coloured, data_uri, exposed
-from equaltime.experiments.report.views import Bar, Crop, Frame, Series
+from equaltime.experiments.report.pictures import (
+    Bar,
+    Pictures,
+    colour_bar,
+    coloured,
+    data_uri,
+    error_map,
+    exposed,
+    spread_map,
+)
 from equaltime.experiments.report.words import error_cell, percent, seconds
-from equaltime.extras import optional
-from equaltime.images.bias_variance import reduced
+from equaltime.images.preview import reduced
 
-__all__ = ["Window", "choose_crops", "colour_bar", "kinds_of"]
+__all__ = ["Crop", "Frame", "Series", "Window", "choose_crops", "kinds_of"]
 
 Floats = NDArray[np.float64]
 Window = tuple[int, int, int, int]
@@ -25,6 +32,44 @@ Window = tuple[int, int, int, int]
 _LONGEST_CROP = 160
 _ERRORS = "magma"
 _COUNTS = "cividis"
+
+
+@dataclass(frozen=True)
+class Crop:
+    """An enlarged window of an image, as a PNG in a data URI."""
+
+    uri: str
+    window: tuple[int, int, int, int]
+    """x, y, width, height in pixels of the image."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One picture of a series; the page shows one picture of a series at a time."""
+
+    label: str
+    look: Style | None
+    """Colour, marker and line style of the strategy; None for the reference."""
+    uri: str
+    alt: str
+    caption: str
+    crops: tuple[Crop, ...] = ()
+
+    @property
+    def key(self) -> str:
+        """Text that identifies the frame in its series, even if a strategy is labelled "reference"."""
+        return f"strategy {self.label}" if self.look else "reference"
+
+
+@dataclass(frozen=True)
+class Series:
+    """A series of pictures, one per strategy: all are images, error maps, standard-error maps, or sample counts."""
+
+    name: str
+    slug: str
+    explanation: str
+    bar: Bar | None
+    frames: tuple[Frame, ...]
 
 
 def kinds_of(scene: SceneResult, pictures: Pictures, looks: Mapping[str, Style], longest: int) -> tuple[Series, ...]:
@@ -66,14 +111,6 @@ _SPREAD_WORDS = (
     "Where the error is larger than the standard error, a strategy is biased."
 )
 _COUNT_WORDS = "Samples of each pixel at the end of a run."
-
-
-def colour_bar(colours: str, steps: int = 9) -> tuple[str, ...]:
-    """Return ``steps`` evenly spaced colours of the Matplotlib colour map named ``colours``, as ``#rrggbb``."""
-    return tuple(
-        optional("matplotlib.colors").to_hex(colour)
-        for colour in optional("matplotlib").colormaps[colours](np.linspace(0.0, 1.0, steps))
-    )
 
 
 def choose_crops(pixels: Mapping[str, Floats], shape: tuple[int, ...], count: int = 2) -> tuple[Window, ...]:

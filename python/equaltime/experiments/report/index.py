@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Any, Literal
 
 from equaltime.experiments.model.summary import Summary
-from equaltime.experiments.report.dots import clearest
+from equaltime.experiments.report.charts import clearest
+from equaltime.experiments.report.figures import SMALL, chart, dots
 from equaltime.experiments.report.looks import Style, looks
 from equaltime.experiments.report.page import without_marks, write_page
-from equaltime.experiments.report.svg import SMALL, chart, dots
-from equaltime.experiments.report.tables import beside_table
-from equaltime.experiments.report.views import Table
+from equaltime.experiments.report.tables import Table, beside_table
 from equaltime.experiments.report.words import percent, seconds
 
 __all__ = ["Card", "write_index"]

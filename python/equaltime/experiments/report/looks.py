@@ -1,4 +1,4 @@
-"""Colour, marker and line style of each strategy, used throughout a page.
+"""Colours of a page, and colour, marker and line style of each strategy.
 
 The colours can be told apart with normal sight and with each type of colour blindness (simulated after Machado 2009).
 The contrast of a colour with the page, light or dark, is at least 3. Each colour comes with a marker, and from the
@@ -10,7 +10,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-__all__ = ["DARK", "LIGHT", "MARKERS", "Style", "looks"]
+__all__ = ["DARK", "GRID", "INK", "LIGHT", "MARKERS", "MUTED", "Style", "looks"]
+
+INK, MUTED, GRID = "#1b1f24", "#5c6470", "#d8dce2"
+"""Colours of text, of lines and ticks, and of grids."""
 
 LIGHT = ("#5b6168", "#0f4f94", "#b23406", "#0a9a5c", "#d04bb4", "#a87400", "#6f22b4", "#571629")
 DARK = ("#a9b1bb", "#3f8fd8", "#ef8a45", "#3fe89a", "#f7a8ea", "#ffe061", "#a77bff", "#e0305f")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -11,16 +11,17 @@ from typing import Any
 
 from equaltime.experiments.analysis.verdict import verdict
 from equaltime.experiments.model.summary import SceneResult, Summary
-from equaltime.experiments.report.dots import has_dots, unmarked
-from equaltime.experiments.report.figures import write_figures
-from equaltime.experiments.report.films import film_view, write_animation
-from equaltime.experiments.report.gallery import kinds_of
+from equaltime.experiments.report.charts import has_dots, unmarked
+from equaltime.experiments.report.figures import NARROW, WIDE, chart, dots, write_figures
+from equaltime.experiments.report.films import FilmView, film_view, write_animation
+from equaltime.experiments.report.gallery import Crop, Series, kinds_of
 from equaltime.experiments.report.looks import DARK, LIGHT, Style, looks
-from equaltime.experiments.report.losing import INTRODUCTION, losing
-from equaltime.experiments.report.pictures import Pictures, load_pictures
+from equaltime.experiments.report.losing import INTRODUCTION, LossView, losing
+from equaltime.experiments.report.pictures import Bar, Pictures, load_pictures
 from equaltime.experiments.report.rays import rays_view
-from equaltime.experiments.report.svg import NARROW, WIDE, chart, dots
 from equaltime.experiments.report.tables import (
+    Table,
+    TableRow,
     beside_table,
     check_table,
     label_row,
@@ -28,13 +29,65 @@ from equaltime.experiments.report.tables import (
     point_table,
     time_table,
 )
-from equaltime.experiments.report.views import SceneView, Table
 from equaltime.experiments.report.words import facts, percent, provenance_groups, slug
 from equaltime.extras import optional
 from equaltime.files import replacing
 from equaltime.images.image_files import SOFTWARE
 
-__all__ = ["OverviewView", "longest_side", "overview_views", "without_marks", "write_page", "write_report"]
+__all__ = ["OverviewView", "SceneView", "longest_side", "overview_views", "without_marks", "write_page", "write_report"]
+
+
+@dataclass(frozen=True)
+class SceneView:
+    """The section of a page about one scene: charts, tables, pictures and sentences."""
+
+    slug: str
+    name: str
+    facts: str
+    """Sentence on size, depth, reference, repeats and equal time."""
+    verdict: str
+    wide_chart: str
+    """An ``<svg>`` element that needs no escaping; ``narrow_chart`` is another."""
+    narrow_chart: str
+    legend: tuple[TableRow, ...]
+    tables: tuple[tuple[str, Table], ...]
+    """Headings and tables, the most important for the experiment's question first."""
+    points: Table
+    """The numbers behind the curves."""
+    notes: tuple[tuple[str, str], ...]
+    """Label of a strategy and warnings about it."""
+    kinds: tuple[Series, ...]
+    size: tuple[int, int]
+    """Width and height of the images, in pixels."""
+    picture_notes: tuple[str, ...]
+    losses: tuple[LossView, ...]
+    loss_bar: Bar | None
+    losses_intro: str
+    film: FilmView | None
+    files: tuple[str, ...]
+    """Figure files written beside the page."""
+
+    @property
+    def aspect(self) -> str:
+        """Width and height of the images as CSS text, such as ``16 / 9``."""
+        return f"{self.size[0]} / {self.size[1]}"
+
+    def split(self, crops: Sequence[Crop]) -> str:
+        """Return the width of the image's column in a CSS grid, such as ``2.667fr``.
+
+        The column of crops beside the image is 1fr wide. The image is then as high as all crops, one below the other.
+        """
+        heights = sum(crop.window[3] / crop.window[2] for crop in crops) or 2.0
+        return f"{heights * self.size[0] / self.size[1]:.3f}fr"
+
+    def place(self, window: tuple[int, int, int, int]) -> str:
+        """Return CSS that places a window over the image, with position and size in % of the image.
+
+        ``window`` is (x, y, width, height) in pixels of the image.
+        """
+        (x, y, w, h), (width, height) = window, self.size
+        parts = {"left": x / width, "top": y / height, "width": w / width, "height": h / height}
+        return "; ".join(f"{name}: {100.0 * part:.3f}%" for name, part in parts.items())
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import base64
+import io
 import math
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,15 +15,25 @@ from numpy.typing import NDArray
 
 from equaltime.errors import EqualtimeError, ImageError
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
-from equaltime.experiments.report.maps import squares
-from equaltime.experiments.run.record import read_array
+from equaltime.experiments.run.folder import read_array
 from equaltime.experiments.run.reference import read
 from equaltime.extras import optional
 from equaltime.images import image_files as images
 from equaltime.images import preview
-from equaltime.images.metrics import Reference
+from equaltime.images.metrics import Reference, contributions
 
-__all__ = ["Pictures", "coloured", "data_uri", "exposed", "load_pictures"]
+__all__ = [
+    "Bar",
+    "Pictures",
+    "colour_bar",
+    "coloured",
+    "data_uri",
+    "error_map",
+    "exposed",
+    "load_pictures",
+    "spread_map",
+    "squares",
+]
 
 Floats = NDArray[np.float64]
 Images = NDArray[np.float32]
@@ -76,6 +86,36 @@ def load_pictures(scene: SceneResult) -> Pictures | str:
     return Pictures(reference, own, runs, samples, _stops(reference.mean), tuple(missing))
 
 
+def squares(runs: NDArray[Any], reference: Reference) -> Floats:
+    """Return the relative squared error of each pixel (K, H, W) of the K images in ``runs`` (K, H, W, 3).
+
+    The reference's own noise is subtracted, so that a value may be negative by chance.
+    """
+    return np.stack([contributions(run, reference) for run in runs])
+
+
+def error_map(pixels: Floats) -> Floats:
+    """Return the relative error of each pixel (H, W): the root of its mean squared error over K runs.
+
+    ``pixels`` are the squared errors (K, H, W) from `squares`.
+    """
+    return np.asarray(np.sqrt(np.maximum(pixels.mean(axis=0), 0.0)))
+
+
+def spread_map(runs: NDArray[Any], reference: Reference) -> Floats | None:
+    """Return the relative standard error of each pixel of one run (H, W).
+
+    The estimate comes from the spread over the K images in ``runs`` (K, H, W, 3).
+
+    Returns None for fewer than two runs.
+    """
+    if len(runs) < 2:
+        return None
+    with np.errstate(divide="ignore", invalid="ignore"):
+        relative = runs.var(axis=0, ddof=1, dtype=np.float64) / reference.denominator
+    return np.asarray(np.sqrt(np.nan_to_num(relative, posinf=0.0).mean(axis=2)))
+
+
 def exposed(image: NDArray[Any], stops: int) -> Bytes:
     """Convert a linear RGB image to sRGB bytes (H, W, 3), after multiplying the values by 2 to the power ``stops``."""
     return preview.srgb_bytes(image.astype(np.float64) * 2.0**stops)
@@ -92,12 +132,27 @@ def coloured(values: Floats, low: float, high: float, colours: str) -> Bytes:
     return np.asarray(optional("matplotlib").colormaps[colours](steps, bytes=True)[..., :3])
 
 
+@dataclass(frozen=True)
+class Bar:
+    """Colour bar of maps: evenly spaced colours, and labels of low end, middle and high end."""
+
+    colours: tuple[str, ...]
+    ticks: tuple[str, ...]
+
+
+def colour_bar(colours: str, steps: int = 9) -> tuple[str, ...]:
+    """Return ``steps`` evenly spaced colours of the Matplotlib colour map named ``colours``, as ``#rrggbb``."""
+    return tuple(
+        optional("matplotlib.colors").to_hex(colour)
+        for colour in optional("matplotlib").colormaps[colours](np.linspace(0.0, 1.0, steps))
+    )
+
+
 def data_uri(pixels: Bytes) -> str:
     """Encode sRGB bytes (H, W, 3) as PNG, and return the PNG as a data URI."""
-    with tempfile.TemporaryDirectory(prefix="equaltime-") as folder:
-        path = Path(folder) / "picture.png"
-        images.write(path, "png", [images.Layer(("R", "G", "B"), pixels, {"oiio:ColorSpace": "sRGB"})])
-        return "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode()
+    file = io.BytesIO()
+    optional("PIL.Image").fromarray(pixels).save(file, "PNG")
+    return "data:image/png;base64," + base64.b64encode(file.getvalue()).decode()
 
 
 def _read_runs(strategy: StrategyResult, shape: tuple[int, ...]) -> Images:

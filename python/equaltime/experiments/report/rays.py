@@ -13,10 +13,8 @@ from numpy.typing import NDArray
 
 from equaltime.errors import EqualtimeError
 from equaltime.experiments.model.summary import Summary
-from equaltime.experiments.report.curves import GRID, INK, MUTED
-from equaltime.experiments.report.figures import write_figure
-from equaltime.experiments.report.looks import LIGHT
-from equaltime.experiments.report.svg import themed
+from equaltime.experiments.report.figures import themed, write_figure
+from equaltime.experiments.report.looks import GRID, INK, LIGHT, MUTED
 from equaltime.experiments.report.words import percent
 from equaltime.experiments.run.directions import WO, Rays, read_directions
 from equaltime.extras import optional

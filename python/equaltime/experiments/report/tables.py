@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
+from equaltime.experiments.model.experiment import Quantity
 from equaltime.experiments.model.summary import Beside, SceneResult, StrategyResult, Summary
-from equaltime.experiments.model.theirs import Quantity
 from equaltime.experiments.report.looks import Style
-from equaltime.experiments.report.views import Table, TableRow
 from equaltime.experiments.report.words import (
     Cell,
     error_cell,
@@ -22,7 +22,97 @@ from equaltime.experiments.report.words import (
 )
 from equaltime.statistics.intervals import UNKNOWN, Interval, product_mean
 
-__all__ = ["beside_table", "check_table", "geometric_mean", "label_row", "overview_tables", "point_table", "time_table"]
+__all__ = [
+    "Table",
+    "TableRow",
+    "beside_table",
+    "check_table",
+    "geometric_mean",
+    "label_row",
+    "overview_tables",
+    "point_table",
+    "time_table",
+]
+
+
+@dataclass(frozen=True)
+class TableRow:
+    """A row of a table: a label with tags, and the cells of each column."""
+
+    label: str
+    look: Style | None
+    tags: tuple[str, ...]
+    """Words beside the label: baseline, biased, or the name of another renderer."""
+    cells: tuple[tuple[Cell, ...], ...]
+    """Cells of each column: one number, or two numbers one below the other."""
+    title: str = ""
+    """Full text of the label."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of numbers, with numbered footnotes below the table."""
+
+    slug: str
+    caption: str
+    corner: str
+    """Head of the first column."""
+    columns: tuple[str, ...]
+    rows: tuple[TableRow, ...]
+
+    @property
+    def footnotes(self) -> tuple[str, ...]:
+        """Footnotes of all cells, each once, in reading order.
+
+        Remarks that differ only in their first number become one footnote with the smallest and the largest number.
+        """
+        return tuple(_merged(same) for same in self._groups.values())
+
+    def marks(self, cell: Cell) -> tuple[int, ...]:
+        """Return the numbers of the footnotes that a cell refers to, counted from 1, in rising order."""
+        order = list(self._groups)
+        return tuple(sorted({order.index(_shape(remark)) + 1 for remark in _remarks(cell)}))
+
+    @property
+    def _groups(self) -> dict[str, list[str]]:
+        groups: dict[str, list[str]] = {}
+        for row in self.rows:
+            for cells in row.cells:
+                for cell in cells:
+                    for remark in _remarks(cell):
+                        groups.setdefault(_shape(remark), []).append(remark)
+        return groups
+
+
+_NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
+_POWER = re.compile(r"\d+(?:\.\d+)?e\+\d+")
+
+
+def _remarks(cell: Cell) -> list[str]:
+    """Split the note of a cell into remarks, without the prefix "this: "."""
+    return [remark.removeprefix("this: ") for remark in cell.note.split("; ") if remark]
+
+
+def _shape(remark: str) -> str:
+    """Return the remark with its first number replaced by #; remarks that begin with a scene's name are unchanged.
+
+    Remarks that differ only in their first number thus have one shape.
+    """
+    return remark if remark.startswith("on ") else _NUMBER.sub("#", remark, count=1)
+
+
+def _merged(remarks: Sequence[str]) -> str:
+    numbers = [found.group() for remark in remarks if (found := _NUMBER.search(remark))]
+    if len(set(numbers)) < 2:
+        return _spelt(remarks[0])
+    least, most = min(numbers, key=float), max(numbers, key=float)
+    return _spelt(_NUMBER.sub(f"{least} to {most}", remarks[0], count=1))
+
+
+def _spelt(remark: str) -> str:
+    """Write numbers with powers of ten in full."""
+    return _POWER.sub(lambda found: f"{float(found.group()):,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}"), remark)
+
 
 _CELLS: Mapping[Quantity, Callable[[Interval], Cell]] = {
     "slope": plain_cell,

@@ -11,7 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from equaltime.errors import EqualtimeError, ExperimentError, Problem
-from equaltime.experiments.analysis.conclusion import conclude
+from equaltime.experiments.analysis.summarise import conclude
 from equaltime.experiments.model.experiment import Experiment
 from equaltime.experiments.model.reader import is_experiment, make_experiment, read_experiment
 from equaltime.experiments.report.index import Card, write_index

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime._core import parts
-from equaltime.experiments.run.folder import replacing
-from equaltime.experiments.run.record import read_arrays
+from equaltime.experiments.run.folder import read_arrays, replacing
 from equaltime.scene import Scene
 from equaltime.scene.motion import center, pose
 

@@ -18,23 +18,34 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from equaltime import files as disk
-from equaltime.errors import ExperimentError, Problem
+from equaltime.errors import ExperimentError, ImageError, Problem
 from equaltime.experiments.model.problems import file_name
 from equaltime.files import try_lock
 from equaltime.machine import machine
 from equaltime.rendering.core import build_facts
 from equaltime.strict_json import json_text
 
-__all__ = ["OWN_DEPTHS", "ExperimentFolder", "build_facts", "fingerprint", "machine_facts", "replacing"]
+__all__ = [
+    "OWN_DEPTHS",
+    "ExperimentFolder",
+    "build_facts",
+    "fingerprint",
+    "machine_facts",
+    "read_array",
+    "read_arrays",
+    "replacing",
+]
 
 _OURS = ("records.csv", "experiment.json", "provenance.json", "references", "images", "figures", "report.html")
 _GROWING = ("scenes", "strategies")
@@ -42,6 +53,7 @@ _GROWING = ("scenes", "strategies")
 _DAMAGED = "is damaged; put a copy of the file there, or use another folder"
 _TYPES: Mapping[str, type[int] | type[str]] = {"max_depth": int, "caveat": str, "note": str}
 """Types of optional facts that readers of the provenance rely on."""
+_RESTORE = "put a copy of the file there, or remove it to go on without it"
 OWN_DEPTHS = "own_depths"
 """Section of the provenance with the ``max_depth`` of each scene's file, before the experiment's changes."""
 
@@ -216,6 +228,44 @@ def replacing(path: Path) -> Iterator[IO[bytes]]:
     disk.make_folder(path.parent)
     with disk.replacing(path) as temporary, temporary.open("wb") as file:
         yield file
+
+
+def read_array(path: Path, shape: tuple[int, ...]) -> NDArray[Any]:
+    """Return the array of an ``.npy`` file, which must have this ``shape``.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the file is missing.
+    ImageError
+        If the file is damaged, or its array has another shape or a number that is not finite.
+    """
+    try:
+        # memory-mapped, so that a damaged header cannot allocate more memory than the file's size
+        found = np.load(path, mmap_mode="r", allow_pickle=False)
+    except FileNotFoundError:
+        raise
+    except Exception as error:  # the type of NumPy's error depends on the damage
+        raise ImageError(f"{path}: is damaged: {error}; {_RESTORE}") from error
+    if not isinstance(found, np.ndarray) or found.dtype.kind not in "fiu":
+        raise ImageError(f"{path}: is damaged: it holds no array of numbers; {_RESTORE}")
+    if found.shape != shape:
+        raise ImageError(f"{path}: is damaged: it has shape {found.shape}, not {shape}; {_RESTORE}")
+    if not np.isfinite(found).all():
+        raise ImageError(f"{path}: is damaged: it has numbers that are not finite; {_RESTORE}")
+    return np.array(found)
+
+
+def read_arrays(path: Path, names: Sequence[str]) -> tuple[NDArray[Any], ...]:
+    """Read the arrays with these names from an ``.npz`` file, and return the arrays in the order of ``names``.
+
+    Raises `ImageError` if the file is missing or damaged, or an array is missing.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            return tuple(file[name] for name in names)
+    except Exception as error:  # zip, zlib and NumPy raise different errors for a damaged file
+        raise ImageError(f"{path}: is damaged: {error}; {_RESTORE}") from error
 
 
 def _refused(folder: Path, why: str) -> ExperimentError:

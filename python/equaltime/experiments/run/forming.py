@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from equaltime.experiments.model.experiment import Experiment
 from equaltime.experiments.model.reader import film_seed
-from equaltime.experiments.run.folder import ExperimentFolder, replacing
-from equaltime.experiments.run.record import Key, Row, read_arrays
-from equaltime.images.bias_variance import reduced
+from equaltime.experiments.run.folder import ExperimentFolder, read_arrays, replacing
+from equaltime.experiments.run.record import Key, Row
 from equaltime.images.metrics import Reference, measure
+from equaltime.images.preview import reduced
 from equaltime.rendering.core_subject import Subject
 from equaltime.scene import Scene
 

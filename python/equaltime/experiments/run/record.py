@@ -13,60 +13,40 @@ import csv
 import errno
 import io
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Annotated, Self
 
-import numpy as np
-from numpy.typing import NDArray
+from pydantic import BeforeValidator, Field, PlainSerializer, TypeAdapter, ValidationError
+from pydantic_core import ErrorDetails
 
-from equaltime.errors import ExperimentError, ImageError, Problem
+from equaltime.errors import ExperimentError, Problem
 from equaltime.files import to_disk, try_lock
+from equaltime.validation import NOUNS, explain
 
-__all__ = ["COLUMNS", "Key", "Recorder", "Row", "check_seeds", "complete", "load", "read_array", "read_arrays"]
-
-_RESTORE = "put a copy of the file there, or remove it to go on without it"
-
-
-def read_array(path: Path, shape: tuple[int, ...]) -> NDArray[Any]:
-    """Return the array of an ``.npy`` file, which must have this ``shape``.
-
-    Raises
-    ------
-    FileNotFoundError
-        If the file is missing.
-    ImageError
-        If the file is damaged, or its array has another shape or a number that is not finite.
-    """
-    try:
-        # memory-mapped, so that a damaged header cannot allocate more memory than the file's size
-        found = np.load(path, mmap_mode="r", allow_pickle=False)
-    except FileNotFoundError:
-        raise
-    except Exception as error:  # the type of NumPy's error depends on the damage
-        raise ImageError(f"{path}: is damaged: {error}; {_RESTORE}") from error
-    if not isinstance(found, np.ndarray) or found.dtype.kind not in "fiu":
-        raise ImageError(f"{path}: is damaged: it holds no array of numbers; {_RESTORE}")
-    if found.shape != shape:
-        raise ImageError(f"{path}: is damaged: it has shape {found.shape}, not {shape}; {_RESTORE}")
-    if not np.isfinite(found).all():
-        raise ImageError(f"{path}: is damaged: it has numbers that are not finite; {_RESTORE}")
-    return np.array(found)
+__all__ = ["COLUMNS", "Key", "Recorder", "Row", "check_seeds", "complete", "load"]
 
 
-def read_arrays(path: Path, names: Sequence[str]) -> tuple[NDArray[Any], ...]:
-    """Read the arrays with these names from an ``.npz`` file, and return the arrays in the order of ``names``.
+def _four(cell: str) -> list[str]:
+    if len(numbers := cell.split()) != 4:
+        raise ValueError(f"expected 4 whole numbers, found {cell!r}")
+    return numbers
 
-    Raises `ImageError` if the file is missing or damaged, or an array is missing.
-    """
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            return tuple(file[name] for name in names)
-    except Exception as error:  # zip, zlib and NumPy raise different errors for a damaged file
-        raise ImageError(f"{path}: is damaged: {error}; {_RESTORE}") from error
 
+_EMPTY = BeforeValidator(lambda cell: None if cell == "" else cell)
+_MOST = 2**62
+"""Largest sizes, counts and seconds: they must fit into 64 bits."""
+
+Natural = Annotated[int, Field(ge=0, le=_MOST)]
+Positive = Annotated[int, Field(ge=1, le=_MOST)]
+Seconds = Annotated[float, Field(ge=0.0, le=_MOST, allow_inf_nan=False)]
+Flag = Annotated[bool, PlainSerializer(int)]
+Window = Annotated[tuple[int, int, int, int], BeforeValidator(_four), PlainSerializer(lambda w: " ".join(map(str, w)))]
+Count = Annotated[int | None, _EMPTY]
+Number = Annotated[float | None, _EMPTY]
+Text = Annotated[str | None, _EMPTY]
 
 Key = tuple[str, str, int]
 """Key of a run: scene, label of the strategy, repeat."""
@@ -83,10 +63,10 @@ class Row:
     """The scene's name in the experiment."""
     digest: str
     """SHA-256 of the scene's content."""
-    width: int
-    height: int
+    width: Positive
+    height: Positive
     """Size of the whole film, in pixels."""
-    crop: tuple[int, int, int, int]
+    crop: Window
     """Rendered window, in pixels: x, y, width, height."""
     max_depth: int
     strategy: str
@@ -95,46 +75,46 @@ class Row:
     """Full text of the strategy, as its renderer reads it."""
     renderer: str
     """``core``, ``mitsuba`` or ``command``."""
-    biased: bool
+    biased: Flag
     """Whether the strategy declares itself biased."""
-    repeat: int
+    repeat: Natural
     """Number of the repeat, from 0."""
     seed: int
-    checkpoint: int
+    checkpoint: Natural
     """Number of the checkpoint in its run, from 0."""
-    spp: int
+    spp: Positive
     """Samples per pixel so far."""
-    wall_s: float
-    cpu_s: float
+    wall_s: Seconds
+    cpu_s: Seconds
     """CPU seconds since the run's first sample, without the time spent on measuring errors; ``wall_s`` likewise."""
-    setup_s: float
+    setup_s: Seconds
     """Seconds of loading and building, before the first sample."""
     threads: int
-    paths: int | None
-    rays: int | None
-    shadow_rays: int | None
+    paths: Count
+    rays: Count
+    shadow_rays: Count
     """Paths, rays and shadow rays so far; None from renderers that do not count them."""
-    relmse: float | None
+    relmse: Number
     """Squared relative error with the reference's noise subtracted; a small value may be negative by chance."""
-    mse: float | None
+    mse: Number
     """Mean squared difference, with the reference's noise subtracted."""
-    mare: float | None
+    mare: Number
     """Mean absolute relative difference; the reference's noise is included."""
-    flip: float | None
+    flip: Number
     """FLIP of the run's last image; None at other checkpoints and for runs under 1 s (first repeat) or 5 s (others).
 
     FLIP takes a second or more."""
-    reference_relmse: float | None
+    reference_relmse: Number
     """Squared relative error of the reference, which was subtracted from ``relmse``."""
-    estimate: float | None
-    estimate_low: float | None
-    estimate_high: float | None
+    estimate: Number
+    estimate_low: Number
+    estimate_high: Number
     """Error estimated by the render itself, with its 95 % interval."""
-    doubt: str | None = None
+    doubt: Text = None
     """Render's reason why its upper limit cannot be trusted."""
-    last: bool
+    last: Flag
     """Whether the run is complete with this row."""
-    image: str | None
+    image: Text
     """Path of the run's image, relative to the folder of the records; None before the last row."""
     machine: str
     build: str
@@ -155,22 +135,8 @@ _ADDED = {"doubt"}
 
 _BEFORE = tuple(name for name in COLUMNS if name not in _ADDED)
 
-_LEAST = {"width": 1, "height": 1, "repeat": 0, "checkpoint": 0, "spp": 1, "wall_s": 0.0, "cpu_s": 0.0, "setup_s": 0.0}
-
-_MOST = 2.0**62
-"""Smallest allowed value of each number, and the largest: it must fit into 64 bits."""
-
-_FLAGS = {"0": False, "1": True}
-
-_READERS: dict[str, Callable[[str], Any]] = {
-    "str": str,
-    "int": int,
-    "float": float,
-    "bool": _FLAGS.__getitem__,
-    "tuple[int, int, int, int]": lambda text: _window(text),
-}
-
-_TYPES = {field.name: str(field.type) for field in fields(Row)}
+_ROWS = TypeAdapter(Row)
+_NOUNS = {**NOUNS, "bool_parsing": "0 or 1", "int_parsing": "a whole number", "float_parsing": "a number"}
 
 
 def load(path: Path) -> tuple[Row, ...]:
@@ -236,7 +202,8 @@ class Recorder:
         place = (row.key, row.checkpoint)
         if place in self._keys:
             raise ValueError(f"checkpoint {row.checkpoint} of run {row.key} is recorded already")
-        self._write(_line(_cells(row, self._columns)))
+        cells = _ROWS.dump_python(row)
+        self._write(_line(cells[name] for name in self._columns))
         self._keys.add(place)
         self._rows.append(row)
 
@@ -334,47 +301,21 @@ def _columns(line: str) -> tuple[str, ...]:
 def _row(cells: Sequence[str], columns: tuple[str, ...]) -> Row:
     if len(cells) != len(columns):
         raise ValueError(f"it has {len(cells)} cells, not {len(columns)}")
-    row = Row(**{name: _value(name, cell) for name, cell in zip(columns, cells, strict=True)})
-    for name, least in _LEAST.items():
-        if not least <= getattr(row, name) <= _MOST:
-            raise ValueError(f"{name} must be from {least} to {_MOST:.2g}, found {getattr(row, name)}")
+    try:
+        row = _ROWS.validate_python(dict(zip(columns, cells, strict=True)))
+    except ValidationError as error:
+        raise ValueError("; ".join(_problem(details) for details in error.errors(include_url=False))) from None
     x, y, width, height = row.crop
     if min(x, y) < 0 or min(width, height) < 1 or x + width > row.width or y + height > row.height:
         raise ValueError(f"crop must lie in the image of {row.width}x{row.height}, found {row.crop}")
     return row
 
 
-def _value(name: str, cell: str) -> Any:
-    kind, _, optional = _TYPES[name].partition(" | ")
-    if not cell and optional:
-        return None
-    try:
-        return _READERS[kind](cell)
-    except (KeyError, ValueError):
-        raise ValueError(f"{name} cannot be {cell!r}") from None
+def _problem(details: ErrorDetails) -> str:
+    return f"{details['loc'][0]}: {explain(details, nouns=_NOUNS)}"
 
 
-def _window(text: str) -> tuple[int, int, int, int]:
-    x, y, width, height = map(int, text.split())
-    return x, y, width, height
-
-
-def _cells(row: Row, columns: Sequence[str]) -> Iterable[str]:
-    for name in columns:
-        value = getattr(row, name)
-        if value is None:
-            yield ""
-        elif isinstance(value, bool):
-            yield str(int(value))
-        elif isinstance(value, tuple):
-            yield " ".join(map(str, value))
-        elif isinstance(value, float):
-            yield repr(float(value))  # shortest text that reads back exactly; NumPy's repr differs
-        else:
-            yield str(value)
-
-
-def _line(cells: Iterable[str]) -> bytes:
+def _line(cells: Iterable[object]) -> bytes:
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerow(cells)
     line = text.getvalue()

@@ -19,11 +19,11 @@ from typing import Literal
 from equaltime.errors import ExperimentError, PeerError, Problem
 from equaltime.experiments.model.experiment import DEFAULT_BUDGET, Experiment
 from equaltime.experiments.model.reader import identity_of, run_seeds
+from equaltime.experiments.peers.agreement import pass_gates
 from equaltime.experiments.run import reference as references
 from equaltime.experiments.run.directions import write_directions
 from equaltime.experiments.run.folder import OWN_DEPTHS, ExperimentFolder, build_facts, fingerprint, machine_facts
 from equaltime.experiments.run.forming import Studio
-from equaltime.experiments.run.gates import pass_gates
 from equaltime.experiments.run.record import Key, Recorder, check_seeds
 from equaltime.experiments.run.single_run import SingleRun, now
 from equaltime.experiments.run.subjects import close_subjects, make_subjects, scenes_of

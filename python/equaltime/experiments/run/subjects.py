@@ -13,7 +13,7 @@ from types import ModuleType
 from typing import Any
 
 from equaltime.errors import ExperimentError, Problem
-from equaltime.experiments.model.experiment import Experiment, StrategyEntry
+from equaltime.experiments.model.experiment import Experiment, Peer, StrategyEntry
 from equaltime.experiments.model.problems import unfit_character
 from equaltime.rendering.core_subject import CoreSubject, Subject
 from equaltime.scene import Scene
@@ -32,7 +32,7 @@ def scenes_of(experiment: Experiment) -> tuple[Scene, ...]:
     scenes = experiment.load_scenes()
     if not any(entry.peer for entry in experiment.strategies):
         return scenes
-    from equaltime.experiments.peers import with_box_filter
+    from equaltime.experiments.peers.common import with_box_filter
 
     return tuple(map(with_box_filter, scenes))
 
@@ -67,12 +67,22 @@ def _subject(entry: StrategyEntry, experiment: Experiment) -> Subject:
     if entry.strategy is not None:
         return CoreSubject(entry.label, entry.strategy)
     if entry.peer is not None:
-        from equaltime.experiments.peers import peer_subject
-
-        seconds = experiment.reference.seconds
-        return peer_subject(entry.label, entry.peer, experiment.folder, experiment.budget, seconds)
+        return _peer(entry.label, entry.peer, experiment)
     assert entry.python is not None, "a checked entry has one of the three"
     return _own(entry.label, entry.python)
+
+
+def _peer(label: str, peer: Peer, experiment: Experiment) -> Subject:
+    """Return another renderer; without a limit of its own it has the limit of `time_limit`."""
+    from equaltime.experiments.peers.command import CommandPeer
+    from equaltime.experiments.peers.mitsuba import MitsubaPeer
+    from equaltime.experiments.peers.process import time_limit
+
+    limit = time_limit(experiment.budget, experiment.reference.seconds) if peer.limit is None else peer.limit
+    if peer.command is not None:
+        return CommandPeer(label, peer.command, experiment.folder, limit)
+    given: dict[str, Any] = {"variant": peer.variant, "integrator": peer.integrator, "sampler": peer.sampler}
+    return MitsubaPeer(label, **{name: word for name, word in given.items() if word}, limit=limit)
 
 
 def _checked(subject: Subject, label: str) -> Subject:

@@ -9,7 +9,7 @@ import pytest
 
 from equaltime.experiments.model.summary import SceneResult, Summary
 from equaltime.experiments.report import page
-from equaltime.experiments.report.dots import clearest, draw_dots, has_dots
+from equaltime.experiments.report.charts import clearest, draw_dots, has_dots
 from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.page import without_marks
 

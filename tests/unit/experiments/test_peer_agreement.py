@@ -10,7 +10,6 @@ import pytest
 import equaltime as et
 from equaltime.experiments.model.experiment import ReferenceWish
 from equaltime.experiments.peers import agreement as peer_agreement
-from equaltime.experiments.run import gates
 from equaltime.experiments.run import reference as references
 from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.reference import KnownReference
@@ -62,7 +61,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 
 def enter(folder: ExperimentFolder, count: int) -> dict[str, Any]:
-    gates.pass_gates([Peer()], "box", SCENE, ReferenceWish(), folder, 1, count)
+    peer_agreement.pass_gates([Peer()], "box", SCENE, ReferenceWish(), folder, 1, count)
     noted: dict[str, Any] = folder.read_provenance()["agreements"]["box"]["theirs"]
     return noted
 
