@@ -10,6 +10,7 @@ import typer
 from rich.table import Table
 
 from equaltime.cli.messages import plain_console
+from equaltime.cli.options import AsJson
 from equaltime.images.metrics import Measured
 from equaltime.rendering.compare import Compared, Comparison
 from equaltime.rendering.compare import compare as compare_files
@@ -28,7 +29,7 @@ def compare(
         Path | None,
         typer.Argument(metavar="[REF]", help="What both are measured against; else A against B.", show_default=False),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
+    as_json: AsJson = False,
 ) -> int:
     """Measure how far images are from each other, or from a reference.
 

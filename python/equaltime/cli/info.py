@@ -9,7 +9,7 @@ import typer
 from rich.table import Table
 
 from equaltime.cli.messages import plain_console, print_warnings
-from equaltime.cli.options import Substitute, parse_definitions
+from equaltime.cli.options import AsJson, Define, Substitute, parse_definitions
 from equaltime.errors import ImageError
 from equaltime.film.error import Estimate
 from equaltime.rendering.render_file import holds_film, read_picture
@@ -39,12 +39,9 @@ def info(
             show_default=False,
         ),
     ],
-    define: Annotated[
-        list[str] | None,
-        typer.Option("-D", "--define", metavar="NAME=VALUE", show_default=False, help="Set a parameter of the scene."),
-    ] = None,
+    define: Define = None,
     substitute: Substitute = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
+    as_json: AsJson = False,
 ) -> int:
     """Print the contents of a scene and the effects that it uses, or how a saved render was made."""
     if scene.suffix.lower() == ".exr":

@@ -5,11 +5,8 @@ from __future__ import annotations
 import shlex
 import sys
 from collections.abc import Sequence
-from typing import Annotated
 
-import typer
-
-from equaltime.cli.options import Define, SceneFile, Substitute, parse_definitions
+from equaltime.cli.options import AsJson, Define, SceneFile, Substitute, parse_definitions
 from equaltime.scene import Scene, load_file
 from equaltime.scene.lint import Finding
 from equaltime.scene.lint import lint as hazards
@@ -22,7 +19,7 @@ def lint(
     scene: SceneFile,
     define: Define = None,
     substitute: Substitute = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
+    as_json: AsJson = False,
 ) -> int:
     """List the hazards of a scene before it renders.
 

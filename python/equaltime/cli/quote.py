@@ -10,6 +10,7 @@ from rich.table import Table
 
 from equaltime.cli.messages import WAYS, plain_console, print_warnings
 from equaltime.cli.options import (
+    AsJson,
     Crop,
     Define,
     ErrorTarget,
@@ -64,7 +65,7 @@ def quote(
             "By default, if there is room for it in a twentieth of the work.",
         ),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
+    as_json: AsJson = False,
 ) -> int:
     """Predict the time to an error, or the error after a time, before rendering.
 

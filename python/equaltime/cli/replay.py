@@ -9,6 +9,7 @@ import typer
 
 from equaltime.cli.messages import print_warnings
 from equaltime.cli.options import (
+    AsJson,
     Define,
     MaxDepth,
     SceneFile,
@@ -57,7 +58,7 @@ def replay(
     define: Define = None,
     substitute: Substitute = False,
     without: Without = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
+    as_json: AsJson = False,
 ) -> int:
     """Show the path of one sample of a render, vertex by vertex, with every factor of its radiance.
 
