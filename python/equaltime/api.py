@@ -17,10 +17,9 @@ from equaltime.pricing import left_out
 from equaltime.quoting.fixed_count import fixed_count
 from equaltime.quoting.observer import Observer, QuoteWatch, overrides
 from equaltime.quoting.pilot import Pilot
-from equaltime.rendering.arguments import Backend, as_scene, check_arguments
 from equaltime.rendering.black_picture import warn_if_black
 from equaltime.rendering.budget import Limits, StopRule
-from equaltime.rendering.job import Job, Traps
+from equaltime.rendering.job import Backend, Job, Traps, as_scene, check_arguments
 from equaltime.rendering.output_files import check_spares
 from equaltime.rendering.result import Result
 from equaltime.rendering.run import Checkpoints, run

@@ -13,7 +13,7 @@ import equaltime as et
 from equaltime import _core
 from equaltime.cli.progress import describe, time_left
 from equaltime.hardcases.cases import scenes_folder
-from equaltime.rendering.progress import Progress
+from equaltime.rendering.passes import Progress
 
 from ..statistical.worlds import affine, build, looking, octahedron, render, turned
 

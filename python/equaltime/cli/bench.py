@@ -12,7 +12,7 @@ from equaltime.bench import Benchmark, Measurement, Spread, measure
 from equaltime.cli.messages import plain_console, print_warnings
 from equaltime.cli.options import AsJson, Define, MaxDepth, Size, Substitute, parse_definitions, parse_whole
 from equaltime.cli.progress import progress_bar
-from equaltime.rendering.arguments import MOST_THREADS
+from equaltime.rendering.job import MOST_THREADS
 from equaltime.scene import load_file
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy

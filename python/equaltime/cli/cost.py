@@ -13,12 +13,13 @@ from equaltime.cli.options import Define, Size, Substitute, parse_definitions, p
 from equaltime.cli.progress import progress_bar
 from equaltime.errors import ExperimentError
 from equaltime.experiments import cost as measure_cost
+from equaltime.experiments.model.experiment import MOST_REPEATS
 from equaltime.experiments.model.reader import check_installed, split_strategies
 from equaltime.experiments.report.index import Card
 from equaltime.experiments.run.collection import Changes, run_all
 from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.record import load
-from equaltime.rendering.arguments import MOST_THREADS
+from equaltime.rendering.job import MOST_THREADS
 from equaltime.strict_json import json_text, to_json
 
 __all__ = ["cost"]
@@ -62,7 +63,7 @@ def cost(
     repeats: Annotated[
         int | None,
         typer.Option(
-            parser=parse_whole(1, 100_000),
+            parser=parse_whole(1, MOST_REPEATS),
             metavar="N",
             show_default=False,
             help="Runs of each strategy on each scene; intervals come from their spread "

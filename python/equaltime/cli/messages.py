@@ -15,7 +15,7 @@ from equaltime.errors import ImageError
 from equaltime.film.unseen import FAR_APART
 from equaltime.quoting.pilot import Quote
 from equaltime.rendering.budget import Stop
-from equaltime.rendering.first_hits import asked_for
+from equaltime.rendering.outputs import asked_for
 from equaltime.rendering.result import Result
 from equaltime.rendering.stated import Stated, stated
 from equaltime.scene import Scene

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
-from equaltime.rendering.arguments import MOST_SECONDS, MOST_THREADS
+from equaltime.rendering.job import MOST_SECONDS, MOST_THREADS
 from equaltime.words import seconds_of
 
 __all__ = [

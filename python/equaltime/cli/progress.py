@@ -14,7 +14,7 @@ from rich.table import Column
 from rich.text import Text
 
 from equaltime.experiments.run.runner import RunProgress
-from equaltime.rendering.progress import Progress
+from equaltime.rendering.passes import Progress
 
 __all__ = ["describe", "progress_bar", "time_left"]
 

@@ -53,12 +53,11 @@ from equaltime.cli.progress import progress_bar
 from equaltime.errors import BrightImage, ImageError, RenderError, SampleError
 from equaltime.interrupts import held_back
 from equaltime.quoting.observer import Observer
-from equaltime.rendering.arguments import Backend
 from equaltime.rendering.black_picture import black_picture, reasons, unwarned
 from equaltime.rendering.budget import StopRule
-from equaltime.rendering.job import Traps
+from equaltime.rendering.job import Backend, Traps
 from equaltime.rendering.output_files import check_replaceable, check_spares
-from equaltime.rendering.progress import ProgressCallback
+from equaltime.rendering.passes import ProgressCallback
 from equaltime.rendering.result import Result, check_output
 from equaltime.rendering.tev import Viewer
 from equaltime.scene import Scene, load_file

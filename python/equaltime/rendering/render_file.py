@@ -16,7 +16,7 @@ parts     r0.parts.0 …, uint32    merged renders: sums over the parts (`equalt
 second    r0.mean.R.0 …, uint32   moments of the second nets of some pixels (`equaltime.film.second_nets`)
 unseen    R G B, float32          radiance that samples may have missed (`equaltime.film.unseen`)
 lamps     R G B share, float32    lamps smaller than a pixel, and their share of it (`equaltime.film.lamps`)
-aovs      by the scene            outputs beside the image, float32 (`equaltime.rendering.first_hits`)
+aovs      by the scene            outputs beside the image, float32 (`equaltime.rendering.outputs`)
 ========  ======================  =======================================================================
 
 Beauty, stderr and samples are always there. A file saved with ``small`` has no other parts but image, and can be

@@ -9,8 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from equaltime.errors import ImageError, RenderError
-from equaltime.rendering.first_hits import asked_for
-from equaltime.rendering.outputs import outputs
+from equaltime.rendering.outputs import asked_for, outputs
 from equaltime.rendering.result import Result
 from equaltime.rendering.session import Session
 from equaltime.scene import Scene

@@ -21,7 +21,6 @@ from equaltime.images.image_files import Window
 from equaltime.interrupts import held_back, put_off
 from equaltime.machine import resident_bytes
 from equaltime.rendering.budget import Limits, Stop, StoppedBy
-from equaltime.rendering.checkpoint import SavedRender
 from equaltime.rendering.core import (
     REPLICATES,
     AdaptiveRenderer,
@@ -36,9 +35,9 @@ from equaltime.rendering.core import (
 from equaltime.rendering.decision import Decision
 from equaltime.rendering.film_picture import FilmPicture
 from equaltime.rendering.job import Job
-from equaltime.rendering.passes import Passes, Saving
-from equaltime.rendering.progress import ProgressCallback
+from equaltime.rendering.passes import Passes, ProgressCallback, Saving
 from equaltime.rendering.result import Origin, Result, Stats, make_result
+from equaltime.rendering.saved import SavedRender
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
 

@@ -25,7 +25,7 @@ from equaltime.cli.options import (
 from equaltime.cli.progress import describe
 from equaltime.film.error import Estimate
 from equaltime.images import image_files as images
-from equaltime.rendering.progress import Progress
+from equaltime.rendering.passes import Progress
 from equaltime.rendering.render_file import read_picture
 from equaltime.strategy import PRESETS, Strategy
 

@@ -16,7 +16,7 @@ from equaltime.pricing import derive
 from equaltime.pricing import output_costs as extras
 from equaltime.pricing.output_costs import ALL, measure_outputs
 from equaltime.rendering import run
-from equaltime.rendering.progress import Progress
+from equaltime.rendering.passes import Progress
 
 AOVS = "cost:rays, far:depth, seconds:time_from_rays, light:bounces"
 

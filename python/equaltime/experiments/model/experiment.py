@@ -26,15 +26,16 @@ from equaltime.experiments.model.problems import DEFAULT_TARGETS, crossed, expla
 from equaltime.experiments.model.summary import Question
 from equaltime.experiments.model.theirs import Theirs
 from equaltime.experiments.model.value import Value
-from equaltime.rendering.arguments import MOST_SECONDS, MOST_THREADS, check_fraction
+from equaltime.rendering.job import MOST_SECONDS, MOST_THREADS, check_fraction
 from equaltime.scene import Scene, load_dict, load_file
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
 from equaltime.words import seconds_of
 
-__all__ = ["DEFAULT_BUDGET", "Experiment", "Peer", "ReferenceWish", "SceneEntry", "StrategyEntry"]
+__all__ = ["DEFAULT_BUDGET", "MOST_REPEATS", "Experiment", "Peer", "ReferenceWish", "SceneEntry", "StrategyEntry"]
 
 DEFAULT_BUDGET = 10.0
+MOST_REPEATS = 100_000
 
 Positive = Annotated[int, Field(ge=1)]
 Natural = Annotated[int, Field(ge=0)]
@@ -171,7 +172,7 @@ class Experiment(Value):
         Annotated[tuple[Annotated[int, Field(ge=1, le=MOST_SAMPLES)], ...], Field(strict=False, min_length=1)] | None
     ) = None
     """Sample counts of all checkpoints, instead of ``budget``."""
-    repeats: Annotated[int, Field(ge=1, le=100_000)] = 8
+    repeats: Annotated[int, Field(ge=1, le=MOST_REPEATS)] = 8
     targets: Annotated[tuple[Error, ...], Field(strict=False)] = DEFAULT_TARGETS
     """Relative errors to which the report gives times (0.02 is 2 %)."""
     crops: Annotated[tuple[Window, ...], Field(strict=False)] = ()
