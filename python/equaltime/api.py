@@ -271,7 +271,7 @@ def _cross_checked(scene: Scene, limits: Limits, strategy: Strategy, seed: int) 
     if limits != Limits(spp=limits.spp) or limits.spp is None or strategy != Strategy():
         raise StrategyError(_CROSS_CHECK_ALONE)
     try:
-        from equaltime.crosscheck.as_backend import render_result  # here, since not everyone has embreex
+        from equaltime.crosscheck.tracer import render_result  # here, since not everyone has embreex
     except ImportError as error:
         if error.name != "embreex":
             raise
