@@ -16,7 +16,7 @@ from equaltime.rendering.job import MOST_THREADS
 from equaltime.scene import load_file
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
-from equaltime.strict_json import json_text
+from equaltime.strict_json import json_text, to_json
 
 __all__ = ["bench"]
 
@@ -86,7 +86,7 @@ def bench(
     with progress_bar() as progress:
         report = measure(loaded, threads=threads, repeats=repeats, spp=spp, strategy=chosen, progress=progress)
     if as_json:
-        print(json_text(report.as_dict(), indent=2))
+        print(json_text(to_json(report), indent=2))
     else:
         _print(report)
     return 0

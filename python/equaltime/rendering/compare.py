@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -29,6 +29,7 @@ from equaltime.rendering.stated import different_problems
 from equaltime.statistics.agreement import BlockMeans
 from equaltime.statistics.agreement import compare as compare_blocks
 from equaltime.statistics.intervals import Interval, exp, signed_root
+from equaltime.strict_json import fields_to_json, to_json
 from equaltime.words import Shown, percent
 
 __all__ = ["Compared", "Comparison", "compare"]
@@ -61,6 +62,10 @@ class Compared:
     of the image compared with. Empty if there is none."""
     seconds: float | None
     """Rendering time in seconds; None if the file does not state it."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the distances as JSON data."""
+        return {**fields_to_json(self, without=("own",)), "own_estimate": to_json(self.own)}
 
 
 @dataclass(frozen=True, repr=False)
@@ -99,24 +104,7 @@ class Comparison(Shown):
 
     def as_dict(self) -> dict[str, Any]:
         """Return the comparison as JSON data; numbers that are unknown or not finite are None."""
-        return {
-            "size": list(self.size),
-            "against": str(self.against),
-            "images": [
-                {
-                    "path": str(image.path),
-                    "metrics": {name: _plain(asdict(measured)) for name, measured in image.metrics.items()},
-                    "doubt": image.doubt,
-                    "bias_p": image.bias_p,
-                    "own_estimate": None if image.own is None else image.own.as_dict(),
-                    "seconds": image.seconds,
-                }
-                for image in self.images
-            ],
-            "ratio": None if self.ratio is None else _plain(asdict(self.ratio)),
-            "efficiency": None if self.efficiency is None else _plain(asdict(self.efficiency)),
-            "notes": list(self.notes),
-        }
+        return fields_to_json(self)
 
 
 def compare(a: Render, b: Render, reference: Render | None = None) -> Comparison:
@@ -345,7 +333,3 @@ def _notes(files: list[_File], compared: tuple[Compared, ...], without_ratio: bo
     if len({(file.picture.window.x, file.picture.window.y) for file in files}) > 1:
         yield "the files lie at different places in the film"
     yield from different_problems([(file.path, file.picture.record) for file in files])
-
-
-def _plain(numbers: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: None if isinstance(n, float) and not math.isfinite(n) else n for key, n in numbers.items()}
