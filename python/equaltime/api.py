@@ -22,9 +22,8 @@ from equaltime.rendering.budget import Limits, StopRule
 from equaltime.rendering.job import Backend, Job, Traps, as_scene, check_arguments
 from equaltime.rendering.output_files import check_spares
 from equaltime.rendering.result import Result
-from equaltime.rendering.run import Checkpoints, run
 from equaltime.rendering.saved import Render, as_checkpoint
-from equaltime.rendering.session import Session
+from equaltime.rendering.session import Checkpoints, Session, run
 from equaltime.rendering.tev import Viewer
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
