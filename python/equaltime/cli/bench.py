@@ -9,14 +9,13 @@ import typer
 from rich.table import Table
 
 from equaltime.bench import Benchmark, Measurement, Spread, measure
-from equaltime.cli.messages import plain_console, print_warnings
+from equaltime.cli.messages import plain_console, print_json, print_warnings
 from equaltime.cli.options import AsJson, Define, MaxDepth, Size, Substitute, parse_definitions, parse_whole
 from equaltime.cli.progress import progress_bar
 from equaltime.rendering.job import MOST_THREADS
 from equaltime.scene import load_file
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
-from equaltime.strict_json import json_text, to_json
 
 __all__ = ["bench"]
 
@@ -86,7 +85,7 @@ def bench(
     with progress_bar() as progress:
         report = measure(loaded, threads=threads, repeats=repeats, spp=spp, strategy=chosen, progress=progress)
     if as_json:
-        print(json_text(to_json(report), indent=2))
+        print_json(report)
     else:
         _print(report)
     return 0

@@ -9,13 +9,12 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from equaltime.cli.messages import plain_console
+from equaltime.cli.messages import plain_console, print_json
 from equaltime.cli.options import AsJson
 from equaltime.images.metrics import Measured
 from equaltime.rendering.compare import Compared, Comparison
 from equaltime.rendering.compare import compare as compare_files
 from equaltime.statistics.intervals import Interval
-from equaltime.strict_json import json_text
 
 __all__ = ["compare"]
 
@@ -42,7 +41,7 @@ def compare(
     """
     found = compare_files(a, b, reference)
     if as_json:
-        print(json_text(found.as_dict(), indent=2))
+        print_json(found)
     else:
         _print(found)
     return 0

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from equaltime.cli.cost_table import print_summary
-from equaltime.cli.messages import print_error
+from equaltime.cli.messages import print_error, print_json
 from equaltime.cli.options import Define, Size, Substitute, parse_definitions, parse_duration, parse_whole
 from equaltime.cli.progress import progress_bar
 from equaltime.errors import ExperimentError
@@ -20,7 +20,6 @@ from equaltime.experiments.run.collection import Changes, run_all
 from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.record import load
 from equaltime.rendering.job import MOST_THREADS
-from equaltime.strict_json import json_text, to_json
 
 __all__ = ["cost"]
 
@@ -158,7 +157,7 @@ def cost(
         print_error(f"interrupted; {_recorded(output)}")
         return 130
     if as_json:
-        print(json_text(to_json(summary), indent=2))
+        print_json(summary)
     else:
         print_summary(summary, output)
     return 0
@@ -185,7 +184,7 @@ def _cost_of_all(source: Path, output: Path, changes: Changes, command: str, as_
         print_error(f"interrupted; {_recorded(output)}")
         return 130
     if as_json:
-        print(json_text(to_json(cards), indent=2))
+        print_json(cards)
     else:
         print(f"wrote {output / 'index.html'}")
     return 1 if any(card.state == "failed" for card in cards) else 0

@@ -11,7 +11,7 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from equaltime.cli.messages import WAYS, plain_console, print_warnings
+from equaltime.cli.messages import WAYS, plain_console, print_json, print_warnings
 from equaltime.cli.options import (
     AsJson,
     Define,
@@ -34,7 +34,6 @@ from equaltime.rendering.output_files import check_spares
 from equaltime.rendering.stated import other_depth
 from equaltime.scene import load_file
 from equaltime.statistics.intervals import Interval
-from equaltime.strict_json import json_text
 from equaltime.words import percent
 
 __all__ = ["effects"]
@@ -85,13 +84,13 @@ def effects(
         places = (path for path in output.iterdir() if path.suffix in (".exr", ".png"))
         check_spares(places, loaded.files, "the scene is made of this file")
     print_warnings(loaded)
-    loaded = loaded if max_depth is None else loaded.with_(max_depth=max_depth)
+    loaded = loaded.with_(max_depth=max_depth)
     with progress_bar() as progress:
         found = measure_effects(
             loaded, quick=quick, size=size, strategy=strategy, seed=seed, threads=threads, progress=progress
         )
     if as_json:
-        print(json_text(found.as_dict(), indent=2))
+        print_json(found)
     else:
         _print(found)
     if output is not None:

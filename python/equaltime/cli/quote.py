@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from equaltime.cli.messages import WAYS, plain_console, print_warnings
+from equaltime.cli.messages import WAYS, plain_console, print_json, print_warnings
 from equaltime.cli.options import (
     AsJson,
     Crop,
@@ -33,7 +33,6 @@ from equaltime.quoting.pilot import Quote
 from equaltime.quoting.quote import quote as quote_scene
 from equaltime.rendering.stated import Stated, stated
 from equaltime.scene import load_file
-from equaltime.strict_json import json_text
 from equaltime.words import duration, percent
 
 __all__ = ["quote"]
@@ -84,8 +83,7 @@ def quote(
         raise typer.BadParameter("give --error or --time, one of them")
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
     print_warnings(loaded)
-    changes = {"size": size, "crop": crop, "max_depth": max_depth}
-    loaded = loaded.with_(**{name: value for name, value in changes.items() if value is not None})
+    loaded = loaded.with_(size=size, crop=crop, max_depth=max_depth)
     with progress_bar(as_json) as progress:
         found = quote_scene(
             loaded,
@@ -98,7 +96,7 @@ def quote(
             why=why,
         )
     if as_json:
-        print(json_text(found.as_dict(), indent=2))
+        print_json(found)
     else:
         _print(found, why)
     return 0

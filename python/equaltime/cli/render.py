@@ -19,6 +19,7 @@ from equaltime.cli.messages import (
     kept_elsewhere,
     left_by_interrupt,
     print_error,
+    print_json,
     print_lines,
     print_no_quote,
     print_quote,
@@ -64,7 +65,6 @@ from equaltime.scene import Scene, load_file
 from equaltime.scene.lint import Finding
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
-from equaltime.strict_json import json_text
 from equaltime.words import duration
 
 __all__ = ["render"]
@@ -194,8 +194,7 @@ def render(
     if not quiet:
         print_warnings(loaded)
         findings = print_hazards(loaded)
-    changes = {"size": size, "crop": crop, "max_depth": max_depth}
-    loaded = loaded.with_(**{name: value for name, value in changes.items() if value is not None})
+    loaded = loaded.with_(size=size, crop=crop, max_depth=max_depth)
     if not overwrite:
         replaced = (picture,) if resume else (output, picture)
         check_replaceable(replaced, os.path.abspath(scene), loaded.digest)
@@ -268,7 +267,7 @@ def _tell_end(
     if viewer is not None and viewer.problem is not None:
         print_warning(viewer.problem)
     if told is not None:
-        print(json_text(_record(result, writing, files) | told, indent=2))
+        print_json(_record(result, writing, files) | told)
     elif not quiet:
         decided = [str(result.decision)] if verbose and str(result.decision) else []
         print_lines([*_summary(result, findings, writing, files), *decided, *left_by_interrupt(result, scene)])
@@ -312,7 +311,7 @@ def _observer(progress: ProgressCallback | None, quiet: bool, record: dict[str, 
 
 def _record(result: Result, writing: float, files: tuple[Path, ...]) -> dict[str, Any]:
     record = result.record
-    return {**record, "phases": {**record["phases"], "write": writing}, "files": [str(file) for file in files]}
+    return {**record, "phases": {**record["phases"], "write": writing}, "files": files}
 
 
 def _summary(result: Result, findings: Sequence[Finding], writing: float, files: tuple[Path, ...]) -> list[str]:

@@ -9,14 +9,13 @@ import typer
 from rich.table import Table
 from rich.text import Text
 
-from equaltime.cli.messages import plain_console
+from equaltime.cli.messages import plain_console, print_json
 from equaltime.cli.options import AsJson, Threads
 from equaltime.cli.progress import progress_bar
 from equaltime.hardcases import CaseReport, SelfTest
 from equaltime.hardcases import selftest as run
 from equaltime.hardcases.judge import Outcome
 from equaltime.hardcases.subjects import PeerName
-from equaltime.strict_json import json_text
 
 __all__ = ["selftest"]
 
@@ -53,7 +52,7 @@ def selftest(
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     if as_json:
-        print(json_text(report.as_dict(), indent=2))
+        print_json(report)
     else:
         _print(report)
     return 0 if report.passed else 1
