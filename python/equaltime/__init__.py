@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from equaltime.rendering.compare import Comparison as Comparison
     from equaltime.rendering.compare import compare as compare
     from equaltime.rendering.merge import merge as merge
-    from equaltime.rendering.progress import Progress as Progress
+    from equaltime.rendering.passes import Progress as Progress
     from equaltime.rendering.progressive import Progressive as Progressive
     from equaltime.rendering.progressive import progressive as progressive
     from equaltime.rendering.replay import Replay as Replay
@@ -140,7 +140,7 @@ _ROOMS = {
     "equaltime.quoting.quote": ("quote",),
     "equaltime.rendering.compare": ("Comparison", "compare"),
     "equaltime.rendering.merge": ("merge",),
-    "equaltime.rendering.progress": ("Progress",),
+    "equaltime.rendering.passes": ("Progress",),
     "equaltime.rendering.progressive": ("Progressive", "progressive"),
     "equaltime.rendering.replay": ("Replay", "replay"),
     "equaltime.rendering.result": ("Result", "Stats"),

@@ -16,15 +16,13 @@ from equaltime.pricing import left_out
 from equaltime.quoting.fixed_count import fixed_count
 from equaltime.quoting.observer import Observer, QuoteWatch, overrides
 from equaltime.quoting.pilot import Pilot
-from equaltime.rendering.arguments import Backend, as_scene, check_arguments
 from equaltime.rendering.black_picture import warn_if_black
 from equaltime.rendering.budget import Limits, StopRule
-from equaltime.rendering.job import Job, Traps
+from equaltime.rendering.job import Backend, Job, Traps, as_scene, check_arguments
 from equaltime.rendering.output_files import check_spares
 from equaltime.rendering.result import Result
-from equaltime.rendering.run import Checkpoints, run
 from equaltime.rendering.saved import Render, as_checkpoint
-from equaltime.rendering.session import Session
+from equaltime.rendering.session import Checkpoints, Session, run
 from equaltime.rendering.tev import Viewer
 from equaltime.scene import Scene
 from equaltime.statistics.intervals import Interval
@@ -272,7 +270,7 @@ def _cross_checked(scene: Scene, limits: Limits, strategy: Strategy, seed: int) 
     if limits != Limits(spp=limits.spp) or limits.spp is None or strategy != Strategy():
         raise StrategyError(_CROSS_CHECK_ALONE)
     try:
-        from equaltime.crosscheck.as_backend import render_result  # here, since not everyone has embreex
+        from equaltime.crosscheck.tracer import render_result  # here, since not everyone has embreex
     except ImportError as error:
         if error.name != "embreex":
             raise

@@ -85,14 +85,6 @@ class Benchmark:
     machine: Mapping[str, Any] = field(hash=False)
     build: Mapping[str, Any] = field(hash=False)
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the report as JSON data: the list ``scenes``, and the dicts ``machine`` and ``build``."""
-        return {
-            "scenes": [measurement.as_dict() for measurement in self.scenes],
-            "machine": dict(self.machine),
-            "build": dict(self.build),
-        }
-
 
 @dataclass(frozen=True)
 class _Case:

@@ -68,12 +68,12 @@ def report(name: str, scene: et.Scene, spp: int, seeds: int, threads: int) -> tu
     best = oracle(np.stack(even.images), per_pixel)
     print(
         f"  {name:16} noise {less_noise:.3f} (quarters of the seeds {min(parts, default=math.nan):.3g} to "
-        f"{max(parts, default=math.nan):.3g}), seconds {faster.median:.3f} [{faster.low:.3f}, {faster.high:.3f}]: "
-        f"{less_noise * faster.median:.3f} in seconds, {in_rays:.3f} in rays, oracle {best:.3f}, "
+        f"{max(parts, default=math.nan):.3g}), seconds {faster.value:.3f} [{faster.low:.3f}, {faster.high:.3f}]: "
+        f"{less_noise * faster.value:.3f} in seconds, {in_rays:.3f} in rays, oracle {best:.3f}, "
         f"deciding {100 * deciding / float(np.median(adaptive.seconds)):.2g} % of the render",
         flush=True,
     )
-    return less_noise * faster.median, in_rays
+    return less_noise * faster.value, in_rays
 
 
 def in_turns(scene: et.Scene, spp: int, seeds: int, threads: int) -> tuple[Rendered, Rendered]:

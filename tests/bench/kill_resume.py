@@ -59,7 +59,7 @@ def main() -> None:
     print(f"{options.kills} kills, {empty} before the first checkpoint; {before} samples a pixel after the last")
     if lost:
         worst = spread(lost)
-        print(f"age of the checkpoint at the kill: median {worst.median:.3g} s, at most {max(lost):.3g} s")
+        print(f"age of the checkpoint at the kill: median {worst.value:.3g} s, at most {max(lost):.3g} s")
     print(f"the finished render has {'the bits' if same else 'NOT the bits'} of one that never stopped")
     sys.exit(0 if same else 1)
 

@@ -99,7 +99,7 @@ def rendering(scene: _core.Scene, options: Any) -> None:
     slower, noisier = ratio(times["tree"], times["power"]), noise(images["tree"]) / noise(images["power"])
     print(
         f"  a render of {spp} spp, tree over power: time {text(slower)}, noise {noisier:.3g},"
-        f" efficiency {1.0 / (slower.median * noisier):.3g}"
+        f" efficiency {1.0 / (slower.value * noisier):.3g}"
     )
 
 

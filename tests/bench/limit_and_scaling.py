@@ -30,7 +30,7 @@ def main() -> None:
     for row in report.scenes:
         print(
             f"{Path(row.name).name:18} {row.threads} threads: limit ratio {text(row.limit_ratio)}, "
-            f"{row.paths_per_s.median / 1e6:.3g} M paths/s, scaling {text(row.scaling)}; "
+            f"{row.paths_per_s.value / 1e6:.3g} M paths/s, scaling {text(row.scaling)}; "
             f"{row.triangles} triangles, {row.rays_per_path:.2f} rays a path, kernel {row.kernel}"
         )
 

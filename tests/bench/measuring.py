@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime import _core
-from equaltime.bench import Spread, spread
 from equaltime.machine import machine
+from equaltime.statistics.intervals import Interval, median_interval
 
 Floats = NDArray[np.float64]
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
@@ -68,9 +68,9 @@ def rounds(names: Iterable[str], measure: Callable[[str, int], float], repeats: 
     return results
 
 
-def ratio(above: Sequence[float], below: Sequence[float]) -> Spread:
+def ratio(above: Sequence[float], below: Sequence[float]) -> Interval:
     """Return the spread of the ratios within each round."""
-    return spread([a / b for a, b in zip(above, below, strict=True)])
+    return median_interval([a / b for a, b in zip(above, below, strict=True)])
 
 
 def relative_variance(images: Floats, mean: Floats | None = None) -> Floats:
@@ -84,9 +84,9 @@ def noise(images: Sequence[Floats], mean: Floats | None = None) -> float:
     return float(relative_variance(np.asarray(images), mean).mean()) if len(images) > 1 else float("nan")
 
 
-def text(value: Spread, digits: int = 3) -> str:
+def text(value: Interval, digits: int = 3) -> str:
     """Write ``1.52 [1.50, 1.53]``."""
-    return f"{value.median:.{digits}g} [{value.low:.{digits}g}, {value.high:.{digits}g}]"
+    return f"{value.value:.{digits}g} [{value.low:.{digits}g}, {value.high:.{digits}g}]"
 
 
 def render_seconds(

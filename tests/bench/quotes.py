@@ -97,7 +97,7 @@ def pairs(options: argparse.Namespace, before: bool, during: bool) -> Iterator[t
 def summary(what: str, found: list[Pair]) -> None:
     middle = spread([pair.ratio for pair in found])
     print(
-        f"{what}: median {middle.median:.3f} [{middle.low:.3f}, {middle.high:.3f}]; within 20 % in "
+        f"{what}: median {middle.value:.3f} [{middle.low:.3f}, {middle.high:.3f}]; within 20 % in "
         f"{sum(pair.near for pair in found)} of {len(found)}; in the quote's interval in "
         f"{sum(pair.held for pair in found)}"
     )

@@ -22,7 +22,7 @@ from instructions import PATHS, count
 from measuring import SHIPPED, arguments, print_conditions, ratio, rounds, text
 from workers import Worker
 
-from equaltime.bench import Spread
+from equaltime.statistics.intervals import Interval
 
 EFFECTS = "cpp/transport/effects.h"
 RUN = 0.25
@@ -83,7 +83,7 @@ def report_counts(here: str, without: dict[str, str]) -> None:
                 print(f"    {more / PATHS:+.3f} a path in {name}")
 
 
-def times(here: str, without: str, options: argparse.Namespace) -> Spread:
+def times(here: str, without: str, options: argparse.Namespace) -> Interval:
     """Return the ratios of processor times, this build over one without a field, in short runs that take turns."""
     with ExitStack() as stack:
         cores = {file: stack.enter_context(Worker("core_worker.py", ["--core", file])) for file in (here, without)}

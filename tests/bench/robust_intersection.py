@@ -10,8 +10,8 @@ from measuring import SHIPPED, arguments, print_conditions, ratio, render_second
 
 import equaltime as et
 from equaltime import _core
-from equaltime.bench import Spread
 from equaltime.scene.compile import compile_scene
+from equaltime.statistics.intervals import Interval
 
 
 class FastBuilder(_core.SceneBuilder):
@@ -32,7 +32,7 @@ def main() -> None:
             print(f"{path.name:20} fast over robust: {text(faster)} x the paths/s")
 
 
-def compare(path: Path, repeats: int, threads: int) -> Spread:
+def compare(path: Path, repeats: int, threads: int) -> Interval:
     """Build the scene in both modes and render them in turn."""
     scene, again = et.load(path), et.load(path)
     settings = _core.Settings(max_depth=scene.max_depth)

@@ -56,7 +56,7 @@ def compare(scene: et.Scene, path: str, options: Any) -> None:
     )
     for name in strategies:
         slower, noisier = ratio(times[name], times[BASELINE]), noise(images[name]) / noise(images[BASELINE])
-        efficiency = 1.0 / (slower.median * noisier)
+        efficiency = 1.0 / (slower.value * noisier)
         print(f"  {name:26} time {text(slower)}, noise {noisier:.3g}, efficiency {efficiency:.3g}")
 
 

@@ -34,7 +34,7 @@ def test_the_readme_is_short() -> None:
 
 
 def test_it_is_cited_by_its_version() -> None:
-    (version,) = re.findall(r"^version = \"(.*)\"$", (ROOT / "pyproject.toml").read_text(), re.MULTILINE)
+    (version,) = re.findall(r"VERSION (\d+\.\d+\.\d+)", (ROOT / "CMakeLists.txt").read_text())
     assert f"version: {version}\n" in (ROOT / "CITATION.cff").read_text()
 
 

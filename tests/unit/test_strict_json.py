@@ -15,7 +15,7 @@ import pytest
 from equaltime.bench import Benchmark
 from equaltime.cli import COMMANDS, main
 from equaltime.experiments.run import single_run
-from equaltime.strict_json import json_text
+from equaltime.strict_json import json_text, to_json
 
 CORNELL = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
 PACKAGE = Path(__file__).parents[2] / "python" / "equaltime"
@@ -55,6 +55,11 @@ def refuse(number: str) -> None:
 
 def strictly(text: str) -> Any:
     return json.loads(text, parse_constant=refuse)
+
+
+def test_data_are_plain() -> None:
+    value = {0.02: (float("nan"), 1, True, None, "x", Path("a"), np.int64(3), np.float32(0.5))}
+    assert to_json(value) == {"0.02": [None, 1, True, None, "x", "a", 3, 0.5]}
 
 
 def test_a_number_that_is_not_finite_is_null() -> None:
@@ -103,13 +108,13 @@ def test_every_command_prints_json_that_every_reader_takes(
 def test_numbers_that_are_not_finite_are_printed_as_null(
     files: dict[str, str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(Benchmark, "as_dict", lambda self: {"rate": math.inf, "ratios": [math.nan]})
+    monkeypatch.setattr(Benchmark, "as_dict", lambda self: {"rate": math.inf, "ratios": [math.nan]}, raising=False)
     assert main(["bench", files["SCENE"], "--repeats", "1", "--spp", "1", "--json"]) == 0
     assert strictly(capsys.readouterr().out) == {"rate": None, "ratios": [None]}
 
 
 def test_every_command_that_prints_json_is_tried() -> None:
-    modules = {file.stem for file in (PACKAGE / "cli").glob("*.py") if '"--json"' in file.read_text()}
+    modules = {file.stem for file in (PACKAGE / "cli").glob("*.py") if "as_json:" in file.read_text()}
     assert modules == set(COMMANDS_WITH_JSON) <= {command.__name__ for command in COMMANDS}
 
 

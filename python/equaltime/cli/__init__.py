@@ -6,7 +6,7 @@ its purpose, 2 bad input or usage, 130 interrupted. Results go to stdout; progre
 
 from __future__ import annotations
 
-from equaltime.cli import startup as startup  # first: handles Ctrl-C during the other imports
+from equaltime.cli.signals import interruptible, ready  # first: handles Ctrl-C during the other imports
 
 # isort: split
 import functools
@@ -32,9 +32,7 @@ from equaltime.cli.quote import quote
 from equaltime.cli.render import render
 from equaltime.cli.replay import replay
 from equaltime.cli.selftest import selftest
-from equaltime.cli.signals import interruptible
 from equaltime.cli.standard_output import named_output, tell_os_error
-from equaltime.cli.startup import ready
 from equaltime.errors import EqualtimeError, RenderError
 
 __all__ = ["COMMANDS", "app", "main"]

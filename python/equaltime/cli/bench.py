@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich import progress as bars
-from rich.console import Console
 from rich.table import Table
 
 from equaltime.bench import Benchmark, Measurement, measure
-from equaltime.cli.messages import plain_console, print_warnings
-from equaltime.cli.options import MaxDepth, Substitute, parse_definitions, parse_size, parse_whole
-from equaltime.rendering.arguments import MOST_THREADS
+from equaltime.cli.messages import plain_console, print_json, print_warnings
+from equaltime.cli.options import AsJson, Define, MaxDepth, Size, Substitute, parse_definitions, parse_whole
+from equaltime.cli.progress import progress_bar
+from equaltime.rendering.job import MOST_THREADS
 from equaltime.scene import load_file
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
-from equaltime.strict_json import json_text
 
-__all__ = ["bench", "share_bar"]
+__all__ = ["bench"]
 
 
 def parse_threads(text: str) -> tuple[int, ...]:
@@ -64,18 +60,12 @@ def bench(
             help="Samples per pixel in each repeat [default: what takes about half a second].",
         ),
     ] = None,
-    size: Annotated[
-        Any,
-        typer.Option(parser=parse_size, metavar="WxH", show_default=False, help="Film size, instead of the scene's."),
-    ] = None,
+    size: Size = None,
     max_depth: MaxDepth = None,
     strategy: Annotated[str, typer.Option(metavar="S", help="As for render.")] = "best",
-    define: Annotated[
-        list[str] | None,
-        typer.Option("-D", "--define", metavar="NAME=VALUE", show_default=False, help="Set a parameter of the scenes."),
-    ] = None,
+    define: Define = None,
     substitute: Substitute = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
+    as_json: AsJson = False,
 ) -> int:
     """Measure how fast scenes render.
 
@@ -93,29 +83,13 @@ def bench(
     ]
     for scene in loaded:
         print_warnings(scene)
-    with share_bar() as progress:
+    with progress_bar() as progress:
         report = measure(loaded, threads=threads, repeats=repeats, spp=spp, strategy=chosen, progress=progress)
     if as_json:
-        print(json_text(report.as_dict(), indent=2))
+        print_json(report)
     else:
         _print(report)
     return 0
-
-
-@contextmanager
-def share_bar() -> Iterator[Callable[[float], object] | None]:
-    """Show a progress bar on stderr during the context, and yield the function that updates the bar.
-
-    The function takes the completed share of the work, in [0, 1]. Yields None if stderr is no terminal.
-    """
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield None
-        return
-    columns = (bars.BarColumn(bar_width=24), bars.TimeRemainingColumn())
-    with bars.Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("", total=1.0)
-        yield lambda share: bar.update(task, completed=share)
 
 
 def _print(report: Benchmark) -> None:

@@ -9,11 +9,11 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from equaltime.cli.messages import plain_console
+from equaltime.cli.messages import plain_console, print_json
+from equaltime.cli.options import AsJson
 from equaltime.rendering.compare import Compared, Comparison
 from equaltime.rendering.compare import compare as compare_files
 from equaltime.statistics.intervals import Interval
-from equaltime.strict_json import json_text
 
 __all__ = ["compare"]
 
@@ -27,7 +27,7 @@ def compare(
         Path | None,
         typer.Argument(metavar="[REF]", help="What both are measured against; else A against B.", show_default=False),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
+    as_json: AsJson = False,
 ) -> int:
     """Measure how far images are from each other, or from a reference.
 
@@ -40,7 +40,7 @@ def compare(
     """
     found = compare_files(a, b, reference)
     if as_json:
-        print(json_text(found.as_dict(), indent=2))
+        print_json(found)
     else:
         _print(found)
     return 0

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from equaltime.cli.messages import print_warnings
-from equaltime.cli.options import Substitute, parse_definitions
+from equaltime.cli.options import Define, Substitute, parse_definitions
 from equaltime.scene import load_file
 from equaltime.scene.schema import scene_schema
 from equaltime.strict_json import json_text
@@ -34,10 +34,7 @@ def convert(
     output: Annotated[
         Path, typer.Argument(metavar="OUT", help="A new file: .toml, or .xml for Mitsuba 3.", show_default=False)
     ],
-    define: Annotated[
-        list[str] | None,
-        typer.Option("-D", "--define", metavar="NAME=VALUE", show_default=False, help="Set a parameter of the scene."),
-    ] = None,
+    define: Define = None,
     substitute: Substitute = False,
     copy: Annotated[
         bool,

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from equaltime.cli.cost_folder import cost_folder
-from equaltime.cli.cost_output import as_data, recorded
-from equaltime.cli.cost_progress import cost_progress
 from equaltime.cli.cost_table import print_summary
-from equaltime.cli.messages import print_error
-from equaltime.cli.options import Substitute, parse_definitions, parse_duration, parse_size, parse_whole
+from equaltime.cli.messages import print_error, print_json
+from equaltime.cli.options import Define, Size, Substitute, parse_definitions, parse_duration, parse_whole
+from equaltime.cli.progress import progress_bar
+from equaltime.errors import ExperimentError
 from equaltime.experiments import cost as measure_cost
-from equaltime.experiments.model.reader import split_strategies
-from equaltime.experiments.run.collection import Changes
-from equaltime.rendering.arguments import MOST_THREADS
-from equaltime.strict_json import json_text
+from equaltime.experiments.model.experiment import MOST_REPEATS
+from equaltime.experiments.model.reader import check_installed, split_strategies
+from equaltime.experiments.report.index import Card
+from equaltime.experiments.run.collection import Changes, run_all
+from equaltime.experiments.run.folder import ExperimentFolder
+from equaltime.experiments.run.record import load
+from equaltime.rendering.job import MOST_THREADS
 
 __all__ = ["cost"]
 
@@ -47,10 +49,7 @@ def cost(
     quick: Annotated[
         bool, typer.Option("--quick", help="A first look in under a minute: small film, short runs, few repeats.")
     ] = False,
-    size: Annotated[
-        Any,
-        typer.Option(parser=parse_size, metavar="WxH", show_default=False, help="Film size, instead of the scene's."),
-    ] = None,
+    size: Size = None,
     budget: Annotated[
         float | None,
         typer.Option(
@@ -63,7 +62,7 @@ def cost(
     repeats: Annotated[
         int | None,
         typer.Option(
-            parser=parse_whole(1, 100_000),
+            parser=parse_whole(1, MOST_REPEATS),
             metavar="N",
             show_default=False,
             help="Runs of each strategy on each scene; intervals come from their spread "
@@ -88,10 +87,7 @@ def cost(
             "one before it [default: the experiment's, or the presets].",
         ),
     ] = None,
-    define: Annotated[
-        list[str] | None,
-        typer.Option("-D", "--define", metavar="NAME=VALUE", show_default=False, help="Set a parameter of the scene."),
-    ] = None,
+    define: Define = None,
     substitute: Substitute = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the summary as JSON on stdout, and nothing else.")
@@ -140,9 +136,9 @@ def cost(
                 "--strategies, --define and --substitute are for one scene or experiment, not for a folder of them"
             )
         changes = Changes(quick, size, budget, repeats, threads)
-        return cost_folder(source, output, changes, context.obj, as_json)
+        return _cost_of_all(source, output, changes, context.obj, as_json)
     try:
-        with cost_progress() as progress:
+        with progress_bar() as progress:
             summary = measure_cost(
                 source,
                 output,
@@ -158,10 +154,54 @@ def cost(
                 command=context.obj,
             )
     except KeyboardInterrupt:
-        print_error(f"interrupted; {recorded(output)}")
+        print_error(f"interrupted; {_recorded(output)}")
         return 130
     if as_json:
-        print(json_text(as_data(summary), indent=2))
+        print_json(summary)
     else:
         print_summary(summary, output)
     return 0
+
+
+def _cost_of_all(source: Path, output: Path, changes: Changes, command: str, as_json: bool) -> int:
+    """Run or continue every experiment file in the folder ``source``, with results in ``output``.
+
+    Returns the exit code: 0 if all ran, 1 if an experiment failed, 130 after Ctrl-C. ``command`` is the command line,
+    which the reports show.
+    """
+    check_installed()
+
+    def tell(card: Card) -> None:
+        if card.state == "failed":
+            print_error(f"{card.name}: {card.problem}")
+        elif not as_json:
+            print(f"{card.name}: {card.summary.verdict if card.summary else f'left out: {card.problem}'}", flush=True)
+
+    try:
+        with progress_bar() as progress:
+            cards = run_all(source, output, changes, progress, tell, command)
+    except KeyboardInterrupt:
+        print_error(f"interrupted; {_recorded(output)}")
+        return 130
+    if as_json:
+        print_json(cards)
+    else:
+        print(f"wrote {output / 'index.html'}")
+    return 1 if any(card.state == "failed" for card in cards) else 0
+
+
+def _recorded(folder: Path) -> str:
+    """Return a sentence on how many finished runs the records of a folder and its subfolders hold."""
+    runs = _runs(folder)
+    if runs == 0:
+        return "no run was finished"
+    return f"{runs} {'run is' if runs == 1 else 'runs are'} recorded in {folder}; the same command goes on from there"
+
+
+def _runs(folder: Path) -> int:
+    """Count the recorded runs of a folder and of its subfolders."""
+    try:
+        records = [ExperimentFolder(folder).records, *folder.glob("*/records.csv")]
+        return sum(row.last for path in records for row in load(path))
+    except ExperimentError:
+        return 0

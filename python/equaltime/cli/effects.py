@@ -11,9 +11,9 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from equaltime.cli.bench import share_bar
-from equaltime.cli.messages import WAYS, plain_console, print_warnings
+from equaltime.cli.messages import WAYS, plain_console, print_json, print_warnings
 from equaltime.cli.options import (
+    AsJson,
     Define,
     MaxDepth,
     SceneFile,
@@ -24,6 +24,7 @@ from equaltime.cli.options import (
     Threads,
     parse_definitions,
 )
+from equaltime.cli.progress import progress_bar
 from equaltime.errors import ImageError
 from equaltime.images import image_files as images
 from equaltime.images import preview
@@ -33,7 +34,6 @@ from equaltime.rendering.output_files import check_spares
 from equaltime.rendering.stated import other_depth
 from equaltime.scene import load_file
 from equaltime.statistics.intervals import Interval
-from equaltime.strict_json import json_text
 from equaltime.words import percent
 
 __all__ = ["effects"]
@@ -68,7 +68,7 @@ def effects(
     ] = None,
     define: Define = None,
     substitute: Substitute = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
+    as_json: AsJson = False,
 ) -> int:
     """List the effects, such as motion blur, that a scene uses, and what each costs in time, in noise and in memory.
 
@@ -84,13 +84,13 @@ def effects(
         places = (path for path in output.iterdir() if path.suffix in (".exr", ".png"))
         check_spares(places, loaded.files, "the scene is made of this file")
     print_warnings(loaded)
-    loaded = loaded if max_depth is None else loaded.with_(max_depth=max_depth)
-    with share_bar() as progress:
+    loaded = loaded.with_(max_depth=max_depth)
+    with progress_bar() as progress:
         found = measure_effects(
             loaded, quick=quick, size=size, strategy=strategy, seed=seed, threads=threads, progress=progress
         )
     if as_json:
-        print(json_text(found.as_dict(), indent=2))
+        print_json(found)
     else:
         _print(found)
     if output is not None:

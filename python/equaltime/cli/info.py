@@ -8,14 +8,13 @@ from typing import Annotated, Any, Final
 import typer
 from rich.table import Table
 
-from equaltime.cli.messages import plain_console, print_warnings
-from equaltime.cli.options import Substitute, parse_definitions
+from equaltime.cli.messages import plain_console, print_json, print_warnings
+from equaltime.cli.options import AsJson, Define, Substitute, parse_definitions
 from equaltime.errors import ImageError
 from equaltime.rendering.render_file import holds_film, read_picture
 from equaltime.scene import Scene, SceneModel, load_file
 from equaltime.scene.named_files import named_files
 from equaltime.statistics.intervals import Interval
-from equaltime.strict_json import json_text
 from equaltime.words import duration
 
 __all__ = ["info"]
@@ -39,12 +38,9 @@ def info(
             show_default=False,
         ),
     ],
-    define: Annotated[
-        list[str] | None,
-        typer.Option("-D", "--define", metavar="NAME=VALUE", show_default=False, help="Set a parameter of the scene."),
-    ] = None,
+    define: Define = None,
     substitute: Substitute = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
+    as_json: AsJson = False,
 ) -> int:
     """Print the contents of a scene and the effects that it uses, or how a saved render was made."""
     if scene.suffix.lower() == ".exr":
@@ -53,7 +49,7 @@ def info(
     print_warnings(loaded)
     facts = _facts(loaded)
     if as_json:
-        print(json_text(facts, indent=2))
+        print_json(facts)
         return 0
     table = Table(show_header=False, box=None)
     for name, value in facts.items():
@@ -81,7 +77,7 @@ def _of_render(path: Path, as_json: bool) -> int:
     if not record:
         raise ImageError(f"{path}: was not rendered by equaltime")
     if as_json:
-        print(json_text(record, indent=2))
+        print_json(record)
         return 0
     table = Table(show_header=False, box=None)
     for name in _OF_RENDERS:

@@ -5,15 +5,12 @@ from __future__ import annotations
 import shlex
 import sys
 from collections.abc import Sequence
-from typing import Annotated
 
-import typer
-
-from equaltime.cli.options import Define, SceneFile, Substitute, parse_definitions
+from equaltime.cli.messages import print_json
+from equaltime.cli.options import AsJson, Define, SceneFile, Substitute, parse_definitions
 from equaltime.scene import Scene, load_file
 from equaltime.scene.lint import Finding
 from equaltime.scene.lint import lint as hazards
-from equaltime.strict_json import json_text
 
 __all__ = ["lint", "print_hazards", "summary"]
 
@@ -22,7 +19,7 @@ def lint(
     scene: SceneFile,
     define: Define = None,
     substitute: Substitute = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
+    as_json: AsJson = False,
 ) -> int:
     """List the hazards of a scene before it renders.
 
@@ -33,7 +30,7 @@ def lint(
     warnings = sum(finding.severity == "warning" for finding in findings)
     if as_json:
         data = {"scene": str(scene), "warnings": warnings, "notes": len(findings) - warnings}
-        print(json_text({**data, "findings": [finding.as_dict() for finding in findings]}, indent=2))
+        print_json({**data, "findings": findings})
     else:
         print("\n\n".join([*map(_told, findings), summary(findings) or "nothing found"]))
     return 1 if warnings else 0

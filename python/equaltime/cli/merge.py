@@ -7,12 +7,11 @@ from typing import Annotated
 
 import typer
 
-from equaltime.cli.messages import doubts, headline, print_lines, wrote
-from equaltime.cli.options import Overwrite, Small
+from equaltime.cli.messages import doubts, headline, print_json, print_lines, wrote
+from equaltime.cli.options import AsJson, Overwrite, Small
 from equaltime.rendering.merge import merge as merge_files
 from equaltime.rendering.output_files import check_replaceable, check_spares
 from equaltime.rendering.result import check_output
-from equaltime.strict_json import json_text
 
 __all__ = ["merge"]
 
@@ -33,7 +32,7 @@ def merge(
     ],
     small: Small = False,
     overwrite: Overwrite = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the record as JSON, and nothing else.")] = False,
+    as_json: AsJson = False,
 ) -> int:
     """Join renders of one scene that were made with different seeds, on any machines.
 
@@ -50,7 +49,7 @@ def merge(
         check_replaceable((output, picture), result.origin.scene, result.origin.digest)
     written = result.save(output, small)
     if as_json:
-        print(json_text({**result.record, "files": [str(path) for path in written]}, indent=2))
+        print_json({**result.record, "files": written})
         return 0
     print_lines([headline(result), wrote(written), *doubts(result)])
     return 0

@@ -15,11 +15,12 @@ from equaltime.errors import ImageError
 from equaltime.film.unseen import FAR_APART
 from equaltime.quoting.pilot import Quote
 from equaltime.rendering.budget import Stop
-from equaltime.rendering.first_hits import asked_for
+from equaltime.rendering.outputs import asked_for
 from equaltime.rendering.result import Result
 from equaltime.rendering.stated import Stated, stated
 from equaltime.scene import Scene
 from equaltime.scene.lint import Finding
+from equaltime.strict_json import json_text, to_json
 from equaltime.words import duration, percent
 
 __all__ = [
@@ -30,6 +31,7 @@ __all__ = [
     "left_by_interrupt",
     "plain_console",
     "print_error",
+    "print_json",
     "print_lines",
     "print_no_quote",
     "print_quote",
@@ -187,6 +189,11 @@ def print_error(text: str) -> None:
     """Print each line of the text to stderr as ``error: …``."""
     for line in text.split("\n"):
         print(f"error: {_visible(line)}", file=sys.stderr)
+
+
+def print_json(value: object) -> None:
+    """Print a value on stdout as JSON data."""
+    print(json_text(to_json(value), indent=2))
 
 
 def print_warnings(scene: Scene) -> None:

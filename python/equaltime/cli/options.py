@@ -10,10 +10,11 @@ from typing import Annotated, Any
 
 import typer
 
-from equaltime.rendering.arguments import MOST_SECONDS, MOST_THREADS
+from equaltime.rendering.job import MOST_SECONDS, MOST_THREADS
 from equaltime.words import seconds_of
 
 __all__ = [
+    "AsJson",
     "Crop",
     "Define",
     "ErrorTarget",
@@ -158,6 +159,8 @@ ErrorTarget = Annotated[
 Size = Annotated[
     Any, typer.Option(parser=parse_size, metavar="WxH", show_default=False, help="Film size, instead of the scene's.")
 ]
+
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")]
 
 Overwrite = Annotated[
     bool,

@@ -8,8 +8,9 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from equaltime.cli.messages import WAYS, plain_console, print_warnings
+from equaltime.cli.messages import WAYS, plain_console, print_json, print_warnings
 from equaltime.cli.options import (
+    AsJson,
     Crop,
     Define,
     ErrorTarget,
@@ -32,7 +33,6 @@ from equaltime.quoting.quote import quote as quote_scene
 from equaltime.rendering.stated import Stated, stated
 from equaltime.scene import load_file
 from equaltime.statistics.intervals import Interval
-from equaltime.strict_json import json_text
 from equaltime.words import duration, percent
 
 __all__ = ["quote"]
@@ -64,7 +64,7 @@ def quote(
             "By default, if there is room for it in a twentieth of the work.",
         ),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
+    as_json: AsJson = False,
 ) -> int:
     """Predict the time to an error, or the error after a time, before rendering.
 
@@ -83,8 +83,7 @@ def quote(
         raise typer.BadParameter("give --error or --time, one of them")
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
     print_warnings(loaded)
-    changes = {"size": size, "crop": crop, "max_depth": max_depth}
-    loaded = loaded.with_(**{name: value for name, value in changes.items() if value is not None})
+    loaded = loaded.with_(size=size, crop=crop, max_depth=max_depth)
     with progress_bar(as_json) as progress:
         found = quote_scene(
             loaded,
@@ -97,7 +96,7 @@ def quote(
             why=why,
         )
     if as_json:
-        print(json_text(found.as_dict(), indent=2))
+        print_json(found)
     else:
         _print(found, why)
     return 0

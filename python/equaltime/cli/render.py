@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import time as clock
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, cast
 
@@ -19,6 +20,7 @@ from equaltime.cli.messages import (
     kept_elsewhere,
     left_by_interrupt,
     print_error,
+    print_json,
     print_lines,
     print_no_quote,
     print_quote,
@@ -53,19 +55,17 @@ from equaltime.cli.progress import progress_bar
 from equaltime.errors import BrightImage, ImageError, RenderError, SampleError
 from equaltime.interrupts import held_back
 from equaltime.quoting.observer import Observer
-from equaltime.rendering.arguments import Backend
 from equaltime.rendering.black_picture import black_picture, reasons, unwarned
 from equaltime.rendering.budget import StopRule
-from equaltime.rendering.job import Traps
+from equaltime.rendering.job import Backend, Traps
 from equaltime.rendering.output_files import check_replaceable, check_spares
-from equaltime.rendering.progress import ProgressCallback
+from equaltime.rendering.passes import ProgressCallback
 from equaltime.rendering.result import Result, check_output
 from equaltime.rendering.tev import Viewer
 from equaltime.scene import Scene, load_file
 from equaltime.scene.lint import Finding
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
-from equaltime.strict_json import json_text
 from equaltime.words import duration
 
 __all__ = ["render"]
@@ -195,17 +195,16 @@ def render(
     if not quiet:
         print_warnings(loaded)
         findings = print_hazards(loaded)
-    changes = {"size": size, "crop": crop, "max_depth": max_depth}
-    loaded = loaded.with_(**{name: value for name, value in changes.items() if value is not None})
+    loaded = loaded.with_(size=size, crop=crop, max_depth=max_depth)
     if not overwrite:
         replaced = (picture,) if resume else (output, picture)
         check_replaceable(replaced, os.path.abspath(scene), loaded.digest)
     failure: SampleError | BrightImage | None = None
-    told: dict[str, Any] = {}
     exr = output if output.suffix.lower() == ".exr" else None
     if resume and exr is None:
         raise typer.BadParameter("a PNG cannot be taken up: write FILE.exr", param_hint="--resume")
     viewer = None if tev is None else _viewer(tev, output)
+    teller = _Teller({} if as_json else None, quiet, verbose, findings)
     # hold back a second Ctrl-C from the last sample to the last line: it must not lose the samples that the first kept
     with ExitStack() as ending:
         try:
@@ -218,7 +217,7 @@ def render(
                     strategy=chosen,
                     seed=seed,
                     threads=threads,
-                    observer=_observer(progress, quiet, told if as_json else None),
+                    observer=teller.observer(progress),
                     resume=exr if resume and output.exists() else None,
                     checkpoint=exr if backend == "core" else None,
                     checkpoint_every=checkpoint or 60.0,
@@ -244,35 +243,14 @@ def render(
         writing = clock.perf_counter() - begin
         if isinstance(failure, BrightImage):
             raise failure.with_result(result, str(output))
-        _tell_end(result, loaded, findings, writing, files, viewer, quiet, told if as_json else None, verbose)
-        if not quiet and not reasons(findings) and (black := black_picture(result, loaded, findings)):
-            print_warning(black)
+        if viewer is not None and viewer.problem is not None:
+            print_warning(viewer.problem)
+        teller.tell(result, loaded, writing, files)
     if failure is not None:
         raise failure.with_words(
             *(word for pair in define or () for word in ("-D", pair)), *(["--substitute"] * substitute)
         )
     return 130 if signals or result.stopped_by == "interrupt" else 0
-
-
-def _tell_end(
-    result: Result,
-    scene: Scene,
-    findings: Sequence[Finding],
-    writing: float,
-    files: tuple[Path, ...],
-    viewer: Viewer | None,
-    quiet: bool,
-    told: dict[str, Any] | None,
-    verbose: bool,
-) -> None:
-    """Print the outcome as a JSON record with the entries of ``told``; without ``told`` in lines, unless quiet."""
-    if viewer is not None and viewer.problem is not None:
-        print_warning(viewer.problem)
-    if told is not None:
-        print(json_text(_record(result, writing, files) | told, indent=2))
-    elif not quiet:
-        decided = [str(result.decision)] if verbose and str(result.decision) else []
-        print_lines([*_summary(result, findings, writing, files), *decided, *left_by_interrupt(result, scene)])
 
 
 def _warn_of_checkpoints(why: str) -> None:
@@ -286,45 +264,60 @@ def _viewer(address: str, output: Path) -> Viewer:
         raise typer.BadParameter(str(problem), param_hint="--tev") from problem
 
 
-def _observer(progress: ProgressCallback | None, quiet: bool, record: dict[str, Any] | None) -> Observer:
-    """Return the observer of quotes and decisions: it fills the JSON record if there is one, else prints unless quiet.
+@dataclass(frozen=True)
+class _Teller:
+    """Printer of what a render tells: a JSON record if there is one, else lines, or nothing if quiet.
 
     Checkpoints that cannot be saved are always reported on stderr.
     """
-    unsaved = while_heard(_warn_of_checkpoints)
-    if record is not None:
+
+    record: dict[str, Any] | None
+    """Quotes and decisions, which are printed with the record of the result."""
+    quiet: bool
+    verbose: bool
+    findings: Sequence[Finding]
+
+    def observer(self, progress: ProgressCallback | None) -> Observer:
+        """Return the observer of the render."""
+        unsaved = while_heard(_warn_of_checkpoints)
+        if (record := self.record) is not None:
+            return Observer.of(
+                progress=progress,
+                quoted=lambda quote: record.update(quote=quote.as_dict()),
+                unquoted=lambda why: record.update(unquoted=why),
+                decided=lambda lines: record.update(decisions=list(lines)),
+                unsaved=unsaved,
+            )
+        if self.quiet:
+            return Observer.of(progress=progress, unsaved=unsaved)
         return Observer.of(
             progress=progress,
-            quoted=lambda quote: record.update(quote=quote.as_dict()),
-            unquoted=lambda why: record.update(unquoted=why),
-            decided=lambda lines: record.update(decisions=list(lines)),
+            quoted=while_heard(print_quote),
+            unquoted=while_heard(print_no_quote),
+            decided=while_heard(print_lines),
             unsaved=unsaved,
         )
-    if quiet:
-        return Observer.of(progress=progress, unsaved=unsaved)
-    return Observer.of(
-        progress=progress,
-        quoted=while_heard(print_quote),
-        unquoted=while_heard(print_no_quote),
-        decided=while_heard(print_lines),
-        unsaved=unsaved,
-    )
 
+    def tell(self, result: Result, scene: Scene, writing: float, files: Sequence[Path]) -> None:
+        """Print the outcome; ``writing`` is the seconds that it took to write the files."""
+        phases = {**result.stats.phases, "write": writing}
+        if self.record is not None:
+            print_json({**result.record, "phases": phases, "files": files, **self.record})
+        elif not self.quiet:
+            print_lines([*self._summary(result, phases, files), *left_by_interrupt(result, scene)])
+        if not self.quiet and not reasons(self.findings) and (black := black_picture(result, scene, self.findings)):
+            print_warning(black)
 
-def _record(result: Result, writing: float, files: tuple[Path, ...]) -> dict[str, Any]:
-    record = result.record
-    return {**record, "phases": {**record["phases"], "write": writing}, "files": [str(file) for file in files]}
-
-
-def _summary(result: Result, findings: Sequence[Finding], writing: float, files: tuple[Path, ...]) -> list[str]:
-    """Return lines on the image, its times, its files, the stop and the reasons for doubt."""
-    phases = {**result.stats.phases, "write": writing}
-    seconds = ", ".join(f"{phase} {duration(time)}" for phase, time in phases.items())
-    rate = result.stats.rays_per_second / 1e6
-    return [
-        headline(result),
-        f"{seconds}; {rate:.3g} M rays/s on {result.stats.threads} threads",
-        wrote(files),
-        *stopped(result),
-        *doubts(result, findings),
-    ]
+    def _summary(self, result: Result, phases: Mapping[str, float], files: Sequence[Path]) -> list[str]:
+        """Return lines on the image, its times, its files, the stop, the reasons for doubt and the decisions."""
+        seconds = ", ".join(f"{phase} {duration(time)}" for phase, time in phases.items())
+        rate = result.stats.rays_per_second / 1e6
+        decided = [str(result.decision)] if self.verbose and str(result.decision) else []
+        return [
+            headline(result),
+            f"{seconds}; {rate:.3g} M rays/s on {result.stats.threads} threads",
+            wrote(files),
+            *stopped(result),
+            *doubts(result, self.findings),
+            *decided,
+        ]

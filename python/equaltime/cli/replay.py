@@ -7,8 +7,9 @@ from typing import Annotated, Any, Final
 
 import typer
 
-from equaltime.cli.messages import print_warnings
+from equaltime.cli.messages import print_json, print_warnings
 from equaltime.cli.options import (
+    AsJson,
     Define,
     MaxDepth,
     SceneFile,
@@ -26,7 +27,6 @@ from equaltime.rendering.replay import replay as replay_sample
 from equaltime.scene import load_file
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
-from equaltime.strict_json import json_text
 
 __all__ = ["replay"]
 
@@ -57,7 +57,7 @@ def replay(
     define: Define = None,
     substitute: Substitute = False,
     without: Without = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
+    as_json: AsJson = False,
 ) -> int:
     """Show the path of one sample of a render, vertex by vertex, with every factor of its radiance.
 
@@ -66,13 +66,15 @@ def replay(
     chosen = Strategy.parse(strategy)
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
     print_warnings(loaded)
-    changes = {"size": size, "max_depth": max_depth}
-    loaded = loaded.with_(**{name: value for name, value in changes.items() if value is not None})
+    loaded = loaded.with_(size=size, max_depth=max_depth)
     try:
         path = replay_sample(loaded, pixel=pixel, sample=sample, strategy=chosen, seed=seed, without=without or ())
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--pixel") from error
-    print(json_text(path.as_dict(), indent=2) if as_json else "\n".join(_told(path)))
+    if as_json:
+        print_json(path)
+    else:
+        print("\n".join(_told(path)))
     return 0
 
 

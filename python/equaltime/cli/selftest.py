@@ -9,14 +9,13 @@ import typer
 from rich.table import Table
 from rich.text import Text
 
-from equaltime.cli.bench import share_bar
-from equaltime.cli.messages import plain_console
-from equaltime.cli.options import Threads
+from equaltime.cli.messages import plain_console, print_json
+from equaltime.cli.options import AsJson, Threads
+from equaltime.cli.progress import progress_bar
 from equaltime.hardcases import CaseReport, SelfTest
 from equaltime.hardcases import selftest as run
 from equaltime.hardcases.judge import Outcome
 from equaltime.hardcases.subjects import PeerName
-from equaltime.strict_json import json_text
 
 __all__ = ["selftest"]
 
@@ -34,7 +33,7 @@ def selftest(
         typer.Option(metavar="RENDERER", show_default=False, help="Run the same scenes through mitsuba too."),
     ] = None,
     threads: Threads = 0,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")] = False,
+    as_json: AsJson = False,
 ) -> int:
     """Run the hard cases on this machine: small scenes whose correct images are known.
 
@@ -48,12 +47,12 @@ def selftest(
     if peer not in (None, *get_args(PeerName)):
         raise typer.BadParameter(f"unknown renderer '{peer}'; known is {', '.join(get_args(PeerName))}")
     try:
-        with share_bar() as progress:
+        with progress_bar() as progress:
             report = run(only=tuple(only or ()), peer=peer, threads=threads, progress=progress)  # type: ignore[arg-type]  # looked at above
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     if as_json:
-        print(json_text(report.as_dict(), indent=2))
+        print_json(report)
     else:
         _print(report)
     return 0 if report.passed else 1

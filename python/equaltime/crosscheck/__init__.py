@@ -19,8 +19,7 @@ from importlib.util import find_spec
 if find_spec("embreex") is None:
     raise ImportError("the cross-check needs embreex: pip install equaltime[crosscheck]", name="embreex")
 
-from equaltime.crosscheck.camera import Camera
-from equaltime.crosscheck.primary import PrimaryHits, primary_hits
+from equaltime.crosscheck.camera import Camera, PrimaryHits, primary_hits
 from equaltime.crosscheck.tracer import render
 
 __all__ = ["Camera", "PrimaryHits", "primary_hits", "render"]

@@ -9,15 +9,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
-from equaltime.crosscheck.refusal import constant
 from equaltime.crosscheck.vectors import Array, Mask, dot, normalize
-from equaltime.scene.model import Bsdf, Conductor, Dielectric, Diffuse, RoughConductor
+from equaltime.scene.model import Bsdf, Conductor, Dielectric, Diffuse, RoughConductor, Texture, TexturePlugin
 
 __all__ = [
     "Scattered",
+    "constant",
     "draw_cosine",
     "draw_microfacets",
     "evaluate",
@@ -27,6 +28,14 @@ __all__ = [
     "sample",
     "smith",
 ]
+
+T = TypeVar("T")
+
+
+def constant(value: Texture | T) -> T:
+    """Return `value` unchanged, with the type of a constant; `check` has refused textures before."""
+    assert not isinstance(value, TexturePlugin), "textures are refused before"
+    return value
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,16 +1,20 @@
-"""The pinhole camera and the pixel filters, in Mitsuba's conventions."""
+"""The pinhole camera, the pixel filters and the primary hits, in Mitsuba's conventions."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
-from equaltime.crosscheck.vectors import Array, normalize
+from equaltime.crosscheck.vectors import Array, Index, normalize
+from equaltime.crosscheck.world import World
 from equaltime.errors import RenderError
-from equaltime.scene.model import Box, Filter, Gaussian, Perspective, Tent, as_array, poses
+from equaltime.scene import Scene
+from equaltime.scene.model import Box, Filter, Gaussian, Perspective, SceneModel, Tent, as_array, poses
+from equaltime.scene.motion import still
 
-__all__ = ["Camera", "filter_offsets"]
+__all__ = ["Camera", "PrimaryHits", "camera_of", "filter_offsets", "primary_hits"]
 
 GAUSSIAN_CUT = 4.0
 """Radius of the Gaussian filter, in standard deviations; the filter is shifted down to be zero there."""
@@ -55,6 +59,13 @@ class Camera:
         return directions, self._near * length, self._far * length
 
 
+def camera_of(model: SceneModel) -> Perspective:
+    """Return the scene's pinhole camera; raises RenderError for any other sensor."""
+    if not isinstance(model.sensor, Perspective):
+        raise RenderError(f"the cross-check cannot trace '{model.sensor.type}'")
+    return model.sensor
+
+
 def filter_offsets(rfilter: Filter, count: int, rng: np.random.Generator) -> Array:
     """Return random offsets (count, 2) from the middle of a pixel, with the pixel filter as density.
 
@@ -79,3 +90,39 @@ def _cut_gaussian(count: int, rng: np.random.Generator) -> Array:
         x[pending[accepted]] = proposed[accepted]
         pending = pending[~accepted]
     return x
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PrimaryHits:
+    """First surface hit by the ray through each pixel's middle, for the pixels of the crop window."""
+
+    shape: Index
+    """Index in the scene's shapes (H, W); -1 without a hit."""
+    primitive: Index
+    """Index of a mesh's triangle, 0 for other shapes (H, W); -1 without a hit."""
+    t: Array
+    """Distance from the pinhole (H, W); infinite without a hit."""
+    point: Array
+    """Hit point (H, W, 3); NaN without a hit."""
+
+
+def primary_hits(scene: Scene) -> PrimaryHits:
+    """Return the first surface that the ray through each pixel's middle hits, in arrays (H, W) of the crop window.
+
+    Surfaces outside the clip planes are ignored. A moving scene is taken at the middle of the shutter time.
+    """
+    model = still(scene.model)
+    camera, world = Camera(camera_of(model)), World(model, scene.assets)
+    directions, near, far = camera.rays(camera.pixels() + 0.5)
+    origins = camera.origin + near[:, None] * directions
+    t, patch = world.intersect(origins, directions, np.full(len(directions), -1))
+    patch = np.where(t <= far - near, patch, -1)
+    there = patch >= 0
+    hits = world.hits(origins, directions, t, patch)
+    height, width = scene.model.sensor.film.crop[3], scene.model.sensor.film.crop[2]
+    return PrimaryHits(
+        np.where(there, world.shape[patch] if world.shape.size else -1, -1).reshape(height, width),
+        np.where(there, world.primitive[patch] if world.shape.size else -1, -1).reshape(height, width),
+        np.where(there, t + near, np.inf).reshape(height, width),
+        np.where(there[:, None], hits.point, np.nan).reshape(height, width, 3),
+    )

@@ -12,8 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from equaltime.crosscheck.bsdfs import fresnel_dielectric, microfacets, smith
-from equaltime.crosscheck.refusal import constant
+from equaltime.crosscheck.bsdfs import constant, fresnel_dielectric, microfacets, smith
 from equaltime.crosscheck.vectors import Array, dot, normalize
 from equaltime.scene.model import Plastic, RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric
 

@@ -13,10 +13,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from equaltime.crosscheck import bsdfs
-from equaltime.crosscheck.bsdfs import Scattered, draw_cosine, draw_microfacets, fresnel_dielectric, microfacets
+from equaltime.crosscheck.bsdfs import (
+    Scattered,
+    constant,
+    draw_cosine,
+    draw_microfacets,
+    fresnel_dielectric,
+    microfacets,
+)
 from equaltime.crosscheck.interfaces import mirror_share, plastic, rough_dielectric, rough_plastic, thin_reflectance
 from equaltime.crosscheck.principled import coat_alpha2, coat_facets, main_facets, principled
-from equaltime.crosscheck.refusal import constant
 from equaltime.crosscheck.vectors import Array, Mask, dot, normalize
 from equaltime.scene.model import (
     Bsdf,

@@ -5,22 +5,27 @@ Each row of the arrays is a path. A step extends all paths by one surface; paths
 
 from __future__ import annotations
 
+import time as clock
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
 from equaltime.crosscheck import scattering
-from equaltime.crosscheck.camera import Camera, filter_offsets
+from equaltime.crosscheck.camera import Camera, camera_of, filter_offsets
 from equaltime.crosscheck.lights import Lights
-from equaltime.crosscheck.refusal import camera_of, check
 from equaltime.crosscheck.vectors import Array, Frames, Index, Mask, dot
 from equaltime.crosscheck.world import Hits, World
 from equaltime.errors import RenderError
+from equaltime.film.error import PixelStatistics
+from equaltime.rendering.result import Result, Stats, make_result
+from equaltime.rendering.session import origin_of
 from equaltime.scene import Scene, geometry
-from equaltime.scene.model import Bsdf, Sensor
+from equaltime.scene import model as m
+from equaltime.scene.model import Bsdf, SceneModel, Sensor
 from equaltime.scene.motion import at_time, moves, still
 
-__all__ = ["Tracer", "render"]
+__all__ = ["Tracer", "check", "render", "render_result"]
 
 PATHS_AT_ONCE = 1 << 16
 OCCLUDER = 1.0 - 1e-9
@@ -28,6 +33,12 @@ OCCLUDER = 1.0 - 1e-9
 NEGLIGIBLE = 1e-12
 """Throughput at which paths without a depth limit end, too small to be visible in an image."""
 ENDLESS = 100_000
+TRACED: Final = (
+    *(m.SceneModel, m.Perspective, m.HdrFilm, m.Box, m.Tent, m.Gaussian, m.Independent, m.Stratified, m.MultiJitter),
+    *(m.Orthogonal, m.LdSampler, m.Path, m.Direct, m.Moment, m.Rectangle, m.Disk, m.Cube, m.Sphere, m.Ply, m.Obj),
+    *(m.Diffuse, m.Conductor, m.RoughConductor, m.Dielectric, m.ThinDielectric, m.RoughDielectric, m.Plastic),
+    *(m.RoughPlastic, m.Principled, m.TwoSided, m.Area, m.Point, m.Constant, m.EnvMap),
+)
 
 
 def render(scene: Scene, spp: int, seed: int = 0, size: tuple[int, int] | None = None) -> tuple[Array, Array]:
@@ -78,8 +89,39 @@ def render(scene: Scene, spp: int, seed: int = 0, size: tuple[int, int] | None =
     return mean.reshape(shape), variance.reshape(shape)
 
 
+def render_result(scene: Scene, spp: int, seed: int) -> Result:
+    """Render a scene by the cross-check with ``spp`` samples per pixel; return the image with its error bar."""
+    begin = clock.perf_counter()
+    mean, variance = render(scene, spp=spp, seed=seed)
+    seconds = clock.perf_counter() - begin
+    samples = np.full(mean.shape[:2], spp, np.int64)
+    pixels = PixelStatistics(mean, variance, samples, degrees=float(max(spp - 1, 1)))
+    stats = Stats(
+        phases={**scene.timings, "render": seconds},
+        paths=samples.size * spp,
+        rays=0,
+        shadow_rays=0,
+        kernel="crosscheck",
+        threads=1,
+    )
+    return make_result(pixels, stats, "spp", origin_of(scene, "crosscheck", False, seed, spp, "embreex"))
+
+
 def _any_time(sensor: Sensor, rng: np.random.Generator) -> float:
     return sensor.shutter_open + rng.random() * (sensor.shutter_close - sensor.shutter_open)
+
+
+def check(model: SceneModel) -> None:
+    """Raise RenderError if the cross-check cannot trace the scene `model`.
+
+    The error names all plugins and settings that the cross-check lacks.
+    """
+    unknown = {f"'{node.title}'" for node in model.nodes() if not isinstance(node, TRACED)}
+    unknown |= {"'priority'" for shape in model.shapes if getattr(shape, "priority", None) is not None}
+    unknown |= {"'hide_emitters'"} if model.integrator.hides_emitters else set()
+    unknown |= {"'max_depth' of 0"} if model.integrator.max_depth == 0 else set()
+    if unknown:
+        raise RenderError(f"the cross-check cannot trace {', '.join(sorted(unknown))}")
 
 
 @dataclass(slots=True, eq=False)

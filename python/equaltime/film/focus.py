@@ -89,11 +89,7 @@ class Focus:
             "error"
         )
 
-    def as_dict(self) -> dict[str, float]:
-        """Return ``paths``, ``light`` and ``share`` as JSON data."""
-        return {"paths": self.paths, "light": self.light, "share": self.share}
-
     @classmethod
     def from_dict(cls, data: Mapping[str, float] | None) -> Focus:
-        """Return the focused light from the data of `as_dict`; None stands for a scene without specular surfaces."""
+        """Return the focused light from its fields as JSON data; None stands for a scene without specular surfaces."""
         return cls.none() if data is None else cls(data["paths"], data["light"], data["share"])

@@ -1,4 +1,14 @@
-"""Array types for moments (count, mean, deviation) of a film's pixels, and for sums over the parts of a merged film."""
+"""Moments (count, mean, deviation) of a film's pixels: their array types, and how files store them without loss.
+
+EXR has no float64, and its compression gains nothing on numbers whose last digits are noise. So an array (L, H, W) of a
+NumPy type is stored byte by byte: byte k of all numbers of a row is a channel. A uint32 word holds four pixels, so the
+channel has ceil(W / 4) words in a row. The high bytes of neighbours are alike, and the low bytes of whole numbers are
+zero.
+
+The means of a film are close to the image, which is in the file anyway. So a mean is stored as the count of float64
+numbers between the mean and its prediction from the image. The prediction is nearly exact for the last replicate that
+has samples, as the image is the mean of all replicates. A film with one sample a pixel costs nothing beside its image.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +17,21 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["DTYPE", "MOST", "PARTS", "deviations", "nonfinite", "squared_deviations", "stored"]
+__all__ = [
+    "DTYPE",
+    "MOST",
+    "PARTS",
+    "channel_names",
+    "deviations",
+    "nonfinite",
+    "packed",
+    "packed_moments",
+    "packed_shape",
+    "squared_deviations",
+    "stored",
+    "unpacked",
+    "unpacked_moments",
+]
 
 DTYPE: Final = np.dtype([("mean", "<f8", (3,)), ("count", "<u4"), ("deviation", "<u4", (3,))])
 """One pixel in one replicate: the mean of its samples, their number, and the root mean square of their deviations from
@@ -23,6 +47,12 @@ PARTS: Final = np.dtype(
 )
 """Sums over the parts that have samples in a pixel: the number of parts; the number of parts whose replicates have
 unequal counts; ``n²``, ``n² V`` and ``n (I_k - I)²`` (`equaltime.film.parts_of_merge`)."""
+
+
+_ROWS: Final = 64
+"""Rows of an image that are packed at once, which bounds the memory."""
+_WORD: Final = 4
+"""Pixels, of a byte each, in a word."""
 
 
 def deviations(moments: NDArray[Any]) -> NDArray[np.float64]:
@@ -48,3 +78,123 @@ def nonfinite(moments: NDArray[Any]) -> tuple[int, int] | None:
         return None
     y, x = np.argwhere(~finite)[0]
     return int(x), int(y)
+
+
+def channel_names(dtype: np.dtype[Any], layers: int) -> tuple[str, ...]:
+    """Return the names of the channels that `packed` makes from ``layers`` arrays of type ``dtype``, in order.
+
+    ``r0.mean.R.0`` is the lowest byte of the mean of red in layer 0.
+    """
+    return tuple(f"r{layer}.{name}" for layer in range(layers) for name in _bytes_of(dtype))
+
+
+def _bytes_of(dtype: np.dtype[Any]) -> list[str]:
+    names = []
+    for field in dtype.names or ():
+        of = dtype[field]
+        for number in [f"{field}.{c}" for c in "RGB"] if of.shape else [field]:
+            names += [f"{number}.{byte}" for byte in range(of.base.itemsize)]
+    return names
+
+
+def packed_shape(height: int, width: int) -> tuple[int, int]:
+    """Return the rows and columns of words that hold an image of this height and width in pixels."""
+    return height, -(-width // _WORD)
+
+
+def packed(numbers: NDArray[Any]) -> NDArray[np.uint32]:
+    """Return (L, H, W) numbers as uint32 words (H, ceil(W / 4), C); `channel_names` lists the C channels."""
+    layers, height, width = numbers.shape
+    size = numbers.dtype.itemsize
+    flat = np.ascontiguousarray(numbers).view(np.uint8).reshape(layers, height, width, size)
+    planes = np.zeros((*packed_shape(height, width), layers * size, _WORD), np.uint8)
+    by_channel = flat.transpose(1, 2, 0, 3).reshape(height, width, layers * size)
+    for place in range(_WORD):
+        of = by_channel[:, place::_WORD]
+        planes[:, : of.shape[1], :, place] = of
+    return planes.view("<u4")[..., 0]
+
+
+def unpacked(words: NDArray[np.uint32], width: int, dtype: np.dtype[Any]) -> NDArray[Any]:
+    """Return the (L, H, W) numbers of type ``dtype`` from the words that `packed` returned; ``width`` is W."""
+    height, columns, channels = words.shape
+    layers = channels // dtype.itemsize
+    planes = np.ascontiguousarray(words, "<u4").view(np.uint8).reshape(height, columns, channels, _WORD)
+    flat = np.empty((height, columns * _WORD, channels), np.uint8)
+    for place in range(_WORD):
+        flat[:, place::_WORD] = planes[..., place]
+    by_layer = flat[:, :width].reshape(height, width, layers, dtype.itemsize).transpose(2, 0, 1, 3)
+    return np.ascontiguousarray(by_layer).view(dtype)[..., 0]
+
+
+def packed_moments(moments: NDArray[Any], image: NDArray[np.float32]) -> NDArray[np.uint32]:
+    """Return the (R, H, W) moments of a film as uint32 words, which `unpacked_moments` reads.
+
+    ``image`` (H, W, 3) is the image in the same file, from which the means are predicted.
+    """
+    height, width = image.shape[:2]
+    words = np.empty((*packed_shape(height, width), len(moments) * DTYPE.itemsize), np.uint32)
+    for row in range(0, height, _ROWS):
+        rows = slice(row, row + _ROWS)
+        part = moments[:, rows].astype(DTYPE)
+        apart = _ordered(part["mean"]) - _ordered(_foretold(part, image[rows]))
+        part["mean"] = _unsigned(apart).view(np.float64)
+        words[rows] = packed(part)
+    return words
+
+
+def unpacked_moments(words: NDArray[np.uint32], image: NDArray[np.float32]) -> NDArray[Any]:
+    """Return the (R, H, W) moments from the words of `packed_moments`.
+
+    ``image`` (H, W, 3) must be the image that was given to `packed_moments`.
+    """
+    height, width = image.shape[:2]
+    moments = np.empty((words.shape[-1] // DTYPE.itemsize, height, width), DTYPE)
+    for row in range(0, height, _ROWS):
+        rows = slice(row, row + _ROWS)
+        part = unpacked(words[rows], width, DTYPE)
+        apart = _signed(np.ascontiguousarray(part["mean"]).view(np.uint64))
+        for replicate in range(len(part)):  # the last is predicted from those before
+            foretold = _foretold(part, image[rows], replicate)
+            part["mean"][replicate] = _floats(_ordered(foretold) + apart[replicate])
+        moments[:, rows] = part
+    return moments
+
+
+def _foretold(moments: NDArray[Any], image: NDArray[np.float32], replicate: int | None = None) -> NDArray[np.float64]:
+    """Predict the means (R, H, W, 3) from the image, or the mean of one replicate; the last also needs those before."""
+    with np.errstate(all="ignore"):
+        first = _finite(image.astype(np.float64))
+        if replicate is not None and replicate < len(moments) - 1:
+            return first
+        counts = moments["count"].astype(np.float64)[..., None]
+        rest = counts.sum(axis=0) * first
+        for count, mean in zip(counts[:-1], moments["mean"][:-1], strict=True):
+            rest -= count * mean
+        last = _finite(rest / counts[-1])
+    return last if replicate is not None else np.stack([*[first] * (len(moments) - 1), last])
+
+
+def _finite(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the numbers, with 0 for those that are not finite, as where there are no samples."""
+    return np.where(np.isfinite(numbers), numbers, 0.0)
+
+
+def _ordered(numbers: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return the rank of each float64 among all float64: neighbours differ by 1."""
+    bits = np.ascontiguousarray(numbers).view(np.int64)
+    return bits ^ ((bits >> 63) & np.int64(2**63 - 1))
+
+
+def _floats(order: NDArray[np.int64]) -> NDArray[np.float64]:
+    return (order ^ ((order >> 63) & np.int64(2**63 - 1))).view(np.float64)
+
+
+def _unsigned(numbers: NDArray[np.int64]) -> NDArray[np.uint64]:
+    """Return unsigned numbers in which small values of either sign have only low bytes."""
+    return ((numbers << 1) ^ (numbers >> 63)).view(np.uint64)
+
+
+def _signed(numbers: NDArray[np.uint64]) -> NDArray[np.int64]:
+    half = (numbers >> np.uint64(1)).view(np.int64)
+    return half ^ -((numbers & np.uint64(1)).view(np.int64))

@@ -20,6 +20,7 @@ from equaltime.hardcases.judge import LEVEL, Outcome
 from equaltime.hardcases.subjects import MitsubaSubject, OurSubject, PeerName
 from equaltime.machine import machine
 from equaltime.rendering.core import build_facts
+from equaltime.strict_json import fields_to_json
 from equaltime.words import Shown, duration
 
 __all__ = ["CASES", "CaseReport", "SelfTest", "selftest"]
@@ -64,15 +65,7 @@ class SelfTest(Shown):
 
     def as_dict(self) -> dict[str, Any]:
         """Return the outcome as JSON data."""
-        return {
-            "cases": [case.as_dict() for case in self.cases],
-            "level": LEVEL,
-            "passed": self.passed,
-            "seconds": self.seconds,
-            "peer": self.peer,
-            "machine": dict(self.machine),
-            "build": dict(self.build),
-        }
+        return {**fields_to_json(self), "level": LEVEL, "passed": self.passed}
 
 
 def selftest(

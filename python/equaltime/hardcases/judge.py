@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.statistics.agreement import ROUNDING, share
+from equaltime.strict_json import fields_to_json, to_json
 
 __all__ = ["LEVEL", "MOST_ULP", "Outcome", "broken", "judge_bits", "judge_same", "judge_value", "limit_of"]
 
@@ -58,11 +59,7 @@ class Outcome:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the outcome as a dict for JSON; numbers that are not finite become None."""
-        data = {**vars(self), "pass": self.passed, "resolution": self.resolution}
-        return {
-            name: None if isinstance(value, float) and not math.isfinite(value) else value
-            for name, value in data.items()
-        }
+        return {**fields_to_json(self), "pass": self.passed, "resolution": to_json(self.resolution)}
 
 
 def limit_of(cases: int) -> float:

@@ -13,8 +13,7 @@ from time import perf_counter
 import numpy as np
 
 from equaltime.rendering.core_subject import CoreSubject
-from equaltime.rendering.first_hits import asked_for
-from equaltime.rendering.outputs import outputs
+from equaltime.rendering.outputs import asked_for, outputs
 from equaltime.scene import Scene
 from equaltime.statistics.intervals import Interval, ratio_interval
 from equaltime.strategy import Strategy

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from equaltime.pricing.output_costs import ALL, measure_outputs
 from equaltime.quoting.light_parts import KINDS_OF_PARTS, LightParts, measure_parts
 from equaltime.quoting.pairs import Versus, run_in_turn
-from equaltime.rendering.arguments import as_scene, check_arguments
+from equaltime.rendering.job import as_scene, check_arguments
 from equaltime.rendering.stated import shorter
 from equaltime.scene import Scene
 from equaltime.scene.effects.derive import Reason, derive

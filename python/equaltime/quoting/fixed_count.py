@@ -23,7 +23,7 @@ from equaltime.errors import ImageError, RenderError
 from equaltime.quoting.pilot import Pilot, Quote
 from equaltime.rendering.budget import FIRST_LOOK, Limits, Stop
 from equaltime.rendering.job import Job
-from equaltime.rendering.progress import ProgressCallback
+from equaltime.rendering.passes import ProgressCallback
 from equaltime.rendering.session import Session
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.statistics.intervals import Interval

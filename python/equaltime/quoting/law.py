@@ -16,6 +16,7 @@ from typing import Any, Literal, NamedTuple
 
 from equaltime.rendering.budget import Looks, next_look
 from equaltime.statistics.intervals import Interval
+from equaltime.strict_json import fields_to_json
 
 __all__ = ["Law", "Pace", "Probed", "Processors", "fit", "from_start", "pace", "without_start"]
 
@@ -358,16 +359,8 @@ class Law:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the law as JSON data, without ``width``, ``narrowing`` and ``doubt``."""
-        return {
-            "samples": self.samples,
-            "error": self.error,
-            "exponent": self.exponent,
-            "exponent_doubt": self.exponent_doubt,
-            "seconds_per_sample": self.seconds_per_sample,
-            "speed_doubt": self.speed_doubt,
-            "seconds_lost": self.seconds_lost,
-            "before": [{"samples": samples, "error": error} for samples, error in self.before],
-        }
+        before = [{"samples": samples, "error": error} for samples, error in self.before]
+        return {**fields_to_json(self, without=("width", "narrowing", "doubt")), "before": before}
 
 
 def fit(errors: Mapping[int, Interval], seconds: Mapping[int, float], sampler: str, had: float = 1.0) -> Law:

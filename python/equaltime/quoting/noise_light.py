@@ -36,6 +36,7 @@ from equaltime.scene import Scene
 from equaltime.scene.smaller import smaller
 from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
+from equaltime.strict_json import fields_to_json
 
 __all__ = ["LEAST_PATHS", "NoiseLight", "noise_light"]
 
@@ -82,21 +83,7 @@ class NoiseLight:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the shares as JSON data."""
-        return {
-            "seen": self.seen.as_dict(),
-            "direct": self.direct.as_dict(),
-            "indirect": self.indirect.as_dict(),
-            "alone": self.alone.as_dict(),
-            "indirect_alone": self.indirect_alone.as_dict(),
-            "common": self.common.as_dict(),
-            "kinds": {
-                kind: {what: share.as_dict() for what, share in shares.items()} for kind, shares in self.kinds.items()
-            },
-            "size": list(self.size),
-            "samples": self.samples,
-            "repeats": self.repeats,
-            **({"doubt": self.doubt} if self.doubt else {}),
-        }
+        return fields_to_json(self, without=() if self.doubt else ("doubt",))
 
 
 def noise_light(

@@ -30,6 +30,7 @@ from equaltime.film.error import PixelStatistics, error_parts
 from equaltime.film.sums import nearest_mean, others_count, others_sum
 from equaltime.rendering.session import Session
 from equaltime.statistics.intervals import Interval
+from equaltime.strict_json import fields_to_json
 from equaltime.words import percent
 
 __all__ = ["FRACTIONS", "NoisePlaces", "NoiseRectangle", "noise_places", "places_of"]
@@ -95,16 +96,9 @@ class NoisePlaces:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the shares and the positions of their pixels as JSON data."""
-        held = self.rectangle
         return {
             "noisiest": [{"pixels": part, "share": share.as_dict()} for part, share in self.noisiest.items()],
-            "rectangle": {
-                "x": [*held.x],
-                "y": [*held.y],
-                "area": held.area,
-                "share": held.share.as_dict(),
-                "stands_out": held.stands_out,
-            },
+            "rectangle": {**fields_to_json(self.rectangle), "stands_out": self.rectangle.stands_out},
             "single_pixels": {"share": self.single.as_dict(), "at": [[*pixel] for pixel in self.single_pixels]},
         }
 

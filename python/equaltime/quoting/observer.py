@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from equaltime.errors import RenderError
 from equaltime.quoting.pilot import Pilot, Quote
-from equaltime.rendering.progress import Progress
+from equaltime.rendering.passes import Progress
 
 __all__ = ["Observer", "QuoteWatch", "overrides"]
 

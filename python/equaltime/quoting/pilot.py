@@ -27,13 +27,14 @@ from equaltime.quoting.law import Law, Probed, Processors, fit
 from equaltime.quoting.noise_places import NoisePlaces
 from equaltime.quoting.probe import Probe
 from equaltime.rendering.budget import FIRST_LOOK, Limits
-from equaltime.rendering.progress import ESTIMATE_SECONDS_A_PIXEL
+from equaltime.rendering.passes import ESTIMATE_SECONDS_A_PIXEL
 from equaltime.rendering.result import Origin
 from equaltime.rendering.session import Session
 from equaltime.rendering.stated import stated
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
+from equaltime.strict_json import fields_to_json
 from equaltime.words import Shown, percent
 
 if TYPE_CHECKING:
@@ -124,17 +125,11 @@ class Quote(Shown):
 
     def as_dict(self) -> dict[str, Any]:
         """Return the quote as JSON data."""
+        absent = [name for name in ("places", "light") if getattr(self, name) is None]
         return {
-            "seconds": self.seconds.as_dict(),
-            "spp": self.spp.as_dict(),
-            "error": self.error.as_dict(),
-            "memory": self.memory.as_dict(),
-            "law": self.law.as_dict(),
+            **fields_to_json(self, without=("prices", "origin", *absent)),
             "prices": [{"error": target, "seconds": price.as_dict()} for target, price in self.prices.items()],
-            "pilot_seconds": self.pilot_seconds,
             **{key: self.origin.record[key] for key in ("max_depth", "scene_max_depth", "strategy", "biased")},
-            **({} if self.places is None else {"places": self.places.as_dict()}),
-            **({} if self.light is None else {"light": self.light.as_dict()}),
         }
 
 

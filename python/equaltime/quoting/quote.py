@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from equaltime.quoting.noise_places import places_of
 from equaltime.quoting.pilot import Pilot, Quote
-from equaltime.rendering.arguments import as_scene, check_arguments
 from equaltime.rendering.budget import Limits
-from equaltime.rendering.job import Job
-from equaltime.rendering.progress import ProgressCallback
+from equaltime.rendering.job import Job, as_scene, check_arguments
+from equaltime.rendering.passes import ProgressCallback
 from equaltime.rendering.session import Session
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy

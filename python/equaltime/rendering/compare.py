@@ -28,6 +28,7 @@ from equaltime.rendering.stated import different_problems
 from equaltime.statistics.agreement import BlockMeans
 from equaltime.statistics.agreement import compare as compare_blocks
 from equaltime.statistics.intervals import Interval, exp, signed_root
+from equaltime.strict_json import fields_to_json, to_json
 from equaltime.words import Shown, percent
 
 __all__ = ["Compared", "Comparison", "compare"]
@@ -60,6 +61,10 @@ class Compared:
     of the image compared with. Empty if there is none."""
     seconds: float | None
     """Rendering time in seconds; None if the file does not state it."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the distances as JSON data."""
+        return {**fields_to_json(self, without=("own",)), "own_estimate": to_json(self.own)}
 
 
 @dataclass(frozen=True, repr=False)
@@ -99,24 +104,7 @@ class Comparison(Shown):
 
     def as_dict(self) -> dict[str, Any]:
         """Return the comparison as JSON data; numbers that are unknown or not finite are None."""
-        return {
-            "size": list(self.size),
-            "against": str(self.against),
-            "images": [
-                {
-                    "path": str(image.path),
-                    "metrics": {name: metric.as_dict() for name, metric in image.metrics.items()},
-                    "doubt": image.doubt,
-                    "bias_p": image.bias_p,
-                    "own_estimate": None if image.own is None else image.own.as_dict(),
-                    "seconds": image.seconds,
-                }
-                for image in self.images
-            ],
-            "ratio": None if self.ratio is None else self.ratio.as_dict(),
-            "efficiency": None if self.efficiency is None else self.efficiency.as_dict(),
-            "notes": list(self.notes),
-        }
+        return fields_to_json(self)
 
 
 def compare(a: Render, b: Render, reference: Render | None = None) -> Comparison:

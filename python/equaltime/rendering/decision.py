@@ -61,11 +61,7 @@ class Decision:
         said = {"even": "all pixels have the same number of samples", "error": "noisy parts have more samples"}
         return "" if self.counts is None else said[self.counts]
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the decisions as JSON data, as the record of a result (JSON data in its file) holds them."""
-        return {"roulette": self.roulette, "splitting": self.splitting, "counts": self.counts}
-
     @classmethod
     def from_dict(cls, data: Mapping[str, Any] | None) -> Decision:
-        """Return the decisions from the data of `as_dict`; None stands for no decisions."""
+        """Return the decisions from their fields as a record holds them; None stands for no decisions."""
         return cls() if data is None else cls(*(data.get(name) for name in ("roulette", "splitting", "counts")))

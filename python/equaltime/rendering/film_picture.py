@@ -8,7 +8,7 @@ it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -46,12 +46,8 @@ class FilmPicture:
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any] | None) -> FilmPicture:
-        """Return the form from the data of `as_dict`; None stands for the default form."""
+        """Return the form from its fields as JSON data; None stands for the default form."""
         return cls() if data is None else cls(data["colors"], data["alpha"], data["half"])
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the form as JSON data."""
-        return asdict(self)
 
     @property
     def is_exact(self) -> bool:

@@ -33,7 +33,7 @@ def read_moments(path: str | os.PathLike[str]) -> NDArray[Any] | None:
         raise ImageError(f"{path}: is damaged: a pixel has more than {MOST} samples")
     moments = np.zeros(found.shape, DTYPE)
     moments["mean"], moments["count"] = found["mean"], found["count"]
-    with np.errstate(all="ignore"):  # a damaged file may hold anything: `Checkpoint.read` checks the numbers
+    with np.errstate(all="ignore"):  # a damaged file may hold anything: `SavedRender.read` checks the numbers
         moments["deviation"] = stored(np.sqrt(found["m2"] / np.maximum(found["count"], 1)[..., None]))
     return moments
 

@@ -16,10 +16,9 @@ from equaltime.film.focus import Focus
 from equaltime.film.parts_of_merge import MergedFilm
 from equaltime.film.unseen import Unseen
 from equaltime.rendering.budget import Stop
-from equaltime.rendering.checkpoint import SavedRender, differences
 from equaltime.rendering.film_picture import ALPHA
 from equaltime.rendering.result import Origin, Result, Stats, make_result
-from equaltime.rendering.saved import Render, as_checkpoint
+from equaltime.rendering.saved import Render, SavedRender, as_checkpoint, differences
 from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 

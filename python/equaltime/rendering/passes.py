@@ -1,7 +1,7 @@
 """Loop of passes over one renderer: a fixed schedule of sample counts, cut short by a limit or by Ctrl-C.
 
-The order of computation follows from counts alone, so a rerun repeats the bits. The clock only chooses where the
-schedule stops.
+The loop reports its progress and saves checkpoints. The order of computation follows from counts alone, so a rerun
+repeats the bits. The clock only chooses where the schedule stops.
 
 Checkpoints (saves of the render so far) come every N seconds and take at most half of the time. Shortly before the time
 limit there are no more.
@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import Literal, Protocol
 
 from equaltime.errors import ImageError
@@ -19,10 +20,45 @@ from equaltime.film.error import load_quantiles
 from equaltime.film.second_nets import Renders, statistics_so_far
 from equaltime.film.unseen import Unseen, stated, stated_error
 from equaltime.rendering.budget import Limits, Look, Looks, StoppedBy, next_look
-from equaltime.rendering.progress import ESTIMATE_SECONDS_A_PIXEL, ProgressCallback, Reporter
 from equaltime.statistics.intervals import Interval
 
-__all__ = ["PassRenderer", "Passes", "Saving", "pass_end"]
+__all__ = [
+    "ESTIMATE_SECONDS_A_PIXEL",
+    "PassRenderer",
+    "Passes",
+    "Progress",
+    "ProgressCallback",
+    "Saving",
+    "pass_end",
+]
+
+_REPORT_INTERVAL = 0.1
+# Share of the time for the error shown in the progress: with the final estimate, measuring stays under 1 %.
+_ESTIMATE_SHARE = 0.003
+ESTIMATE_SECONDS_A_PIXEL = 3e-7
+"""Assumed seconds per pixel of the first error estimate, before one was measured."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Progress of a render: samples, seconds, the fraction done, the time left and the error."""
+
+    samples: int
+    """Samples that every pixel has."""
+    target: int | None
+    """Samples per pixel asked for, if any."""
+    seconds: float
+    """Seconds since the first sample."""
+    fraction: float
+    """Fraction done, in [0, 1], by the limit that is nearer."""
+    time_left: float | None
+    """Estimated seconds to the end; None before the first pass has ended."""
+    error: Interval | None
+    """Error of the image as of a recent pass; None before an estimate, or once the samples have doubled since."""
+
+
+ProgressCallback = Callable[[Progress], object]
+
 
 _ROOM = 2.0
 """A checkpoint is skipped if less than this many times the last save's duration remains before the time limit."""
@@ -80,6 +116,46 @@ class Saving:
             self._fails = True
             if self._failed is not None and not failed_before:
                 self._failed(str(problem))
+
+
+class _Reporter:
+    """Caller of the progress callback: at the end of every pass, and every 0.1 s within passes."""
+
+    def __init__(self, passes: Passes, callback: ProgressCallback) -> None:
+        self._passes, self._callback = passes, callback
+        self._reported = 0.0
+        self._estimating, self._last_estimate = 0.0, ESTIMATE_SECONDS_A_PIXEL * passes.pixels
+        self._error: Interval | None = None
+        self._estimated_at = 0
+
+    def tick(self) -> bool:
+        """Call the callback if 0.1 s have passed since the last call; return True, so that the pass goes on."""
+        if self._passes.seconds - self._reported >= _REPORT_INTERVAL:
+            self._report()
+        return True
+
+    def pass_ended(self) -> None:
+        """Call the callback at the end of a pass.
+
+        The error is estimated anew if such estimates take at most 0.3 % of the time.
+        """
+        begin = self._passes.seconds
+        if self._estimating + self._last_estimate <= _ESTIMATE_SHARE * begin:
+            self._error = self._passes.error()
+            self._estimated_at = self._passes.samples
+            self._last_estimate = self._passes.seconds - begin
+            self._estimating += self._last_estimate
+        self._report()
+
+    def _report(self) -> None:
+        samples, limits, seconds = self._passes.samples, self._passes.limits, self._passes.seconds
+        self._reported = seconds
+        error = self._error if samples < 2 * self._estimated_at else None
+        fractions = [0.0, *(samples / target for target in self._passes.targets)]
+        if limits.seconds is not None:
+            fractions.append(seconds / limits.seconds)
+        fraction, left = min(1.0, max(fractions)), self._passes.time_left
+        self._callback(Progress(samples, limits.spp, seconds, fraction, left, error))
 
 
 # A pass takes at most about this many samples of the image (one or two seconds of one core), or 2 a pixel.
@@ -179,7 +255,7 @@ class Passes:
         self._met_limits: Limits | None = None  # limits that ended the last loop
         self._looks, self._hidden = Looks(looks), hidden
         self._looking = ESTIMATE_SECONDS_A_PIXEL * pixels  # seconds of the last look, or the expected ones of the first
-        self._report = None if progress is None else Reporter(self, progress)
+        self._report = None if progress is None else _Reporter(self, progress)
 
     @property
     def looks(self) -> Looks:

@@ -18,9 +18,8 @@ import os
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from equaltime.rendering.arguments import as_scene, check_arguments
 from equaltime.rendering.budget import Limits
-from equaltime.rendering.job import Job
+from equaltime.rendering.job import Job, as_scene, check_arguments
 from equaltime.rendering.result import Result
 from equaltime.rendering.saved import Render, as_checkpoint
 from equaltime.rendering.session import Session

@@ -11,12 +11,12 @@ beauty    R G B, float32          the image: linear radiance, Rec. 709 primaries
 image     R G B, float32          the image as above, if the beauty part does not hold it exactly
 stderr    R G B, float32          standard error of each pixel, rounded to 6 significant bits; inf: unknown
 samples   samples, uint32         number of samples of each pixel
-moments   r0.mean.R.0 …, uint32   mean, count and spread of each replicate, to the bit (`equaltime.film.packing`)
+moments   r0.mean.R.0 …, uint32   mean, count and spread of each replicate, to the bit (`equaltime.film.moments`)
 parts     r0.parts.0 …, uint32    merged renders: sums over the parts (`equaltime.film.parts_of_merge`)
 second    r0.mean.R.0 …, uint32   moments of the second nets of some pixels (`equaltime.film.second_nets`)
 unseen    R G B, float32          radiance that samples may have missed (`equaltime.film.unseen`)
 lamps     R G B share, float32    lamps smaller than a pixel, and their share of it (`equaltime.film.lamps`)
-aovs      by the scene            outputs beside the image, float32 (`equaltime.rendering.first_hits`)
+aovs      by the scene            outputs beside the image, float32 (`equaltime.rendering.outputs`)
 ========  ======================  =======================================================================
 
 Beauty, stderr and samples are always there. A file saved with ``small`` has no other parts but image, and can be
@@ -71,8 +71,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.errors import ImageError
-from equaltime.film.moments import DTYPE, PARTS
-from equaltime.film.packing import channel_names, packed, packed_moments, packed_shape, unpacked, unpacked_moments
+from equaltime.film.moments import (
+    DTYPE,
+    PARTS,
+    channel_names,
+    packed,
+    packed_moments,
+    packed_shape,
+    unpacked,
+    unpacked_moments,
+)
 from equaltime.film.second_nets import SecondNets
 from equaltime.film.sums import second_net_pixels
 from equaltime.images import image_files as images

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from equaltime.rendering.arguments import as_scene, check_arguments, is_whole
 from equaltime.rendering.core import traced
+from equaltime.rendering.job import as_scene, check_arguments, is_whole
 from equaltime.scene import Scene
 from equaltime.scene.effects.leaving import leave_out
 from equaltime.scene.model import MOST_SAMPLES

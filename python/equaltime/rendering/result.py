@@ -28,6 +28,7 @@ from equaltime.rendering.output_files import keep_work
 from equaltime.rendering.render_file import FORMAT, RenderFile
 from equaltime.rendering.stated import paths_up_to, stated
 from equaltime.statistics.intervals import Interval
+from equaltime.strict_json import to_json
 from equaltime.words import Shown, duration
 
 __all__ = ["Origin", "Result", "Stats", "check_output", "make_result", "uninterrupted"]
@@ -169,7 +170,7 @@ class Origin:
             **({"without": list(self.without)} if self.without else {}),
             "substitutions": list(self.substitutions),
             "sources": [dict(source) for source in self.sources],
-            **({} if self.picture == FilmPicture() else {"picture": self.picture.as_dict()}),
+            **({} if self.picture == FilmPicture() else {"picture": to_json(self.picture)}),
         }
 
 
@@ -268,11 +269,11 @@ class Result:
             "samples": {"first": 0, "min": int(self.samples.min()), "max": int(self.samples.max())},
             "stopped_by": self.stopped_by,
             "stop": None if self.stop is None else self.stop.as_dict(),
-            **({"decision": self.decision.as_dict()} if self.decision != Decision() else {}),
+            **({"decision": to_json(self.decision)} if self.decision != Decision() else {}),
             "error": self.error.as_dict(),
             **({} if self.parts is None else {"degrees": self.degrees}),
             **({"common_doubt": self.common_doubt} if self.common_doubt else {}),
-            **({"focus": self.focus.as_dict()} if self.focus.possible else {}),
+            **({"focus": to_json(self.focus)} if self.focus.possible else {}),
             **({"radiance_range": self.radiance_range} if self.radiance_range > FAR_APART else {}),
             **({} if self.bias is None else {"bias": self.bias.as_dict()}),
             "looks": [[number if math.isfinite(number) else None for number in look] for look in self.looks],

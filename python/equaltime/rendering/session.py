@@ -1,10 +1,15 @@
-"""Session: one render in the core, with its renderer and its passes, which can return its result so far."""
+"""Session: one render in the core, with its renderer and its passes, which can return its result so far.
+
+`run` runs a session to its end, and makes the outputs beside the image.
+"""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
-from dataclasses import replace
+import time as clock
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import cast
@@ -21,7 +26,6 @@ from equaltime.images.image_files import Window
 from equaltime.interrupts import held_back, put_off
 from equaltime.machine import resident_bytes
 from equaltime.rendering.budget import Limits, Stop, StoppedBy
-from equaltime.rendering.checkpoint import SavedRender
 from equaltime.rendering.core import (
     REPLICATES,
     AdaptiveRenderer,
@@ -36,17 +40,29 @@ from equaltime.rendering.core import (
 from equaltime.rendering.decision import Decision
 from equaltime.rendering.film_picture import FilmPicture
 from equaltime.rendering.job import Job
-from equaltime.rendering.passes import Passes, Saving
-from equaltime.rendering.progress import ProgressCallback
+from equaltime.rendering.outputs import asked_for, outputs
+from equaltime.rendering.passes import Passes, ProgressCallback, Saving
 from equaltime.rendering.result import Origin, Result, Stats, make_result
+from equaltime.rendering.saved import SavedRender
 from equaltime.scene import Scene
 from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 
-__all__ = ["Session", "origin_of"]
+__all__ = ["Checkpoints", "Session", "origin_of", "run"]
 
 _SECONDS_A_PIXEL = 1e-6
 """Expected seconds per pixel of the first checkpoint."""
+
+
+@dataclass(frozen=True)
+class Checkpoints:
+    """Path of the checkpoints (saves on the way), the interval between them, and a callback for failed saves."""
+
+    path: Path
+    every: float = 60.0
+    """Seconds between checkpoints; longer if saving would take more than half of the time."""
+    unsaved: Callable[[str], object] | None = None
+    """Called with the reason when a checkpoint cannot be written; again only after one was written."""
 
 
 class Session:
@@ -109,21 +125,17 @@ class Session:
 
     def run(
         self,
-        path: Path | None = None,
-        every: float = 60.0,
-        pass_ended: Callable[[Session], object] | None = None,
-        unsaved: Callable[[str], object] | None = None,
+        checkpoints: Checkpoints | None = None,
+        pass_ended: Sequence[Callable[[], object]] = (),
     ) -> Result:
-        """Run all passes, call ``pass_ended`` after each, and return the result.
+        """Run all passes, call the functions of ``pass_ended`` after each, and return the result.
 
-        If ``path`` is given, the render so far is saved to it every ``every`` seconds, within passes too. If saving
-        fails, ``unsaved`` is called with the reason, and again only after a save has worked. After Ctrl-C the result
-        holds the finished blocks. Raises `KeyboardInterrupt` if nothing is finished. Raises `SampleError` or
-        `BrightImage`, which hold the result so far.
+        Checkpoints are saved within passes too. After Ctrl-C the result holds the finished blocks. Raises
+        `KeyboardInterrupt` if nothing is finished. Raises `SampleError` or `BrightImage`, which hold the result so far.
         """
-        if path is not None:
-            takes = _SECONDS_A_PIXEL * self.passes.pixels
-            self.passes.saving = Saving(partial(self._save, path), every, takes, unsaved)
+        if checkpoints is not None:
+            save, takes = partial(self._save, checkpoints.path), _SECONDS_A_PIXEL * self.passes.pixels
+            self.passes.saving = Saving(save, checkpoints.every, takes, checkpoints.unsaved)
         stopped_by = self._run_passes(pass_ended)
         if stopped_by == "interrupt" and not self._renderer.counters["paths"]:
             raise KeyboardInterrupt
@@ -131,11 +143,11 @@ class Session:
             result = self.result(stopped_by)
         return replace(result, stopped_by="interrupt") if late else result
 
-    def _run_passes(self, pass_ended: Callable[[Session], object] | None) -> StoppedBy:
+    def _run_passes(self, pass_ended: Sequence[Callable[[], object]]) -> StoppedBy:
         try:
             for _ in self.passes:
-                if pass_ended is not None:
-                    pass_ended(self)
+                for hear in pass_ended:
+                    hear()
         except KeyboardInterrupt:  # raised between two passes
             return "interrupt"
         assert self.passes.stopped_by is not None
@@ -287,3 +299,55 @@ def origin_of(
         scene_max_depth=scene.own_max_depth,
         picture=FilmPicture.of(film),
     )
+
+
+def run(
+    session: Session,
+    asking: Scene,
+    checkpoints: Checkpoints | None = None,
+    pass_ended: Sequence[Callable[[], object]] = (),
+    ended: Sequence[Callable[[Result], object]] = (),
+) -> Result:
+    """Run a session to its end, and return its result with the outputs that the scene ``asking`` asks for.
+
+    Parameters
+    ----------
+    asking
+        The user's scene. In the session's scene, effects may have been left out.
+    pass_ended
+        Called after each pass.
+    ended
+        Called with the finished image, before the outputs are made.
+
+    Raises
+    ------
+    RenderError
+        If there is not enough memory for the outputs.
+    KeyboardInterrupt, SampleError, BrightImage
+        As `Session.run` does.
+    """
+    result = session.run(checkpoints, pass_ended)
+    try:
+        for hear in ended:
+            hear(result)
+        return _with_outputs(result, session, asking, None if checkpoints is None else checkpoints.path)
+    except KeyboardInterrupt:  # the image is finished
+        return replace(result, stopped_by="interrupt")
+
+
+def _with_outputs(result: Result, session: Session, asking: Scene, checkpoint: Path | None) -> Result:
+    """Add the outputs, except after Ctrl-C, since they may take as long as the image."""
+    if result.stopped_by == "interrupt" or not asked_for(asking):
+        return result
+    if checkpoint is not None:  # outputs may also take as much memory as the image
+        with suppress(ImageError):
+            result.save(checkpoint)
+    job, begin, worked = session.job, clock.perf_counter(), result.stats.seconds * result.stats.threads
+    samples = max(1, round(float(result.samples.mean())))
+    try:
+        aovs = outputs(asking, job.scene, job.strategy, job.seed, job.threads, samples, worked)
+    except MemoryError as problem:
+        where = "" if checkpoint is None else f"; the image is in {checkpoint}"
+        raise RenderError(f"not enough memory for the outputs beside the image{where}") from problem
+    phases = {**result.stats.phases, "outputs": clock.perf_counter() - begin}
+    return replace(result, aovs=aovs, stats=replace(result.stats, phases=phases))

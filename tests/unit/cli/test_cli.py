@@ -24,7 +24,7 @@ from equaltime.cli.options import (
 )
 from equaltime.cli.progress import describe
 from equaltime.images import image_files as images
-from equaltime.rendering.progress import Progress
+from equaltime.rendering.passes import Progress
 from equaltime.rendering.render_file import read_picture
 from equaltime.statistics.intervals import Interval
 from equaltime.strategy import PRESETS, Strategy
@@ -333,7 +333,7 @@ def test_sizes_windows_and_seeds_are_read() -> None:
     assert parse_definitions(["a=1", "b=x=y", "a=2"]) == {"a": "2", "b": "x=y"}
 
 
-def test_the_progress_line_shows_samples_error_and_time_left() -> None:
+def test_the_progress_line_shows_samples_and_error() -> None:
     progress = Progress(24, 64, 4.0, 0.375, 67.4, Interval(0.0312, 0.03, 0.033))
-    assert describe(progress) == "24/64 spp  noise 3.12 %  1:08 left"
+    assert describe(progress) == "24/64 spp  noise 3.12 %"
     assert describe(Progress(0, None, 0.1, 0.0, None, None)) == "0 spp"

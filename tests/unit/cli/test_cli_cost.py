@@ -14,8 +14,7 @@ import pytest
 import equaltime as et
 from equaltime import cost as measure_cost
 from equaltime.cli import main
-from equaltime.cli.cost_output import as_data
-from equaltime.cli.cost_progress import describe, time_left
+from equaltime.cli.progress import describe, time_left
 from equaltime.errors import ExperimentError
 from equaltime.experiments import report
 from equaltime.experiments.analysis import summarise as analysis
@@ -251,10 +250,6 @@ def test_the_progress_says_what_is_going_on(phase: Any, done: int, words: str) -
 
 def test_the_time_left_is_a_countdown() -> None:
     assert [time_left(seconds) for seconds in (6.2, 3750.0, -1.0)] == ["0:07 left", "1:02:30 left", "0:00 left"]
-
-
-def test_data_are_plain() -> None:
-    assert as_data({0.02: (float("nan"), 1, True, None, "x", Path("a"))}) == {"0.02": [None, 1, True, None, "x", "a"]}
 
 
 def test_python_spells_the_same_words(experiment: Path, folder: Path) -> None:

@@ -13,6 +13,7 @@ from equaltime.film.focus import Focus
 from equaltime.film.sums import focused_light, mirrored_lamps
 from equaltime.rendering.core import core_settings, make_renderer
 from equaltime.strategy import Strategy
+from equaltime.strict_json import to_json
 
 SIDE, Z_LIMIT = 12, 4.9
 ALONE = Strategy.parse("bsdf,sampler=independent")
@@ -151,7 +152,7 @@ def test_a_scene_without_specular_surfaces_leaves_no_doubt() -> None:
 
 
 def test_it_comes_back_from_json() -> None:
-    assert Focus.from_dict(RARE.as_dict()) == RARE
+    assert Focus.from_dict(to_json(RARE)) == RARE
     assert Focus.from_dict(None) == Focus.none()
 
 

@@ -19,12 +19,11 @@ from numpy.typing import NDArray
 import equaltime as et
 from equaltime.film.error import PixelStatistics, image_error, pixel_statistics, standard_error
 from equaltime.film.lamps import Lamps
-from equaltime.film.moments import DTYPE, PARTS, stored
-from equaltime.film.packing import channel_names, packed, unpacked
+from equaltime.film.moments import DTYPE, PARTS, channel_names, packed, stored, unpacked
 from equaltime.film.parts_of_merge import MergedFilm, statistics_of
 from equaltime.images import image_files as images
-from equaltime.rendering.checkpoint import SavedRender
 from equaltime.rendering.render_file import read_picture
+from equaltime.rendering.saved import SavedRender
 
 SCENES = Path(__file__).parents[3] / "scenes"
 BEFORE = Path(__file__).parents[1] / "data" / "format_1" / "merged-without-sums.exr"

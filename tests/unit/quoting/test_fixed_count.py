@@ -14,10 +14,10 @@ from equaltime.film.focus import Focus
 from equaltime.quoting import fixed_count
 from equaltime.quoting.fixed_count import Chosen, pilot_seed
 from equaltime.rendering.budget import Limits, Stop
-from equaltime.rendering.checkpoint import SavedRender
 from equaltime.rendering.job import Job
-from equaltime.rendering.progress import Progress
+from equaltime.rendering.passes import Progress
 from equaltime.rendering.render_file import read_picture
+from equaltime.rendering.saved import SavedRender
 from equaltime.rendering.session import Session
 
 SCENE = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"

@@ -13,8 +13,8 @@ from equaltime.cli import main
 from equaltime.experiments.run import reference
 from equaltime.film.error import PixelStatistics, image_error
 from equaltime.machine import memory_bytes
-from equaltime.rendering.checkpoint import SavedRender
 from equaltime.rendering.core_subject import CoreSubject
+from equaltime.rendering.saved import SavedRender
 
 BRIGHT = (
     '[sensor]\ntype = "perspective"\nfilm = { type = "hdrfilm", width = 4, height = 4 }\n'

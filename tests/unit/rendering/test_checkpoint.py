@@ -15,7 +15,7 @@ import pytest
 
 import equaltime as et
 from equaltime.images import image_files as images
-from equaltime.rendering.progress import Progress
+from equaltime.rendering.passes import Progress
 from equaltime.rendering.render_file import read_film, read_picture
 
 SCENE = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"

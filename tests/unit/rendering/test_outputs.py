@@ -15,8 +15,8 @@ from equaltime.cli.messages import left_by_interrupt
 from equaltime.pricing import derive
 from equaltime.pricing import output_costs as extras
 from equaltime.pricing.output_costs import ALL, measure_outputs
-from equaltime.rendering import run
-from equaltime.rendering.progress import Progress
+from equaltime.rendering import session
+from equaltime.rendering.passes import Progress
 
 AOVS = "cost:rays, far:depth, seconds:time_from_rays, light:bounces"
 
@@ -85,7 +85,7 @@ def test_ctrl_c_while_they_are_taken_loses_no_image(result: et.Result, monkeypat
     def stopped(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(run, "outputs", stopped)
+    monkeypatch.setattr(session, "outputs", stopped)
     found = et.render(scene(), spp=8, seed=3)
     assert (found.stopped_by, found.aovs) == ("interrupt", {})
     np.testing.assert_array_equal(found.image, result.image)
@@ -112,13 +112,13 @@ def test_after_ctrl_c_they_are_not_rendered(tmp_path: Path, capsys: pytest.Captu
 def test_their_time_is_a_phase_beyond_that_of_the_render(result: et.Result, monkeypatch: pytest.MonkeyPatch) -> None:
     assert result.stats.phases["outputs"] > 0.0
     assert "outputs" not in et.render(plain(), spp=4).stats.phases
-    slow = run.outputs
+    slow = session.outputs
 
     def slower(*arguments: Any) -> Any:
         time.sleep(0.3)
         return slow(*arguments)
 
-    monkeypatch.setattr(run, "outputs", slower)
+    monkeypatch.setattr(session, "outputs", slower)
     phases = et.render(scene(), spp=8, time=10.0).record["phases"]
     assert phases["outputs"] >= 0.3
 

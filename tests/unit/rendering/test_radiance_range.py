@@ -9,7 +9,7 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
-from equaltime.rendering.checkpoint import SavedRender
+from equaltime.rendering.saved import SavedRender
 
 SCENE = """
 [integrator]

@@ -17,8 +17,16 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime.film.moments import DTYPE, PARTS, deviations
-from equaltime.film.packing import channel_names, packed, packed_moments, unpacked, unpacked_moments
+from equaltime.film.moments import (
+    DTYPE,
+    PARTS,
+    channel_names,
+    deviations,
+    packed,
+    packed_moments,
+    unpacked,
+    unpacked_moments,
+)
 from equaltime.images import image_files as images
 from equaltime.rendering import render_file
 from equaltime.rendering.render_file import FORMAT, RenderFile, read_film, read_picture

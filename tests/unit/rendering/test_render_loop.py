@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from equaltime.film.error import PixelStatistics, image_error, pixel_statistics
 from equaltime.film.unseen import Unseen, stated_error
 from equaltime.rendering.budget import Limits
-from equaltime.rendering.passes import Passes, pass_end
-from equaltime.rendering.progress import Progress
+from equaltime.rendering.passes import Passes, Progress, pass_end
 
 from .fake_renderer import PIXELS, FakeRenderer
 

@@ -10,9 +10,9 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
-from equaltime.rendering.checkpoint import SavedRender, differences
 from equaltime.rendering.render_file import RenderFile
 from equaltime.rendering.render_record import checked
+from equaltime.rendering.saved import SavedRender, differences
 
 SCENE = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
 SIZE = ("--size", "6x5")

@@ -17,7 +17,7 @@ import pytest
 
 import equaltime as et
 from equaltime import _core
-from equaltime.rendering.first_hits import first_hits
+from equaltime.rendering.outputs import first_hits
 from equaltime.scene import assets
 
 from ...statistical.worlds import affine, build, octahedron

@@ -211,7 +211,7 @@ def test_a_replay_tells_what_a_medium_leaves_and_where_it_scatters() -> None:
 
 
 def test_the_cross_check_refuses_media_by_name() -> None:
-    from equaltime.crosscheck.refusal import check
+    from equaltime.crosscheck.tracer import check
 
     with pytest.raises(RenderError, match="the cross-check cannot trace 'homogeneous', 'isotropic', 'null'"):
         check(ball(fog()).model)

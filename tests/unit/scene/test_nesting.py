@@ -274,7 +274,7 @@ def test_a_priority_that_makes_no_sense_is_refused_with_its_place() -> None:
 
 
 def test_the_cross_check_refuses_priorities_by_name() -> None:
-    from equaltime.crosscheck.refusal import check
+    from equaltime.crosscheck.tracer import check
 
     with pytest.raises(RenderError, match="the cross-check cannot trace 'priority'"):
         check(loaded().model)

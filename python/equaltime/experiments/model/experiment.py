@@ -25,7 +25,7 @@ from pydantic import (
 
 from equaltime.errors import ExperimentError, Problem, SceneError, StrategyError
 from equaltime.experiments.model.problems import DEFAULT_TARGETS, crossed, explained, name_of_scene, name_of_strategy
-from equaltime.rendering.arguments import MOST_SECONDS, MOST_THREADS, check_fraction
+from equaltime.rendering.job import MOST_SECONDS, MOST_THREADS, check_fraction
 from equaltime.scene import Scene, load_dict, load_file
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
@@ -33,6 +33,7 @@ from equaltime.words import seconds_of
 
 __all__ = [
     "DEFAULT_BUDGET",
+    "MOST_REPEATS",
     "Experiment",
     "Peer",
     "Quantity",
@@ -65,6 +66,7 @@ Question = Literal["time", "bias", "samples", "efficiency"]
 error times time."""
 
 DEFAULT_BUDGET = 10.0
+MOST_REPEATS = 100_000
 
 Positive = Annotated[int, Field(ge=1)]
 Natural = Annotated[int, Field(ge=0)]
@@ -240,7 +242,7 @@ class Experiment(Value):
         Annotated[tuple[Annotated[int, Field(ge=1, le=MOST_SAMPLES)], ...], Field(strict=False, min_length=1)] | None
     ) = None
     """Sample counts of all checkpoints, instead of ``budget``."""
-    repeats: Annotated[int, Field(ge=1, le=100_000)] = 8
+    repeats: Annotated[int, Field(ge=1, le=MOST_REPEATS)] = 8
     targets: Annotated[tuple[Error, ...], Field(strict=False)] = DEFAULT_TARGETS
     """Relative errors to which the report gives times (0.02 is 2 %)."""
     crops: Annotated[tuple[Window, ...], Field(strict=False)] = ()

@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from equaltime.cli.startup import ready, runs_the_command
+from equaltime.cli.signals import ready, runs_the_command
 
 
 @pytest.mark.parametrize(
