@@ -20,10 +20,10 @@ from measuring import SCENES, arguments, noise, print_conditions, ratio, rounds,
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime.bench import spread
 from equaltime.experiments.peers.common import with_box_filter
 from equaltime.experiments.peers.mitsuba import MitsubaPeer
 from equaltime.rendering.core_subject import CoreSubject, Subject
+from equaltime.statistics.intervals import median_interval
 
 STRATEGY = "best,roulette=none,adaptive=none"
 NO_ROULETTE = 10**6
@@ -75,7 +75,9 @@ def compare(name: str, subjects: Sequence[Subject], options: Any) -> None:
     width, height = options.size
     print(f"\n{name}, {width}x{height}, {options.spp} spp, depth {options.max_depth}")
     for who, values in rates.items():
-        print(f"  {who:14} {text(spread([v / 1e6 for v in values]))} M paths/s, relMSE {noise(images[who]):.4g}")
+        print(
+            f"  {who:14} {text(median_interval([v / 1e6 for v in values]))} M paths/s, relMSE {noise(images[who]):.4g}"
+        )
     for peer in subjects[1:]:
         faster = ratio(rates["equaltime"], rates[peer.label])
         less = noise(images[peer.label]) / noise(images["equaltime"])

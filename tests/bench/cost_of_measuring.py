@@ -14,8 +14,8 @@ from typing import Any
 from measuring import SHIPPED, arguments, print_conditions, text
 
 import equaltime as et
-from equaltime.bench import spread
 from equaltime.rendering import passes, result, session
+from equaltime.statistics.intervals import median_interval
 
 
 def main() -> None:
@@ -39,7 +39,9 @@ def main() -> None:
             seconds = render.stats.phases["render"]
             if number > 0:
                 shares.append((100.0 * sum(map(sum, after)) / seconds, 100.0 * sum(map(sum, during)) / seconds))
-        both, end, meanwhile = (spread(column) for column in ([a + b for a, b in shares], *zip(*shares, strict=True)))
+        both, end, meanwhile = (
+            median_interval(column) for column in ([a + b for a, b in shares], *zip(*shares, strict=True))
+        )
         print(f"  {path.stem:14} {text(both)} % of the render: {text(end)} % at its end, {text(meanwhile)} % meanwhile")
 
 

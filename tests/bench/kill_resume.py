@@ -17,8 +17,8 @@ from pathlib import Path
 from measuring import SCENES, arguments, parsed
 
 import equaltime as et
-from equaltime.bench import spread
 from equaltime.rendering.render_file import read_film, read_picture
+from equaltime.statistics.intervals import median_interval
 
 SCENE = SCENES / "cornell-box.toml"
 MOST_SECONDS = 60.0
@@ -58,7 +58,7 @@ def main() -> None:
         same = found.tobytes() == whole.moments.tobytes()
     print(f"{options.kills} kills, {empty} before the first checkpoint; {before} samples a pixel after the last")
     if lost:
-        worst = spread(lost)
+        worst = median_interval(lost)
         print(f"age of the checkpoint at the kill: median {worst.value:.3g} s, at most {max(lost):.3g} s")
     print(f"the finished render has {'the bits' if same else 'NOT the bits'} of one that never stopped")
     sys.exit(0 if same else 1)

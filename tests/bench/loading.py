@@ -9,7 +9,7 @@ from large_scenes import write_terrain
 from measuring import arguments, print_conditions, text
 from memory import fresh
 
-from equaltime.bench import spread
+from equaltime.statistics.intervals import median_interval
 
 
 def main() -> None:
@@ -23,9 +23,9 @@ def main() -> None:
         answers = [fresh(scene=str(scene)) for _ in range(options.repeats)]
     print(f"{answers[0]['triangles']:,} triangles, {size / 1e6:.0f} MB")
     for phase in ("load", "build"):
-        print(f"  {phase:6} {text(spread([answer[phase] for answer in answers]))} s")
-    print(f"  both   {text(spread([answer['load'] + answer['build'] for answer in answers]))} s")
-    print(f"  peak   {text(spread([answer['peak'] / 2**30 for answer in answers]))} GB of memory")
+        print(f"  {phase:6} {text(median_interval([answer[phase] for answer in answers]))} s")
+    print(f"  both   {text(median_interval([answer['load'] + answer['build'] for answer in answers]))} s")
+    print(f"  peak   {text(median_interval([answer['peak'] / 2**30 for answer in answers]))} GB of memory")
     print(f"  scene  {answers[0]['scene_bytes'] / 2**30:.3g} GB by the core's account")
 
 

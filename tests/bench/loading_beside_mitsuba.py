@@ -17,8 +17,8 @@ from core_worker import peak_bytes, resident_bytes
 from measuring import SCENES, arguments, print_conditions, ratio, text
 from workers import Worker, serve
 
-from equaltime.bench import spread
 from equaltime.errors import EqualtimeError
+from equaltime.statistics.intervals import median_interval
 
 SMALL = SCENES / "mitsuba" / "cornell-box" / "scene.xml"
 WHAT = {"seconds": "s", "grown": "MB", "peak": "MB"}
@@ -51,7 +51,7 @@ def compare(path: Path, name: Path, options: Any) -> None:
     print(f"{name}")
     for key, unit in WHAT.items():
         own = [a[key] / (1 if unit == "s" else 1e6) for a in ours]
-        line = f"  {key:8} {text(spread(own))} {unit}"
+        line = f"  {key:8} {text(median_interval(own))} {unit}"
         if "mitsuba" in answers and not any("wrong" in a for a in answers["mitsuba"]):
             line += f"; over Mitsuba's {text(ratio([a[key] for a in ours], [a[key] for a in answers['mitsuba']]))}"
         print(line)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from measuring import arguments, print_conditions, text
 from workers import Worker
 
-from equaltime.bench import spread
+from equaltime.statistics.intervals import median_interval
 
 CASES = {
     "instances of a bottle with an interior": {"kind": "instances", "count": 10_000, "medium": True},
@@ -41,11 +41,13 @@ def main() -> None:
             with Worker("many_worker.py", ["--core", options.core] if options.core else []) as worker:
                 answers.append(worker.ask(**question | {"count": count}))
         print(f"{count:,} {name}")
-        print(f"  build   {text(spread([a['build'] for a in answers]))} s")
+        print(f"  build   {text(median_interval([a['build'] for a in answers]))} s")
         if "spp" in question:
-            print(f"  render  {text(spread([a['render'] for a in answers]))} s, mean {answers[0]['mean']!r}")
-        print(f"  peak    {text(spread([a['peak'] / 2**20 for a in answers]), 4)} MB")
-        print(f"  more    {text(spread([a['more'] / 2**20 for a in answers]), 4)} MB at the peak than before building")
+            print(f"  render  {text(median_interval([a['render'] for a in answers]))} s, mean {answers[0]['mean']!r}")
+        print(f"  peak    {text(median_interval([a['peak'] / 2**20 for a in answers]), 4)} MB")
+        print(
+            f"  more    {text(median_interval([a['more'] / 2**20 for a in answers]), 4)} MB at the peak than before building"
+        )
         print(f"  scene   {answers[0]['account'] / 2**20:.4g} MB by the core's account")
 
 

@@ -13,7 +13,7 @@ from large_scenes import write_terrain
 from measuring import SCENES, arguments, print_conditions, text
 from workers import fresh
 
-from equaltime.bench import spread
+from equaltime.statistics.intervals import median_interval
 
 SMALL, LARGE = 512, 2048
 FEW, MANY = 4, 256
@@ -33,10 +33,10 @@ def main() -> None:
 
     pixels = LARGE**2 - SMALL**2
     print(
-        f"a pixel of the film   {text(spread([(film(LARGE, 2) - film(SMALL, 2)) / pixels for _ in repeats]), 4)} bytes"
+        f"a pixel of the film   {text(median_interval([(film(LARGE, 2) - film(SMALL, 2)) / pixels for _ in repeats]), 4)} bytes"
     )
     growth = [(film(SMALL, MANY) - film(SMALL, FEW)) / film(SMALL, FEW) for _ in repeats]
-    print(f"{MANY} spp over {FEW} spp     {text(spread([1 + g for g in growth]), 4)} x the peak")
+    print(f"{MANY} spp over {FEW} spp     {text(median_interval([1 + g for g in growth]), 4)} x the peak")
     with tempfile.TemporaryDirectory() as folder:
         for strategy in ("best,adaptive=none", "best,adaptive=error"):
             for side in (SMALL, 2 * SMALL):
@@ -62,7 +62,7 @@ def triangles(folder: Path, few: int, many: int, repeats: int) -> None:
         ("peak", "at the peak"),
     ):
         values = [(b[key] - a[key]) / more for a, b in zip(*answers, strict=True)]
-        print(f"a triangle, {few:>9,} to {many:,}: {text(spread(values), 4)} bytes {words}")
+        print(f"a triangle, {few:>9,} to {many:,}: {text(median_interval(values), 4)} bytes {words}")
 
 
 if __name__ == "__main__":

@@ -19,8 +19,7 @@ from measuring import parsed
 from uneven import CASES, case_arguments
 
 import equaltime as et
-from equaltime.bench import spread
-from equaltime.statistics.intervals import Interval
+from equaltime.statistics.intervals import Interval, median_interval
 
 SCENES = ["cornell-box", "independent", "terrain", "opening", "stadium", "simple", "ball", "lens"]
 
@@ -95,7 +94,7 @@ def pairs(options: argparse.Namespace, before: bool, during: bool) -> Iterator[t
 
 
 def summary(what: str, found: list[Pair]) -> None:
-    middle = spread([pair.ratio for pair in found])
+    middle = median_interval([pair.ratio for pair in found])
     print(
         f"{what}: median {middle.value:.3f} [{middle.low:.3f}, {middle.high:.3f}]; within 20 % in "
         f"{sum(pair.near for pair in found)} of {len(found)}; in the quote's interval in "

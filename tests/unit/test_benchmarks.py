@@ -54,6 +54,13 @@ def test_every_benchmark_of_the_table_is_tried_or_says_why_not() -> None:
     assert sorted(listed) == sorted([*SMALLEST, *ELSEWHERE])
 
 
+def test_every_benchmark_finds_what_it_imports() -> None:
+    names = sorted(path.stem for path in BENCH.glob("*.py"))
+    code = "; ".join(f"import {name}" for name in names)
+    done = subprocess.run([sys.executable, "-c", code], cwd=BENCH, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SMALLEST)
 def test_a_benchmark_runs_in_its_smallest_form(name: str) -> None:
