@@ -19,7 +19,7 @@ from equaltime.scene.model import OUTPUTS, OWN_OUTPUTS, PLUGINS, Kind
 from equaltime.scene.tree import Child, Object, Plain, Ref
 from equaltime.words import nearest
 
-__all__ = ["Substitution", "substituted"]
+__all__ = ["Substitution", "has_substitute", "substituted"]
 
 Made = tuple[Object | None, str]
 """Substitute of an object and the substitute's description; the substitute is None if the object is left out."""
@@ -38,6 +38,11 @@ class Substitution:
     def __str__(self) -> str:
         done = f"is replaced by {self.by}" if self.by else "is left out"
         return f"{self.place}: the {self.what} {done}"
+
+
+def has_substitute(kind: Kind, type: str) -> bool:
+    """Tell whether `substituted` replaces or leaves out the plugin `type` of Mitsuba 3 or Mitsuba 0.6."""
+    return type in SUBSTITUTES.get(kind, {}) or (kind in FALLBACKS and _is_known(kind, type))
 
 
 def substituted(root: Object) -> tuple[Object, tuple[Substitution, ...]]:
@@ -91,7 +96,7 @@ class _Replacer:
         if kind is None:
             return inner
         step = SUBSTITUTES.get(kind, {}).get(node.type)
-        if step is None and kind in FALLBACKS and node.type not in PLUGINS and not _misspelt(node.type, kind):
+        if step is None and kind in FALLBACKS and node.type not in PLUGINS and not _misspelt(kind, node.type):
             step = FALLBACKS[kind]
         if step is None:
             return inner
@@ -121,9 +126,13 @@ def _holding(node: Object, children: list[Child]) -> Object:
     return node if same else dataclasses.replace(node, children=children)
 
 
-def _misspelt(type: str, kind: Kind) -> bool:
-    """Tell whether the name is not one of Mitsuba 0.6, but near or equal to one of Mitsuba 3."""
-    return type not in OLD.get(kind, ()) and nearest(type, MITSUBA[kind]) is not None
+def _is_known(kind: Kind, type: str) -> bool:
+    return type in MITSUBA[kind] or type in OLD.get(kind, ())
+
+
+def _misspelt(kind: Kind, type: str) -> bool:
+    """Tell whether the name is of no plugin, but similar to the name of a plugin of Mitsuba 3."""
+    return not _is_known(kind, type) and nearest(type, MITSUBA[kind]) is not None
 
 
 def _family(node: Object) -> Kind | None:

@@ -50,6 +50,10 @@ CASES = {
         scene(how={"type": "prb_projective"}),
         "how: the integrator 'prb_projective' is replaced by 'path'",
     ),
+    "volprim_rf_basic": (
+        scene(how={"type": "volprim_rf_basic"}),
+        "how: the integrator 'volprim_rf_basic' is replaced by 'path'",
+    ),
     "direct_projective": (
         scene(how={"type": "direct_projective"}),
         "how: the integrator 'direct_projective' is replaced by 'direct'",
