@@ -43,17 +43,18 @@ def scene_dict(model: SceneModel, name_file: Callable[[str], str]) -> Dict:
 def with_transforms(node: Mapping[str, Any], transform: Callable[[list[list[float]]], Any]) -> Dict:
     """Return a copy of the dictionary `node` in which `transform` was applied to every transform.
 
-    The function `transform` takes a nested list (4, 4); an example is ``mitsuba.ScalarTransform4f``. For an animated
-    transform, it takes the dictionary of the animation.
+    The function `transform` takes a nested list (4, 4); an example is ``mitsuba.ScalarTransform4f``. Raises ValueError
+    for an animated transform, which Mitsuba does not have.
     """
-    return {
-        key: transform(value)
-        if key in TRANSFORMS
-        else with_transforms(value, transform)
-        if isinstance(value, Mapping)
-        else value
-        for key, value in node.items()
-    }
+
+    def converted(name: str, value: Any) -> Any:
+        if name in TRANSFORMS and isinstance(value, Mapping):
+            raise ValueError(f"'{name}' is animated: Mitsuba 3 has no transforms that change with time")
+        if name in TRANSFORMS:
+            return transform(value)
+        return with_transforms(value, transform) if isinstance(value, Mapping) else value
+
+    return {name: converted(name, value) for name, value in node.items()}
 
 
 class PlainWriter:
