@@ -14,7 +14,7 @@ from equaltime.errors import ImageError
 from equaltime.film.error import Estimate
 from equaltime.rendering.render_file import holds_film, read_picture
 from equaltime.scene import Scene, SceneModel, load_file
-from equaltime.scene.named_files import named_files
+from equaltime.scene.scene import named_files
 from equaltime.strict_json import json_text
 from equaltime.words import duration
 

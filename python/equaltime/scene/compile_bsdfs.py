@@ -10,8 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
-from equaltime.scene.builder import Builder
 from equaltime.scene.compile_textures import Textures, color, number
+from equaltime.scene.core import SceneBuilder, Unsupported
 from equaltime.scene.model import (
     BlendBsdf,
     Bsdf,
@@ -30,7 +30,6 @@ from equaltime.scene.model import (
     Texture,
     ThinDielectric,
 )
-from equaltime.scene.unsupported import Unsupported
 
 __all__ = ["BsdfCompiler"]
 
@@ -46,7 +45,7 @@ class Bend:
 class BsdfCompiler:
     """The BSDFs that were added to the core's scene builder; equal BSDFs share one index."""
 
-    def __init__(self, builder: Builder, textures: Textures) -> None:
+    def __init__(self, builder: SceneBuilder, textures: Textures) -> None:
         self._builder = builder
         self._textures = textures
         self._known: dict[tuple[Bsdf, bool, Bend | None], int] = {}
@@ -106,55 +105,55 @@ class BsdfCompiler:
         return index
 
 
-def _diffuse(builder: Builder, bsdf: Diffuse) -> int:
+def _diffuse(builder: SceneBuilder, bsdf: Diffuse) -> int:
     return builder.add_diffuse(color(bsdf.reflectance))
 
 
-def _conductor(builder: Builder, bsdf: Conductor) -> int:
+def _conductor(builder: SceneBuilder, bsdf: Conductor) -> int:
     eta, k = map(color, bsdf.ior)
     return builder.add_conductor(eta, k, color(bsdf.specular_reflectance))
 
 
-def _rough_conductor(builder: Builder, bsdf: RoughConductor) -> int:
+def _rough_conductor(builder: SceneBuilder, bsdf: RoughConductor) -> int:
     (eta, k), (alpha_u, alpha_v) = map(color, bsdf.ior), map(number, bsdf.alphas)
     reflectance = color(bsdf.specular_reflectance)
     return builder.add_rough_conductor(bsdf.distribution, alpha_u, alpha_v, eta, k, reflectance)
 
 
-def _dielectric(builder: Builder, bsdf: Dielectric) -> int:
+def _dielectric(builder: SceneBuilder, bsdf: Dielectric) -> int:
     reflectance, transmittance = color(bsdf.specular_reflectance), color(bsdf.specular_transmittance)
     return builder.add_dielectric(bsdf.int_ior / bsdf.ext_ior, reflectance, transmittance)
 
 
-def _thin_dielectric(builder: Builder, bsdf: ThinDielectric) -> int:
+def _thin_dielectric(builder: SceneBuilder, bsdf: ThinDielectric) -> int:
     reflectance, transmittance = color(bsdf.specular_reflectance), color(bsdf.specular_transmittance)
     return builder.add_thin_dielectric(bsdf.int_ior / bsdf.ext_ior, reflectance, transmittance)
 
 
-def _rough_dielectric(builder: Builder, bsdf: RoughDielectric) -> int:
+def _rough_dielectric(builder: SceneBuilder, bsdf: RoughDielectric) -> int:
     reflectance, transmittance = color(bsdf.specular_reflectance), color(bsdf.specular_transmittance)
     alpha_u, alpha_v = map(number, bsdf.alphas)
     ior = bsdf.int_ior / bsdf.ext_ior
     return builder.add_rough_dielectric(bsdf.distribution, alpha_u, alpha_v, ior, reflectance, transmittance)
 
 
-def _plastic(builder: Builder, bsdf: Plastic) -> int:
+def _plastic(builder: SceneBuilder, bsdf: Plastic) -> int:
     diffuse, specular = color(bsdf.diffuse_reflectance), color(bsdf.specular_reflectance)
     return builder.add_plastic(bsdf.int_ior / bsdf.ext_ior, diffuse, specular, bsdf.nonlinear)
 
 
-def _rough_plastic(builder: Builder, bsdf: RoughPlastic) -> int:
+def _rough_plastic(builder: SceneBuilder, bsdf: RoughPlastic) -> int:
     diffuse, specular = color(bsdf.diffuse_reflectance), color(bsdf.specular_reflectance)
     ior = bsdf.int_ior / bsdf.ext_ior
     return builder.add_rough_plastic(bsdf.distribution, bsdf.alpha, ior, diffuse, specular, bsdf.nonlinear)
 
 
-def _principled(builder: Builder, bsdf: Principled) -> int:
+def _principled(builder: SceneBuilder, bsdf: Principled) -> int:
     numbers = {name: number(getattr(bsdf, name)) for name in PRINCIPLED}
     return builder.add_principled(color(bsdf.base_color), ior=bsdf.ior, **numbers)
 
 
-def _null(builder: Builder, _: Null) -> int:
+def _null(builder: SceneBuilder, _: Null) -> int:
     return builder.add_null()
 
 
@@ -163,7 +162,7 @@ PRINCIPLED: Final = (
     *("clearcoat", "clearcoat_gloss"),
 )
 """Parameters of `Principled` that are single numbers and may be textures."""
-Step = Callable[[Builder, Any], int]
+Step = Callable[[SceneBuilder, Any], int]
 LEAVES: Final[dict[type, Step]] = {
     Diffuse: _diffuse,
     Conductor: _conductor,

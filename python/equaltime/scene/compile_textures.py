@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.scene.assets import Assets
-from equaltime.scene.builder import Builder
+from equaltime.scene.core import SceneBuilder, Unsupported, constant
 from equaltime.scene.model import Bitmap, Checkerboard, Color, MeshAttribute, Plugin, Texture, TexturePlugin
-from equaltime.scene.unsupported import Unsupported, constant
 
 __all__ = ["Textures", "color", "number"]
 
@@ -22,7 +21,7 @@ __all__ = ["Textures", "color", "number"]
 class Textures:
     """The textures that were added to the core's scene builder; equal textures share one index."""
 
-    def __init__(self, builder: Builder, assets: Assets) -> None:
+    def __init__(self, builder: SceneBuilder, assets: Assets) -> None:
         self._builder = builder
         self._assets = assets
         self._known: dict[Texture, int] = {}

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from equaltime.scene import meshes
 from equaltime.scene.assets import Assets
+from equaltime.scene.core import Unsupported
 from equaltime.scene.model import (
     Bsdf,
     Color,
@@ -49,7 +50,6 @@ from equaltime.scene.model import (
 from equaltime.scene.motion import span
 from equaltime.scene.sides import sides
 from equaltime.scene.transforms import perpendicular
-from equaltime.scene.unsupported import Unsupported
 
 __all__ = [
     *("CylinderSurface", "DiskSurface", "MeshSurface", "QuadSurface", "SphereSurface"),

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import Final, Literal
 
 from equaltime.scene.account import Account
-from equaltime.scene.mesh_readers import obj_name
+from equaltime.scene.core import obj_name
 
 __all__ = ["WORDS", "Color", "ImageMap", "Material", "read_mtl", "shown"]
 

@@ -29,6 +29,8 @@ __all__ = [
     "Plain",
     "Ref",
     "Report",
+    "add",
+    "plant",
     "told_once",
 ]
 
@@ -228,3 +230,26 @@ def told_once(place: Place, message: str) -> tuple[Place, str]:
 
 NOWHERE: Final = Places((), ())
 """`Places` without any file or line, for a model that was made in memory."""
+
+
+def plant(kind: Kind, type_: str, place: Place, id_: str | None = None, **fields: object) -> Object:
+    """Return a new object of the scene tree, with plugin family `kind` (such as ``bsdf``) and plugin type `type_`.
+
+    `place` is the object's position in the file, for error messages. The `fields` are the object's parameters: plain
+    values, objects or references. A field that is None is left out.
+    """
+    result = Object(place, type_, kind, id=id_)
+    for name, value in fields.items():
+        add(result, name, value)
+    return result
+
+
+def add(parent: Object, name: str | None, value: object) -> None:
+    """Add `value` to `parent`: as the parameter `name`, or as an unnamed nested object if `name` is None.
+
+    A `value` of None is not added.
+    """
+    if value is None:
+        return
+    node = value if isinstance(value, Object | Ref | Plain) else Plain(parent.place, value)
+    parent.children.append(Child(name, node))

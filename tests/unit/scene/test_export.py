@@ -13,7 +13,7 @@ import equaltime as et
 from equaltime import files as disk
 from equaltime.cli import main
 from equaltime.scene import model as m
-from equaltime.scene.export.convert import FORMATS
+from equaltime.scene.export import FORMATS
 from equaltime.scene.export.files import Folder, write_ply
 
 from .gltf_files import Builder

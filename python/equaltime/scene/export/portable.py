@@ -12,9 +12,9 @@ import OpenImageIO
 
 from equaltime.errors import Problem, SceneError
 from equaltime.scene.assets import Assets, Mesh
+from equaltime.scene.core import read_ply
 from equaltime.scene.export.files import Folder, write_ply
 from equaltime.scene.gltf import split
-from equaltime.scene.mesh_readers import read_ply
 from equaltime.scene.model import Bitmap, Deformation, Gltf, Obj, Plugin, Ply, SceneModel, mesh_files
 
 __all__ = ["portable"]

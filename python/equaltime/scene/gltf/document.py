@@ -17,9 +17,8 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any, Final
 from urllib.parse import unquote, unquote_to_bytes
 
-from equaltime.scene.gltf.mapping import MAPPING
 from equaltime.scene.gltf.rules import Problems
-from equaltime.scene.gltf.schema import DOCUMENT, UNREADABLE
+from equaltime.scene.gltf.schema import DOCUMENT, MAPPING, UNREADABLE
 from equaltime.scene.gltf.surfaces import capped
 from equaltime.words import shortened, suggestion
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
+from equaltime.scene.checks import of_mesh, of_textures
 from equaltime.scene.lint.facts import Finding, first_places
 from equaltime.scene.lint.parts import LintScene
 from equaltime.scene.model import Diffuse, Plugin
-from equaltime.scene.out_of_range import of_mesh, of_textures
 
 __all__ = ["check_materials"]
 
