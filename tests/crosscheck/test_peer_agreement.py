@@ -20,7 +20,7 @@ from equaltime.experiments.peers import CommandPeer, MitsubaPeer, agreement
 from equaltime.experiments.peers.agreement import check, own_reference
 from equaltime.rendering.core_subject import Point, RendererKind
 from equaltime.scene import Scene
-from equaltime.scene.mitsuba_dict import mitsuba_dict
+from equaltime.scene.export.plain import mitsuba_dict
 from equaltime.statistics.agreement import LEVEL
 
 FOLDER = Path(__file__).parents[2] / "scenes" / "experiments"

@@ -3,8 +3,7 @@
 Each family of plugins has its module, to which a new plugin of the family is added:
 
 ========================  ==============================================================================
-`compile_bsdfs`           BSDFs and their wrappers, taken apart into sides by `sides`
-`compile_textures`        textures, and placeholders for the parameters that they give
+`compile_bsdfs`           BSDFs and their wrappers; textures, and placeholders for the parameters that they give
 `compile_media`           media between shapes, and the camera's medium
 `compile_shapes`          shapes, placed in the world by `geometry`; groups and instances; area emitters
 `compile`                 emitters that are not shapes; cameras, film and filters
@@ -16,10 +15,9 @@ A plugin that the core does not support yet raises `Unsupported`. `Scene` adds t
 from __future__ import annotations
 
 from equaltime.scene.assets import Assets
-from equaltime.scene.compile_bsdfs import BsdfCompiler
+from equaltime.scene.compile_bsdfs import BsdfCompiler, Textures
 from equaltime.scene.compile_media import Media
 from equaltime.scene.compile_shapes import Shapes
-from equaltime.scene.compile_textures import Textures
 from equaltime.scene.core import CoreScene, SceneBuilder, Unsupported
 from equaltime.scene.inert import is_inert, shown
 from equaltime.scene.model import (

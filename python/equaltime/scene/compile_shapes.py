@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from equaltime.scene.assets import Assets
-from equaltime.scene.compile_bsdfs import BsdfCompiler
+from equaltime.scene.compile_bsdfs import BsdfCompiler, Textures
 from equaltime.scene.compile_media import Media
-from equaltime.scene.compile_textures import Textures
 from equaltime.scene.core import SceneBuilder, Unsupported
 from equaltime.scene.deforming import steps
 from equaltime.scene.geometry import CylinderSurface, DiskSurface, MeshSurface, QuadSurface, Surface
@@ -27,7 +26,7 @@ from equaltime.scene.model import (
     mirrors,
     without_shear,
 )
-from equaltime.scene.sides import turns
+from equaltime.scene.model.wrappers import turns
 
 __all__ = ["Shapes"]
 

@@ -9,7 +9,6 @@ from typing import Any, Final
 
 from pydantic import ValidationError
 
-from equaltime.scene.known import MITSUBA, OLD, SCENE_HINTS, mitsuba_kind
 from equaltime.scene.model import (
     NO_MORE,
     NOT_YET,
@@ -24,7 +23,7 @@ from equaltime.scene.model import (
     ShapeGroup,
     SpectrumPlugin,
 )
-from equaltime.scene.substitutes import has_substitute
+from equaltime.scene.substitutes import MITSUBA, OLD, SCENE_HINTS, has_substitute, mitsuba_kind
 from equaltime.scene.tree import FREE_ENTRIES, USES_OF_EACH, Alias, Child, Object, Plain, Ref, Report
 from equaltime.scene.validate import explain, shown
 from equaltime.words import a, nearest, suggestion

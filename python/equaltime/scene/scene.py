@@ -25,8 +25,7 @@ from equaltime.scene.compile import compile_scene
 from equaltime.scene.compile_media import unseen_media
 from equaltime.scene.core import Unsupported
 from equaltime.scene.dict_reader import read_dict
-from equaltime.scene.extents import seen_whole
-from equaltime.scene.geometry import Surface
+from equaltime.scene.geometry import Surface, seen_whole
 from equaltime.scene.gltf import read_gltf
 from equaltime.scene.inert import shown
 from equaltime.scene.model import Animation, Bitmap, Deformation, EnvMap, MeshFile, Plugin, SceneModel, mesh_files

@@ -11,8 +11,7 @@ import pytest
 import equaltime as et
 from equaltime.cli import main
 from equaltime.scene import model as m
-from equaltime.scene.known import MITSUBA, OLD
-from equaltime.scene.substitutes import SUBSTITUTES
+from equaltime.scene.substitutes import MITSUBA, OLD, SUBSTITUTES
 
 BALL: dict[str, Any] = {"type": "sphere"}
 

@@ -1,8 +1,8 @@
 """Export of scenes: as a dictionary, as TOML, or as XML for Mitsuba 3.
 
 `plain` converts a scene model to nested dictionaries with Mitsuba's names. `toml_writer` and `xml_writer` convert such
-a dictionary to text. `portable` writes the contents of a glTF file as separate files. `files` names files and writes
-new files. The function `convert` combines all steps.
+a dictionary to text. `files` names files, and writes the contents of a glTF file as separate files. The function
+`convert` combines all steps.
 """
 
 from __future__ import annotations
@@ -14,9 +14,8 @@ from typing import Any, Final
 from equaltime.errors import Problem, SceneError
 from equaltime.files import beside, give_new_name
 from equaltime.scene.assets import Assets
-from equaltime.scene.export.files import Folder, relative
+from equaltime.scene.export.files import Folder, portable, relative
 from equaltime.scene.export.plain import PlainWriter, scene_dict, with_transforms
-from equaltime.scene.export.portable import portable
 from equaltime.scene.export.toml_writer import write_toml
 from equaltime.scene.export.xml_writer import write_xml
 from equaltime.scene.gltf import split

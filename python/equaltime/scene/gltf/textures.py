@@ -20,9 +20,8 @@ from equaltime.scene.gltf.document import Document, Malformed
 from equaltime.scene.gltf.extent import check_texels
 from equaltime.scene.gltf.slots import Slot
 from equaltime.scene.gltf.surfaces import look
-from equaltime.scene.picture_channels import rgb_of_luminance_chroma
+from equaltime.scene.picture_colors import REC709, luminance_weights, rgb_of_luminance_chroma
 from equaltime.scene.pictures import Stored, Texels, largest, read_stored
-from equaltime.scene.primaries import REC709, luminance_weights
 
 __all__ = ["MIRRORED", "bake", "bitmap_parameters"]
 
