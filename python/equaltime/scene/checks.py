@@ -33,8 +33,9 @@ from equaltime.scene.model import (
     mesh_files,
 )
 from equaltime.scene.model.values import as_number
+from equaltime.scene.report import Report
 from equaltime.scene.resolve import Resolved
-from equaltime.scene.tree import Object, Plain, Report
+from equaltime.scene.tree import Object, Plain
 
 __all__ = ["Outside", "check_parts", "of_mesh", "of_textures"]
 

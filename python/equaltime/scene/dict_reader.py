@@ -14,9 +14,10 @@ import numpy as np
 from equaltime.scene import deforming, transforms
 from equaltime.scene.model import Spectrum
 from equaltime.scene.motion import animation
+from equaltime.scene.report import Report
 from equaltime.scene.search import Search
 from equaltime.scene.spectrum_values import curve, parse_spectrum, read_spectrum
-from equaltime.scene.tree import FREE_ENTRIES, MAX_DEPTH, USES_OF_EACH, Child, Node, Object, Place, Plain, Ref, Report
+from equaltime.scene.tree import FREE_ENTRIES, MAX_DEPTH, USES_OF_EACH, Child, Node, Object, Place, Plain, Ref
 from equaltime.words import shortened
 
 __all__ = ["DictReader", "read_dict"]

@@ -24,10 +24,10 @@ from typing import Final, Literal
 
 import numpy as np
 
-from equaltime.scene.account import Account
 from equaltime.scene.core import MeshData, obj_name
 from equaltime.scene.mtl import ImageMap, Material, read_mtl, shown
 from equaltime.scene.pictures import largest, read_picture
+from equaltime.scene.report import Account
 from equaltime.scene.search import Search
 from equaltime.scene.tree import Object, Place, plant
 

@@ -23,8 +23,9 @@ from equaltime.scene.model import (
     ShapeGroup,
     SpectrumPlugin,
 )
+from equaltime.scene.report import Report
 from equaltime.scene.substitutes import MITSUBA, OLD, SCENE_HINTS, has_substitute, mitsuba_kind
-from equaltime.scene.tree import FREE_ENTRIES, USES_OF_EACH, Alias, Child, Object, Plain, Ref, Report
+from equaltime.scene.tree import FREE_ENTRIES, USES_OF_EACH, Alias, Child, Object, Plain, Ref
 from equaltime.scene.validate import explain, shown
 from equaltime.words import a, nearest, suggestion
 

@@ -30,11 +30,12 @@ from equaltime.scene.gltf import read_gltf
 from equaltime.scene.inert import shown
 from equaltime.scene.model import Animation, Bitmap, Deformation, EnvMap, MeshFile, Plugin, SceneModel, mesh_files
 from equaltime.scene.motion import closed_shutter, in_shutters, still
+from equaltime.scene.report import Report
 from equaltime.scene.resolve import Resolved, resolve, unmerged
 from equaltime.scene.search import Search
 from equaltime.scene.substitutes import Substitution, substituted
 from equaltime.scene.toml_reader import read_toml
-from equaltime.scene.tree import NOWHERE, Object, Places, Report
+from equaltime.scene.tree import NOWHERE, Object, Places
 from equaltime.scene.xml_reader import read_xml
 from equaltime.words import Shown, shortened
 

@@ -16,8 +16,9 @@ from pathlib import Path
 from typing import Final
 
 from equaltime.scene.dict_reader import DictReader
+from equaltime.scene.report import Report
 from equaltime.scene.search import Includes, Search
-from equaltime.scene.tree import Alias, Object, Place, Report
+from equaltime.scene.tree import Alias, Object, Place
 from equaltime.scene.variables import Variables
 
 __all__ = ["line_numbers", "malformed", "nearest", "read_toml"]

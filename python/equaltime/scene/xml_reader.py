@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 from equaltime.scene import transforms
 from equaltime.scene.model import Deformation, Kind
 from equaltime.scene.motion import animation
+from equaltime.scene.report import Report
 from equaltime.scene.search import Includes, Search
 from equaltime.scene.spectrum_values import read_spectrum
-from equaltime.scene.tree import MAX_DEPTH, Alias, Child, Node, Object, Place, Plain, Ref, Report
+from equaltime.scene.tree import MAX_DEPTH, Alias, Child, Node, Object, Place, Plain, Ref
 from equaltime.scene.variables import Variables
 from equaltime.scene.xml_upgrade import upgraded
 from equaltime.scene.xml_values import OLD_VALUES, STEPS, VALUES, Rule, number

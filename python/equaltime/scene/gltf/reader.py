@@ -15,8 +15,9 @@ from equaltime.scene.gltf.materials import GltfMaterials
 from equaltime.scene.gltf.nodes import Placed, placed
 from equaltime.scene.gltf.shapes import GltfShapes
 from equaltime.scene.gltf.views import SKY, SUN, default_camera, light, sensor, sky, sun
+from equaltime.scene.report import Report
 from equaltime.scene.search import Search
-from equaltime.scene.tree import Child, Object, Place, Report, add, plant
+from equaltime.scene.tree import Child, Object, Place, add, plant
 from equaltime.words import shortened, suggestion
 
 __all__ = ["read_gltf"]
