@@ -12,8 +12,6 @@ from dataclasses import is_dataclass
 from functools import cache
 from typing import Any, Final, get_args, get_type_hints
 
-from pygltflib import GLTF2, Attributes, PbrMetallicRoughness
-
 from equaltime.scene.gltf.rules import (
     Rule,
     every,
@@ -57,15 +55,17 @@ MAPPING: Final = {
 """Counterpart of each supported extension, by the extension's name."""
 
 
-def typed(document: Mapping[str, Any]) -> GLTF2:
+def typed(document: Mapping[str, Any]) -> Any:
     """Convert a JSON document that follows the schema to an object of the class `pygltflib.GLTF2`.
 
     Materials without ``pbrMetallicRoughness`` get the default of this property. Properties that pygltflib does not know
     are left out, except the weights of nodes.
     """
-    gltf = _made(GLTF2, document)
+    import pygltflib  # imported late: it is slow to import, and only glTF files need it
+
+    gltf = _made(pygltflib.GLTF2, document)
     for material in gltf.materials:
-        material.pbrMetallicRoughness = material.pbrMetallicRoughness or PbrMetallicRoughness()
+        material.pbrMetallicRoughness = material.pbrMetallicRoughness or pygltflib.PbrMetallicRoughness()
     for node, given in zip(gltf.nodes, document.get("nodes", ()), strict=True):
         node.weights = given.get("weights")  # pygltflib has no such field
     return gltf
@@ -75,8 +75,8 @@ def _made(kind: type, value: Any) -> Any:
     """Return the JSON `value` as an object of pygltflib's class `kind`, or as a list of such objects."""
     if isinstance(value, list):
         return [_made(kind, item) for item in value]
-    if kind is Attributes:
-        return Attributes(**value)
+    if not is_dataclass(kind):  # the class of attributes, which may have any name
+        return kind(**value)
     known = _fields(kind)
     return kind(**{name: _made(k, v) if (k := known[name]) else v for name, v in value.items() if name in known})
 
@@ -89,7 +89,7 @@ def _fields(kind: type) -> dict[str, type | None]:
 
 def _class_in(hint: Any) -> type | None:
     """Return the pygltflib class in a type such as ``Optional[List[Accessor]]``, or None."""
-    if isinstance(hint, type) and (is_dataclass(hint) or hint is Attributes):
+    if isinstance(hint, type) and hint.__module__ == "pygltflib":
         return hint
     return next((found for part in get_args(hint) if (found := _class_in(part)) is not None), None)
 
