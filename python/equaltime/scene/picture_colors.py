@@ -12,7 +12,17 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CIE_XYZ", "NAMED", "REC709", "Choice", "choose", "luminance_weights", "rgb_of_luminance_chroma", "to_srgb"]
+__all__ = [
+    "CIE_XYZ",
+    "NAMED",
+    "REC709",
+    "Choice",
+    "choose",
+    "linear_of_srgb",
+    "luminance_weights",
+    "rgb_of_luminance_chroma",
+    "to_srgb",
+]
 
 ROLES: Final = {
     **{"r": "R", "red": "R", "g": "G", "green": "G", "b": "B", "blue": "B"},
@@ -76,6 +86,13 @@ def rgb_of_luminance_chroma(pixels: NDArray[np.float32], weights: Sequence[float
     red, blue = luminance * (1.0 + over_red), luminance * (1.0 + over_blue)
     green = (luminance - weights[0] * red - weights[2] * blue) / weights[1]
     return np.stack([red, green, blue], axis=2).astype(np.float32)
+
+
+def linear_of_srgb(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return values encoded as sRGB as linear values; negative values count as on the straight part of the curve."""
+    high = ((np.maximum(values, 0.0) + 0.055) / 1.055) ** 2.4
+    linear: NDArray[np.float64] = np.where(values <= 0.04045, values / 12.92, high)
+    return linear
 
 
 # -- primaries ---------------------------------------------------------------------------------------------------------

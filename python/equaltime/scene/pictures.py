@@ -23,6 +23,7 @@ from equaltime.scene.picture_colors import (
     REC709,
     Choice,
     choose,
+    linear_of_srgb,
     luminance_weights,
     rgb_of_luminance_chroma,
     to_srgb,
@@ -325,9 +326,7 @@ def _decoded(colors: Array, curve: float | str) -> NDArray[np.float32]:
     if not isinstance(curve, str):
         power: NDArray[np.float32] = np.copysign(np.abs(values) ** curve, values).astype(np.float32)
         return power
-    high = ((np.maximum(values, 0.0) + 0.055) / 1.055) ** 2.4
-    linear: NDArray[np.float32] = np.where(values <= 0.04045, values / 12.92, high).astype(np.float32)
-    return linear
+    return linear_of_srgb(values).astype(np.float32)
 
 
 # -- headers of Radiance pictures --------------------------------------------------------------------------------------
