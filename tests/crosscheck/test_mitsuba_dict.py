@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 import equaltime as et
 from equaltime.scene.export import PlainWriter
-from equaltime.scene.mitsuba_dict import mitsuba_dict, with_transforms
+from equaltime.scene.export.plain import mitsuba_dict, with_transforms
 
 mi = pytest.importorskip("mitsuba")
 pytestmark = pytest.mark.usefixtures("scalar_mitsuba")

@@ -23,7 +23,7 @@ from scipy import stats
 
 import equaltime as et
 from equaltime.hardcases.units import in_units
-from equaltime.scene.mitsuba_dict import mitsuba_dict, with_transforms
+from equaltime.scene.export.plain import mitsuba_dict, with_transforms
 from equaltime.statistics.agreement import LEVEL, ROUNDING, share
 
 mi = pytest.importorskip("mitsuba")

@@ -22,7 +22,7 @@ from equaltime.experiments.peers.command import CommandPeer
 from equaltime.experiments.peers.mitsuba import MitsubaPeer
 from equaltime.rendering.core_subject import Point, RendererKind
 from equaltime.scene import Scene
-from equaltime.scene.mitsuba_dict import mitsuba_dict
+from equaltime.scene.export.plain import mitsuba_dict
 from equaltime.statistics.agreement import LEVEL
 
 FOLDER = Path(__file__).parents[2] / "scenes" / "experiments"

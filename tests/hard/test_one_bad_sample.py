@@ -15,7 +15,7 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime.scene.compile_textures import color as right
+from equaltime.scene.compile_bsdfs import _color as right
 
 from .ground import ground
 
@@ -43,7 +43,7 @@ def bad(monkeypatch: pytest.MonkeyPatch) -> et.Scene:
         found = right(value)
         return [math.nan] * 3 if np.allclose(found, MARKED) else found
 
-    monkeypatch.setattr("equaltime.scene.compile_bsdfs.color", color)
+    monkeypatch.setattr("equaltime.scene.compile_bsdfs._color", color)
     first = et.replay(et.load_dict(GROUND), pixel=PIXEL, sample=SAMPLE, seed=SEED).vertices[0]
     return patched(first["surface"]["point"])
 

@@ -16,9 +16,9 @@ from hypothesis import strategies as st
 import equaltime as et
 from equaltime.images import image_files as images
 from equaltime.scene import model as m
-from equaltime.scene.account import Account
 from equaltime.scene.geometry import MeshSurface
 from equaltime.scene.mtl import read_mtl
+from equaltime.scene.report import Account
 
 from .examples import assert_same_pictures, sizes, try_spellings
 from .obj_files import MATERIALS, NAMES, plain, rewritten, write

@@ -13,7 +13,7 @@ from xml.sax.saxutils import escape, quoteattr
 import pytest
 
 import equaltime as et
-from equaltime.scene import xml_elements, xml_values
+from equaltime.scene import xml_reader, xml_values
 
 from .examples import EVERYDAY, assert_same_pictures, assert_same_scenes, sizes
 from .scene_spellings import blanks, decimal
@@ -237,19 +237,19 @@ def test_a_number_that_is_changed_changes_the_scene(original: et.Scene, tmp_path
         assert loaded(tmp_path, contents, Random(place)).digest != original.digest, (each.tag, name)
 
 
-PARSED: Any = xml_elements._parsed
+PARSED: Any = xml_reader._parsed
 FAULTS: dict[str, tuple[str, str, Any]] = {
     "numbers are separated by a comma and a blank": ("xml_values", "_BETWEEN", re.compile(", ")),
     "a name has ASCII letters alone": (
-        *("xml_elements", "_parsed"),
+        *("xml_reader", "_parsed"),
         lambda file, content, report: PARSED(file, re.sub(rb"[^ -~\s]", b"?", content), report),
     ),
     "ends of lines are line feeds": (
-        *("xml_elements", "_parsed"),
+        *("xml_reader", "_parsed"),
         lambda file, content, report: PARSED(file, content.replace(b"\r", b"|"), report),
     ),
     "attributes are in quotation marks": (
-        *("xml_elements", "_parsed"),
+        *("xml_reader", "_parsed"),
         lambda file, content, report: PARSED(file, content.replace(b"'", b"&apos;"), report),
     ),
 }
@@ -258,7 +258,7 @@ FAULTS: dict[str, tuple[str, str, Any]] = {
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_is_noticed(fault: str, original: et.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     module, name, value = FAULTS[fault]
-    monkeypatch.setattr({"xml_values": xml_values, "xml_elements": xml_elements}[module], name, value)
+    monkeypatch.setattr({"xml_values": xml_values, "xml_reader": xml_reader}[module], name, value)
 
     def is_same(seed: int) -> bool:
         try:

@@ -10,7 +10,7 @@ import pytest
 import equaltime as et
 from equaltime.quoting.light_parts import LightParts, measure_parts
 from equaltime.quoting.pairs import Versus, change_of, products, run_in_turn, share_of
-from equaltime.scene.effects.derive import derive
+from equaltime.scene.effects.kinds import derive
 from equaltime.statistics.intervals import Interval
 
 PIXELS = 24

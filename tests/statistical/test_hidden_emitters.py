@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import equaltime as et
-from equaltime.scene.effects.derive import derive
+from equaltime.scene.effects.kinds import derive
 from equaltime.scene.effects.leaving import leave_out
 
 Dict = dict[str, Any]

@@ -48,3 +48,8 @@ def test_nothing_is_imported_once_the_first_pass_has_ended(call: str) -> None:
 )
 def test_who_asks_for_no_limit_of_an_error_does_not_wait_for_quantiles(call: str) -> None:
     assert printed(f"import sys; {call}; print('scipy' in sys.modules)").endswith("False")
+
+
+def test_a_scene_of_another_format_does_not_wait_for_the_classes_of_gltf() -> None:
+    program = "import sys, equaltime as et; et.load(sys.argv[1]); print('pygltflib' in sys.modules)"
+    assert printed(program) == "False"

@@ -13,7 +13,7 @@ from equaltime.cli.options import AsJson, Define, Substitute, parse_definitions
 from equaltime.errors import ImageError
 from equaltime.rendering.render_file import holds_film, read_picture
 from equaltime.scene import Scene, SceneModel, load_file
-from equaltime.scene.named_files import named_files
+from equaltime.scene.scene import named_files
 from equaltime.statistics.intervals import Interval
 from equaltime.words import duration
 

@@ -2,7 +2,7 @@
 
 =================================  ===================================================================================
 `equaltime.scene.effects.kinds`    the effects by name: what uses each, and what replaces it where it is left out
-`equaltime.scene.effects.derive`   scene → effects, with the reason for each
+`equaltime.scene.effects.kinds`   scene → effects, with the reason for each
 `equaltime.scene.effects.leaving`  the scene without some of them
 `equaltime.quoting.pairs`          a scene against itself without an effect, in turn, with the same random numbers
 `equaltime.quoting.light_parts`    which part of the light makes the noise
@@ -15,7 +15,7 @@
 from __future__ import annotations
 
 from equaltime.pricing.prices import Price, PriceList, effects
-from equaltime.scene.effects.derive import Reason, derive
+from equaltime.scene.effects.kinds import Reason, derive
 from equaltime.scene.effects.leaving import leave_out
 
 __all__ = ["Price", "PriceList", "Reason", "derive", "effects", "leave_out"]

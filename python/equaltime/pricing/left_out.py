@@ -16,10 +16,9 @@ from typing import TypeVar
 from equaltime.quoting.light_parts import measure_parts
 from equaltime.quoting.pairs import Versus, run_in_turn
 from equaltime.scene import Scene
-from equaltime.scene.effects.derive import derive
-from equaltime.scene.effects.kinds import kind_of
+from equaltime.scene.effects.kinds import derive, kind_of
 from equaltime.scene.effects.leaving import can_leave_out, leave_out, parse_names
-from equaltime.scene.smaller import smaller
+from equaltime.scene.scene import smaller
 from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 

@@ -16,10 +16,9 @@ from equaltime.quoting.pairs import Versus, run_in_turn
 from equaltime.rendering.job import as_scene, check_arguments
 from equaltime.rendering.stated import shorter
 from equaltime.scene import Scene
-from equaltime.scene.effects.derive import Reason, derive
-from equaltime.scene.effects.kinds import KINDS, Effect, kind_of
+from equaltime.scene.effects.kinds import KINDS, Effect, Reason, derive, kind_of
 from equaltime.scene.effects.leaving import can_leave_out
-from equaltime.scene.smaller import smaller
+from equaltime.scene.scene import smaller
 from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 from equaltime.words import Shown

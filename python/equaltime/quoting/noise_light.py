@@ -33,7 +33,7 @@ from equaltime.images.metrics import Reference
 from equaltime.quoting.light_parts import KINDS_OF_PARTS, LightParts, measure_parts_by
 from equaltime.rendering.core import make_renderer
 from equaltime.scene import Scene
-from equaltime.scene.smaller import smaller
+from equaltime.scene.scene import smaller
 from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 from equaltime.strict_json import fields_to_json

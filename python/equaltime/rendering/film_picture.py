@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from equaltime.images.image_files import RGB, linear_rgb
 from equaltime.scene.model import HdrFilm
-from equaltime.scene.primaries import REC709, to_xyz
+from equaltime.scene.picture_colors import REC709, to_xyz
 
 __all__ = ["ALPHA", "FilmPicture"]
 

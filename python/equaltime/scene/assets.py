@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from equaltime.scene.core import MeshData, read_obj, read_obj_by_material, read_ply
 from equaltime.scene.gltf import Contents, Triangles, split
-from equaltime.scene.mesh_readers import MeshData, read_obj, read_obj_by_material, read_ply
 from equaltime.scene.model import Bitmap, EnvMap, Gltf, MeshFile, Obj, Serialized, mesh_files
 from equaltime.scene.pictures import Texels, read_picture
 from equaltime.scene.search import Search

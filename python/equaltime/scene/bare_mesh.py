@@ -15,14 +15,13 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.scene.account import Account
-from equaltime.scene.gltf.plant import plant
+from equaltime.scene.core import MeshData, read_obj_by_material, read_ply
 from equaltime.scene.gltf.views import SKY, SUN, default_camera, sky, sun
-from equaltime.scene.mesh_readers import MeshData, read_obj_by_material, read_ply
 from equaltime.scene.mtl import shown
 from equaltime.scene.obj_materials import GREY, ObjMaterials, file_beside
+from equaltime.scene.report import Account, Report, told_once
 from equaltime.scene.search import Search
-from equaltime.scene.tree import Child, Object, Place, Report, told_once
+from equaltime.scene.tree import Child, Object, Place, plant
 
 __all__ = ["MESHES", "read_mesh"]
 

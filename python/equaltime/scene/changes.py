@@ -1,7 +1,8 @@
-"""Changes to parameters of a scene's model; new values are checked like a scene file's."""
+"""Changes to a scene's model: path length, parameters, and size of the film; new values are checked like a file's."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from numbers import Integral
 from typing import Any, TypeVar
@@ -13,8 +14,10 @@ from equaltime.scene.model import Aov, Integrator, Moment, Path, Plugin
 from equaltime.scene.validate import explain
 from equaltime.words import shortened
 
-__all__ = ["changed", "deep", "several"]
+__all__ = ["changed", "deep", "several", "smaller_film"]
 
+Size = tuple[int, int]
+Crop = tuple[int, int, int, int]
 P = TypeVar("P", bound=Plugin)
 
 
@@ -48,3 +51,22 @@ def several(what: str, given: object, names: Sequence[str]) -> tuple[Any, ...]:
     if len(values) != len(names):
         raise ValueError(f"{what} is ({', '.join(names)}), found {shortened(given, 80)}")
     return tuple(int(v) if isinstance(v, Integral) and not isinstance(v, bool) else v for v in values)
+
+
+def smaller_film(size: Size, crop: Crop, scale: float) -> tuple[Size, Crop]:
+    """Return a film's size (width, height) and crop window (x, y, width, height), scaled by `scale`.
+
+    All numbers are whole pixels. Each side keeps at least one pixel.
+    """
+    (across, left, columns), (down, top, rows) = (
+        _scaled(scale, *axis) for axis in zip(size, crop[:2], crop[2:], strict=True)
+    )
+    return (across, down), (left, top, columns, rows)
+
+
+def _scaled(scale: float, length: int, start: int, extent: int) -> tuple[int, int, int]:
+    """Return, scaled, a film's length along one axis, and the start and the extent of its crop window."""
+    small = max(1, math.floor(length * scale + 1e-9))
+    begin = min(round(start * scale), small - 1)
+    end = min(small, max(begin + 1, round((start + extent) * scale)))
+    return small, begin, end - begin

@@ -3,8 +3,7 @@
 Each family of plugins has its module, to which a new plugin of the family is added:
 
 ========================  ==============================================================================
-`compile_bsdfs`           BSDFs and their wrappers, taken apart into sides by `sides`
-`compile_textures`        textures, and placeholders for the parameters that they give
+`compile_bsdfs`           BSDFs and their wrappers; textures, and placeholders for the parameters that they give
 `compile_media`           media between shapes, and the camera's medium
 `compile_shapes`          shapes, placed in the world by `geometry`; groups and instances; area emitters
 `compile`                 emitters that are not shapes; cameras, film and filters
@@ -16,11 +15,10 @@ A plugin that the core does not support yet raises `Unsupported`. `Scene` adds t
 from __future__ import annotations
 
 from equaltime.scene.assets import Assets
-from equaltime.scene.builder import Builder, CoreScene
-from equaltime.scene.compile_bsdfs import BsdfCompiler
+from equaltime.scene.compile_bsdfs import BsdfCompiler, Textures
 from equaltime.scene.compile_media import Media
 from equaltime.scene.compile_shapes import Shapes
-from equaltime.scene.compile_textures import Textures
+from equaltime.scene.core import CoreScene, SceneBuilder, Unsupported
 from equaltime.scene.inert import is_inert, shown
 from equaltime.scene.model import (
     LOOKS_AT_UV,
@@ -57,12 +55,11 @@ from equaltime.scene.model import (
     without_shear,
 )
 from equaltime.scene.motion import in_shutters
-from equaltime.scene.unsupported import Unsupported
 
 __all__ = ["add_emitter", "compile_scene", "set_film", "set_sensor"]
 
 
-def add_emitter(builder: Builder, emitter: FreeEmitter, assets: Assets, textures: Textures) -> None:
+def add_emitter(builder: SceneBuilder, emitter: FreeEmitter, assets: Assets, textures: Textures) -> None:
     """Add an emitter to the core's scene, unless the emitter gives no light.
 
     Raises `Unsupported` if the core cannot use the emitter, and ValueError if a file cannot be used.
@@ -82,7 +79,7 @@ def add_emitter(builder: Builder, emitter: FreeEmitter, assets: Assets, textures
         builder.add_image_environment(pixels, emitter.scale, without_shear(emitter.to_world))
 
 
-def _add_spot(builder: Builder, spot: Spot, textures: Textures) -> None:
+def _add_spot(builder: SceneBuilder, spot: Spot, textures: Textures) -> None:
     if isinstance(spot.texture, MeshAttribute):
         raise Unsupported(spot.texture, "a spot light has no mesh whose attribute it could project")
     if not any(spot.intensity):
@@ -93,7 +90,7 @@ def _add_spot(builder: Builder, spot: Spot, textures: Textures) -> None:
         builder.project(index, textures.index(spot.texture), u_axis=x, v_axis=y)
 
 
-def set_sensor(builder: Builder, sensor: Sensor) -> None:
+def set_sensor(builder: SceneBuilder, sensor: Sensor) -> None:
     """Set the camera of the core's scene.
 
     For an animated `sensor`, the times of its keys must be in units of the shutter: 0 at opening, 1 at closing.
@@ -121,7 +118,7 @@ def set_sensor(builder: Builder, sensor: Sensor) -> None:
         builder.set_perspective(to_world, sensor.x_fov, near, far, offset)
 
 
-def set_film(builder: Builder, film: HdrFilm) -> None:
+def set_film(builder: SceneBuilder, film: HdrFilm) -> None:
     """Set the film of the core's scene, with its reconstruction filter."""
     builder.set_film(film.width, film.height, film.crop, *_filter(film.rfilter))
 
@@ -142,7 +139,7 @@ def _filter(rfilter: Filter) -> tuple[str, float] | tuple[str, float, float]:
     return "lanczos", float(rfilter.lobes)
 
 
-def compile_scene(model: SceneModel, assets: Assets, builder: Builder) -> CoreScene:
+def compile_scene(model: SceneModel, assets: Assets, builder: SceneBuilder) -> CoreScene:
     """Build `model` with `builder`, and return the core's scene.
 
     Raises ValueError if a file or the scene cannot be used. For a plugin that the core does not support, this is the

@@ -1,38 +1,122 @@
-"""Hands BSDFs to the core, the renderer in C++. Equal BSDFs are added once, even under different names.
+"""Hands BSDFs and textures to the core, the renderer in C++. Equal ones are added once, even under different names.
 
 A leaf BSDF wraps no other BSDF; a function of its own adds it. A blend becomes a mixture of the BSDFs that it wraps. A
 mask becomes a mixture with a null BSDF. Bump and normal maps bend the normals of every leaf that they wrap.
+
+If a texture gives a parameter of a BSDF, the BSDF is first added with a placeholder value for this parameter. The
+texture is then bound to the parameter by name.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from equaltime.scene.builder import Builder
-from equaltime.scene.compile_textures import Textures, color, number
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.scene.assets import Assets
+from equaltime.scene.core import SceneBuilder, Unsupported, constant
 from equaltime.scene.model import (
+    Bitmap,
     BlendBsdf,
     Bsdf,
     BumpMap,
+    Checkerboard,
+    Color,
     Conductor,
     Dielectric,
     Diffuse,
     Mask,
+    MeshAttribute,
     NormalMap,
     Null,
     Plastic,
+    Plugin,
     Principled,
     RoughConductor,
     RoughDielectric,
     RoughPlastic,
     Texture,
+    TexturePlugin,
     ThinDielectric,
 )
-from equaltime.scene.unsupported import Unsupported
 
-__all__ = ["BsdfCompiler"]
+__all__ = ["BsdfCompiler", "Textures"]
+
+
+class Textures:
+    """The textures that were added to the core's scene builder; equal textures share one index."""
+
+    def __init__(self, builder: SceneBuilder, assets: Assets) -> None:
+        self._builder = builder
+        self._assets = assets
+        self._known: dict[Texture, int] = {}
+
+    def index(self, texture: Texture) -> int:
+        """Add `texture` if it is new, and return its index in the core; raises ValueError if its file is unusable."""
+        if isinstance(texture, MeshAttribute) and texture.times is not None:
+            raise Unsupported(texture, "'times' of a 'mesh_attribute' is for parameters of BSDFs")
+        nameless = texture.model_copy(update={"id": None})
+        if nameless not in self._known:
+            self._known[nameless] = self._add(texture)
+        return self._known[nameless]
+
+    def bind(self, bsdf: int, name: str, value: object) -> None:
+        """If `value` is a texture, let it give the parameter `name` of BSDF number `bsdf` in the core."""
+        if isinstance(value, MeshAttribute) and value.times is not None:
+            self._builder.bind(bsdf, name, self.index(_alone(value)), self.index(value.times))
+        elif isinstance(value, Bitmap | Checkerboard | MeshAttribute):
+            self._builder.bind(bsdf, name, self.index(value))
+
+    def hand_over(self, shape: int, attributes: Mapping[str, NDArray[np.float64]], wanted: Iterable[Plugin]) -> None:
+        """Give a shape's mesh attributes to the textures that read them.
+
+        `shape` is the shape's number in the core. `attributes` are the mesh's arrays by name. The textures are the
+        `MeshAttribute` plugins in `wanted`. Raises `Unsupported` for a texture whose attribute is missing.
+        """
+        looked_at = {self.index(_alone(node)): node for node in wanted if isinstance(node, MeshAttribute)}
+        for index, texture in looked_at.items():
+            values = attributes.get(texture.name)
+            if values is None:
+                raise Unsupported(texture, f"the shape has no attribute '{texture.name}'{_what_there_is(attributes)}")
+            per_face = texture.name.startswith("face_")
+            self._builder.set_attribute(shape, index, texture.numbers(values), per_face=per_face)
+
+    def _add(self, texture: Texture) -> int:
+        if isinstance(texture, Bitmap):
+            image = self._assets.texture(texture)
+            return self._builder.add_bitmap(
+                image.texels,
+                srgb=image.srgb and not texture.raw,
+                filter=texture.filter_type,
+                wrap=texture.wrap_mode,
+                to_uv=texture.uv_rows,
+            )
+        if isinstance(texture, Checkerboard):
+            colors = constant(texture.color0), constant(texture.color1)
+            return self._builder.add_checkerboard(*colors, to_uv=texture.uv_rows)
+        return self._builder.add_mesh_attribute()
+
+
+def _alone(texture: MeshAttribute) -> MeshAttribute:
+    """Return the attribute without the texture that multiplies it."""
+    return texture.model_copy(update={"times": None})
+
+
+def _what_there_is(attributes: Mapping[str, object]) -> str:
+    return f"; it has {', '.join(map(repr, attributes))}" if attributes else ""
+
+
+def _color(value: Texture | Color) -> Color:
+    """Return `value` if it is a constant colour; for a texture, return the placeholder (0.5, 0.5, 0.5)."""
+    return (0.5, 0.5, 0.5) if isinstance(value, TexturePlugin) else value
+
+
+def _number(value: Texture | float) -> float:
+    """Return `value` if it is a number; for a texture, return the placeholder 0.5."""
+    return 0.5 if isinstance(value, TexturePlugin) else value
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +130,7 @@ class Bend:
 class BsdfCompiler:
     """The BSDFs that were added to the core's scene builder; equal BSDFs share one index."""
 
-    def __init__(self, builder: Builder, textures: Textures) -> None:
+    def __init__(self, builder: SceneBuilder, textures: Textures) -> None:
         self._builder = builder
         self._textures = textures
         self._known: dict[tuple[Bsdf, bool, Bend | None], int] = {}
@@ -55,7 +139,7 @@ class BsdfCompiler:
         """Add the BSDF of one side of a surface if it is new, and return its index in the core.
 
         Return None if `bsdf` is None, for a side that absorbs all light. If `turned`, a bent normal on the back is the
-        negative of the front's bent normal; else it is the mirror image. See `sides.turns`.
+        negative of the front's bent normal; else it is the mirror image. see `wrappers.turns`.
         """
         return None if bsdf is None else self._index(bsdf, turned, None)
 
@@ -101,60 +185,60 @@ class BsdfCompiler:
         )
 
     def _mixture(self, first: int, second: int, weight: Texture | float, cutoff: float | None = None) -> int:
-        index = self._builder.add_mixture(first, second, number(weight), cutoff)
+        index = self._builder.add_mixture(first, second, _number(weight), cutoff)
         self._textures.bind(index, "weight", weight)
         return index
 
 
-def _diffuse(builder: Builder, bsdf: Diffuse) -> int:
-    return builder.add_diffuse(color(bsdf.reflectance))
+def _diffuse(builder: SceneBuilder, bsdf: Diffuse) -> int:
+    return builder.add_diffuse(_color(bsdf.reflectance))
 
 
-def _conductor(builder: Builder, bsdf: Conductor) -> int:
-    eta, k = map(color, bsdf.ior)
-    return builder.add_conductor(eta, k, color(bsdf.specular_reflectance))
+def _conductor(builder: SceneBuilder, bsdf: Conductor) -> int:
+    eta, k = map(_color, bsdf.ior)
+    return builder.add_conductor(eta, k, _color(bsdf.specular_reflectance))
 
 
-def _rough_conductor(builder: Builder, bsdf: RoughConductor) -> int:
-    (eta, k), (alpha_u, alpha_v) = map(color, bsdf.ior), map(number, bsdf.alphas)
-    reflectance = color(bsdf.specular_reflectance)
+def _rough_conductor(builder: SceneBuilder, bsdf: RoughConductor) -> int:
+    (eta, k), (alpha_u, alpha_v) = map(_color, bsdf.ior), map(_number, bsdf.alphas)
+    reflectance = _color(bsdf.specular_reflectance)
     return builder.add_rough_conductor(bsdf.distribution, alpha_u, alpha_v, eta, k, reflectance)
 
 
-def _dielectric(builder: Builder, bsdf: Dielectric) -> int:
-    reflectance, transmittance = color(bsdf.specular_reflectance), color(bsdf.specular_transmittance)
+def _dielectric(builder: SceneBuilder, bsdf: Dielectric) -> int:
+    reflectance, transmittance = _color(bsdf.specular_reflectance), _color(bsdf.specular_transmittance)
     return builder.add_dielectric(bsdf.int_ior / bsdf.ext_ior, reflectance, transmittance)
 
 
-def _thin_dielectric(builder: Builder, bsdf: ThinDielectric) -> int:
-    reflectance, transmittance = color(bsdf.specular_reflectance), color(bsdf.specular_transmittance)
+def _thin_dielectric(builder: SceneBuilder, bsdf: ThinDielectric) -> int:
+    reflectance, transmittance = _color(bsdf.specular_reflectance), _color(bsdf.specular_transmittance)
     return builder.add_thin_dielectric(bsdf.int_ior / bsdf.ext_ior, reflectance, transmittance)
 
 
-def _rough_dielectric(builder: Builder, bsdf: RoughDielectric) -> int:
-    reflectance, transmittance = color(bsdf.specular_reflectance), color(bsdf.specular_transmittance)
-    alpha_u, alpha_v = map(number, bsdf.alphas)
+def _rough_dielectric(builder: SceneBuilder, bsdf: RoughDielectric) -> int:
+    reflectance, transmittance = _color(bsdf.specular_reflectance), _color(bsdf.specular_transmittance)
+    alpha_u, alpha_v = map(_number, bsdf.alphas)
     ior = bsdf.int_ior / bsdf.ext_ior
     return builder.add_rough_dielectric(bsdf.distribution, alpha_u, alpha_v, ior, reflectance, transmittance)
 
 
-def _plastic(builder: Builder, bsdf: Plastic) -> int:
-    diffuse, specular = color(bsdf.diffuse_reflectance), color(bsdf.specular_reflectance)
+def _plastic(builder: SceneBuilder, bsdf: Plastic) -> int:
+    diffuse, specular = _color(bsdf.diffuse_reflectance), _color(bsdf.specular_reflectance)
     return builder.add_plastic(bsdf.int_ior / bsdf.ext_ior, diffuse, specular, bsdf.nonlinear)
 
 
-def _rough_plastic(builder: Builder, bsdf: RoughPlastic) -> int:
-    diffuse, specular = color(bsdf.diffuse_reflectance), color(bsdf.specular_reflectance)
+def _rough_plastic(builder: SceneBuilder, bsdf: RoughPlastic) -> int:
+    diffuse, specular = _color(bsdf.diffuse_reflectance), _color(bsdf.specular_reflectance)
     ior = bsdf.int_ior / bsdf.ext_ior
     return builder.add_rough_plastic(bsdf.distribution, bsdf.alpha, ior, diffuse, specular, bsdf.nonlinear)
 
 
-def _principled(builder: Builder, bsdf: Principled) -> int:
-    numbers = {name: number(getattr(bsdf, name)) for name in PRINCIPLED}
-    return builder.add_principled(color(bsdf.base_color), ior=bsdf.ior, **numbers)
+def _principled(builder: SceneBuilder, bsdf: Principled) -> int:
+    numbers = {name: _number(getattr(bsdf, name)) for name in PRINCIPLED}
+    return builder.add_principled(_color(bsdf.base_color), ior=bsdf.ior, **numbers)
 
 
-def _null(builder: Builder, _: Null) -> int:
+def _null(builder: SceneBuilder, _: Null) -> int:
     return builder.add_null()
 
 
@@ -163,7 +247,7 @@ PRINCIPLED: Final = (
     *("clearcoat", "clearcoat_gloss"),
 )
 """Parameters of `Principled` that are single numbers and may be textures."""
-Step = Callable[[Builder, Any], int]
+Step = Callable[[SceneBuilder, Any], int]
 LEAVES: Final[dict[type, Step]] = {
     Diffuse: _diffuse,
     Conductor: _conductor,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 
-from equaltime.scene.builder import Builder
+from equaltime.scene.core import SceneBuilder, Unsupported
 from equaltime.scene.model import (
     BlendPhase,
     HenyeyGreenstein,
@@ -22,7 +22,6 @@ from equaltime.scene.model import (
     VolPath,
     VolPathMis,
 )
-from equaltime.scene.unsupported import Unsupported
 
 __all__ = ["Media", "sees_media", "unseen_media"]
 
@@ -49,7 +48,7 @@ def unseen_media(model: SceneModel) -> str | None:
 class Media:
     """The media that were added to the core's scene builder; equal media share one index."""
 
-    def __init__(self, builder: Builder, model: SceneModel) -> None:
+    def __init__(self, builder: SceneBuilder, model: SceneModel) -> None:
         self._builder = builder
         self._seen = sees_media(model.integrator)
         self._known: dict[Medium, int] = {}

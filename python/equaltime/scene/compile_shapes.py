@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from equaltime.scene.assets import Assets
-from equaltime.scene.builder import Builder
-from equaltime.scene.compile_bsdfs import BsdfCompiler
+from equaltime.scene.compile_bsdfs import BsdfCompiler, Textures
 from equaltime.scene.compile_media import Media
-from equaltime.scene.compile_textures import Textures
+from equaltime.scene.core import SceneBuilder, Unsupported
 from equaltime.scene.deforming import steps
 from equaltime.scene.geometry import CylinderSurface, DiskSurface, MeshSurface, QuadSurface, Surface
 from equaltime.scene.model import (
@@ -27,8 +26,7 @@ from equaltime.scene.model import (
     mirrors,
     without_shear,
 )
-from equaltime.scene.sides import turns
-from equaltime.scene.unsupported import Unsupported
+from equaltime.scene.model.wrappers import turns
 
 __all__ = ["Shapes"]
 
@@ -39,7 +37,7 @@ class Shapes:
     """The shapes that were added to the core's scene builder. A group of shapes is added once for all its instances."""
 
     def __init__(
-        self, builder: Builder, assets: Assets, materials: BsdfCompiler, textures: Textures, media: Media
+        self, builder: SceneBuilder, assets: Assets, materials: BsdfCompiler, textures: Textures, media: Media
     ) -> None:
         self._builder = builder
         self._assets = assets
@@ -112,7 +110,9 @@ def _middle(shape: Sphere | Cylinder) -> list[float]:
     return [0.5 * (a + b) for a, b in zip(*ends, strict=True)]
 
 
-def _add_surface(builder: Builder, placed: Surface, front: int | None, back: int | None, radiance: Color | None) -> int:
+def _add_surface(
+    builder: SceneBuilder, placed: Surface, front: int | None, back: int | None, radiance: Color | None
+) -> int:
     if isinstance(placed, MeshSurface):
         return builder.add_mesh(
             placed.vertices, placed.faces, placed.normals, placed.uvs, front=front, back=back, radiance=radiance

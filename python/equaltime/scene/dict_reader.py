@@ -6,18 +6,18 @@ TOML files are read through this module too, because TOML tables become such dic
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
 
 from equaltime.scene import deforming, transforms
-from equaltime.scene.extents import Extent
 from equaltime.scene.model import Spectrum
 from equaltime.scene.motion import animation
+from equaltime.scene.report import Report
 from equaltime.scene.search import Search
 from equaltime.scene.spectrum_values import curve, parse_spectrum, read_spectrum
-from equaltime.scene.tree import MAX_DEPTH, Child, Node, Object, Place, Plain, Ref, Report
+from equaltime.scene.tree import FREE_ENTRIES, MAX_DEPTH, USES_OF_EACH, Child, Node, Object, Place, Plain, Ref
 from equaltime.words import shortened
 
 __all__ = ["DictReader", "read_dict"]
@@ -45,7 +45,7 @@ class DictReader:
         self._report = report
         self._search = search
         self._depth = 0
-        self._extent = Extent()
+        self._extent = _Extent()
 
     def locate(self, place: Place) -> Place:
         """Return `place` (file, line and key path) with a better line number if one is known.
@@ -205,3 +205,43 @@ def _has_objects(items: list[object] | tuple[object, ...]) -> bool:
 
 def _shown(value: object) -> str:
     return shortened(value, 60)
+
+
+Container = Mapping[str, object] | Sequence[object]
+
+
+class _Extent:
+    """Counter of the entries in nested dictionaries and lists, with a limit.
+
+    A container that occurs several times counts each time it is read. The limit grows with the entries in distinct
+    containers.
+    """
+
+    def __init__(self) -> None:
+        self._known: dict[int, Container] = {}  # keeps the containers alive, so that no id is reused
+        self._own = self._read = 0
+
+    def take(self, table: Container) -> bool:
+        """Count the entries of one dictionary or list. Return True if all counted entries are within the limit."""
+        size = 1 + len(table)
+        if id(table) not in self._known:
+            self._known[id(table)] = table
+            self._own += size
+        self._read += size
+        return self._read <= FREE_ENTRIES + USES_OF_EACH * self._own
+
+    @property
+    def complaint(self) -> str:
+        """Error message for a scene whose entries exceed the limit, with the limit's value."""
+        most = FREE_ENTRIES + USES_OF_EACH * self._own
+        return f"its dictionaries and lists are used again and again; the limit for this scene is {most} entries"
+
+    def check(self, table: Container, depth: int) -> None:
+        """Count the entries of a list or dictionary at nesting level `depth`.
+
+        Raises ValueError if the level reaches `MAX_DEPTH`, or if the entries exceed the limit.
+        """
+        if depth >= MAX_DEPTH:
+            raise ValueError(f"lists are nested more than {MAX_DEPTH} deep")
+        if not self.take(table):
+            raise ValueError(self.complaint)

@@ -19,12 +19,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from itertools import product
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.scene import meshes
+from equaltime.scene import meshes, transforms
 from equaltime.scene.assets import Assets
+from equaltime.scene.core import Unsupported
 from equaltime.scene.model import (
     Bsdf,
     Color,
@@ -33,10 +36,13 @@ from equaltime.scene.model import (
     Deformation,
     Diffuse,
     Disk,
+    Instance,
     MeshFile,
+    Perspective,
     Plugin,
     Rectangle,
     SceneModel,
+    Shape,
     Solid,
     Sphere,
     Texture,
@@ -46,14 +52,12 @@ from equaltime.scene.model import (
     mirrors,
     poses,
 )
-from equaltime.scene.motion import span
-from equaltime.scene.sides import sides
-from equaltime.scene.transforms import perpendicular
-from equaltime.scene.unsupported import Unsupported
+from equaltime.scene.model.wrappers import sides
+from equaltime.scene.motion import at_time, span
 
 __all__ = [
     *("CylinderSurface", "DiskSurface", "MeshSurface", "QuadSurface", "SphereSurface"),
-    *("Surface", "surface", "surfaces"),
+    *("Surface", "bounds", "seen_whole", "surface", "surfaces"),
 ]
 
 Array = NDArray[np.float64]
@@ -203,7 +207,7 @@ def _sphere(shape: Sphere, sides: Sides, to_world: Array) -> SphereSurface:
 def _cylinder(shape: Cylinder, sides: Sides, to_world: Array) -> CylinderSurface:
     base, end = meshes.place(np.array([shape.p0, shape.p1]), to_world)
     axis = np.subtract(shape.p1, shape.p0)
-    meridian, mirrored = to_world[:3, :3] @ perpendicular(axis / math.hypot(*axis)), mirrors(to_world)
+    meridian, mirrored = to_world[:3, :3] @ transforms.perpendicular(axis / math.hypot(*axis)), mirrors(to_world)
     flipped = mirrored != shape.flip_normals
     return CylinderSurface(sides, base, end, shape.world_radius, flipped, meridian, mirrored)
 
@@ -249,3 +253,52 @@ def _sides(shape: Solid) -> Sides:
         grey = 0.5 if shape.emitter is None else 0.0
         bsdf = Diffuse(reflectance=(grey, grey, grey))
     return Sides(*sides(bsdf), radiance)
+
+
+# -- the extent of a scene ---------------------------------------------------------------------------------------------
+
+FOV: Final = 45.0
+"""Field of view, in degrees, of the camera that `seen_whole` adds. Mitsuba 2 added the same camera."""
+
+
+def bounds(of: Surface) -> Array:
+    """Return a box around the surface `of` in world space: an array (2, 3) of its lower and its upper corner."""
+    if isinstance(of, QuadSurface):
+        of = of.mesh()
+    if isinstance(of, MeshSurface):
+        return np.array([of.vertices.min(axis=0), of.vertices.max(axis=0)])
+    if isinstance(of, DiskSurface):
+        reach, center = np.linalg.norm(of.to_world[:3, :2], axis=1), of.to_world[:3, 3]
+        return np.array([center - reach, center + reach])
+    if isinstance(of, CylinderSurface):
+        ends = np.array([of.base, of.end])
+        return np.array([ends.min(axis=0) - of.radius, ends.max(axis=0) + of.radius])
+    return np.array([of.center - of.radius, of.center + of.radius])
+
+
+def seen_whole(model: SceneModel, assets: Assets) -> SceneModel:
+    """Return the scene with a new perspective camera that looks along +z and sees the whole scene.
+
+    The nearest side of the scene's bounding box fits into the view. The camera has no clipping planes, and its shutter
+    opens and closes at time 0. Raises ValueError if a file cannot be used.
+    """
+    corners = np.concatenate([_corners(shape, assets) for shape in at_time(model, 0.0).shapes])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    distance = float((high - low).max()) / (2.0 * math.tan(math.radians(FOV) / 2.0))
+    x, y, _ = (0.5 * low + 0.5 * high).tolist()
+    to_world = transforms.translate((x, y, float(low[2]) - distance))
+    return model.replace(sensor=Perspective().replace(fov=FOV, to_world=to_world))
+
+
+def _corners(shape: Shape, assets: Assets) -> Array:
+    """Return the corners (N, 3) of boxes around a shape at rest; for an instance, of the box around its group."""
+    if not isinstance(shape, Instance):
+        return bounds(surface(shape, assets))
+    to_world = as_array(poses(shape.to_world)[0])
+    parts = np.concatenate([bounds(surface(part, assets)) for part in shape.shapegroup.shapes])
+    return np.array(list(_box(parts))) @ to_world[:3, :3].T + to_world[:3, 3]
+
+
+def _box(points: Array) -> Iterator[tuple[float, ...]]:
+    """Iterate over the corners of the box around some points."""
+    return product(*zip(points.min(axis=0).tolist(), points.max(axis=0).tolist(), strict=True))

@@ -12,8 +12,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final, Literal
 
-from equaltime.scene.account import Account
-from equaltime.scene.mesh_readers import obj_name
+from equaltime.scene.core import obj_name
+from equaltime.scene.report import Account
 
 __all__ = ["WORDS", "Color", "ImageMap", "Material", "read_mtl", "shown"]
 

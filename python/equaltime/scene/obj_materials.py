@@ -16,20 +16,22 @@ the OBJ file.
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
-from equaltime.scene.account import Account
-from equaltime.scene.gltf.plant import plant
-from equaltime.scene.mesh_readers import MeshData, obj_name
+import numpy as np
+
+from equaltime.scene.core import MeshData, obj_name
 from equaltime.scene.mtl import ImageMap, Material, read_mtl, shown
-from equaltime.scene.obj_relief import Content, content_of, is_mirrored
+from equaltime.scene.pictures import largest, read_picture
+from equaltime.scene.report import Account
 from equaltime.scene.search import Search
-from equaltime.scene.tree import Object, Place
+from equaltime.scene.tree import Object, Place, plant
 
-__all__ = ["GREY", "ObjMaterials", "file_beside"]
+__all__ = ["GREY", "Content", "ObjMaterials", "content_of", "file_beside"]
 
 GREY: Final = 0.5
 """Reflectance of faces without a material."""
@@ -145,7 +147,7 @@ class ObjMaterials:
             return bsdf
         if word == "bump":
             self._tell("the image of 'bump' is coloured and is used as a normal map", library, image.line)
-        if is_mirrored(mesh):
+        if _is_mirrored(mesh):
             self._tell("a normal map leans the wrong way along v on faces that mirror it", library, image.line)
         return plant("bsdf", "normalmap", place, normalmap=texture, bsdf=bsdf)
 
@@ -237,3 +239,41 @@ def _content(path: Path) -> bytes:
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise ValueError("the text is in UTF-16: save it in UTF-8 or ASCII")
     return content
+
+
+# -- relief ------------------------------------------------------------------------------------------------------------
+
+Content = Literal["grey", "normals", "colours"]
+_SAMPLES: Final = 256
+"""Largest number of rows and of columns of texels that are examined to tell normals from other colours."""
+_SHARE: Final = 0.75
+"""Fraction of the coloured texels that must be unit normals in a picture of normals."""
+
+
+def content_of(path: Path) -> Content:
+    """Return the kind of a picture's content: ``grey`` (heights), ``normals``, or else ``colours``.
+
+    An unreadable picture counts as ``grey``. It is refused later, when the scene's pictures are read.
+    """
+    try:
+        texels = read_picture(path, raw=True).texels
+    except ValueError:
+        return "grey"
+    if texels.shape[2] == 1 or all((texels[..., 0] == texels[..., channel]).all() for channel in (1, 2)):
+        return "grey"
+    rows, columns = (math.ceil(size / _SAMPLES) for size in texels.shape[:2])
+    few = texels[::rows, ::columns].astype(np.float64) / largest(texels)
+    vectors = 2.0 * few[(few != few[..., :1]).any(axis=2)] - 1.0
+    normals = (np.abs(np.linalg.norm(vectors, axis=1) - 1.0) < 0.1) & (vectors[:, 2] > 0.0)
+    return "normals" if np.count_nonzero(normals) > _SHARE * len(vectors) else "colours"
+
+
+def _is_mirrored(mesh: MeshData) -> bool:
+    """Tell whether any face of a mesh, seen from its front, shows the image mirrored.
+
+    The mesh must have texture coordinates, with v upwards in the image.
+    """
+    assert mesh.uvs is not None, "only what has uvs has an image"
+    a, b, c = np.moveaxis(mesh.uvs[mesh.faces], 1, 0)
+    (u1, v1), (u2, v2) = (b - a).T, (c - a).T
+    return bool((u1 * v2 < u2 * v1).any())

@@ -5,6 +5,7 @@ The section "Pictures" of ``scenes/README.md`` says how each property of an imag
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,10 +16,18 @@ from numpy.typing import NDArray
 
 from equaltime.errors import ImageError
 from equaltime.images.reading import excess, opened, reason
-from equaltime.scene import radiance
 from equaltime.scene.picture_account import PictureAccount
-from equaltime.scene.picture_channels import Choice, choose, rgb_of_luminance_chroma
-from equaltime.scene.primaries import CIE_XYZ, NAMED, REC709, luminance_weights, to_srgb
+from equaltime.scene.picture_colors import (
+    CIE_XYZ,
+    NAMED,
+    REC709,
+    Choice,
+    choose,
+    linear_of_srgb,
+    luminance_weights,
+    rgb_of_luminance_chroma,
+    to_srgb,
+)
 from equaltime.words import shortened
 
 __all__ = ["Stored", "Texels", "largest", "read_picture", "read_stored", "upright"]
@@ -220,7 +229,7 @@ def _orientation(path: Path, account: PictureAccount) -> int:
     number = account.attribute("Orientation")
     if (aspect := account.attribute("PixelAspectRatio", 1.0)) is not None:
         account.note(f"pixels of aspect {aspect:g} are taken for squares: a picture spans u and v in [0, 1]")
-    if (header := radiance.header(path)) is not None:
+    if (header := _radiance_header(path)) is not None:
         number, variables = header
         for name in ("hdr:exposure", "oiio:ColorSpace", "oiio:Gamma"):  # made by OpenImageIO from the variables
             account.attribute(name)
@@ -317,6 +326,44 @@ def _decoded(colors: Array, curve: float | str) -> NDArray[np.float32]:
     if not isinstance(curve, str):
         power: NDArray[np.float32] = np.copysign(np.abs(values) ** curve, values).astype(np.float32)
         return power
-    high = ((np.maximum(values, 0.0) + 0.055) / 1.055) ** 2.4
-    linear: NDArray[np.float32] = np.where(values <= 0.04045, values / 12.92, high).astype(np.float32)
-    return linear
+    return linear_of_srgb(values).astype(np.float32)
+
+
+# -- headers of Radiance pictures --------------------------------------------------------------------------------------
+
+# OpenImageIO 3.2 confuses two of the eight orientations (+X +Y and -X -Y) and reports few of the variables. The header,
+# which is text, is therefore read here. See Ward, "File Formats", radsite.lbl.gov/radiance/refer.
+
+MAGIC: Final = (b"#?RADIANCE", b"#?RGBE")
+LONGEST: Final = 1 << 16
+"""Largest size of a header in bytes; real headers have some hundred."""
+ORIENTATIONS: Final = {
+    **{"-Y +X": 1, "-Y -X": 2, "+Y -X": 3, "+Y +X": 4},
+    **{"+X -Y": 5, "-X -Y": 6, "-X +Y": 7, "+X +Y": 8},
+}
+"""Exif's number of each orientation: direction from row to row, then direction within a row; y grows upwards."""
+_VARIABLE: Final = re.compile(rb"(EXPOSURE|COLORCORR|PRIMARIES|PIXASPECT|GAMMA)=\s*(.*)")
+_SIZE: Final = re.compile(rb"([-+][XY]) +\d+ +([-+][XY]) +\d+ *$")
+
+
+def _radiance_header(path: Path) -> tuple[int, dict[str, str]] | None:
+    """Return Exif's orientation number (1 to 8) and the variables in the header, as text by name.
+
+    Return None if the file is not a Radiance picture. Only variables that change colours or the aspect of pixels are
+    returned. The values of a variable that occurs several times are joined by commas, in order.
+    """
+    with path.open("rb") as file:
+        begin = file.read(LONGEST)
+    if not begin.startswith(MAGIC):
+        return None
+    variables: dict[str, str] = {}
+    lines = iter(begin.split(b"\n"))
+    for line in lines:
+        if not line.strip():
+            break
+        if match := _VARIABLE.match(line):
+            name, value = (part.decode("latin-1").strip() for part in match.groups())
+            variables[name] = f"{variables[name]}, {value}" if name in variables else value
+    size = _SIZE.match(next(lines, b"").rstrip(b"\r"))
+    words = b"" if size is None else b" ".join(size.groups())
+    return ORIENTATIONS.get(words.decode(), 1), variables

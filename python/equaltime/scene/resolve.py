@@ -9,7 +9,6 @@ from typing import Any, Final
 
 from pydantic import ValidationError
 
-from equaltime.scene.known import MITSUBA, OLD, SCENE_HINTS, mitsuba_kind
 from equaltime.scene.model import (
     NO_MORE,
     NOT_YET,
@@ -24,8 +23,9 @@ from equaltime.scene.model import (
     ShapeGroup,
     SpectrumPlugin,
 )
-from equaltime.scene.substitutes import FALLBACKS, SUBSTITUTES
-from equaltime.scene.tree import FREE_ENTRIES, USES_OF_EACH, Alias, Child, Object, Plain, Ref, Report
+from equaltime.scene.report import Report
+from equaltime.scene.substitutes import MITSUBA, OLD, SCENE_HINTS, has_substitute, mitsuba_kind
+from equaltime.scene.tree import FREE_ENTRIES, USES_OF_EACH, Alias, Child, Object, Plain, Ref
 from equaltime.scene.validate import explain, shown
 from equaltime.words import a, nearest, suggestion
 
@@ -248,16 +248,15 @@ class _Resolver:
             return f"'{node.type}'{origin} is {a(plugin.kind)}, not {a(what)}"
         hint = f"; choose one with -D {node.variable}=path" if what == "integrator" and node.variable else ""
         if (known_kind := mitsuba_kind(node.type)) is not None and node.kind in (None, known_kind):
-            hint = hint or ("; --substitute replaces it" if node.type in SUBSTITUTES.get(known_kind, {}) else "")
+            hint = hint or ("; --substitute replaces it" if has_substitute(known_kind, node.type) else "")
             return f"the {what} '{node.type}'{origin} is {NOT_YET}{hint}"
         if what != "plugin" and node.type in OLD.get(what, ()):
-            steps = {*SUBSTITUTES.get(what, {}), *(OLD[what] if what in FALLBACKS else ())}
-            hint = hint or ("; --substitute replaces it" if node.type in steps else "")
+            hint = hint or ("; --substitute replaces it" if has_substitute(what, node.type) else "")
             return f"the {what} '{node.type}'{origin} is {NO_MORE}{hint}"
         known = {name for kind, names in MITSUBA.items() if what in ("plugin", kind) for name in names}
         supported = {name for name, known_plugin in PLUGINS.items() if what in ("plugin", known_plugin.kind)}
         hint = hint or suggestion(node.type, known if nearest(node.type, known) else supported)
-        if what != "plugin" and node.type in SUBSTITUTES.get(what, {}):
+        if what != "plugin" and has_substitute(what, node.type):
             hint += "; --substitute replaces it"
         return f"unknown {what} '{node.type}'{origin.rstrip(',')}{hint}"
 

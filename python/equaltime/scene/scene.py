@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
+import math
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -18,27 +19,27 @@ from equaltime.errors import Problem, RenderError, SceneError
 from equaltime.scene import deforming, export, geometry
 from equaltime.scene.assets import Assets
 from equaltime.scene.bare_mesh import MESHES, read_mesh
-from equaltime.scene.changes import changed, deep, several
+from equaltime.scene.changes import changed, deep, several, smaller_film
 from equaltime.scene.checks import check_parts
 from equaltime.scene.compile import compile_scene
 from equaltime.scene.compile_media import unseen_media
+from equaltime.scene.core import Unsupported
 from equaltime.scene.dict_reader import read_dict
-from equaltime.scene.extents import seen_whole
-from equaltime.scene.geometry import Surface
+from equaltime.scene.geometry import Surface, seen_whole
 from equaltime.scene.gltf import read_gltf
 from equaltime.scene.inert import shown
-from equaltime.scene.model import Animation, Deformation, Plugin, SceneModel, mesh_files
+from equaltime.scene.model import Animation, Bitmap, Deformation, EnvMap, MeshFile, Plugin, SceneModel, mesh_files
 from equaltime.scene.motion import closed_shutter, in_shutters, still
+from equaltime.scene.report import Report
 from equaltime.scene.resolve import Resolved, resolve, unmerged
 from equaltime.scene.search import Search
 from equaltime.scene.substitutes import Substitution, substituted
 from equaltime.scene.toml_reader import read_toml
-from equaltime.scene.tree import NOWHERE, Object, Places, Report
-from equaltime.scene.unsupported import Unsupported
+from equaltime.scene.tree import NOWHERE, Object, Places
 from equaltime.scene.xml_reader import read_xml
 from equaltime.words import Shown, shortened
 
-__all__ = ["Scene", "digest", "load", "load_dict", "load_file"]
+__all__ = ["Scene", "digest", "load", "load_dict", "load_file", "named_files", "smaller"]
 
 VERSION = "equaltime scene 1"
 """Version of the digest; change the version if equal contents must get another digest than before."""
@@ -182,7 +183,7 @@ class Scene(Shown):
 
         Reading the file gives the same scene, with the same bits in every image. With `copy`, meshes and images are
         copied into a folder beside the new file. Otherwise the new file names their present paths. Raises SceneError on
-        failure. See `equaltime.scene.export.convert`.
+        failure. See `equaltime.scene.export`.
         """
         path = Path(path)
         try:
@@ -385,3 +386,22 @@ def _finish(
     warnings += tuple(told for told in odd if told is not None)
     places = Places(tuple(node.place for node in resolved.shapes), [(part, n.place) for n, part in resolved.parts])
     return Scene(model, source, assets, warnings, done, places, {"load": perf_counter() - started})
+
+
+def smaller(scene: Scene, most: float) -> Scene:
+    """Return the scene with about `most` pixels in its crop window.
+
+    If the crop window of `scene` has `most` pixels or fewer, return `scene` itself.
+    """
+    crop = scene.model.sensor.film.crop
+    scale = math.sqrt(most / (crop[2] * crop[3]))
+    if scale >= 1.0:
+        return scene
+    size, window = smaller_film(scene.size, crop, scale)
+    return scene.with_(size=size, crop=window)
+
+
+def named_files(scene: Scene) -> tuple[Path, ...]:
+    """Return the paths of all images and meshes that the scene names, sorted, each once."""
+    named = {node.filename for node in scene.model.nodes() if isinstance(node, Bitmap | EnvMap | MeshFile)}
+    return tuple(sorted({scene.assets.path(name) for filename in named for name in mesh_files(filename)}))

@@ -2,7 +2,7 @@
 
 A substitute does not make the same image. It keeps the shape of objects, and the colours that can be carried over. A
 plugin without a similar substitute is left out. Without the request (``--substitute``), a scene with such plugins is
-refused, and the error names each with file and line.
+refused, and the error names each with file and line. Tables list the plugins of Mitsuba 3 and Mitsuba 0.6 by name.
 """
 
 from __future__ import annotations
@@ -14,12 +14,53 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from equaltime.scene.known import MITSUBA, OLD, mitsuba_kind
 from equaltime.scene.model import OUTPUTS, OWN_OUTPUTS, PLUGINS, Kind
 from equaltime.scene.tree import Child, Object, Plain, Ref
 from equaltime.words import nearest
 
-__all__ = ["Substitution", "substituted"]
+__all__ = ["MITSUBA", "OLD", "SCENE_HINTS", "Substitution", "has_substitute", "mitsuba_kind", "substituted"]
+
+_NAMES: dict[Kind, str] = {
+    "bsdf": "blendbsdf bumpmap circular conductor dielectric diffuse hair mask measured measured_polarized null "
+    "normalmap plastic polarizer pplastic principled principledthin retarder roughconductor roughdielectric "
+    "roughplastic thindielectric twosided",
+    "emitter": "area constant directional directionalarea envmap point projector spot sunsky timed_sunsky",
+    "film": "hdrfilm specfilm",
+    "integrator": "aov depth direct direct_projective moment path prb prb_basic prb_projective prbvolpath ptracer "
+    "stokes volpath volpathmis volprim_rf_basic",
+    "medium": "heterogeneous homogeneous",
+    "phase": "blendphase hg isotropic rayleigh sggx tabphase",
+    "rfilter": "box catmullrom gaussian lanczos mitchell tent",
+    "sampler": "independent ldsampler multijitter orthogonal stratified",
+    "sensor": "batch distant irradiancemeter orthographic perspective radiancemeter thinlens",
+    "shape": "blender bsplinecurve cube cylinder disk ellipsoids ellipsoidsmesh instance linearcurve merge obj ply "
+    "rectangle sdfgrid serialized shapegroup sphere",
+    "texture": "bitmap blackbody checkerboard d65 irregular mesh_attribute rawconstant regular srgb uniform volume",
+    "volume": "constvolume gridvolume",
+}
+MITSUBA = {kind: frozenset(names.split()) for kind, names in _NAMES.items()}
+"""The plugins that Mitsuba 3 documents, by family."""
+_OLD_NAMES: dict[Kind, str] = {
+    "bsdf": "coating difftrans hk irawan mixturebsdf phong roughcoating roughdiffuse rtrans ward",
+    "emitter": "collimated sky sun",
+    "integrator": "adaptive ao bdpt dipole erpt irrcache mlt motion multichannel photonmapper ppm pssmlt "
+    "singlescatter sppm vpl",
+    "phase": "kkay microflake mixturephase",
+    "sensor": "fluencemeter perspective_rdist spherical telecentric",
+    "shape": "deformable hair heightfield",
+    "texture": "curvature gridtexture scale wireframe",
+    "volume": "hgridvolume volcache",
+}
+OLD = {kind: frozenset(names.split()) for kind, names in _OLD_NAMES.items()}
+"""Plugins of Mitsuba 0.6 that Mitsuba 3 does not have, by family."""
+SCENE_HINTS = frozenset({"allow_thread_reordering", "embree_use_robust_intersections"})
+"""Switches of a scene that tell Mitsuba how to trace rays; they have no meaning here."""
+
+
+def mitsuba_kind(name: str) -> Kind | None:
+    """Return the family, such as ``bsdf``, of the Mitsuba 3 plugin `name`; None if Mitsuba 3 has no such plugin."""
+    return next((kind for kind, names in MITSUBA.items() if name in names), None)
+
 
 Made = tuple[Object | None, str]
 """Substitute of an object and the substitute's description; the substitute is None if the object is left out."""
@@ -38,6 +79,11 @@ class Substitution:
     def __str__(self) -> str:
         done = f"is replaced by {self.by}" if self.by else "is left out"
         return f"{self.place}: the {self.what} {done}"
+
+
+def has_substitute(kind: Kind, type: str) -> bool:
+    """Tell whether `substituted` replaces or leaves out the plugin `type` of Mitsuba 3 or Mitsuba 0.6."""
+    return type in SUBSTITUTES.get(kind, {}) or (kind in FALLBACKS and _is_known(kind, type))
 
 
 def substituted(root: Object) -> tuple[Object, tuple[Substitution, ...]]:
@@ -91,7 +137,7 @@ class _Replacer:
         if kind is None:
             return inner
         step = SUBSTITUTES.get(kind, {}).get(node.type)
-        if step is None and kind in FALLBACKS and node.type not in PLUGINS and not _misspelt(node.type, kind):
+        if step is None and kind in FALLBACKS and node.type not in PLUGINS and not _misspelt(kind, node.type):
             step = FALLBACKS[kind]
         if step is None:
             return inner
@@ -121,9 +167,13 @@ def _holding(node: Object, children: list[Child]) -> Object:
     return node if same else dataclasses.replace(node, children=children)
 
 
-def _misspelt(type: str, kind: Kind) -> bool:
-    """Tell whether the name is not one of Mitsuba 0.6, but near or equal to one of Mitsuba 3."""
-    return type not in OLD.get(kind, ()) and nearest(type, MITSUBA[kind]) is not None
+def _is_known(kind: Kind, type: str) -> bool:
+    return type in MITSUBA[kind] or type in OLD.get(kind, ())
+
+
+def _misspelt(kind: Kind, type: str) -> bool:
+    """Tell whether the name is of no plugin, but similar to the name of a plugin of Mitsuba 3."""
+    return not _is_known(kind, type) and nearest(type, MITSUBA[kind]) is not None
 
 
 def _family(node: Object) -> Kind | None:

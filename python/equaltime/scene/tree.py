@@ -6,18 +6,15 @@ same form for all file formats, and its types and parameters are not checked yet
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
-from equaltime.errors import Problem, SceneError
 from equaltime.scene.model import Kind, Plugin
 
 __all__ = [
     "FREE_ENTRIES",
     "MAX_DEPTH",
-    "MOST_TOLD",
     "NOWHERE",
     "USES_OF_EACH",
     "Alias",
@@ -28,15 +25,9 @@ __all__ = [
     "Places",
     "Plain",
     "Ref",
-    "Report",
-    "told_once",
+    "add",
+    "plant",
 ]
-
-MOST_TOLD = 100
-"""Largest number of problems, and of warnings, reported for one scene, since a broken file may have thousands."""
-
-MOST_LETTERS = 1000
-"""Longest text of one problem, in characters; files are quoted, and may have very long names and values."""
 
 MAX_DEPTH = 64
 """Deepest nesting of objects; real scenes need about five levels, and a hostile file must not exhaust the stack."""
@@ -65,55 +56,6 @@ class Place(NamedTuple):
         """
         step = f"[{name}]" if isinstance(name, int) else f".{name}" if self.path else name
         return Place(self.file, self.line if line is None else line, self.path + step)
-
-
-class Report:
-    """The problems (errors) and warnings found in a scene, collected so that all are reported together."""
-
-    def __init__(self) -> None:
-        self._problems: dict[tuple[Place, str], None] = {}  # in order of discovery, without duplicates
-        self._notes: dict[str, None] = {}
-        self._untold = 0
-
-    def add(self, place: Place, message: str) -> None:
-        """Add a problem at `place` (file and line, or path of keys).
-
-        Raises SceneError at once if the number of problems reaches `MOST_TOLD`.
-        """
-        self._problems[place, message] = None
-        if len(self._problems) >= MOST_TOLD:
-            last = Problem(place.file, f"{MOST_TOLD} problems are told; the rest of the scene was not looked at")
-            raise SceneError((*self._ordered(), last))
-
-    def note(self, message: str) -> None:
-        """Add a warning for the user; warnings beyond `MOST_TOLD` are only counted."""
-        if len(self._notes) < MOST_TOLD:
-            self._notes[quoted(message)] = None
-        else:
-            self._untold += 1
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """The warnings added by `note`, in order, and a last one with the number of warnings left out, if any."""
-        more = [f"and {self._untold} more warnings"] if self._untold else []
-        return (*self._notes, *more)
-
-    def raise_if_any(self) -> None:
-        """Raise SceneError with all problems found so far, ordered by line, if there are any."""
-        if self._problems:
-            raise SceneError(self._ordered())
-
-    def _ordered(self) -> tuple[Problem, ...]:
-        ordered = sorted(self._problems, key=lambda problem: problem[0].line or 0)
-        return tuple(Problem(quoted(str(place)), quoted(message)) for place, message in ordered)
-
-
-def quoted(text: str) -> str:
-    """Return `text` for a message; if it has more than `MOST_LETTERS` characters, its middle is left out."""
-    if len(text) <= MOST_LETTERS:
-        return text
-    half = MOST_LETTERS // 2
-    return f"{text[:half]} [... {len(text) - 2 * half} letters ...] {text[-half:]}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,17 +156,28 @@ class Places:
         return next((place for known, place in self._parts if known == part or known.kind == kind), None)
 
 
-def told_once(place: Place, message: str) -> tuple[Place, str]:
-    """Return `place` (file and line) and `message` for a problem, so that the file is not named twice.
-
-    If the message begins with the file of `place`, as in ``file:3: text``, the file is removed from the message, and
-    the line number moves into the place.
-    """
-    found = re.fullmatch(rf"{re.escape(place.file)}(?::(\d+))?: (.*)", message, re.DOTALL)
-    if found is None or place != Place(place.file):
-        return place, message
-    return Place(place.file, int(found[1]) if found[1] else None), found[2]
-
-
 NOWHERE: Final = Places((), ())
 """`Places` without any file or line, for a model that was made in memory."""
+
+
+def plant(kind: Kind, type_: str, place: Place, id_: str | None = None, **fields: object) -> Object:
+    """Return a new object of the scene tree, with plugin family `kind` (such as ``bsdf``) and plugin type `type_`.
+
+    `place` is the object's position in the file, for error messages. The `fields` are the object's parameters: plain
+    values, objects or references. A field that is None is left out.
+    """
+    result = Object(place, type_, kind, id=id_)
+    for name, value in fields.items():
+        add(result, name, value)
+    return result
+
+
+def add(parent: Object, name: str | None, value: object) -> None:
+    """Add `value` to `parent`: as the parameter `name`, or as an unnamed nested object if `name` is None.
+
+    A `value` of None is not added.
+    """
+    if value is None:
+        return
+    node = value if isinstance(value, Object | Ref | Plain) else Plain(parent.place, value)
+    parent.children.append(Child(name, node))

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from equaltime.scene.model import NO_MORE, NOT_YET, Animation, Plugin
-from equaltime.scene.tree import MOST_TOLD
+from equaltime.scene.report import MOST_TOLD
 from equaltime.validation import expectation
 from equaltime.words import shortened, suggestion
 

@@ -6,7 +6,8 @@ import re
 from collections.abc import Mapping
 from typing import Final
 
-from equaltime.scene.tree import Place, Report
+from equaltime.scene.report import Report
+from equaltime.scene.tree import Place
 from equaltime.words import nearest, suggestion
 
 __all__ = ["Variables"]

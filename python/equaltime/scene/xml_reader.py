@@ -1,6 +1,7 @@
 """Reads Mitsuba's XML into the tree of parsed nodes.
 
-The reader replaces variables, includes other files, and translates files older than Mitsuba 2.
+The reader replaces variables, includes other files, and translates files older than Mitsuba 2. Text between elements
+has no meaning, as in Mitsuba, and gives a warning.
 """
 
 from __future__ import annotations
@@ -8,25 +9,25 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Final, TypeVar, get_args
+from typing import Final, NamedTuple, TypeVar, get_args
+from xml.parsers import expat
 
 import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.scene import transforms
-from equaltime.scene.includes import Includes
 from equaltime.scene.model import Deformation, Kind
 from equaltime.scene.motion import animation
-from equaltime.scene.search import Search
+from equaltime.scene.report import Report
+from equaltime.scene.search import Includes, Search
 from equaltime.scene.spectrum_values import read_spectrum
-from equaltime.scene.tree import Alias, Child, Node, Object, Place, Plain, Ref, Report
+from equaltime.scene.tree import MAX_DEPTH, Alias, Child, Node, Object, Place, Plain, Ref
 from equaltime.scene.variables import Variables
-from equaltime.scene.xml_elements import Element, parse_elements
 from equaltime.scene.xml_upgrade import upgraded
 from equaltime.scene.xml_values import OLD_VALUES, STEPS, VALUES, Rule, number
 from equaltime.words import suggestion
 
-__all__ = ["read_xml"]
+__all__ = ["Element", "parse_elements", "read_xml"]
 
 Names = tuple[str, ...]
 T = TypeVar("T")
@@ -294,3 +295,107 @@ class _Interpreter:
         except ValueError as error:
             self._report.add(element.place, str(error))
             return None
+
+
+# -- elements ----------------------------------------------------------------------------------------------------------
+
+# Declarations inside the file, above all of entities, are refused. A scene does not need declarations, which can make
+# an XML file read other files, or grow without bound. A document type in another file is never read. Some malformed
+# files that Mitsuba accepts are read too, with a warning: hyphens within comments, a single &, blanks before the XML
+# declaration, and bytes that are not UTF-8.
+
+
+class Element(NamedTuple):
+    """An XML element as the file gives it: its tag, attributes and children, with file and line."""
+
+    tag: str
+    attributes: dict[str, str]
+    place: Place
+    children: list[Element]
+
+
+class _MalformedError(Exception):
+    """The file is not well-formed XML."""
+
+    def __init__(self, place: Place, message: str) -> None:
+        self.place, self.message = place, message
+
+
+class _RefusedError(Exception):
+    """Ends parsing at once: the file contains something that must not be read."""
+
+    def __init__(self, place: Place, message: str) -> None:
+        self.place, self.message = place, message
+
+
+_COMMENT = re.compile(rb"<!--.*?(?:-->|\Z)", re.DOTALL)
+_LATE_DECLARATION = re.compile(rb"\A(\xef\xbb\xbf)?\s+<\?xml\b[^>]*\?>")
+_LONE_AMPERSAND = re.compile(rb"&(?!#?\w+;)")
+_OTHER_ENCODING = re.compile(rb"\A<\?xml\b[^>]*\bencoding\s*=\s*[\"'](?!utf-?8[\"'])", re.IGNORECASE)
+
+
+def parse_elements(file: str, content: bytes, report: Report) -> Element | None:
+    """Return the root element in `content`, the XML text of `file`.
+
+    If the file cannot be read as XML, add a problem to `report`, and return None.
+    """
+    try:
+        try:
+            return _parsed(file, content, report)
+        except _MalformedError as first:
+            note = f"{first.place}: {first.message}; it is read nevertheless, as Mitsuba does"
+        found = _parsed(file, _mended(content), report)
+        report.note(note)
+        return found
+    except _MalformedError as malformed:
+        report.add(malformed.place, malformed.message)
+    except _RefusedError as refused:
+        report.add(refused.place, refused.message)
+    return None
+
+
+def _mended(content: bytes) -> bytes:
+    """Return the content as Mitsuba understands it, with the same line numbers."""
+    content = _LATE_DECLARATION.sub(lambda found: b"\n" * found.group().count(b"\n"), content)
+    content = _COMMENT.sub(lambda found: b"\n" * found.group().count(b"\n"), content)
+    content = _LONE_AMPERSAND.sub(b"&amp;", content)
+    return content if _OTHER_ENCODING.match(content) else content.decode("utf-8", "replace").encode()
+
+
+def _parsed(file: str, content: bytes, report: Report) -> Element:
+    parser = expat.ParserCreate()
+    parser.buffer_text = True
+    top = Element("", {}, Place(file), [])
+    open_elements = [top]
+
+    def here() -> Place:
+        return Place(file, parser.CurrentLineNumber)
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        if len(open_elements) > MAX_DEPTH:
+            raise _RefusedError(here(), f"elements are nested more than {MAX_DEPTH} deep")
+        element = Element(tag, attributes, here(), [])
+        open_elements[-1].children.append(element)
+        open_elements.append(element)
+
+    def end(_tag: str) -> None:
+        open_elements.pop()
+
+    def text(data: str) -> None:
+        if data.strip():
+            report.note(f"{here()}: the text {data.strip()[:40]!r} is passed over: values belong into attributes")
+
+    def doctype(_name: str, _system: str | None, _public: str | None, declares: bool) -> None:
+        if declares:
+            raise _RefusedError(here(), "declarations of elements and entities are not allowed in a scene file")
+
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.CharacterDataHandler, parser.StartDoctypeDeclHandler = text, doctype
+    try:
+        parser.Parse(content, True)
+    except expat.ExpatError as error:
+        message = f"not well-formed XML: {expat.ErrorString(error.code)}"
+        raise _MalformedError(Place(file, error.lineno), message) from error
+    except (LookupError, ValueError) as error:
+        raise _RefusedError(here(), f"the encoding that the file declares cannot be read: {error}") from error
+    return top.children[0]

@@ -16,7 +16,8 @@ from typing import Final
 from equaltime.scene import transforms
 from equaltime.scene.model import METALS, SpectralCurve, Spectrum
 from equaltime.scene.model.ior import as_ior
-from equaltime.scene.tree import Child, Node, Object, Plain, Report
+from equaltime.scene.report import Report
+from equaltime.scene.tree import Child, Node, Object, Plain
 
 __all__ = ["upgraded"]
 

@@ -18,7 +18,7 @@ from equaltime.quoting.law import fit
 from equaltime.quoting.noise_light import LEAST_PATHS, NoiseLight, noise_light
 from equaltime.quoting.pilot import Pilot
 from equaltime.rendering.core import split_light
-from equaltime.scene.smaller import smaller
+from equaltime.scene.scene import smaller
 from equaltime.statistics.intervals import Interval
 
 SCENE = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"

@@ -13,8 +13,8 @@ import equaltime as et
 from equaltime.pricing import derive, leave_out
 from equaltime.scene import deforming, motion
 from equaltime.scene.export.files import write_ply
+from equaltime.scene.export.plain import mitsuba_dict
 from equaltime.scene.geometry import MeshSurface
-from equaltime.scene.mitsuba_dict import mitsuba_dict
 from equaltime.scene.model import Deformation, Ply
 
 from ...invariants.shipped import same_bits

@@ -13,7 +13,7 @@ import equaltime as et
 from equaltime import files as disk
 from equaltime.cli import main
 from equaltime.scene import model as m
-from equaltime.scene.export.convert import FORMATS
+from equaltime.scene.export import FORMATS
 from equaltime.scene.export.files import Folder, write_ply
 
 from .gltf_files import Builder
@@ -232,3 +232,13 @@ def test_a_mesh_that_a_ply_file_does_not_hold_is_refused(parts: dict[str, Any], 
     loaded.write(tmp_path / "odd.toml")
     images = [et.render(scene.with_(size=(4, 4)), spp=2).image for scene in (loaded, et.load(tmp_path / "odd.toml"))]
     assert images[0].tobytes() == images[1].tobytes()
+
+
+def test_mitsuba_s_transforms_replace_lists_and_none_that_is_animated() -> None:
+    rows = [[2.0, 0.0, 0.0, 0.0], [0.0, 2.0, 0.0, 0.0], [0.0, 0.0, 2.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
+    plain = et.load_dict(scene(ball={"type": "sphere", "to_world": rows})).to_dict()
+    assert et.scene.export.with_transforms(plain, tuple)["ball"]["to_world"] == tuple(rows)
+    keys = [{"time": time, "transform": rows} for time in (0, 1)]
+    plain = et.load_dict(scene(ball={"type": "sphere", "to_world": {"animation": keys}})).to_dict()
+    with pytest.raises(ValueError, match="'to_world' is animated: Mitsuba 3 has no transforms that change with time"):
+        et.scene.export.with_transforms(plain, tuple)

@@ -11,7 +11,7 @@ import equaltime as et
 from equaltime.errors import RenderError, SceneError
 from equaltime.pricing import derive
 from equaltime.scene.export import convert
-from equaltime.scene.mitsuba_dict import mitsuba_dict
+from equaltime.scene.export.plain import mitsuba_dict
 from equaltime.scene.model import Homogeneous, Isotropic
 
 Dict = dict[str, Any]

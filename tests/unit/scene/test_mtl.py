@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from equaltime.scene.account import Account
 from equaltime.scene.mtl import NEUTRAL, WORDS, ImageMap, Material, read_mtl
+from equaltime.scene.report import Account
 
 
 def read(text: bytes | str) -> tuple[dict[bytes, Material], list[str]]:

@@ -14,7 +14,7 @@ import pytest
 import equaltime as et
 from equaltime.images import image_files as images
 from equaltime.scene import model as m
-from equaltime.scene.obj_relief import content_of
+from equaltime.scene.obj_materials import content_of
 
 from .test_obj_materials import SQUARE, load, picture, shapes, square, told
 

@@ -11,7 +11,7 @@ import pytest
 from PIL import Image, ImageCms
 
 import equaltime as et
-from equaltime.scene.primaries import CIE_XYZ, NAMED, REC709, luminance_weights, to_srgb
+from equaltime.scene.picture_colors import CIE_XYZ, NAMED, REC709, luminance_weights, to_srgb
 
 from .picture_files import colors, hdr, numbers, png_with, scene, srgb_decoded, texels, written
 

@@ -9,7 +9,7 @@ import OpenImageIO as oiio  # noqa: N813
 import pytest
 
 from equaltime.scene import load_dict
-from equaltime.scene.primaries import CIE_XYZ, REC709, to_srgb
+from equaltime.scene.picture_colors import CIE_XYZ, REC709, to_srgb
 
 ACESCG = (0.713, 0.293, 0.165, 0.83, 0.128, 0.044, 0.32168, 0.33767)
 REC2020 = (0.708, 0.292, 0.17, 0.797, 0.131, 0.046, 0.3127, 0.329)

@@ -7,11 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from equaltime import SceneError
+from equaltime.scene.report import Report
 from equaltime.scene.resolve import resolve
 from equaltime.scene.scene import Reader
 from equaltime.scene.search import Search
 from equaltime.scene.toml_reader import read_toml
-from equaltime.scene.tree import Report
 from equaltime.scene.xml_reader import read_xml
 
 SCENES = Path(__file__).parents[3] / "scenes"

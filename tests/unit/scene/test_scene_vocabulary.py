@@ -6,7 +6,7 @@ from typing import Any
 
 from equaltime.scene import load_dict
 from equaltime.scene import model as m
-from equaltime.scene.sides import BLACK, sides
+from equaltime.scene.model.wrappers import BLACK, sides
 
 BALL: dict[str, Any] = {"type": "sphere"}
 

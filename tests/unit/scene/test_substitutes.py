@@ -11,8 +11,7 @@ import pytest
 import equaltime as et
 from equaltime.cli import main
 from equaltime.scene import model as m
-from equaltime.scene.known import MITSUBA, OLD
-from equaltime.scene.substitutes import SUBSTITUTES
+from equaltime.scene.substitutes import MITSUBA, OLD, SUBSTITUTES
 
 BALL: dict[str, Any] = {"type": "sphere"}
 
@@ -49,6 +48,10 @@ CASES = {
     "prb_projective": (
         scene(how={"type": "prb_projective"}),
         "how: the integrator 'prb_projective' is replaced by 'path'",
+    ),
+    "volprim_rf_basic": (
+        scene(how={"type": "volprim_rf_basic"}),
+        "how: the integrator 'volprim_rf_basic' is replaced by 'path'",
     ),
     "direct_projective": (
         scene(how={"type": "direct_projective"}),

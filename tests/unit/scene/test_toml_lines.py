@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from equaltime.scene.toml_lines import line_numbers
+from equaltime.scene.toml_reader import line_numbers
 
 WITHIN = """begin
 scenes = 3

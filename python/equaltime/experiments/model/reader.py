@@ -17,8 +17,8 @@ from equaltime.errors import EqualtimeError, ExperimentError, Problem, StrategyE
 from equaltime.experiments.model.experiment import Experiment, ReferenceWish, SceneEntry, StrategyEntry
 from equaltime.rendering.core_subject import Subject
 from equaltime.scene import Scene
-from equaltime.scene.smaller import smaller_film
-from equaltime.scene.toml_lines import line_numbers, malformed, nearest
+from equaltime.scene.changes import smaller_film
+from equaltime.scene.toml_reader import line_numbers, malformed, nearest
 from equaltime.strategy import PRESETS, Strategy
 from equaltime.words import seconds_of
 

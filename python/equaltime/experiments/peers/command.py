@@ -13,7 +13,7 @@ The command is split as by a shell (quotes work) and run without a shell. Words 
 - ``{spp}``     samples per pixel
 - ``{seed}``    31-bit seed; different seeds must give independent images
 - ``{scene}``   the scene's original file, without the experiment's changes
-- ``{json}``    file with the whole scene, changes included: see `equaltime.scene.mitsuba_dict`
+- ``{json}``    file with the whole scene, changes included: see `equaltime.scene.export.plain`
 - ``{width}``, ``{height}``, ``{max_depth}``   size of the image in pixels, and largest depth of paths
 - ``{python}``  the Python that runs equaltime
 - ``{threads}`` threads to use: the number asked for, else the processors that the machine or container allows. A number
@@ -55,7 +55,7 @@ from equaltime.images import image_files as images
 from equaltime.machine import allowed_processors, worker_threads
 from equaltime.rendering.core_subject import Point, RendererKind
 from equaltime.scene import Scene
-from equaltime.scene.mitsuba_dict import mitsuba_dict
+from equaltime.scene.export.plain import mitsuba_dict
 from equaltime.strict_json import json_text
 
 __all__ = ["WORDS", "CommandPeer"]

@@ -20,7 +20,7 @@ from equaltime.experiments.peers.process import DEFAULT_LIMIT, SETUP_LIMIT, Work
 from equaltime.images.mitsuba_reference import CAVEAT, UNFIT_SAMPLERS, fit_sampler
 from equaltime.rendering.core_subject import Point, RendererKind
 from equaltime.scene import Scene
-from equaltime.scene.mitsuba_dict import mitsuba_dict
+from equaltime.scene.export.plain import mitsuba_dict
 from equaltime.strict_json import json_text
 
 __all__ = ["MOST_IN_FLIGHT", "MitsubaPeer"]

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from equaltime.errors import PeerError
 from equaltime.machine import worker_threads
-from equaltime.scene.mitsuba_dict import with_transforms
+from equaltime.scene.export.plain import with_transforms
 from equaltime.strict_json import json_text
 
 __all__ = ["MitsubaWorker", "samples_per_pass", "serve"]

@@ -18,6 +18,7 @@ from pydantic import ValidationError
 from equaltime.errors import EffectError
 from equaltime.scene import Scene
 from equaltime.scene.assets import Assets
+from equaltime.scene.core import constant
 from equaltime.scene.effects.kinds import KINDS
 from equaltime.scene.model import (
     Bitmap,
@@ -35,7 +36,6 @@ from equaltime.scene.model import (
     ThinLens,
 )
 from equaltime.scene.motion import moves, still
-from equaltime.scene.unsupported import constant
 from equaltime.strategy import Strategy
 from equaltime.words import suggestion
 

@@ -3,6 +3,9 @@
 The dictionaries are valid JSON; read again, they give the same scene. For example, a reference is
 ``{"type": "ref", "id": name}``, and a colour ``{"type": "rgb", "value": [r, g, b]}``. A transform is a nested list,
 which `with_transforms` replaces by Mitsuba's own type. ``mitsuba.load_dict`` accepts all other values unchanged.
+
+`mitsuba_dict` writes two things that make other renderers compute the same image: clipping distances always, and the
+field of view along x.
 """
 
 from __future__ import annotations
@@ -10,9 +13,23 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from equaltime.scene.model import Animation, Deformation, Plugin, SceneModel
+from equaltime.scene.assets import Assets
+from equaltime.scene.model import (
+    Animation,
+    Deformation,
+    Instance,
+    Perspective,
+    Plugin,
+    Projective,
+    SceneModel,
+    Sensor,
+    Shape,
+    ThinLens,
+    poses,
+)
+from equaltime.scene.motion import still
 
-__all__ = ["TRANSFORMS", "VECTORS", "Dict", "PlainWriter", "scene_dict", "with_transforms"]
+__all__ = ["TRANSFORMS", "VECTORS", "Dict", "PlainWriter", "mitsuba_dict", "scene_dict", "with_transforms"]
 
 Dict = dict[str, Any]
 
@@ -43,17 +60,18 @@ def scene_dict(model: SceneModel, name_file: Callable[[str], str]) -> Dict:
 def with_transforms(node: Mapping[str, Any], transform: Callable[[list[list[float]]], Any]) -> Dict:
     """Return a copy of the dictionary `node` in which `transform` was applied to every transform.
 
-    The function `transform` takes a nested list (4, 4); an example is ``mitsuba.ScalarTransform4f``. For an animated
-    transform, it takes the dictionary of the animation.
+    The function `transform` takes a nested list (4, 4); an example is ``mitsuba.ScalarTransform4f``. Raises ValueError
+    for an animated transform, which Mitsuba does not have.
     """
-    return {
-        key: transform(value)
-        if key in TRANSFORMS
-        else with_transforms(value, transform)
-        if isinstance(value, Mapping)
-        else value
-        for key, value in node.items()
-    }
+
+    def converted(name: str, value: Any) -> Any:
+        if name in TRANSFORMS and isinstance(value, Mapping):
+            raise ValueError(f"'{name}' is animated: Mitsuba 3 has no transforms that change with time")
+        if name in TRANSFORMS:
+            return transform(value)
+        return with_transforms(value, transform) if isinstance(value, Mapping) else value
+
+    return {name: converted(name, value) for name, value in node.items()}
 
 
 class PlainWriter:
@@ -134,3 +152,71 @@ class PlainWriter:
         if name in TRANSFORMS:
             return [list(row) for row in value]
         return list(value) if name in VECTORS else {"type": "rgb", "value": list(value)}
+
+
+# -- Mitsuba's own renderer --------------------------------------------------------------------------------------------
+
+NEAR, FAR = 1e-12, 1e12
+"""Clipping distances for scenes without any, since Mitsuba always has some. They cost Mitsuba's rays no accuracy."""
+
+
+def mitsuba_dict(model: SceneModel, assets: Assets) -> Dict:
+    """Return the scene `model` as Mitsuba's dictionary: camera, film, filter, shapes and lights.
+
+    Integrator and sampler are left out, because each renderer has its own. Equal BSDFs are written once, and shapes
+    refer to them. Files are named by absolute paths. Raises ValueError if a file is missing or has changed, or if the
+    scene is animated.
+    """
+    if still(model) is not model:
+        raise ValueError("Mitsuba 3 has no transforms that change with time, nor meshes")
+    if any(isinstance(getattr(node, "filename", None), Deformation) for node in model.nodes()):
+        raise ValueError("Mitsuba 3 has no meshes that are held between two")
+    writer = PlainWriter(lambda filename: str(assets.path(filename).absolute()))
+    sensor = _sensor(model.sensor, writer)
+    shapes = {f"shape_{i:06}": _shape(shape, writer) for i, shape in enumerate(model.shapes)}
+    emitters = {f"emitter_{i:06}": writer.node(emitter) for i, emitter in enumerate(model.emitters)}
+    return {"type": "scene", "sensor": sensor, **writer.shared, **shapes, **emitters}
+
+
+def _shape(shape: Shape, writer: PlainWriter) -> Dict:
+    result = writer.node(shape)
+    if not isinstance(shape, Instance) and shape.bsdf is not None:
+        result["bsdf"] = writer.share(shape.bsdf, "bsdf_1")
+    return result
+
+
+def _sensor(sensor: Sensor, writer: PlainWriter) -> Dict:
+    result: Dict = {
+        "type": sensor.type,
+        "to_world": [list(row) for row in poses(sensor.to_world)[0]],
+        "near_clip": sensor.near_clip or NEAR,
+        "far_clip": sensor.far_clip or FAR,
+        "film": _film(sensor, writer),
+    }
+    if isinstance(sensor, Projective):
+        result |= {"fov": sensor.x_fov, "fov_axis": "x"}
+    if isinstance(sensor, Perspective):
+        x, y = sensor.principal_point_offset_x, sensor.principal_point_offset_y
+        result |= {"principal_point_offset_x": x, "principal_point_offset_y": y}
+    elif isinstance(sensor, ThinLens):
+        result |= {"aperture_radius": sensor.aperture_radius, "focus_distance": sensor.focus}
+    if sensor.medium is not None:
+        result["medium"] = writer.node(sensor.medium)
+    return result
+
+
+def _film(sensor: Sensor, writer: PlainWriter) -> Dict:
+    film = sensor.film
+    x, y, width, height = film.crop
+    return {
+        "type": film.type,
+        "width": film.width,
+        "height": film.height,
+        "crop_offset_x": x,
+        "crop_offset_y": y,
+        "crop_width": width,
+        "crop_height": height,
+        "pixel_format": "rgb",
+        "component_format": "float32",
+        "rfilter": writer.node(film.rfilter),
+    }

@@ -31,7 +31,7 @@ normalTexture              `normalmap`. Tangents follow u of the texture coordin
 occlusionTexture           not used: the render computes occlusion itself
 emission                   `area`, from the front side only. Nits are W/(m² sr) per channel. Emission fades with the
                            opacity, *unless the two have different textures*
-extensions                 see `mapping`; extensions of materials mostly become parameters of `principled`
+extensions                 see `MAPPING`; extensions of materials mostly become parameters of `principled`
 =========================  ===========================================================================================
 
 README.md in this folder lists every property. A file without lights gets a sky and a sun (``-D sky=`` and ``-D sun=``
@@ -43,8 +43,8 @@ file requires are refused.
 from __future__ import annotations
 
 from equaltime.scene.gltf.contents import Contents, split
-from equaltime.scene.gltf.mapping import MAPPING
 from equaltime.scene.gltf.primitives import Triangles
 from equaltime.scene.gltf.reader import read_gltf
+from equaltime.scene.gltf.schema import MAPPING
 
 __all__ = ["MAPPING", "Contents", "Triangles", "read_gltf", "split"]

@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from equaltime.scene.gltf.document import Document, Malformed, parse
 from equaltime.scene.gltf.extent import check_extent
-from equaltime.scene.gltf.meshes import Source, read
 from equaltime.scene.gltf.poses import Pose, at_time
-from equaltime.scene.gltf.primitives import Triangles, mirrored_uvs
+from equaltime.scene.gltf.primitives import Source, Triangles, mirrored_uvs, read
 from equaltime.scene.gltf.textures import bake
 from equaltime.scene.pictures import Texels
 

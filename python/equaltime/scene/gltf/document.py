@@ -17,9 +17,8 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any, Final
 from urllib.parse import unquote, unquote_to_bytes
 
-from equaltime.scene.gltf.mapping import MAPPING
 from equaltime.scene.gltf.rules import Problems
-from equaltime.scene.gltf.schema import DOCUMENT, UNREADABLE
+from equaltime.scene.gltf.schema import DOCUMENT, MAPPING, UNREADABLE, typed
 from equaltime.scene.gltf.surfaces import capped
 from equaltime.words import shortened, suggestion
 
@@ -159,10 +158,6 @@ def parse(name: str, content: bytes, locate: Callable[[str], Path]) -> Document:
     `content` has the bytes of the ``.gltf`` or ``.glb`` file. `locate` maps a relative file name to a path. Raises
     `Malformed` if the file is not valid.
     """
-    from equaltime.scene.gltf.schema import (
-        typed,
-    )  # pygltflib takes a tenth of a second to import, and other scenes do not need it
-
     text, binary, unread = _chunks(content)
     checked, above, twice = _checked(text)
     document = Document(checked, typed(checked), name, locate, binary, len(content))

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from typing import Final
 
 from equaltime.scene.gltf.document import Document
-from equaltime.scene.gltf.plant import add, plant
 from equaltime.scene.gltf.slots import Slot
 from equaltime.scene.gltf.surfaces import SurfaceLook, look
 from equaltime.scene.gltf.textures import MIRRORED, bitmap_parameters
-from equaltime.scene.tree import Object, Place
+from equaltime.scene.tree import Object, Place, add, plant
 
 __all__ = ["GltfMaterials", "Variant"]
 

@@ -13,11 +13,11 @@ from equaltime.scene.gltf.document import NOT_USED, Document, Malformed, parse
 from equaltime.scene.gltf.extent import check_extent
 from equaltime.scene.gltf.materials import GltfMaterials
 from equaltime.scene.gltf.nodes import Placed, placed
-from equaltime.scene.gltf.plant import add, plant
 from equaltime.scene.gltf.shapes import GltfShapes
 from equaltime.scene.gltf.views import SKY, SUN, default_camera, light, sensor, sky, sun
+from equaltime.scene.report import Report
 from equaltime.scene.search import Search
-from equaltime.scene.tree import Child, Object, Place, Report
+from equaltime.scene.tree import Child, Object, Place, add, plant
 from equaltime.words import shortened, suggestion
 
 __all__ = ["read_gltf"]

@@ -10,9 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import is_dataclass
 from functools import cache
-from typing import Any, get_args, get_type_hints
-
-from pygltflib import GLTF2, Attributes, PbrMetallicRoughness
+from typing import Any, Final, get_args, get_type_hints
 
 from equaltime.scene.gltf.rules import (
     Rule,
@@ -28,18 +26,46 @@ from equaltime.scene.gltf.rules import (
     text,
 )
 
-__all__ = ["DOCUMENT", "MATERIAL_EXTENSIONS", "UNREADABLE", "typed"]
+__all__ = ["DOCUMENT", "MAPPING", "MATERIAL_EXTENSIONS", "UNREADABLE", "typed"]
+
+MAPPING: Final = {
+    "EXT_mesh_gpu_instancing": "instances",
+    "EXT_texture_webp": "read as it is, where there is no other image",
+    "KHR_lights_punctual": "point, directional, spot, in candela and lux; "
+    "approximation: a spot falls linearly with the angle, and a light's range is not used",
+    "KHR_materials_anisotropy": "principled's anisotropic; "
+    "approximation: along u, alphas at most a factor of 10 apart, no texture",
+    "KHR_materials_clearcoat": "principled's clearcoat; "
+    "approximation: a quarter as strong, alpha from 0.001 to 0.1, no normals of its own",
+    "KHR_materials_emissive_strength": "a factor on the radiance of area",
+    "KHR_materials_ior": "principled's eta",
+    "KHR_materials_pbrSpecularGlossiness": "principled with metalness and base colour that reflect nearly the same; "
+    "approximation: the specular colours of a texture are not used",
+    "KHR_materials_sheen": "principled's sheen; approximation: white, of one roughness",
+    "KHR_materials_specular": "principled's eta with the same reflection at normal incidence; "
+    "approximation: no colour, no textures",
+    "KHR_materials_transmission": "blendbsdf with thindielectric, or principled's spec_trans where there is a volume; "
+    "approximation: what passes a thin wall is not blurred by its roughness",
+    "KHR_materials_unlit": "area of the base colour; approximation: it shines on its surroundings",
+    "KHR_materials_volume": "homogeneous, inside what has a thickness, whatever that is",
+    "KHR_mesh_quantization": "read as it is",
+    "KHR_node_visibility": "what is not visible is left out",
+    "KHR_texture_transform": "to_uv; approximation: all textures of a material use one set of texture coordinates",
+}
+"""Counterpart of each supported extension, by the extension's name."""
 
 
-def typed(document: Mapping[str, Any]) -> GLTF2:
+def typed(document: Mapping[str, Any]) -> Any:
     """Convert a JSON document that follows the schema to an object of the class `pygltflib.GLTF2`.
 
     Materials without ``pbrMetallicRoughness`` get the default of this property. Properties that pygltflib does not know
     are left out, except the weights of nodes.
     """
-    gltf = _made(GLTF2, document)
+    import pygltflib  # imported late: it is slow to import, and only glTF files need it
+
+    gltf = _made(pygltflib.GLTF2, document)
     for material in gltf.materials:
-        material.pbrMetallicRoughness = material.pbrMetallicRoughness or PbrMetallicRoughness()
+        material.pbrMetallicRoughness = material.pbrMetallicRoughness or pygltflib.PbrMetallicRoughness()
     for node, given in zip(gltf.nodes, document.get("nodes", ()), strict=True):
         node.weights = given.get("weights")  # pygltflib has no such field
     return gltf
@@ -49,8 +75,8 @@ def _made(kind: type, value: Any) -> Any:
     """Return the JSON `value` as an object of pygltflib's class `kind`, or as a list of such objects."""
     if isinstance(value, list):
         return [_made(kind, item) for item in value]
-    if kind is Attributes:
-        return Attributes(**value)
+    if not is_dataclass(kind):  # the class of attributes, which may have any name
+        return kind(**value)
     known = _fields(kind)
     return kind(**{name: _made(k, v) if (k := known[name]) else v for name, v in value.items() if name in known})
 
@@ -63,7 +89,7 @@ def _fields(kind: type) -> dict[str, type | None]:
 
 def _class_in(hint: Any) -> type | None:
     """Return the pygltflib class in a type such as ``Optional[List[Accessor]]``, or None."""
-    if isinstance(hint, type) and (is_dataclass(hint) or hint is Attributes):
+    if isinstance(hint, type) and hint.__module__ == "pygltflib":
         return hint
     return next((found for part in get_args(hint) if (found := _class_in(part)) is not None), None)
 

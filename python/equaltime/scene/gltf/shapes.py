@@ -14,14 +14,12 @@ from numpy.typing import NDArray
 from equaltime.scene.gltf.animations import Clip
 from equaltime.scene.gltf.document import Document, Malformed
 from equaltime.scene.gltf.materials import GltfMaterials, Variant
-from equaltime.scene.gltf.meshes import Source, box
 from equaltime.scene.gltf.nodes import Placed, instances, placed
-from equaltime.scene.gltf.plant import add, plant
-from equaltime.scene.gltf.primitives import NAMES, TRIANGLES, color, mirrored_uvs, triangles
+from equaltime.scene.gltf.primitives import NAMES, TRIANGLES, Source, box, color, mirrored_uvs, triangles
 from equaltime.scene.gltf.textures import MIRRORED
 from equaltime.scene.model import Animation, Deformation, mirrors
 from equaltime.scene.motion import animation
-from equaltime.scene.tree import Object, Place, Ref
+from equaltime.scene.tree import Object, Place, Ref, add, plant
 
 __all__ = ["GltfShapes"]
 

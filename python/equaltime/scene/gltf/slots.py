@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from equaltime.scene.picture_colors import linear_of_srgb
 from equaltime.scene.pictures import Texels
 
 __all__ = ["Slot", "TextureUse", "faded", "mask", "texture_use"]
@@ -138,7 +139,7 @@ def _decoded(pixels: Array, encoded: bool) -> NDArray[np.float32]:
         return pixels.astype(np.float32)
     values = np.linspace(0.0, 1.0, int(np.iinfo(pixels.dtype).max) + 1)
     if encoded:
-        values = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+        values = linear_of_srgb(values)
     table: NDArray[np.float32] = values.astype(np.float32)
     return table[pixels]
 

@@ -1,21 +1,27 @@
-"""Bitmaps of glTF materials: texels, computed on demand, and the parameters of the lookup.
+"""Bitmaps of glTF materials: images decoded by OpenImageIO, texels computed on demand, parameters of the lookup.
 
 The name of a bitmap, such as ``model.glb#/materials/2/roughness``, has the file, the material and the parameter.
 """
 
 from __future__ import annotations
 
+import tempfile
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
+from equaltime.errors import ImageError
+from equaltime.images.reading import excess
 from equaltime.scene.gltf.document import Document, Malformed
 from equaltime.scene.gltf.extent import check_texels
-from equaltime.scene.gltf.images import decode
 from equaltime.scene.gltf.slots import Slot
 from equaltime.scene.gltf.surfaces import look
-from equaltime.scene.pictures import Texels
+from equaltime.scene.picture_colors import REC709, luminance_weights, rgb_of_luminance_chroma
+from equaltime.scene.pictures import Stored, Texels, largest, read_stored
 
 __all__ = ["MIRRORED", "bake", "bitmap_parameters"]
 
@@ -36,7 +42,7 @@ def bake(document: Document, material: int, name: str) -> Texels:
         raise KeyError(name)
     source = _source(document, slot.texture.index)
     use = f"materials[{material}].{name}"
-    pixels, told = decode(document, source, lambda count: check_texels(document, source, use, count))
+    pixels, told = _decode(document, source, lambda count: check_texels(document, source, use, count))
     found = replace(slot.texels(pixels), told=told)
     if found.texels.dtype != np.uint8 and not np.isfinite(found.texels).all():
         raise Malformed((f"materials[{material}]", f"a texel of its {name} is not finite"))
@@ -82,3 +88,80 @@ def bitmap_parameters(document: Document, slot: Slot) -> dict[str, Any]:
     if slot.cutoff is not None:
         result["filter_type"] = "nearest"  # the interpolation was done before the cut
     return result
+
+
+# -- images ------------------------------------------------------------------------------------------------------------
+
+SUFFIXES: Final = {b"\x89PNG": ".png", b"\xff\xd8\xff": ".jpg", b"RIFF": ".webp"}
+MOST_PIXELS: Final = 1 << 28
+IGNORED: Final = (
+    *("oiio:ColorSpace", "oiio:Gamma", "chromaticities", "ICCProfile", "ICCProfile:profile_description"),
+    "PixelAspectRatio",
+)
+"""Image attributes that readers must ignore, as the specification says: materials define the encoding of textures."""
+Check = Callable[[int], object]
+
+
+def _decode(document: Document, index: int, check: Check) -> tuple[NDArray[Any], tuple[str, ...]]:
+    """Return the pixels of image `index`, and notes on features of the image file that are not used.
+
+    The pixels (H, W, 4) are uint8, uint16 or float32, with opacity not premultiplied. `check` is called with the number
+    of pixels before they are read, and may raise `Malformed`. Raises `Malformed` if the image cannot be read.
+    """
+    image, place = document.gltf.images[index], f"images[{index}]"
+    if image.bufferView is not None:
+        return _from_bytes(bytes(document.view(image.bufferView)), place, check)
+    if image.uri is None:
+        raise Malformed((place, "needs a 'uri' or a 'bufferView'"))
+    if image.uri.startswith("data:"):
+        return _from_bytes(document.resource(image.uri, f"{place}.uri"), place, check)
+    try:
+        path = document.locate(document.relative(image.uri, f"{place}.uri"))
+    except Malformed:
+        raise
+    except ValueError as error:
+        raise Malformed((f"{place}.uri", str(error))) from error
+    return _from_file(path, place, check)
+
+
+def _from_bytes(content: bytes, place: str, check: Check) -> tuple[NDArray[Any], tuple[str, ...]]:
+    """Decode bytes through a private file, because OpenImageIO's Python module reads files only."""
+    suffix = next((suffix for magic, suffix in SUFFIXES.items() if content.startswith(magic)), None)
+    if suffix is None:
+        raise Malformed((place, "is no PNG, JPEG or WebP image"))
+    with tempfile.TemporaryDirectory(prefix="equaltime-") as folder:
+        path = Path(folder) / f"image{suffix}"
+        path.write_bytes(content)
+        return _from_file(path, place, check)
+
+
+def _from_file(path: Path, place: str, check: Check) -> tuple[NDArray[Any], tuple[str, ...]]:
+    def checked(spec: Any) -> None:
+        if spec.width * spec.height > MOST_PIXELS:
+            raise Malformed((place, f"{spec.width}x{spec.height} pixels; the limit is {MOST_PIXELS} in all"))
+        if wrong := excess(spec, path):
+            raise Malformed((place, wrong))
+        check(spec.width * spec.height)
+
+    try:
+        stored = read_stored(path, ("uint8", "uint16"), checked)
+    except ImageError as error:
+        message = str(error).removeprefix(f"{path}: ").replace(str(path), path.name)  # the path may be a private file
+        raise Malformed((place, f"cannot be read as an image: {message}")) from error
+    for name in IGNORED:
+        stored.account.attribute(name)
+    if (number := stored.account.attribute("Orientation", 1)) is not None:
+        stored.account.note(f"its orientation {number} is not used: images of glTF are as they are stored")
+    return _rgba(stored), tuple(f"{place}: {told}" for told in stored.account.told())
+
+
+def _rgba(stored: Stored) -> NDArray[Any]:
+    """Return grey, grey with opacity, RGB or RGBA as RGBA."""
+    colors, alpha = stored.colors, stored.alpha
+    if stored.choice.kind == "luminance and chroma":
+        colors = rgb_of_luminance_chroma(colors, luminance_weights(REC709))
+    height, width, channels = colors.shape
+    color = colors if channels == 3 else np.repeat(colors, 3, axis=2)
+    if alpha is None:
+        alpha = np.full((height, width, 1), largest(colors), colors.dtype)
+    return np.concatenate([color, alpha], axis=2)

@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 from equaltime.scene import transforms
 from equaltime.scene.gltf.document import Document, Malformed
 from equaltime.scene.gltf.nodes import Placed, rigid
-from equaltime.scene.gltf.plant import plant
 from equaltime.scene.model import Animation
 from equaltime.scene.motion import animation
-from equaltime.scene.tree import Object, Place
+from equaltime.scene.tree import Object, Place, plant
 
 __all__ = ["SKY", "SUN", "default_camera", "light", "sensor", "sky", "sun"]
 

@@ -1,7 +1,7 @@
 """Lint: checks a scene for hazards before the render, such as lights without power or meshes with gaps.
 
-Each module checks one group of hazards: `surfaces` (triangles, orientation, gaps), `lights`, `materials`, `media`,
-`extent` (size and position) and `camera`. A scene that cannot be rendered at all is refused when it is loaded: for
+Each module checks one group of hazards: `surfaces` (triangles, orientation, gaps, rounding), `lights`, and
+`materials` (with media). A scene that cannot be rendered at all is refused when it is loaded: for
 example a scene with a duplicate id, or with a vertex that is not finite. Repairs made while reading files are reported,
 too.
 
@@ -13,12 +13,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from equaltime.scene.lint.camera import check_camera
-from equaltime.scene.lint.extent import check_extent
 from equaltime.scene.lint.facts import Finding, Severity, first_places
 from equaltime.scene.lint.lights import check_lights
-from equaltime.scene.lint.materials import check_materials
-from equaltime.scene.lint.media import check_media
+from equaltime.scene.lint.materials import check_materials, check_media
 from equaltime.scene.lint.parts import LintScene
 from equaltime.scene.lint.surfaces import check_surfaces
 from equaltime.scene.scene import Scene
@@ -35,11 +32,9 @@ def lint(scene: Scene, *, fast: bool = False) -> tuple[Finding, ...]:
         world = LintScene(scene, fast=fast)
         found = [
             *check_surfaces(world),
-            *check_extent(world),
             *check_lights(world),
             *check_materials(world),
             *check_media(world),
-            *check_camera(world),
             *_mended(scene),
         ]
     return tuple(sorted(found, key=lambda finding: finding.severity != "warning"))

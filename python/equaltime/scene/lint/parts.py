@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.errors import Problem, SceneError
-from equaltime.scene.extents import bounds
-from equaltime.scene.geometry import MeshSurface, QuadSurface, Surface, surface
+from equaltime.scene.geometry import MeshSurface, QuadSurface, Surface, bounds, surface
 from equaltime.scene.model import (
     Bsdf,
     Dielectric,

@@ -11,6 +11,7 @@ from equaltime.scene.model.bsdfs import (
     Diffuse,
     Null,
     Plastic,
+    Principled,
     RoughConductor,
     RoughDielectric,
     RoughPlastic,
@@ -32,9 +33,8 @@ from equaltime.scene.model.integrators import (
     VolPath,
     VolPathMis,
 )
+from equaltime.scene.model.ior import METALS
 from equaltime.scene.model.media import BlendPhase, HenyeyGreenstein, Homogeneous, Isotropic, Medium, Phase, Rayleigh
-from equaltime.scene.model.metals import METALS
-from equaltime.scene.model.principled import Principled
 from equaltime.scene.model.scene import SceneModel
 from equaltime.scene.model.sensors import (
     MOST_SAMPLES,

@@ -10,10 +10,9 @@ from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveFloat, mod
 
 from equaltime.scene.model.animation import Animation, MeshName, Placement, poses
 from equaltime.scene.model.base import Kind, Plugin
-from equaltime.scene.model.bsdfs import RoughConductor, RoughDielectric
+from equaltime.scene.model.bsdfs import Principled, RoughConductor, RoughDielectric
 from equaltime.scene.model.emitters import Area
 from equaltime.scene.model.media import Medium
-from equaltime.scene.model.principled import Principled
 from equaltime.scene.model.textures import TexturePlugin
 from equaltime.scene.model.values import IDENTITY, Vec3, linear_scale, scale_across
 from equaltime.scene.model.wrappers import Bsdf

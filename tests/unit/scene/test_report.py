@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from equaltime.scene.account import MOST_KINDS, Account
+from equaltime.scene.report import MOST_KINDS, Account
 
 
 def test_each_kind_is_told_once_with_its_first_place_and_its_count() -> None:
