@@ -45,9 +45,8 @@ def main() -> None:
         if "spp" in question:
             print(f"  render  {text(median_interval([a['render'] for a in answers]))} s, mean {answers[0]['mean']!r}")
         print(f"  peak    {text(median_interval([a['peak'] / 2**20 for a in answers]), 4)} MB")
-        print(
-            f"  more    {text(median_interval([a['more'] / 2**20 for a in answers]), 4)} MB at the peak than before building"
-        )
+        more = median_interval([a["more"] / 2**20 for a in answers])
+        print(f"  more    {text(more, 4)} MB at the peak than before building")
         print(f"  scene   {answers[0]['account'] / 2**20:.4g} MB by the core's account")
 
 

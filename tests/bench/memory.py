@@ -32,9 +32,8 @@ def main() -> None:
         return int(fresh(scene=scene, size=[side, side], spp=spp, threads=options.threads, max_depth=2)["peak"])
 
     pixels = LARGE**2 - SMALL**2
-    print(
-        f"a pixel of the film   {text(median_interval([(film(LARGE, 2) - film(SMALL, 2)) / pixels for _ in repeats]), 4)} bytes"
-    )
+    each = median_interval([(film(LARGE, 2) - film(SMALL, 2)) / pixels for _ in repeats])
+    print(f"a pixel of the film   {text(each, 4)} bytes")
     growth = [(film(SMALL, MANY) - film(SMALL, FEW)) / film(SMALL, FEW) for _ in repeats]
     print(f"{MANY} spp over {FEW} spp     {text(median_interval([1 + g for g in growth]), 4)} x the peak")
     with tempfile.TemporaryDirectory() as folder:
