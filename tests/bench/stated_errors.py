@@ -18,7 +18,7 @@ from trial_scenes import TRIALS, realised_square, reference, trial_scene, wilson
 import equaltime as et
 from equaltime.film.second_nets import statistics_so_far
 from equaltime.film.unseen import Unseen, stated_error
-from equaltime.images.metrics import Reference
+from equaltime.images.metrics import Reference, divided
 from equaltime.rendering.core import core_settings, make_renderer
 from equaltime.statistics.intervals import Interval
 
@@ -63,7 +63,7 @@ def main() -> None:
             truths = [
                 math.sqrt(max(realised_square(images[seed, index], truth), 0.0))
                 for seed in range(len(seeds))
-                for truth in [others(images[:, -1], seed, options.counts[-1], known, options.reference)]
+                for truth in [others(images[:, -1], seed, known)]
             ]
             rows = [Stated(each[index], true) for each, true in zip(stated, truths, strict=True)]
             print(f"{name:9s} {count:4d}  {line(rows)}", flush=True)
@@ -88,13 +88,14 @@ def rendered(
     return np.stack(images), stated
 
 
-def others(last: Floats, seed: int, count: int, known: Reference | None, spp: int) -> Reference:
-    """Return the truth for one seed: the other seeds' last images and the reference, weighed by their samples."""
+def others(last: Floats, seed: int, known: Reference | None) -> Reference:
+    """Return the truth for one seed: the other seeds' last images and the reference, weighed by their noise."""
     rest = np.delete(last, seed, axis=0)
     mean, noise = rest.mean(axis=0), rest.var(axis=0, ddof=1) / len(rest)
     if known is None:
         return Reference(mean, noise)
-    share = len(rest) * count / (len(rest) * count + spp)
+    own, theirs = (float(divided(one, known.denominator).mean()) for one in (noise, known.variance))
+    share = theirs / (own + theirs)
     return Reference(share * mean + (1.0 - share) * known.mean, share**2 * noise + (1.0 - share) ** 2 * known.variance)
 
 
