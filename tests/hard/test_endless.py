@@ -13,14 +13,14 @@ import pytest
 
 import equaltime as et
 from equaltime import _core
-from equaltime.hardcases.cases import scenes_folder
+from equaltime.examples import scenes_folder
 
 HARD: Final = scenes_folder() / "hard"
 ENDLESS: Final = 1024
 """Segments, from which on a path without a limit of depth is ended at random."""
 TRAP = """
 import equaltime as et
-from equaltime.hardcases.cases import scenes_folder
+from equaltime.examples import scenes_folder
 scene = et.load(scenes_folder() / "hard" / "glass.toml", ior=1.5, eye=[-0.3, 0.5, 0.7]).with_(max_depth={})
 et.render(scene.with_(size=(4, 4)), spp=4)
 """

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 import equaltime as et
 from equaltime import _core
 from equaltime._core import parts
-from equaltime.hardcases.cases import scenes_folder
+from equaltime.examples import scenes_folder
 
 from ..statistical.worlds import affine, build, looking, render
 

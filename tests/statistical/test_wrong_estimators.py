@@ -5,6 +5,7 @@ All looks together have a false-alarm rate of 0.1 %; seeds are fixed.
 
 from __future__ import annotations
 
+import runpy
 from functools import cache
 from pathlib import Path
 from typing import Final
@@ -16,9 +17,9 @@ from numpy.typing import NDArray
 import equaltime as et
 from equaltime.statistics.agreement import LEVEL, equality_test, share
 
-from . import wrong_estimators
-
-FILE: Final = Path(__file__).parents[2] / "scenes" / "montelight" / "complex.toml"
+SCENES: Final = Path(__file__).parents[2] / "scenes"
+FILE: Final = SCENES / "montelight" / "complex.toml"
+ESTIMATORS: Final = runpy.run_path(str(SCENES / "experiments" / "wrong_estimators.py"))
 WRONG: Final = ("choice_forgotten", "weights_above_one", "fixed_cone")
 REPEATS, SPP, SIDE = 16, 8, 16
 EACH: Final = share(LEVEL, len(WRONG) + 1)
@@ -27,7 +28,7 @@ EACH: Final = share(LEVEL, len(WRONG) + 1)
 @cache
 def images(name: str, first_seed: int) -> NDArray[np.float32]:
     """Return the images (repeats, height, width, 3) of an estimator."""
-    subject = getattr(wrong_estimators, name)(name)
+    subject = ESTIMATORS[name](name)
     subject.prepare(et.load(FILE, light_radius=8.5).with_(size=(SIDE, SIDE), max_depth=4), 0)
     runs = (subject.run(seed, (SPP,), None) for seed in range(first_seed, first_seed + REPEATS))
     return np.stack([next(run).image for run in runs])

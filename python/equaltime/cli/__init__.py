@@ -24,6 +24,7 @@ from equaltime.cli.compare import compare
 from equaltime.cli.convert import convert, schema
 from equaltime.cli.cost import cost
 from equaltime.cli.effects import effects
+from equaltime.cli.examples import examples
 from equaltime.cli.info import info
 from equaltime.cli.lint import lint
 from equaltime.cli.merge import merge
@@ -38,7 +39,7 @@ from equaltime.errors import EqualtimeError, RenderError
 __all__ = ["COMMANDS", "app", "main"]
 
 COMMANDS: tuple[Callable[..., int], ...] = (
-    *(render, quote, cost, effects, compare, merge, info),
+    *(render, quote, cost, effects, compare, merge, info, examples),
     *(lint, replay, convert, schema, bench, selftest),
 )
 

@@ -8,15 +8,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
 
+from equaltime.examples import scenes_folder
 from equaltime.experiments.peers.common import with_box_filter
 from equaltime.scene import Scene, load_file
 from equaltime.words import suggestion
 
-__all__ = ["CASES", "Case", "chosen", "load_case", "scenes_folder"]
+__all__ = ["CASES", "Case", "chosen", "load_case"]
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Case:
     name: str
     stresses: str
     scene: str
-    """File of the scene, below `scenes_folder`."""
+    """File of the scene, below `equaltime.examples.scenes_folder`."""
     expected: float | None = None
     """Mean of all pixels; None if the image is compared with the image of a changed scene."""
     spp: int = 64
@@ -162,12 +162,6 @@ CASES: Final = (
     Case("G18", "instance scaled -1e-3 … 1e3", "bounds through transforms", "hard/stretched-instance.toml", 0.5),
     Case("E1", "2e7 samples of 0.1", "sums that stop growing", "hard/one-pixel.toml", 0.1, spp=20_000_000, seeds=1),
 )
-
-
-def scenes_folder() -> Path:
-    """Return the folder of the scenes: in the installed package if it exists there, else in the source tree."""
-    installed = Path(__file__).parents[1] / "scenes"
-    return installed if installed.is_dir() else Path(__file__).parents[3] / "scenes"
 
 
 def load_case(case: Case) -> Scene:

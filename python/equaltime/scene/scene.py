@@ -16,6 +16,7 @@ from typing import Any, Final
 
 from equaltime import _core
 from equaltime.errors import Problem, RenderError, SceneError
+from equaltime.examples import example_of
 from equaltime.scene import deforming, export, geometry
 from equaltime.scene.assets import Assets
 from equaltime.scene.bare_mesh import MESHES, read_mesh
@@ -290,7 +291,7 @@ def load(path: str | Path, /, *, substitute: bool = False, **defines: object) ->
     ----------
     path
         The scene file. Other files that it names are looked for relative to its folder. A single mesh (``.obj``,
-        ``.ply``) is a scene too.
+        ``.ply``) is a scene too. If there is no such file, the name of an example (`equaltime.examples`) stands for it.
     substitute
         Do not refuse a scene with unsupported plugins. Replace them by similar plugins if possible, and else leave them
         out. `Scene.substitutions` and the warnings list the replacements.
@@ -319,8 +320,10 @@ def load_file(path: str | Path, defines: Mapping[str, object], *, substitute: bo
     A variable may have any name here, even the name of a keyword argument of `load`.
     """
     started = perf_counter()
-    path = Path(path)
-    report = Report()
+    path, report = Path(path), Report()
+    if example := example_of(path):
+        report.note(f"{path}: there is no such file, so the example {example} is used")
+        path = example
     search = Search(path.parent)
     root = _read(path, defines, report, search)
     return _finish(root, report, path, search, started, substitute=substitute)

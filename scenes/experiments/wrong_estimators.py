@@ -88,17 +88,17 @@ class NumpySubject:
 
 
 def mis(label: str) -> NumpySubject:
-    """Light and BSDF sampling with the balance heuristic: right."""
+    """Return light and BSDF sampling with the balance heuristic, which is right."""
     return NumpySubject(label, lambda samples, points, scene: None, lights_only=False)
 
 
 def light_sampling(label: str) -> NumpySubject:
-    """Light sampling alone: right."""
+    """Return light sampling alone, which is right."""
     return NumpySubject(label, _alone)
 
 
 def choice_forgotten(label: str) -> NumpySubject:
-    """Forgets that one of several lights was chosen: its densities lack the probability of the choice."""
+    """Return an estimator whose densities lack the probability with which one of several lights was chosen."""
 
     def change(samples: LightSamples, points: Array, scene: Scene) -> None:
         _alone(samples, points, scene)
@@ -108,12 +108,12 @@ def choice_forgotten(label: str) -> NumpySubject:
 
 
 def weights_above_one(label: str) -> NumpySubject:
-    """Gives light samples their full weight and what BSDF sampling finds its share: the weights' sum is above 1."""
+    """Return an estimator with weights that sum to more than 1: light samples count in full, BSDF samples by MIS."""
     return NumpySubject(label, _alone, lights_only=False)
 
 
 def fixed_cone(label: str) -> NumpySubject:
-    """Weights light samples by the cone of a sphere of radius 1.5 whatever the light, as montelight does."""
+    """Return an estimator that weights light samples by the cone of a sphere of radius 1.5, as montelight does."""
 
     def change(samples: LightSamples, points: Array, scene: Scene) -> None:
         _alone(samples, points, scene)
