@@ -15,7 +15,7 @@ from scipy import stats
 from equaltime.images.bias_variance import BiasVariance, relmse_of_parts
 from equaltime.images.metrics import Reference
 from equaltime.statistics.agreement import equality_test
-from equaltime.statistics.intervals import Interval, geometric_interval, mean_interval, median_interval, ratio_interval
+from equaltime.statistics.intervals import Interval, mean_interval, median_interval, ratio_interval
 
 Array = NDArray[np.float64]
 
@@ -81,7 +81,7 @@ def test_bias_and_variance_are_estimated_without_bias() -> None:
 
 
 def simple_coverage(narrow: float = 1.0) -> float:
-    """Return how often intervals of means, geometric means and ratios of 3 to 8 normal numbers hold the truth."""
+    """Return how often intervals of means and ratios of 3 to 8 normal numbers hold the truth."""
     hits = []
     for seed in range(1000):
         rng = np.random.default_rng(seed)
@@ -89,7 +89,6 @@ def simple_coverage(narrow: float = 1.0) -> float:
         hits += [
             held(mean_interval(first), 1.0, narrow),
             held(ratio_interval(3.0 * first * second, first).map(np.log), np.log(3.0), narrow),
-            held(geometric_interval(np.exp(first)).map(np.log), 1.0, narrow),
         ]
     return float(np.mean(hits))
 

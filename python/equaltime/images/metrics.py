@@ -28,7 +28,7 @@ from numpy.typing import ArrayLike, NDArray
 from equaltime.film.sums import error_floor
 from equaltime.film.tails import MOST_RATIO, Tail, tail_of
 from equaltime.images.flip import flip
-from equaltime.statistics.intervals import Interval, signed_root
+from equaltime.statistics.intervals import Z95, Interval, signed_root
 
 __all__ = [
     "METRICS",
@@ -49,8 +49,6 @@ Floats = NDArray[np.float64]
 Metric = Literal["error", "relmse", "mse", "mare", "flip"]
 
 METRICS: tuple[Metric, ...] = get_args(Metric)
-
-_Z95 = 1.959964
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +169,7 @@ def _square(pixels: Floats, reference: Reference, relative: bool) -> Interval:
     value = float(divided((pixels - reference.mean) ** 2 - reference.noise, denominator).mean())
     if not reference.noisy:
         return _without_limits(value)
-    half = _Z95 * reference_doubt(pixels, reference, relative)
+    half = Z95 * reference_doubt(pixels, reference, relative)
     return Interval(value, value - half, value + half)
 
 

@@ -33,13 +33,12 @@ from equaltime.images.image_files import Picture
 from equaltime.images.metrics import divided
 from equaltime.rendering.render_file import SavedFilm
 from equaltime.statistics import agreement
-from equaltime.statistics.intervals import Interval, student
+from equaltime.statistics.intervals import Z95, Interval, student
 
 __all__ = ["FEWEST_BLOCKS", "Difference", "Noise", "block_means", "log_ratio"]
 
 Floats = NDArray[np.float64]
 
-_Z95 = 1.959964
 _BLOCK = 4
 FEWEST_BLOCKS = 16
 """Least number of blocks for a trusted ratio; the scatter of fewer blocks says little."""
@@ -223,7 +222,7 @@ def _share(image: Floats, reference: Floats, variance: Floats) -> float:
     total, all_of_it = float(noise.sum()), float(divided(np.square(image - reference), square).mean(axis=2).sum())
     if not total > 0.0:
         return 0.0
-    upper = total * math.exp(_Z95 * math.sqrt(float(np.square(noise).sum())) / total)
+    upper = total * math.exp(Z95 * math.sqrt(float(np.square(noise).sum())) / total)
     return min(upper / all_of_it, 1.0) if all_of_it > 0.0 else 1.0
 
 

@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 from equaltime.statistics.intervals import (
     FEWEST_REPEATS,
     UNKNOWN,
+    Z95,
     Interval,
     exp,
     few,
@@ -77,7 +78,6 @@ _MOST_OF_ONE = 0.5
 """Largest share of one repeat in the squared errors of all for which it counts as a run like the others."""
 TYPICAL = "typical runs: the median of repeats"
 """Note on times that are medians, not times of the mean error."""
-_Z95 = 1.959964
 _FEWEST_POINTS = 3
 
 
@@ -188,7 +188,7 @@ def interval_of(statistic: Callable[[Floats, float], float], repeats: int) -> In
         return found
     if not math.isfinite(moved):
         return found.doubted("the noise of the reference leaves it open")
-    half = math.hypot(0.5 * (found.high - found.low), _Z95 * moved)
+    half = math.hypot(0.5 * (found.high - found.low), Z95 * moved)
     return replace(found, low=found.value - half, high=found.value + half)
 
 
@@ -297,7 +297,7 @@ def typical_interval(logs: Callable[[float], Floats], more: float) -> Interval:
     moved = 0.5 * abs(float(np.median(logs(1.0)) - np.median(logs(-1.0))))
     if not math.isfinite(moved):
         return found.doubted("the noise of the reference leaves it open")
-    more = math.hypot(_Z95 * moved, more)
+    more = math.hypot(Z95 * moved, more)
     down, up = math.hypot(found.value - found.low, more), math.hypot(found.high - found.value, more)
     return replace(found, low=found.value - down, high=found.value + up)
 

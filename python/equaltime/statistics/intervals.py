@@ -23,10 +23,10 @@ from equaltime.words import Shown
 __all__ = [
     "FEWEST_REPEATS",
     "UNKNOWN",
+    "Z95",
     "Estimate",
     "Interval",
     "exp",
-    "geometric_interval",
     "jackknife",
     "mean_interval",
     "median_interval",
@@ -39,6 +39,9 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float64]
+
+Z95 = 1.959964
+"""Two-sided quantile of the normal distribution: a deviate is within ± `Z95` with a probability of 95 %."""
 
 FEWEST_REPEATS = 3
 """Least number of repeats for a trusted interval. With two, Student's interval is 12.7 standard errors wide, and the
@@ -238,17 +241,6 @@ def few(interval: Interval, repeats: int) -> Interval:
     if repeats >= FEWEST_REPEATS:
         return interval
     return interval.doubted(f"only {repeats} repeat{'s' * (repeats != 1)}, and {FEWEST_REPEATS} are the least")
-
-
-def geometric_interval(values: ArrayLike) -> Interval:
-    """Return the geometric mean of positive independent values with its 95 % interval.
-
-    The interval is formed on the logarithms, by Student's t.
-    """
-    numbers = np.asarray(values, np.float64)
-    if (numbers <= 0.0).any():
-        return replace(UNKNOWN, note="a value is not positive")
-    return mean_interval(np.log(numbers)).map(exp)
 
 
 def median_interval(values: ArrayLike) -> Interval:

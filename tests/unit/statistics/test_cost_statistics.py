@@ -24,7 +24,6 @@ from equaltime.statistics.curves import (
 from equaltime.statistics.intervals import (
     Interval,
     exp,
-    geometric_interval,
     jackknife,
     join,
     mean_interval,
@@ -65,16 +64,10 @@ def test_three_are() -> None:
 
 
 def test_no_interval_comes_of_what_is_not_there() -> None:
-    for found in (mean_interval([]), mean_interval([1.0, math.nan, 2.0]), geometric_interval([1.0, 0.0, 2.0])):
+    for found in (mean_interval([]), mean_interval([1.0, math.nan, 2.0])):
         assert not found.known
         assert not found.trusted
         assert found.note
-
-
-def test_a_geometric_mean_is_formed_on_the_logarithm() -> None:
-    found = geometric_interval([1.0, 2.0, 4.0])
-    assert found.value == pytest.approx(2.0)
-    assert found.low * found.high == pytest.approx(4.0)
 
 
 def test_the_jackknife_of_a_mean_is_student_s_interval() -> None:
