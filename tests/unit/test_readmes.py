@@ -17,7 +17,8 @@ from equaltime.cli import COMMANDS, app
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text()
-PAGES = sorted(path for path in ROOT.rglob("README.md") if not {"build", ".git"} & set(path.relative_to(ROOT).parts))
+FOLDERS = ("cpp", "python", "scenes", "tests")
+PAGES = [ROOT / "README.md", *sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob("README.md"))]
 SMALL = {
     "(128, 128)": "(12, 12)",
     "spp=256": "spp=8",

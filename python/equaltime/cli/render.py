@@ -6,7 +6,7 @@ import os
 import time as clock
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, cast
 
@@ -271,7 +271,7 @@ class _Teller:
     Checkpoints that cannot be saved are always reported on stderr.
     """
 
-    record: dict[str, Any] | None
+    record: dict[str, Any] | None = field(hash=False)
     """Quotes and decisions, which are printed with the record of the result."""
     quiet: bool
     verbose: bool
