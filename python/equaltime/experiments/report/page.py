@@ -15,6 +15,7 @@ from equaltime.experiments.report.charts import has_dots, unmarked
 from equaltime.experiments.report.figures import NARROW, WIDE, chart, dots, write_figures
 from equaltime.experiments.report.films import FilmView, film_view, write_animation
 from equaltime.experiments.report.gallery import Crop, Series, kinds_of
+from equaltime.experiments.report.latex import write_latex
 from equaltime.experiments.report.looks import DARK, LIGHT, Style, looks
 from equaltime.experiments.report.losing import INTRODUCTION, LossView, losing
 from equaltime.experiments.report.pictures import Bar, Pictures, load_pictures
@@ -173,7 +174,7 @@ _MAPS = 6
 
 
 def write_report(summary: Summary, folder: Path) -> Path:
-    """Write ``report.html`` and ``figures/`` (PDF and PNG) into a folder.
+    """Write ``report.html`` and ``figures/`` (PDF, PNG, and a table in LaTeX) into a folder.
 
     Parameters
     ----------
@@ -204,6 +205,7 @@ def write_report(summary: Summary, folder: Path) -> Path:
         for scene, name in zip(summary.scenes, slugs[len(_OWN_IDS) :], strict=True)
     ]
     overview = overview_views(summary, look) if len(summary.scenes) > 1 else ()
+    write_latex(summary, folder / "figures" / "table.tex")
     return write_page(
         "report.html",
         folder / "report.html",

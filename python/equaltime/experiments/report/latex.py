@@ -1,0 +1,74 @@
+"""The table of an experiment's results as LaTeX, for a paper: it needs the package booktabs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Final
+
+from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
+from equaltime.experiments.report.words import Cell, error_cell, percent, seconds, seconds_cell
+from equaltime.files import replacing
+from equaltime.statistics.intervals import UNKNOWN
+
+__all__ = ["latex_table", "write_latex"]
+
+_LATEX: Final[Mapping[str, str]] = {
+    "\\": r"\textbackslash{}",
+    **{character: rf"\{character}" for character in "%&#_${}"},
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "\N{NARROW NO-BREAK SPACE}": r"\,",
+    "\N{GREATER-THAN OR EQUAL TO}": r"$\ge$",
+    "\N{LESS-THAN OR EQUAL TO}": r"$\le$",
+    "\N{MULTIPLICATION SIGN}": r"$\times$",
+    "\N{MINUS SIGN}": "$-$",
+    "\N{EN DASH}": "--",
+}
+
+
+def latex_table(summary: Summary) -> str:
+    """Return a table with a row for each strategy of each scene: error at equal time, and the time to each target.
+
+    Numbers have their 95 % intervals in brackets, as in the report. A dash stands for a number that is not known or
+    that cannot be trusted.
+    """
+    lines = [
+        f"% {summary.title}: error after the same time, and time to an error, with 95 % intervals",
+        rf"\begin{{tabular}}{{l{'r' * (1 + len(summary.targets))}}}",
+        r"\toprule",
+    ]
+    for scene in summary.scenes:
+        lines += _rows(scene, summary.targets)
+    return "\n".join([*lines[:-1], r"\bottomrule", r"\end{tabular}", ""])
+
+
+def write_latex(summary: Summary, path: Path) -> None:
+    """Write `latex_table` to a file, whose folder is made if it does not exist."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with replacing(path) as part:
+        part.write_text(latex_table(summary), encoding="utf-8")
+
+
+def _rows(scene: SceneResult, targets: tuple[float, ...]) -> Iterator[str]:
+    titles = (scene.name, f"error in {seconds(scene.budget_s)}", *(f"time to {percent(target)}" for target in targets))
+    yield _row(titles)
+    yield r"\midrule"
+    for strategy in scene.strategies:
+        yield _row((strategy.label, *_cells(strategy, targets)))
+    yield r"\midrule"
+
+
+def _cells(strategy: StrategyResult, targets: tuple[float, ...]) -> Iterator[str]:
+    yield _text(error_cell(strategy.error_at_budget))
+    for target in targets:
+        yield _text(seconds_cell(strategy.time_to.get(target, UNKNOWN)))
+
+
+def _text(cell: Cell) -> str:
+    return str(cell) if cell.interval or cell.text == "not reached" else "\N{EN DASH}"
+
+
+def _row(texts: tuple[str, ...]) -> str:
+    escaped = ("".join(_LATEX.get(character, character) for character in text) for text in texts)
+    return " & ".join(escaped) + r" \\"

@@ -1,0 +1,43 @@
+"""The table for a paper: every strategy of every scene, in characters that LaTeX reads."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from equaltime.experiments.report.latex import latex_table, write_latex
+
+from .fake_summary import summary
+
+
+def test_the_table_has_every_strategy_of_every_scene(tmp_path: Path) -> None:
+    found = summary(tmp_path, scenes=2)
+    lines = latex_table(found).splitlines()
+    rows = [line for line in lines if line.endswith(r"\\")]
+    assert len(rows) == sum(1 + len(scene.strategies) for scene in found.scenes)
+    assert {row.count(" & ") for row in rows} == {1 + len(found.targets)}
+    assert (lines[1][:15], lines[-1]) == (r"\begin{tabular}", r"\end{tabular}")
+    assert sum(line == r"\midrule" for line in lines) == 2 * len(found.scenes) - 1
+
+
+def test_only_characters_that_latex_reads(tmp_path: Path) -> None:
+    found = summary(tmp_path)
+    (scene,) = found.scenes
+    table = latex_table(replace(found, scenes=(replace(scene, name="100 % a_b & {c} ~ ^ #1 $ \\x"),)))
+    assert table.isascii()
+    assert r"100 \% a\_b \& \{c\} \textasciitilde{} \textasciicircum{} \#1 \$ \textbackslash{}x" in table
+
+
+def test_a_number_that_cannot_be_trusted_is_a_dash(tmp_path: Path) -> None:
+    found = summary(tmp_path)
+    (scene,) = found.scenes
+    first = scene.strategies[0]
+    doubted = replace(first, error_at_budget=first.error_at_budget.doubted("few repeats"))
+    table = latex_table(replace(found, scenes=(replace(scene, strategies=(doubted,)),)))
+    assert f"{first.label} & -- &" in table
+
+
+def test_the_table_is_written_into_a_new_folder(tmp_path: Path) -> None:
+    found = summary(tmp_path / "runs")
+    write_latex(found, tmp_path / "figures" / "table.tex")
+    assert (tmp_path / "figures" / "table.tex").read_text() == latex_table(found)
