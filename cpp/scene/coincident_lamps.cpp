@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -53,11 +54,6 @@ struct Face {
     return b;
   }
 };
-
-bool overlap(const Bounds& a, const Bounds& b) noexcept {
-  return a.lo.x <= b.hi.x && b.lo.x <= a.hi.x && a.lo.y <= b.hi.y && b.lo.y <= a.hi.y && a.lo.z <= b.hi.z &&
-         b.lo.z <= a.hi.z;
-}
 
 /// Calls f with every triangle of a shape: its corners, and its number.
 template <class F>
@@ -139,6 +135,12 @@ std::optional<double> coincidence(const Face& lamp, const Face& face) {
 class LampTree {
  public:
   explicit LampTree(std::vector<Face>& faces) : faces_(faces) { build(0, faces.size()); }
+  /// Tells whether the box overlaps that of any lamp.
+  [[nodiscard]] bool touches(const Bounds& box) const {
+    bool found = false;
+    find(box, [&](std::size_t lamp) { found = found || touch(faces_[lamp].bounds(), box); });
+    return found;
+  }
   /// Calls f with the number of every face whose box overlaps.
   template <class F>
   void find(const Bounds& box, F&& f) const {
@@ -168,7 +170,7 @@ class LampTree {
   }
   template <class F>
   void find(std::size_t node, std::size_t begin, std::size_t end, const Bounds& box, F& f) const {
-    if (!overlap(boxes_[node], box)) return;
+    if (!touch(boxes_[node], box)) return;
     if (second_[node] == 0) {
       for (std::size_t i = begin; i < end; ++i) f(i);
       return;
@@ -212,7 +214,8 @@ class FlatLamps {
   void bring_forward() {
     if (lamps_.empty()) return;
     const LampTree tree(lamps_);
-    for (std::size_t shape = 0; shape < description_.shapes.size(); ++shape) compare_all(tree, shape);
+    const double widened = margin();
+    for (std::size_t shape = 0; shape < description_.shapes.size(); ++shape) compare_all(tree, shape, widened);
     raise_above_lamps();
     for (std::size_t i = 0; i < lamps_.size(); ++i)
       if (lifts_[i] > 0) lift(lamps_[i], lifts_[i]);
@@ -236,13 +239,15 @@ class FlatLamps {
     return Face{v, normal / size, doubt, {}, false};
   }
 
-  /// Calls f with every face of a shape, wherever it is looked at. An instance is rounded once more; it emits if it
-  /// moves.
-  template <class F>
-  void for_each_face(std::size_t shape, F&& f) const {
+  /// Calls f with every face of a shape, wherever it is looked at, of those parts that `wanted` admits: it is called
+  /// with the part, its place, whether it emits, and whether it is instanced. An instance is rounded once more; it
+  /// emits if it moves.
+  template <class Wanted, class F>
+  void for_each_face(std::size_t shape, Wanted&& wanted, F&& f) const {
     const auto look_at = [&]<class S>(const S& s, const Transform& placed, FaceName name, const auto* instance) {
       if constexpr (Flat<S>) {
         const bool emits = shines(s.surface) && (instance == nullptr || !instance->keys.empty());
+        if (!wanted(s, placed, emits, instance != nullptr)) return;
         const bool mirrored = dot(cross(placed.column(0), placed.column(1)), placed.column(2)) < 0;
         for_each_triangle(s, [&](const Vec3d& a, const Vec3d& b, const Vec3d& c, std::size_t number) {
           auto found = face({placed.point(a), placed.point(mirrored ? c : b), placed.point(mirrored ? b : c)});
@@ -269,15 +274,47 @@ class FlatLamps {
   [[nodiscard]] std::vector<Face> collected() const {
     std::vector<Face> lamps;
     for (std::size_t shape = 0; shape < description_.shapes.size(); ++shape)
-      for_each_face(shape, [&](const Face& face) {
-        if (face.emits) lamps.push_back(face);
-      });
+      for_each_face(
+          shape, [](const auto&, const Transform&, bool emits, bool) { return emits; },
+          [&](const Face& face) { lamps.push_back(face); });
     return lamps;
   }
 
-  void compare_all(const LampTree& tree, std::size_t shape) {
-    for_each_face(
-        shape, [&](const Face& other) { tree.find(other.bounds(), [&](std::size_t lamp) { compare(lamp, other); }); });
+  /// How far the box of a face's corners is from a lamp's box at most if the two can be one: `coincidence` asks for a
+  /// shared area of more than 4 `doubt` times the lamp's sides, and the lamp's area is an eighth of their square.
+  [[nodiscard]] double margin() const noexcept {
+    double widest = 0;
+    for (const Face& lamp : lamps_)
+      widest = std::max(widest, length(lamp.v[1] - lamp.v[0]) + length(lamp.v[2] - lamp.v[0]));
+    return widest / 32 + kClearance;
+  }
+
+  /// The box of a mesh's vertices in normalised space, widened by `more`.
+  [[nodiscard]] Bounds box_of(const MeshDescription& mesh, const Transform& placed, double more) {
+    auto [at, fresh] = boxes_.try_emplace(&mesh);
+    if (fresh)
+      for (const Vec3d& p : mesh.vertices) at->second.include(p);
+    Bounds box;
+    for (int corner = 0; corner < 8; ++corner) {
+      const Bounds& own = at->second;
+      const Vec3d p =
+          space_.point(placed.point({(corner & 1) != 0 ? own.hi.x : own.lo.x, (corner & 2) != 0 ? own.hi.y : own.lo.y,
+                                     (corner & 4) != 0 ? own.hi.z : own.lo.z}));
+      box.include(p - Vec3d{more, more, more}), box.include(p + Vec3d{more, more, more});
+    }
+    return box;
+  }
+
+  /// Compares the faces of a shape with lamps. Instances of a mesh that lie far from every lamp are passed over, so
+  /// that very many take no longer than few.
+  void compare_all(const LampTree& tree, std::size_t shape, double margin) {
+    const auto wanted = [&]<class S>(const S& part, const Transform& placed, bool, bool instanced) {
+      if constexpr (std::same_as<S, MeshDescription>) return !instanced || tree.touches(box_of(part, placed, margin));
+      return true;
+    };
+    for_each_face(shape, wanted, [&](const Face& other) {
+      tree.find(other.bounds(), [&](std::size_t lamp) { compare(lamp, other); });
+    });
   }
 
   void compare(std::size_t number, const Face& other) {
@@ -337,7 +374,8 @@ class FlatLamps {
   std::vector<Face> lamps_;
   std::vector<double> lifts_;  // of each, in normalised space
   std::vector<Above> above_;
-  std::size_t pairs_ = 0;  // of lamps
+  std::size_t pairs_ = 0;                           // of lamps
+  std::map<const MeshDescription*, Bounds> boxes_;  // of instanced meshes, in their own space
   /// How far a part of a shape, or each vertex of a mesh, is moved in its own space.
   std::map<std::pair<std::size_t, std::size_t>, std::vector<Vec3d>> moved_;
 };

@@ -53,6 +53,22 @@ def test_instances_of_what_has_an_interior_do_not_look_at_all_its_triangles_each
     assert seconds(lambda: build(bottles(2000, 5, True))) < 4 * without
 
 
+@pytest.mark.parametrize("lamp", [False, True])
+def test_instances_far_from_lamps_do_not_look_at_all_their_triangles_each(lamp: bool) -> None:
+    """2000 of 8192 triangles: compared with lamps one by one they took ninety times as long as 2000 of 32."""
+
+    def scene(levels: int) -> Callable[[_core.SceneBuilder], None]:
+        def add(b: _core.SceneBuilder) -> None:
+            bottles(2000, levels, False)(b)
+            if lamp:
+                to_world = affine(*EYE[:3, :3], (20.0, 20.0, 9.0))
+                b.add_rectangle(to_world, front=None, back=None, radiance=[1.0] * 3, flip_normals=False)
+
+        return add
+
+    assert seconds(lambda: build(scene(5))) < 8 * seconds(lambda: build(scene(1)))
+
+
 def beads(count: int) -> Callable[[_core.SceneBuilder], None]:
     def add(b: _core.SceneBuilder) -> None:
         glass = b.add_null()
