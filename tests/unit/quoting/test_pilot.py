@@ -31,9 +31,9 @@ def scene() -> et.Scene:
 def test_a_pilot_of_long_work_ends_after_its_time(
     scene: et.Scene, monkeypatch: pytest.MonkeyPatch, target: dict[str, float]
 ) -> None:
-    monkeypatch.setattr(pilot, "_MOST_SECONDS", 1e-6)
+    monkeypatch.setattr(pilot, "USUAL_SECONDS", 1e-6)
     assert et.quote(scene, why=False, **target).law.samples <= 8
-    monkeypatch.setattr(pilot, "_MOST_SECONDS", 0.2)
+    monkeypatch.setattr(pilot, "USUAL_SECONDS", 0.2)
     assert et.quote(scene, why=False, **target).law.samples > 8
 
 
