@@ -171,7 +171,8 @@ class Pilot:
         self._hurried, self._fewest = hurried, fewest
         self._errors: dict[int, Interval] = {}
         self._seconds: dict[int, float] = {}
-        self.due = _FIRST if probes and session.job.strategy.adaptive == "none" else FIRST_LOOK
+        self._usual = _FIRST if probes and session.job.strategy.adaptive == "none" else FIRST_LOOK
+        self.due = self._usual
         """Samples per pixel at which the next quote may be possible."""
         self._work = self._probed = self._seconds_probed = 0.0
         self._room = float(FIRST_LOOK)
@@ -330,7 +331,7 @@ class Pilot:
         foretold = self._foretold(law, spp.value)
         if last.doubt:
             foretold = foretold.doubted(last.doubt)
-        if session.passes.samples < min(self.due, FIRST_LOOK):  # few samples do not show how fast the error falls
+        if session.passes.samples < self._usual:  # few samples do not show how fast the error falls
             foretold = foretold.doubted(f"a pilot of {session.passes.samples} samples a pixel may be far off")
         error = session.error() if spp.high <= session.passes.samples else foretold
         return Quote(

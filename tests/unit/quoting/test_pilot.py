@@ -108,7 +108,7 @@ def test_the_reason_is_printed_in_one_line(tmp_path: Path, capsys: pytest.Captur
     output = str(tmp_path / "a.exr")
     assert main(["render", str(SCENE), "-o", output, "--size", "1x1", "--error", "5%", "--time", "200ms"]) == 0
     printed = capsys.readouterr().out.splitlines()
-    assert printed[0].startswith("no quote: the pilot saw no light, or too little")
+    assert printed[0].startswith("No prediction: the pilot saw no light, or too little")
 
 
 def test_no_error_is_measured_for_which_no_time_is_left(scene: et.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
