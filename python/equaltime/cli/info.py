@@ -46,7 +46,7 @@ def info(
     verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> int:
-    """Tell what is in a scene, or how a saved render was made and what would repeat it.
+    """Describe a scene, or how a saved render was made and the command that would repeat it.
 
     For instance:
 

@@ -6,8 +6,8 @@ of a sample. For low-discrepancy samples the exponent beyond the pilot differs f
 logarithm of the samples, and half of such quotes would be within 20 %. So more than half of the pilot's samples go to a
 probe: a few hundred pixels that are rendered as far as the whole will have to be (`equaltime.quoting.probe`), with
 error estimates at the render's own sample counts. Pilot and probe together take at most max(8 samples a pixel, min(5 %
-of the work, 10 s)), or, if nothing but a quote is wanted and 8 samples a pixel take more than 10 s, max(2 samples a
-pixel, 10 s). Intervals are at 95 %. They include the pixels that were not drawn, the chance of later samples,
+of the work, 10 s)). A pilot that is not part of a render takes fewer samples, at least 2 a pixel, if 8 take more than
+10 s. Intervals are at 95 %. They include the pixels that were not drawn, the chance of later samples,
 and the speed of the machine. Heavy tails (few pixels that make most of the error) add uncertainty, and the quote says
 so if the pilot has met them.
 

@@ -22,7 +22,7 @@ from equaltime.cli.options import (
     parse_size,
     parse_whole,
 )
-from equaltime.cli.progress import describe
+from equaltime.cli.progress import describe, progress_bar
 from equaltime.images import image_files as images
 from equaltime.rendering.passes import Progress
 from equaltime.rendering.render_file import read_picture
@@ -335,3 +335,16 @@ def test_the_progress_line_shows_samples_and_error() -> None:
     progress = Progress(24, 64, 4.0, 0.375, 67.4, Interval(0.0312, 0.03, 0.033))
     assert describe(progress) == "24/64 spp  noise 3.12 %"
     assert describe(Progress(0, None, 0.1, 0.0, None, None)) == "0 spp"
+
+
+def test_a_log_file_gets_a_line_a_minute(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    now = 1000.0
+    monkeypatch.setattr(time, "monotonic", lambda: now)
+    with progress_bar() as show:
+        assert show is not None
+        for now in (1001.0, 1061.0, 1100.0, 1122.0):
+            show(Progress(24, 64, now - 1000.0, 0.375, 67.4, None))
+    assert capsys.readouterr().err.splitlines() == [
+        "1 min, 38 %, 24/64 spp, 1:08 left",
+        "2 min, 38 %, 24/64 spp, 1:08 left",
+    ]
