@@ -203,7 +203,7 @@ def render(
     if resume and exr is None:
         raise typer.BadParameter("a PNG cannot be taken up: write FILE.exr", param_hint="--resume")
     viewer = None if tev is None else _viewer(tev, output)
-    teller = _Teller({} if as_json else None, quiet, verbose, findings)
+    teller = _Teller({} if as_json else None, quiet, verbose, findings, resumable=exr is not None and not small)
     # hold back a second Ctrl-C from the last sample to the last line: it must not lose the samples that the first kept
     with ExitStack() as ending:
         try:
@@ -275,6 +275,8 @@ class _Teller:
     quiet: bool
     verbose: bool
     findings: Sequence[Finding]
+    resumable: bool
+    """Whether the saved render can be continued."""
     quote: Quote | None = None
     """Quote that the render gave of itself, once there is one."""
 
@@ -309,7 +311,9 @@ class _Teller:
         if self.record is not None:
             print_json({**result.record, "phases": phases, "files": files, **self.record})
         elif not self.quiet:
-            print_lines([*outcome(result, files, self.quote), *doubts(result, self.findings)])
+            print_lines(
+                [*outcome(result, files, self.quote if self.resumable else None), *doubts(result, self.findings)]
+            )
             print_lines([*left_by_interrupt(result, scene), *(details(result, phases) if self.verbose else ())])
         if not self.quiet and not reasons(self.findings) and (black := black_picture(result, scene, self.findings)):
             print_warning(black)

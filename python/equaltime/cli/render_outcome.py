@@ -32,7 +32,8 @@ _SELECTS = (
 def outcome(result: Result, files: Sequence[Path], quote: Quote | None) -> Iterator[str]:
     """Yield the answer in one line, and up to four more if there is something to know.
 
-    ``quote`` is the quote that the render gave of itself, if any; it tells what a smaller error would take.
+    ``quote`` is the quote of the render itself, if there is one and the render can be continued: it tells what a
+    smaller error would take.
     """
     kept = [file for file in files if file.name.endswith("~")]
     written = ", ".join(str(file) for file in files if file not in kept)
@@ -85,7 +86,7 @@ def _count_missed(stop: Stop | None) -> str:
 
 
 def _price(result: Result, quote: Quote) -> Iterator[str]:
-    """Yield the time to the next smaller error of the quote, if the render can be resumed."""
+    """Yield the time to the next smaller error of the quote, if the render ended before it."""
     low = 0.9 * result.error.value
     if result.stopped_by in ("time", "interrupt", "spp") and result.bias is None:
         for target, seconds in quote.prices.items():
