@@ -25,6 +25,7 @@ from equaltime.cli.convert import convert, schema
 from equaltime.cli.cost import cost
 from equaltime.cli.effects import effects
 from equaltime.cli.examples import examples
+from equaltime.cli.help import Command, Group
 from equaltime.cli.info import info
 from equaltime.cli.lint import lint
 from equaltime.cli.merge import merge
@@ -45,7 +46,7 @@ COMMANDS: tuple[Callable[..., int], ...] = (
 
 app = typer.Typer(
     name="equaltime",
-    add_completion=False,
+    cls=Group,
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -69,17 +70,17 @@ def _ending_in_words(command: Callable[..., int]) -> Callable[..., int]:
 
 
 for _command in COMMANDS:
-    app.command(no_args_is_help=False)(_ending_in_words(_command))
+    app.command(cls=Command)(_ending_in_words(_command))
 
 
 @app.callback(invoke_without_command=True)
 def equaltime_command(
     context: typer.Context,
-    version: Annotated[bool, typer.Option("--version", help="Print the version and exit.", is_eager=True)] = False,
+    version: Annotated[bool, typer.Option("--version", "-V", help="Print the version.", is_eager=True)] = False,
 ) -> None:
-    """Render without bias, with an error bar on everything.
+    """Render pictures, and know how accurate they are and what they cost.
 
-    Exit codes: 0 done, 1 ran and failed its purpose, 2 bad input or usage, 130 interrupted (finished work is kept).
+    Exit codes: 0 done, 1 failed, 2 bad input or usage, 130 interrupted (finished work is kept).
     """
     if version:
         typer.echo(f"equaltime {equaltime.__version__}")

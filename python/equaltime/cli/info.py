@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Final
 
 import typer
 from rich.table import Table
 
-from equaltime.cli.messages import plain_console, print_json, print_warnings
-from equaltime.cli.options import AsJson, Define, Substitute, parse_definitions
+from equaltime.cli.info_render import saved_render
+from equaltime.cli.info_scene import scene_summary
+from equaltime.cli.messages import plain_console, print_json, print_lines, print_warnings
+from equaltime.cli.options import AsJson, Define, Substitute, Verbose, parse_definitions
 from equaltime.errors import ImageError
 from equaltime.rendering.render_file import holds_film, read_picture
 from equaltime.scene import Scene, SceneModel, load_file
@@ -34,23 +37,38 @@ def info(
         Path,
         typer.Argument(
             metavar="FILE",
-            help="Scene file: TOML, Mitsuba 3 XML, or glTF; or a saved render, OUT.exr.",
+            help="Scene file: TOML, Mitsuba 3 XML, glTF, OBJ or PLY; or a saved render, OUT.exr.",
             show_default=False,
         ),
     ],
     define: Define = None,
     substitute: Substitute = False,
+    verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> int:
-    """Print the contents of a scene and the effects that it uses, or how a saved render was made."""
+    """Describe a scene, or how a saved render was made and the command that would repeat it.
+
+    For instance:
+
+    * `equaltime info scene.toml`
+
+    * `equaltime info out.exr`
+    """
     if scene.suffix.lower() == ".exr":
-        return _of_render(scene, as_json)
+        return _of_render(scene, verbose, as_json)
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
     print_warnings(loaded)
     facts = _facts(loaded)
     if as_json:
         print_json(facts)
         return 0
+    print_lines([*scene_summary(loaded, facts)])
+    if verbose:
+        _print_facts(facts)
+    return 0
+
+
+def _print_facts(facts: Mapping[str, Any]) -> None:
     table = Table(show_header=False, box=None)
     for name, value in facts.items():
         if name == "extensions":
@@ -65,26 +83,26 @@ def info(
             total = f"{len(value):,}, {sum(value.values()):,} bytes" if value else "none"
             table.add_row(name, total)
             continue
-        if name == "substitutions" and not value:
+        if value is None or (name == "substitutions" and not value):
             continue
         table.add_row(name.replace("_", " "), "x".join(map(str, value)) if name == "size" else _in_words(value))
-    plain_console().print(table)
-    return 0
+    plain_console().print("", table, sep="\n")
 
 
-def _of_render(path: Path, as_json: bool) -> int:
+def _of_render(path: Path, verbose: bool, as_json: bool) -> int:
     record = read_picture(path).record
     if not record:
         raise ImageError(f"{path}: was not rendered by equaltime")
     if as_json:
         print_json(record)
         return 0
-    table = Table(show_header=False, box=None)
-    for name in _OF_RENDERS:
-        if record.get(name) not in (None, [], False):
-            table.add_row(name.replace("_", " "), _of_record(name, record[name]))
-    table.add_row("resume, merge", "yes" if holds_film(path) else "no: saved small")
-    plain_console().print(table)
+    print_lines([*saved_render(path, record, holds_film(path))])
+    if verbose:
+        table = Table(show_header=False, box=None)
+        for name in _OF_RENDERS:
+            if record.get(name) not in (None, [], False):
+                table.add_row(name.replace("_", " "), _of_record(name, record[name]))
+        plain_console().print("", table, sep="\n")
     return 0
 
 
@@ -142,4 +160,4 @@ def _in_words(value: Any) -> str:
         return ", ".join(f"{phase} {duration(seconds)}" for phase, seconds in value.items())
     if isinstance(value, list):
         return ", ".join(map(str, value)) or "none"
-    return f"{value:,}" if isinstance(value, int) else "not given" if value is None else str(value)
+    return f"{value:,}" if isinstance(value, int) else str(value)

@@ -11,20 +11,21 @@ from typing import TypeVar
 
 from rich.console import Console
 
+from equaltime.cli.amounts import count, error_range, time_range
 from equaltime.errors import ImageError
 from equaltime.film.unseen import FAR_APART
+from equaltime.quoting.observer import ENDED_FIRST
 from equaltime.quoting.pilot import Quote
-from equaltime.rendering.budget import Stop
 from equaltime.rendering.outputs import asked_for
 from equaltime.rendering.result import Result
-from equaltime.rendering.stated import Stated, stated
+from equaltime.rendering.stated import stated
 from equaltime.scene import Scene
 from equaltime.scene.lint import Finding
 from equaltime.strict_json import json_text, to_json
-from equaltime.words import duration, percent
 
 __all__ = [
     "WAYS",
+    "bias",
     "doubts",
     "headline",
     "kept_elsewhere",
@@ -38,7 +39,6 @@ __all__ = [
     "print_warning",
     "print_warnings",
     "selects_images",
-    "stopped",
     "while_heard",
     "wrote",
 ]
@@ -52,66 +52,25 @@ def headline(result: Result) -> str:
     height, width = result.samples.shape
     origin, number = result.origin, stated(result.origin)
     seeds = f" of {len(origin.sources)} seeds" if origin.sources else ""
-    said = f"{number.noun} {result.error:%}{number.of_paths}{_bias(result, number)}"
+    said = ", ".join([f"{number.noun} {result.error:%}{number.of_paths}", *bias(result)])
     missing = f"; {number.missing}" if number.missing else ""
     return f"{width}x{height}, {result.spp:.4g} spp{seeds}, {said}{missing}"
 
 
-def _bias(result: Result, number: Stated) -> str:
-    """Return the cause of a bias, or "unbiased".
+def bias(result: Result) -> list[str]:
+    """Return the cause of a bias, or "unbiased", in one text.
 
-    Empty if other paths than the scene's were rendered, or if a stop that looked at the image's own error favours
-    images without rare light.
+    The list is empty if other paths than the scene's were rendered, or if a stop that looked at the image's own error
+    favours images without rare light.
     """
-    origin = result.origin
+    origin, number = result.origin, stated(result.origin)
     by = [] if result.bias is None else [f"without {', '.join(origin.without)}, which makes {result.bias:%} of it"]
     if number.by_strategy or (origin.biased and not by):
         by.append(origin.strategy)
     if by:
-        return f", biased: {', and '.join(by)}"
+        return [f"biased: {', and '.join(by)}"]
     selected = result.stopped_by == "error" and selects_images(result)
-    return "" if number.paths or selected else ", unbiased"
-
-
-def stopped(result: Result) -> list[str]:
-    """Return one or two lines: the reason why the render ended, and perhaps a warning.
-
-    The warning says that the stop rule favours images that missed rare light (see `selects_images`).
-    """
-    fewest, most = int(result.samples.min()), int(result.samples.max())
-    reasons = {
-        "spp": "every pixel has its samples" if fewest == most else f"pixels have {fewest} to {most} samples",
-        "time": "the time limit was reached",
-        "error": f"the upper limit of the {stated(result.origin).noun} is where it was asked to be",
-        "count": _count(result.stop),
-        "interrupt": "what was finished is kept",
-        "nonfinite": "a sample was not a number",
-        "faulty": "a sample raised a floating-point fault",
-    }
-    missed = _count_missed(result.stop) if result.stopped_by in ("spp", "time") else ""
-    lines = [f"stopped by {result.stopped_by}: {reasons[result.stopped_by]}{missed}"]
-    if result.stopped_by == "error" and selects_images(result):
-        lines.append(
-            "a render that stops by looking at its own error favours images that have not met rare light: "
-            "with caustics they are 2 % darker on average (measured); --stop fixed avoids that"
-        )
-    return lines
-
-
-def _count(stop: Stop | None) -> str:
-    """Return which sample count a pilot chose for which error; empty if there was no such pilot."""
-    if stop is None or stop.spp is None:
-        return ""
-    return f"a pilot with other samples chose {stop.spp} samples per pixel for an error of {100.0 * stop.error:.3g} %"
-
-
-def _count_missed(stop: Stop | None) -> str:
-    """Return a remark that another limit came before a pilot's sample count; empty without such a pilot."""
-    if stop is None or stop.selects:
-        return ""
-    if stop.spp is None:
-        return "; a pilot had chosen no count for the error"
-    return f", before the {stop.spp} samples per pixel that a pilot chose for the error"
+    return [] if number.paths or selected else ["unbiased"]
 
 
 def selects_images(result: Result) -> bool:
@@ -215,19 +174,16 @@ def print_lines(lines: Sequence[str]) -> None:
 
 def print_quote(quote: Quote) -> None:
     """Print the predicted error, time and samples of a render in one line."""
-    spp, seconds, error, number = quote.spp, quote.seconds, quote.error, stated(quote.origin)
-    limits = f" [{duration(seconds.low)}, {duration(seconds.high)}]" if seconds.high > seconds.low else ""
-    print(
-        f"quote: {number.noun} {percent(error.value)} [{percent(error.low)}, {percent(error.high)}]{number.of_paths} "
-        f"in {duration(seconds.value)}{limits}, {spp.value:.3g} spp [{spp.low:.3g}, {spp.high:.3g}]"
-        f"{f' (in doubt: {error.doubt})' if error.doubt else ''}",
-        flush=True,
-    )
+    number = stated(quote.origin)
+    said = f"{number.noun} {error_range(quote.error)}{number.of_paths} after {time_range(quote.seconds)}"
+    doubt = f"; in doubt: {quote.error.doubt}" if quote.error.doubt else ""
+    print(f"Expect {said}, about {count(quote.spp.value)} samples a pixel{doubt}", flush=True)
 
 
 def print_no_quote(why: str) -> None:
-    """Print one line with ``why``, the reason why there is no quote (prediction of time and error)."""
-    print(f"no quote: {why}", flush=True)
+    """Print ``why``, the reason why nothing can be expected; nothing if the render only ended too soon."""
+    if why != ENDED_FIRST:
+        print(f"No prediction: {why}", flush=True)
 
 
 def while_heard(say: Callable[[T], object]) -> Callable[[T], None]:

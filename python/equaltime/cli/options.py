@@ -29,6 +29,7 @@ __all__ = [
     "Tev",
     "Threads",
     "Time",
+    "Verbose",
     "Without",
     "parse_crop",
     "parse_definitions",
@@ -141,8 +142,7 @@ Time = Annotated[
         parser=parse_duration,
         metavar="DURATION",
         show_default=False,
-        help="Stop after this long, first sample to final film: 10s, 500ms, 1h30m. "
-        "Outputs beside the image come on top.",
+        help="Render for this long: 10s, 500ms, 1h30m. Outputs beside the image come on top.",
     ),
 ]
 
@@ -152,26 +152,31 @@ ErrorTarget = Annotated[
         parser=parse_percent,
         metavar="PERCENT",
         show_default=False,
-        help="Stop when the upper limit of the image's error is here: 2%.",
+        help="Render until the picture is this accurate: 2%. The upper limit of its error counts.",
     ),
 ]
 
 Size = Annotated[
-    Any, typer.Option(parser=parse_size, metavar="WxH", show_default=False, help="Film size, instead of the scene's.")
+    Any,
+    typer.Option(
+        parser=parse_size, metavar="WxH", show_default=False, help="Size of the picture, instead of the scene's."
+    ),
 ]
 
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print the numbers as JSON, and nothing else.")]
+
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print all details.")]
 
 Overwrite = Annotated[
     bool,
-    typer.Option("--overwrite", help="Replace FILE though another program wrote it, or it shows another scene."),
+    typer.Option("--overwrite", help="Replace FILE even if another program wrote it, or it shows another scene."),
 ]
 
 Small = Annotated[
     bool,
     typer.Option(
         "--small",
-        help="Save a small file: the image rounded to 11 bits, and its standard error. It cannot be resumed or merged.",
+        help="Save a small file: the image in 11 bits, and its standard error. It cannot be resumed or merged.",
     ),
 ]
 
@@ -181,7 +186,7 @@ Crop = Annotated[
         parser=parse_crop,
         metavar="X,Y,W,H",
         show_default=False,
-        help="Render this window of the film only: samples of the whole, in the same numbers with adaptive=none.",
+        help="Render this window only: identical to that part of the full picture with adaptive=none.",
     ),
 ]
 
@@ -191,31 +196,43 @@ MaxDepth = Annotated[
         parser=parse_whole(-1, 2**31 - 1),
         metavar="N",
         show_default=False,
-        help="Longest path, as in Mitsuba: 1 emission only, 2 direct light, -1 unlimited.",
+        help="Longest path: 1 shows lamps only, 2 direct light, 3 one bounce, -1 all.",
     ),
 ]
 
 StrategyWords = Annotated[
-    str, typer.Option(metavar="S", help="A preset, or preset,key=value,…, or a TOML file; see equaltime render -h.")
+    str,
+    typer.Option(
+        metavar="S",
+        help="How paths are sampled: a preset, or preset,key=value,…, or a TOML file; see equaltime render -h.",
+    ),
 ]
 
-Seed = Annotated[int, typer.Option(parser=parse_whole(0, 2**64 - 1), metavar="N", help="Seed of all random numbers.")]
+Seed = Annotated[
+    int, typer.Option(parser=parse_whole(0, 2**64 - 1), metavar="N", help="Another number gives other noise.")
+]
 
 Threads = Annotated[
     int,
-    typer.Option(parser=parse_whole(0, MOST_THREADS), metavar="N", help="Worker threads; 0 is one for each processor."),
+    typer.Option(parser=parse_whole(0, MOST_THREADS), metavar="N", help="Threads; 0 is one for each processor."),
 ]
 
 Define = Annotated[
     list[str] | None,
-    typer.Option("-D", "--define", metavar="NAME=VALUE", show_default=False, help="Set a parameter of the scene."),
+    typer.Option(
+        "-D",
+        "--define",
+        metavar="NAME=VALUE",
+        show_default=False,
+        help="Set a parameter of the scene.",
+    ),
 ]
 
 Substitute = Annotated[
     bool,
     typer.Option(
         "--substitute",
-        help="Replace what cannot be rendered by something that can, and say what, instead of refusing it.",
+        help="Replace materials and the like that cannot be rendered, and say so, instead of refusing the scene.",
     ),
 ]
 
@@ -225,7 +242,7 @@ Tev = Annotated[
         "--tev",
         metavar="HOST:PORT",
         show_default=False,
-        help="Show the passes in tev, the viewer, which listens at localhost:14158 unless told otherwise.",
+        help="Show the passes in the viewer tev, which listens at localhost:14158.",
     ),
 ]
 
@@ -234,7 +251,7 @@ Without = Annotated[
     typer.Option(
         metavar="EFFECT",
         show_default=False,
-        help="Leave an effect out, such as lens, textures or long_paths=4 (see equaltime effects): biased, by an "
-        "amount that is measured and in the error. May be given again.",
+        help="Leave an effect out, such as lens, textures or long_paths=4 (see equaltime effects). Faster, but no "
+        "longer exact; the difference is measured and included in the error. May be given again.",
     ),
 ]

@@ -1,11 +1,12 @@
-"""The progress bar of commands, on stderr: the fraction done, the present work, the time left."""
+"""The progress of commands, on stderr: a bar in a terminal, else a line a minute."""
 
 from __future__ import annotations
 
 import math
+import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import singledispatch
 
 from rich import progress as bars
@@ -21,18 +22,29 @@ __all__ = ["describe", "progress_bar", "time_left"]
 # A refresh takes a millisecond, also while a run is timed.
 _REFRESHES_PER_SECOND = 2
 
+_SECONDS_A_LINE = 60.0
+"""Seconds between two lines where there is no terminal, such as in a log file."""
+
 
 @contextmanager
 def progress_bar(quiet: bool = False) -> Iterator[Callable[[Progress | RunProgress | float], None] | None]:
-    """Show a progress bar on stderr during the context, and yield the function that updates the bar.
+    """Show progress on stderr during the context, and yield the function that updates it.
 
-    The function takes the progress of a render or of an experiment, or the fraction of the work that is done, in
-    [0, 1]. Yields None if ``quiet`` or if stderr is no terminal.
+    A terminal gets a bar, and another file a line a minute. The function takes the progress of a render or of an
+    experiment, or the fraction of the work that is done, in [0, 1]. Yields None if ``quiet``.
     """
     console = Console(stderr=True)
-    if quiet or not console.is_terminal:
+    if quiet:
         yield None
-        return
+    elif console.is_terminal:
+        with _bar(console) as show:
+            yield show
+    else:
+        yield _Lines()
+
+
+@contextmanager
+def _bar(console: Console) -> Iterator[Callable[[Progress | RunProgress | float], None]]:
     begin, countdown = time.monotonic(), _Countdown()
     words = bars.TextColumn("{task.description}", table_column=Column(no_wrap=True), markup=False)
     columns = (bars.BarColumn(bar_width=24), words, countdown)
@@ -40,15 +52,36 @@ def progress_bar(quiet: bool = False) -> Iterator[Callable[[Progress | RunProgre
         task = bar.add_task("", total=1.0)
 
         def show(progress: Progress | RunProgress | float) -> None:
-            if isinstance(progress, Progress | RunProgress):
-                fraction, left = progress.fraction, progress.time_left
-            else:
-                fraction = progress
-                left = (time.monotonic() - begin) * (1.0 / fraction - 1.0) if fraction > 0.0 else None
+            fraction, left = _fraction_and_left(progress, time.monotonic() - begin)
             countdown.set(left)
             bar.update(task, completed=fraction, description=describe(progress))
 
         yield show
+
+
+class _Lines:
+    """Printer of a line of progress every minute."""
+
+    def __init__(self) -> None:
+        self._begin = self._said = time.monotonic()
+
+    def __call__(self, progress: Progress | RunProgress | float) -> None:
+        now = time.monotonic()
+        if now - self._said < _SECONDS_A_LINE:
+            return
+        self._said = now
+        fraction, left = _fraction_and_left(progress, now - self._begin)
+        words = filter(None, (describe(progress), "" if left is None else time_left(left)))
+        said = ", ".join([f"{(now - self._begin) / 60.0:.0f} min", f"{100.0 * fraction:.0f} %", *words])
+        with suppress(OSError):  # nobody reads it any more
+            print(said, file=sys.stderr, flush=True)
+
+
+def _fraction_and_left(progress: Progress | RunProgress | float, seconds: float) -> tuple[float, float | None]:
+    """Return the fraction done and the seconds left, after ``seconds`` of work."""
+    if isinstance(progress, Progress | RunProgress):
+        return progress.fraction, progress.time_left
+    return progress, seconds * (1.0 / progress - 1.0) if progress > 0.0 else None
 
 
 @singledispatch

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time as clock
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,7 +16,6 @@ from equaltime.api import render as render_scene
 from equaltime.cli.lint import print_hazards
 from equaltime.cli.messages import (
     doubts,
-    headline,
     kept_elsewhere,
     left_by_interrupt,
     print_error,
@@ -26,9 +25,7 @@ from equaltime.cli.messages import (
     print_quote,
     print_warning,
     print_warnings,
-    stopped,
     while_heard,
-    wrote,
 )
 from equaltime.cli.options import (
     Crop,
@@ -52,9 +49,11 @@ from equaltime.cli.options import (
     parse_whole,
 )
 from equaltime.cli.progress import progress_bar
+from equaltime.cli.render_outcome import details, outcome
 from equaltime.errors import BrightImage, ImageError, RenderError, SampleError
 from equaltime.interrupts import held_back
 from equaltime.quoting.observer import Observer
+from equaltime.quoting.pilot import Quote
 from equaltime.rendering.black_picture import black_picture, reasons, unwarned
 from equaltime.rendering.budget import StopRule
 from equaltime.rendering.job import Backend, Traps
@@ -66,7 +65,6 @@ from equaltime.scene import Scene, load_file
 from equaltime.scene.lint import Finding
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
-from equaltime.words import duration
 
 __all__ = ["render"]
 
@@ -90,7 +88,7 @@ def render(
             parser=parse_whole(1, MOST_SAMPLES),
             metavar="N",
             show_default=False,
-            help="Samples per pixel [default: the scene's, or 64].",
+            help="Samples a pixel [default: the scene's, or 64].",
         ),
     ] = None,
     time: Time = None,
@@ -98,9 +96,9 @@ def render(
     stop: Annotated[
         StopRule,
         typer.Option(
-            help="How --error ends the render. look: when the image's own error is small enough, which favours images "
-            "that missed rare bright light. fixed: a pilot render with other samples chooses the number of samples "
-            "first, and the image gets that number whatever it shows: unbiased."
+            help="How --error ends the render. look: when the picture's own error is small enough, which favours "
+            "pictures that missed rare bright light. fixed: a pilot with other samples chooses the number of samples "
+            "first, whatever the picture then shows: unbiased."
         ),
     ] = "look",
     size: Size = None,
@@ -112,7 +110,7 @@ def render(
     define: Define = None,
     substitute: Substitute = False,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Go on from FILE.exr, if it is there, towards the limits given now.")
+        bool, typer.Option("--resume", help="Continue FILE.exr, if it is there, towards the limits given now.")
     ] = False,
     checkpoint: Annotated[
         float | None,
@@ -120,16 +118,16 @@ def render(
             parser=parse_duration,
             metavar="DURATION",
             show_default=False,
-            help="How often what is done so far is saved to FILE.exr, within a pass too [default: 60s].",
+            help="How often the render so far is saved to FILE.exr [default: 60s].",
         ),
     ] = None,
     small: Small = False,
     overwrite: Overwrite = False,
     backend: Annotated[
-        Backend, typer.Option(help="embreex is the slow float64 cross-check; it takes --spp and --seed only.")
+        Backend, typer.Option(help="embreex is a slow cross-check in float64; it takes --spp and --seed only.")
     ] = "core",
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print the record, with the quote, as JSON on stdout, and nothing else.")
+        bool, typer.Option("--json", help="Print the record and the quote as JSON, and nothing else.")
     ] = False,
     without: Without = None,
     within: Annotated[
@@ -138,25 +136,26 @@ def render(
             parser=parse_percent,
             metavar="PERCENT",
             show_default=False,
-            help="Leave out what a pilot shows can be left out within this error, and say what and why.",
+            help="Leave out what changes the picture by less than this, by a pilot, and say what and why.",
         ),
     ] = None,
     tev: Tev = None,
     traps: Annotated[
         Traps,
         typer.Option(
-            help="Look for floating-point faults: check names the first sample that raises one, and what shows it; "
-            "stop ends the process there (SIGFPE), for a debugger."
+            help="Look for floating-point faults: check names the first sample that raises one; stop ends the process "
+            "there (SIGFPE), for a debugger."
         ),
     ] = "ignore",
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
     verbose: Annotated[
-        bool, typer.Option("--verbose", "-v", help="Say also what the strategy left to the render, and why.")
+        bool, typer.Option("--verbose", "-v", help="Print also times, speed, and what the strategy chose by itself.")
     ] = False,
 ) -> int:
-    """Render a scene to an EXR with its error bar.
+    """Render a scene, and tell how accurate the picture is.
 
-    Ctrl-C stops the render and keeps its finished samples. The first of several limits ends the render.
+    Say how long (`--time 30s`), how accurate (`--error 2%`) or how many samples (`--spp 64`); the first that is reached
+    ends the render. Ctrl-C ends it too, and keeps the picture so far; `--resume` continues it.
 
     For instance:
 
@@ -164,7 +163,7 @@ def render(
 
     * `equaltime render cornell-box.toml -o out.exr --error 2% --resume`
 
-    * `equaltime render scene.xml -o out.exr --spp 256 --size 640x480 -D integrator=path`
+    * `equaltime render model.glb -o out.png --spp 256 --size 640x480`
 
     * `equaltime render scene.toml -o out.exr --strategy best,technique=bsdf --seed 7 --json`
 
@@ -204,7 +203,7 @@ def render(
     if resume and exr is None:
         raise typer.BadParameter("a PNG cannot be taken up: write FILE.exr", param_hint="--resume")
     viewer = None if tev is None else _viewer(tev, output)
-    teller = _Teller({} if as_json else None, quiet, verbose, findings)
+    teller = _Teller({} if as_json else None, quiet, verbose, findings, resumable=exr is not None and not small)
     # hold back a second Ctrl-C from the last sample to the last line: it must not lose the samples that the first kept
     with ExitStack() as ending:
         try:
@@ -264,7 +263,7 @@ def _viewer(address: str, output: Path) -> Viewer:
         raise typer.BadParameter(str(problem), param_hint="--tev") from problem
 
 
-@dataclass(frozen=True)
+@dataclass
 class _Teller:
     """Printer of what a render tells: a JSON record if there is one, else lines, or nothing if quiet.
 
@@ -276,6 +275,10 @@ class _Teller:
     quiet: bool
     verbose: bool
     findings: Sequence[Finding]
+    resumable: bool
+    """Whether the saved render can be continued."""
+    quote: Quote | None = None
+    """Quote that the render gave of itself, once there is one."""
 
     def observer(self, progress: ProgressCallback | None) -> Observer:
         """Return the observer of the render."""
@@ -292,11 +295,15 @@ class _Teller:
             return Observer.of(progress=progress, unsaved=unsaved)
         return Observer.of(
             progress=progress,
-            quoted=while_heard(print_quote),
+            quoted=while_heard(self._quoted),
             unquoted=while_heard(print_no_quote),
             decided=while_heard(print_lines),
             unsaved=unsaved,
         )
+
+    def _quoted(self, quote: Quote) -> None:
+        self.quote = quote
+        print_quote(quote)
 
     def tell(self, result: Result, scene: Scene, writing: float, files: Sequence[Path]) -> None:
         """Print the outcome; ``writing`` is the seconds that it took to write the files."""
@@ -304,20 +311,9 @@ class _Teller:
         if self.record is not None:
             print_json({**result.record, "phases": phases, "files": files, **self.record})
         elif not self.quiet:
-            print_lines([*self._summary(result, phases, files), *left_by_interrupt(result, scene)])
+            print_lines(
+                [*outcome(result, files, self.quote if self.resumable else None), *doubts(result, self.findings)]
+            )
+            print_lines([*left_by_interrupt(result, scene), *(details(result, phases) if self.verbose else ())])
         if not self.quiet and not reasons(self.findings) and (black := black_picture(result, scene, self.findings)):
             print_warning(black)
-
-    def _summary(self, result: Result, phases: Mapping[str, float], files: Sequence[Path]) -> list[str]:
-        """Return lines on the image, its times, its files, the stop, the reasons for doubt and the decisions."""
-        seconds = ", ".join(f"{phase} {duration(time)}" for phase, time in phases.items())
-        rate = result.stats.rays_per_second / 1e6
-        decided = [str(result.decision)] if self.verbose and str(result.decision) else []
-        return [
-            headline(result),
-            f"{seconds}; {rate:.3g} M rays/s on {result.stats.threads} threads",
-            wrote(files),
-            *stopped(result),
-            *doubts(result, self.findings),
-            *decided,
-        ]

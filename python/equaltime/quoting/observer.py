@@ -14,7 +14,10 @@ from equaltime.errors import RenderError
 from equaltime.quoting.pilot import Pilot, Quote
 from equaltime.rendering.passes import Progress
 
-__all__ = ["Observer", "QuoteWatch", "overrides"]
+__all__ = ["ENDED_FIRST", "Observer", "QuoteWatch", "overrides"]
+
+ENDED_FIRST = "the render ended before a pilot could tell anything"
+"""Reason why a render has no quote, if nothing went wrong."""
 
 
 class Observer:
@@ -113,4 +116,4 @@ class QuoteWatch:
         """
         if not self._done:
             self._done = True
-            self._observer.unquoted("the render ended before a pilot could tell anything")
+            self._observer.unquoted(ENDED_FIRST)

@@ -6,7 +6,8 @@ of a sample. For low-discrepancy samples the exponent beyond the pilot differs f
 logarithm of the samples, and half of such quotes would be within 20 %. So more than half of the pilot's samples go to a
 probe: a few hundred pixels that are rendered as far as the whole will have to be (`equaltime.quoting.probe`), with
 error estimates at the render's own sample counts. Pilot and probe together take at most max(8 samples a pixel, min(5 %
-of the work, 10 s)). Intervals are at 95 %. They include the pixels that were not drawn, the chance of later samples,
+of the work, 10 s)). A pilot that is not part of a render takes fewer samples, at least 2 a pixel, if 8 take more than
+10 s. Intervals are at 95 %. They include the pixels that were not drawn, the chance of later samples,
 and the speed of the machine. Heavy tails (few pixels that make most of the error) add uncertainty, and the quote says
 so if the pilot has met them.
 
@@ -40,7 +41,7 @@ from equaltime.words import Shown, percent
 if TYPE_CHECKING:
     from equaltime.quoting.noise_light import NoiseLight
 
-__all__ = ["TARGETS", "Pilot", "Quote", "peak_bytes"]
+__all__ = ["FEWEST", "TARGETS", "USUAL_SECONDS", "Pilot", "Quote", "peak_bytes"]
 
 # Bytes per pixel: expected, least and most. Measured on four scenes, as films of 512x512 to 1024x1024 pixels less those
 # of 16x16, plain and adaptive, saved as EXR with their moments. A render with an error target that quotes its price has
@@ -75,9 +76,12 @@ TARGETS = (0.20, 0.10, 0.05, 0.02, 0.01)
 
 _PILOT_SHARE = 0.05
 
-_MOST_SECONDS = 10.0
-"""Longest time of pilot plus probe, in seconds, unless 8 samples a pixel take longer: nobody waits minutes for the
-price of an hour."""
+USUAL_SECONDS = 10.0
+"""Longest time of pilot plus probe, in seconds, unless the least samples of a pilot take longer: nobody waits minutes
+for the price of an hour."""
+
+FEWEST = 2
+"""Least samples a pixel of a pilot that is not part of a render: each replicate then has one sample."""
 
 _FIRST = 4
 """Least samples a pixel of a pilot that has a probe, without adaptive sampling; other pilots have 8 or more."""
@@ -114,6 +118,8 @@ class Quote(Shown):
     """Place of the error on the picture; None if a render quotes itself."""
     light: NoiseLight | None = None
     """Light that makes the noise; None if it was not asked for, or if the pilot had no time for it."""
+    interrupted: bool = False
+    """Whether Ctrl-C ended the pilot, so that the quote is from fewer samples."""
 
     def __str__(self) -> str:
         number = stated(self.origin)
@@ -125,7 +131,7 @@ class Quote(Shown):
 
     def as_dict(self) -> dict[str, Any]:
         """Return the quote as JSON data."""
-        absent = [name for name in ("places", "light") if getattr(self, name) is None]
+        absent = [name for name in ("places", "light", "interrupted") if not getattr(self, name)]
         return {
             **fields_to_json(self, without=("prices", "origin", *absent)),
             "prices": [{"error": target, "seconds": price.as_dict()} for target, price in self.prices.items()],
@@ -148,16 +154,25 @@ class Pilot:
         Whether somebody waits for the quote. Otherwise the pilot chooses the sample count of a render that does not
         watch its error. It may then take more than ten seconds. It depends on no clock, unless a time is one of the
         limits, and states no prices of other errors.
+    fewest
+        Least samples a pixel of the pilot, if 8 take more than ten seconds and the pilot is hurried.
     """
 
     def __init__(
-        self, session: Session, limits: Limits, share: float = 1.0, probes: bool = True, hurried: bool = True
+        self,
+        session: Session,
+        limits: Limits,
+        share: float = 1.0,
+        probes: bool = True,
+        hurried: bool = True,
+        fewest: int = FIRST_LOOK,
     ) -> None:
         self._session, self._limits, self._share, self._probes = session, limits, share, probes
-        self._hurried = hurried
+        self._hurried, self._fewest = hurried, fewest
         self._errors: dict[int, Interval] = {}
         self._seconds: dict[int, float] = {}
-        self.due = _FIRST if probes and session.job.strategy.adaptive == "none" else FIRST_LOOK
+        self._usual = _FIRST if probes and session.job.strategy.adaptive == "none" else FIRST_LOOK
+        self.due = self._usual
         """Samples per pixel at which the next quote may be possible."""
         self._work = self._probed = self._seconds_probed = 0.0
         self._room = float(FIRST_LOOK)
@@ -188,7 +203,8 @@ class Pilot:
     def run(self, seconds: float | None = None) -> Quote | None:
         """Render the pilot, if its session renders nothing else, and return the quote once there is one.
 
-        ``seconds`` limits the time; the result is None if the time ends first.
+        ``seconds`` limits the time; the result is None if the time ends first. After Ctrl-C, a hurried pilot quotes
+        what it has seen.
 
         Raises
         ------
@@ -197,8 +213,16 @@ class Pilot:
         SampleError
             If a sample went wrong.
         KeyboardInterrupt
-            After Ctrl-C.
+            After Ctrl-C, if the pilot is not hurried or has seen too little for a quote.
         """
+        try:
+            return self._run(seconds)
+        except KeyboardInterrupt:
+            if not (self._hurried and any(error.known and error.high < math.inf for error in self._errors.values())):
+                raise
+            return replace(self._quote(self._law()), interrupted=True)
+
+    def _run(self, seconds: float | None) -> Quote | None:
         passes, begin = self._session.passes, clock.perf_counter()
         while True:
             left = None if seconds is None else max(0.0, seconds - (clock.perf_counter() - begin))
@@ -224,7 +248,7 @@ class Pilot:
             If a quote is due and the pilot saw no light, or if the limits take more samples than a render can have.
         """
         passes = self._session.passes
-        samples, due = passes.samples, passes.samples >= self.due
+        samples, due = passes.samples, passes.samples >= self.due or self._is_slow
         self._seconds[samples] = passes.rendering
         if not (due or _is_noted(samples)) or not passes.has_time_for(self._estimating):
             return None
@@ -235,6 +259,12 @@ class Pilot:
             self.due = FIRST_LOOK
             return None
         return self._quote_due(samples)
+
+    @property
+    def _is_slow(self) -> bool:
+        """Whether the pilot has the fewest samples that it may have, and twice as many take too long."""
+        passes = self._session.passes
+        return self._hurried and passes.samples >= self._fewest and 2.0 * passes.rendering > USUAL_SECONDS
 
     def _note(self, samples: int) -> None:
         begin = clock.perf_counter()
@@ -248,8 +278,9 @@ class Pilot:
             at_least = f"it takes {end.low:.3g} samples a pixel or more"
             raise RenderError(f"what is asked for is beyond reach: {at_least}, and {MOST_SAMPLES} are the most")
         self._work = end.value
-        most = _MOST_SECONDS / law.seconds_per_sample if self._hurried else math.inf
-        self._room = max(FIRST_LOOK, min(_PILOT_SHARE * self._work, most))
+        most = USUAL_SECONDS / law.seconds_per_sample if self._hurried else math.inf
+        least = max(self._fewest, min(FIRST_LOOK, most))
+        self._room = max(least, min(_PILOT_SHARE * self._work, most))
         enough = self._share * (_SHARE_OF_ALL_PIXELS if self._probes else 1.0) * self._room
         self.due = min(2 * math.floor(0.5 * enough), 2 * samples)  # few samples may predict wrongly
         return self._quote(self._probe(law)) if self.due <= samples else None
@@ -300,6 +331,8 @@ class Pilot:
         foretold = self._foretold(law, spp.value)
         if last.doubt:
             foretold = foretold.doubted(last.doubt)
+        if session.passes.samples < self._usual:  # few samples do not show how fast the error falls
+            foretold = foretold.doubted(f"a pilot of {session.passes.samples} samples a pixel may be far off")
         error = session.error() if spp.high <= session.passes.samples else foretold
         return Quote(
             seconds=seconds,

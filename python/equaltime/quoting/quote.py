@@ -9,18 +9,29 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from equaltime.quoting.noise_places import places_of
-from equaltime.quoting.pilot import Pilot, Quote
+from equaltime.quoting.pilot import FEWEST, USUAL_SECONDS, Pilot, Quote
 from equaltime.rendering.budget import Limits
+from equaltime.rendering.core import make_renderer
 from equaltime.rendering.job import Job, as_scene, check_arguments
 from equaltime.rendering.passes import ProgressCallback
 from equaltime.rendering.session import Session
 from equaltime.scene import Scene
+from equaltime.scene.scene import smaller
 from equaltime.strategy import Strategy
 
 if TYPE_CHECKING:
     from equaltime.quoting.noise_light import NoiseLight
 
-__all__ = ["quote"]
+__all__ = ["DEFAULT_SECONDS", "USUAL_SECONDS", "quote", "seconds_of_pilot"]
+
+DEFAULT_SECONDS = 30.0
+"""Seconds of the quoted render if neither an error nor a time is given."""
+
+_LEAST_TIMED = 2**17
+"""Pixels of a film that is not timed beforehand: its pilot takes more than 10 s only in the slowest of scenes."""
+
+_MOST_TIMED = 4096
+"""Most pixels of the film on which the speed is measured beforehand: a few hundredths of a second."""
 
 _SHARE_FOR_LIGHT = 0.1
 """Share of the allowance of pilot and probe that splitting the light takes."""
@@ -39,16 +50,18 @@ def quote(
 ) -> Quote:
     """Predict the time to reach an error, or the error that a time reaches, and find which light makes the noise.
 
-    A pilot (a short render) and a probe (some pixels rendered to the end) take at most max(8 samples per pixel, min(5 %
-    of the predicted work, 10 s)). One tenth of that allowance goes to finding which light makes the noise, on a small
-    film (`equaltime.quoting.noise_light`).
+    A pilot (a short render) and a probe (some pixels rendered to the end) take at most 10 s, unless 2 samples per pixel
+    take longer. They take at most 5 % of the predicted work, or 8 samples per pixel if that is more. One tenth of that
+    allowance goes to finding which light makes the noise, on a small film (`equaltime.quoting.noise_light`). After
+    Ctrl-C the quote is from what was seen until then, and its field ``interrupted`` is True.
 
     Parameters
     ----------
     scene, strategy, seed, threads, progress
         As for `equaltime.render`.
     error, time
-        Exactly one: the relative error to reach (0.02 is 2 %), or the seconds to spend.
+        The relative error to reach (0.02 is 2 %), and the seconds to spend. With both, the quote is of the render that
+        ends at the first; with neither, of 30 seconds.
     why
         Whether to find which light makes the noise. None: if the pilot's allowance has room for it. True: always, with
         as much work as the pilot if need be. False: never.
@@ -60,7 +73,9 @@ def quote(
     RenderError
         If the pilot saw no light, so that nothing can be predicted, or if the target is beyond reach.
     ValueError
-        If not exactly one of ``error`` and ``time`` is given, or an argument is out of range, or of another type.
+        If an argument is out of range, or of another type.
+    KeyboardInterrupt
+        After Ctrl-C, if nothing can be predicted yet.
 
     Examples
     --------
@@ -68,19 +83,36 @@ def quote(
     >>> quote.error.value <= 0.2
     True
     """
-    if (error is None) == (time is None):
-        raise ValueError("a quote takes an error or a time, one of them")
+    if error is None and time is None:
+        time = DEFAULT_SECONDS
     check_arguments(time=time, error=error, seed=seed, threads=threads)
     chosen = Strategy.of(strategy)
     loaded = as_scene(scene)
     session = Session(Job(scene=loaded, strategy=chosen, seed=seed, threads=threads), progress)
-    pilot = Pilot(session, Limits(error=error, seconds=time), 1.0 if why is False else 1.0 - _SHARE_FOR_LIGHT)
+    share = 1.0 if why is False else 1.0 - _SHARE_FOR_LIGHT
+    pilot = Pilot(session, Limits(error=error, seconds=time), share, fewest=FEWEST)
     found = pilot.run()
     assert found is not None  # no time limits the pilot's passes
     begin = clock.perf_counter()
-    light = None if why is False else _light(loaded, pilot, why is True, seed, threads)
+    try:
+        light = None if why is False or found.interrupted else _light(loaded, pilot, why is True, seed, threads)
+    except KeyboardInterrupt:
+        light, found = None, replace(found, interrupted=True)
     found = replace(found, places=places_of(session), light=light)
     return replace(found, pilot_seconds=found.pilot_seconds + clock.perf_counter() - begin)
+
+
+def seconds_of_pilot(scene: Scene, strategy: Strategy, threads: int = 0) -> float:
+    """Return the seconds that the least pilot of a scene takes, by rendering a small film; 0 for a small scene film."""
+    pixels = scene.model.sensor.film.crop[2] * scene.model.sensor.film.crop[3]
+    if pixels <= _LEAST_TIMED:
+        return 0.0
+    small = smaller(scene, _MOST_TIMED)
+    renderer = make_renderer(small, strategy, 0, threads)
+    begin = clock.perf_counter()
+    renderer.advance(FEWEST)
+    took = clock.perf_counter() - begin
+    return took * pixels / (small.model.sensor.film.crop[2] * small.model.sensor.film.crop[3])
 
 
 def _light(scene: Scene, pilot: Pilot, always: bool, seed: int, threads: int) -> NoiseLight | None:

@@ -294,8 +294,8 @@ C_LOCALE = {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
     ("words", "shown"),
     [
         *([[command, "--help"], f"Usage: equaltime {command}"] for command in ("cost", "quote", "render")),
-        (["quote", "caf\u00e9.toml", "--error", "50%"], "this quote took"),
-        (["render", "caf\u00e9.toml", "-o", "caf\u00e9.exr", "--spp", "2"], r"wrote caf\udcc3\udca9.exr"),
+        (["quote", "caf\u00e9.toml", "--error", "50%"], "This quote took"),
+        (["render", "caf\u00e9.toml", "-o", "caf\u00e9.exr", "--spp", "2"], r"-> caf\udcc3\udca9.exr"),
         (["cost", "caf\u00e9.toml", "-o", "out", "--quick"], "error: "),
         (["info", "no\u00e9.toml"], r"error: no\udcc3\udca9.toml: "),
     ],

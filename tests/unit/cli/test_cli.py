@@ -22,7 +22,7 @@ from equaltime.cli.options import (
     parse_size,
     parse_whole,
 )
-from equaltime.cli.progress import describe
+from equaltime.cli.progress import describe, progress_bar
 from equaltime.images import image_files as images
 from equaltime.rendering.passes import Progress
 from equaltime.rendering.render_file import read_picture
@@ -76,11 +76,9 @@ def test_a_render_writes_picture_and_preview_and_says_what_it_did(
 ) -> None:
     assert main(["render", scene, "-o", str(output), "--spp", "4"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0].startswith("24x16, 4 spp, error ")
-    assert lines[0].endswith(", unbiased")
-    assert all(phase in lines[1] for phase in ("load ", "build ", "render ", "write ", "rays/s"))
-    assert lines[2] == f"wrote {output}, {output.with_suffix('.png')}"
-    assert lines[3] == "stopped by spp: every pixel has its samples"
+    assert lines[0].startswith("Done: error ")
+    assert lines[0].endswith(f", 4 samples a pixel, unbiased -> {output}, {output.with_suffix('.png')}")
+    assert "rays/s" not in "".join(lines)
     assert images.read(output).image.shape == (16, 24, 3)
     assert images.read(output.with_suffix(".png")).image.shape == (16, 24, 3)
 
@@ -337,3 +335,16 @@ def test_the_progress_line_shows_samples_and_error() -> None:
     progress = Progress(24, 64, 4.0, 0.375, 67.4, Interval(0.0312, 0.03, 0.033))
     assert describe(progress) == "24/64 spp  noise 3.12 %"
     assert describe(Progress(0, None, 0.1, 0.0, None, None)) == "0 spp"
+
+
+def test_a_log_file_gets_a_line_a_minute(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    now = 1000.0
+    monkeypatch.setattr(time, "monotonic", lambda: now)
+    with progress_bar() as show:
+        assert show is not None
+        for now in (1001.0, 1061.0, 1100.0, 1122.0):
+            show(Progress(24, 64, now - 1000.0, 0.375, 67.4, None))
+    assert capsys.readouterr().err.splitlines() == [
+        "1 min, 38 %, 24/64 spp, 1:08 left",
+        "2 min, 38 %, 24/64 spp, 1:08 left",
+    ]

@@ -18,13 +18,15 @@ SCENE = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
 def why(folder: Path, capsys: pytest.CaptureFixture[str], *options: str) -> str:
     """Return why a render says that it stopped."""
     assert main(["render", str(SCENE), "-o", str(folder / "a.exr"), "--seed", "1", *options]) == 0
-    return next(line for line in capsys.readouterr().out.splitlines() if line.startswith("stopped by "))
+    return next(line for line in capsys.readouterr().out.splitlines() if not line.startswith("Expect "))
 
 
 def test_counts_that_differ_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    said = why(tmp_path, capsys, "--size", "32x32", "--spp", "32", "--strategy", "best,adaptive=error")
+    words = ["--size", "32x32", "--spp", "32", "--strategy", "best,adaptive=error", "-v"]
+    assert main(["render", str(SCENE), "-o", str(tmp_path / "a.exr"), "--seed", "1", *words]) == 0
+    said = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("pixels have "))
     fewest, most = (int(word) for word in said.split() if word.isdigit())
-    assert said == f"stopped by spp: pixels have {fewest} to {most} samples"
+    assert said == f"pixels have {fewest} to {most} samples"
     assert fewest < 32 < most
 
 
@@ -41,7 +43,7 @@ def test_what_the_strategy_left_to_the_render_is_said_if_asked(
     assert decided in capsys.readouterr().out.splitlines()
     assert main(command) == 0
     assert decided not in capsys.readouterr().out
-    assert main(["info", str(tmp_path / "a.exr")]) == 0
+    assert main(["info", str(tmp_path / "a.exr"), "-v"]) == 0
     assert "decision" in capsys.readouterr().out
 
 
@@ -49,34 +51,39 @@ def test_a_limit_is_that_of_the_noise_unless_the_bias_was_measured(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     options = ("--size", "12x12", "--error", "60%")
-    met = "stopped by error: the upper limit of the error is where it was asked to be"
-    assert why(tmp_path, capsys, *options) == met
-    assert why(tmp_path, capsys, *options, "--without", "long_paths=3") == met
+    assert why(tmp_path, capsys, *options).startswith("Reached 60 %: error ")
+    assert main(["render", str(SCENE), "-o", str(tmp_path / "a.exr"), *options, "--without", "long_paths=3"]) == 0
+    assert "\nReached 60 %: error " in capsys.readouterr().out
     for cut in (("--strategy", "best,truncate=2"), ("--max-depth", "2")):
-        assert why(tmp_path, capsys, *options, *cut) == met.replace("error is", "noise is")
+        assert why(tmp_path, capsys, *options, *cut).startswith("Reached 60 %: noise ")
 
 
 @pytest.mark.parametrize(
-    ("options", "number", "end"),
+    ("options", "paths", "missing"),
     [
-        (["--max-depth", "2"], ", noise ", " of paths up to depth 2; the scene asks for paths up to depth 30: "
+        (["--max-depth", "2"], " of paths up to depth 2", "the scene asks for paths up to depth 30: "
          "`--without long_paths=2` instead of `--max-depth 2` measures the difference"),
-        (["--max-depth", "40"], ", noise ", " of paths up to depth 40; the scene asks for paths up to depth 30"),
-        (["--strategy", "best,truncate=2"], ", noise ", " of paths up to depth 2, biased: best,truncate=2; the scene "
-         "asks for paths up to depth 30: `--without long_paths=2` measures the difference"),
-        (["--strategy", "best,adaptive=history"], ", noise ", ", biased: best,adaptive=history; the bias is not in the "
+        (["--max-depth", "40"], " of paths up to depth 40", "the scene asks for paths up to depth 30"),
+        (["--strategy", "best,truncate=2"], " of paths up to depth 2", "biased: best,truncate=2; the scene asks for "
+         "paths up to depth 30: `--without long_paths=2` measures the difference"),
+        (["--strategy", "best,adaptive=history"], "", "biased: best,adaptive=history; the bias is not in the "
          "noise: `equaltime compare` with a render by `best` measures it"),
     ],
 )  # fmt: skip
 def test_the_noise_of_an_image_that_is_not_the_scene_s_is_not_called_its_error(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], number: str, end: str
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], paths: str, missing: str
 ) -> None:
-    assert main(["render", str(SCENE), "-o", str(tmp_path / "a.exr"), "--size", "12x12", "--spp", "8", *options]) == 0
-    said = capsys.readouterr().out
-    assert number in said.splitlines()[0]
-    assert said.splitlines()[0].endswith(f"]{end}")
-    assert "unbiased" not in said
-    assert "spp, error" not in said
+    output = str(tmp_path / "a.exr")
+    assert main(["render", str(SCENE), "-o", output, "--size", "12x12", "--spp", "8", *options]) == 0
+    first, second, *_ = capsys.readouterr().out.splitlines()
+    assert first.startswith("Done: noise ")
+    assert f"){paths} in " in first
+    assert "unbiased" not in first
+    assert second == missing
+    assert main(["info", output]) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert said[0].startswith(f"{output}: noise ")
+    assert any(line.startswith("lacks ") for line in said)
 
 
 def test_a_depth_that_the_scene_has_itself_leaves_the_number_its_error(
@@ -84,8 +91,8 @@ def test_a_depth_that_the_scene_has_itself_leaves_the_number_its_error(
 ) -> None:
     assert main(["render", str(SCENE), "-o", str(tmp_path / "a.exr"), "--size", "12x12", "--max-depth", "30"]) == 0
     said = capsys.readouterr().out.splitlines()[0]
-    assert ", error " in said
-    assert said.endswith("], unbiased")
+    assert said.startswith("Done: error ")
+    assert ", unbiased -> " in said
 
 
 def test_the_record_and_the_quote_name_the_depth_and_the_scene_s_own(
@@ -98,8 +105,8 @@ def test_the_record_and_the_quote_name_the_depth_and_the_scene_s_own(
         assert (said["max_depth"], said["scene_max_depth"], said["strategy"], said["biased"]) == (2, 30, "best", False)
     assert main([*command, "--max-depth", "2"]) == 0
     quoted = capsys.readouterr().out.splitlines()[0]
-    assert quoted.startswith("quote: noise ")
-    assert " of paths up to depth 2 in " in quoted
+    assert quoted.startswith("Expect noise ")
+    assert " of paths up to depth 2 after " in quoted
 
 
 def test_ctrl_c_in_any_command_is_told(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -112,7 +112,7 @@ def test_a_render_that_stops_at_an_error_it_cannot_know_says_so(
     command = ["render", str(CAUSTIC), "-o", str(tmp_path / "a.exr"), "--size", "48x48", "--error", "99%"]
     assert main(command) == 0
     said = capsys.readouterr().out
-    assert "stopped by error" in said
+    assert "Reached 99 %: error " in said
     assert "favours images that have not met rare light" in said
     assert "unbiased" not in said
     assert "the error's upper limit cannot be trusted: small bright emitters" in said

@@ -9,7 +9,7 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
-from equaltime.cli.messages import stopped
+from equaltime.cli.render_outcome import outcome
 from equaltime.film.focus import Focus
 from equaltime.quoting import fixed_count
 from equaltime.quoting.fixed_count import Chosen, pilot_seed
@@ -234,10 +234,10 @@ def test_a_fixed_count_takes_an_error(scene: et.Scene, tmp_path: Path, capsys: p
 
 def test_the_command_tells_the_count_and_its_pilot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     command = ["render", str(SCENE), "-o", str(tmp_path / "a.exr"), "--size", "16x16", "--error", "50%"]
-    assert main([*command, "--stop", "fixed"]) == 0
+    assert main([*command, "--stop", "fixed", "-v"]) == 0
     said = capsys.readouterr().out
     spp = read_picture(tmp_path / "a.exr").record["stop"]["spp"]
-    assert f"stopped by count: a pilot with other samples chose {spp} samples per pixel for an error of 50 %\n" in said
+    assert f"\nDone with the {spp} samples a pixel that a pilot chose for 50 %: error " in said
     assert ", stop_pilot " in said
     assert main([*command, "--stop", "fixed", "--resume", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["stop"]["spp"] == spp
@@ -249,7 +249,7 @@ def test_another_limit_that_ends_it_is_said_beside_the_count(
     command = ["render", str(SCENE), "-o", str(tmp_path / "a.exr"), "--size", "16x16", "--error", "50%", "--spp", "2"]
     assert main([*command, "--stop", "fixed"]) == 0
     spp = read_picture(tmp_path / "a.exr").record["stop"]["spp"]
-    said = f"stopped by spp: every pixel has its samples, before the {spp} samples per pixel that a pilot chose for the"
+    said = f"\nended before the {spp} samples a pixel that a pilot chose for 50 %\n"
     assert said in capsys.readouterr().out
 
 
@@ -285,7 +285,7 @@ def test_a_stop_that_selects_says_so_where_light_may_not_have_been_met(
     lamp: float, bsdf: str, limits: dict[str, Any], said: bool
 ) -> None:
     result = et.render(lit_ball(lamp, {"type": bsdf}), threads=1, **limits)
-    assert any("favours images that have not met rare light" in line for line in stopped(result)) is said
+    assert any("favours images that have not met rare light" in line for line in outcome(result, (), None)) is said
 
 
 def test_many_samples_have_met_what_is_rare() -> None:

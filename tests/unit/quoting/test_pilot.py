@@ -31,9 +31,9 @@ def scene() -> et.Scene:
 def test_a_pilot_of_long_work_ends_after_its_time(
     scene: et.Scene, monkeypatch: pytest.MonkeyPatch, target: dict[str, float]
 ) -> None:
-    monkeypatch.setattr(pilot, "_MOST_SECONDS", 1e-6)
+    monkeypatch.setattr(pilot, "USUAL_SECONDS", 1e-6)
     assert et.quote(scene, why=False, **target).law.samples <= 8
-    monkeypatch.setattr(pilot, "_MOST_SECONDS", 0.2)
+    monkeypatch.setattr(pilot, "USUAL_SECONDS", 0.2)
     assert et.quote(scene, why=False, **target).law.samples > 8
 
 
@@ -108,7 +108,7 @@ def test_the_reason_is_printed_in_one_line(tmp_path: Path, capsys: pytest.Captur
     output = str(tmp_path / "a.exr")
     assert main(["render", str(SCENE), "-o", output, "--size", "1x1", "--error", "5%", "--time", "200ms"]) == 0
     printed = capsys.readouterr().out.splitlines()
-    assert printed[0].startswith("no quote: the pilot saw no light, or too little")
+    assert printed[0].startswith("No prediction: the pilot saw no light, or too little")
 
 
 def test_no_error_is_measured_for_which_no_time_is_left(scene: et.Scene, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
+from equaltime.quoting import pilot
 from equaltime.quoting.law import fit
 from equaltime.statistics.intervals import Interval
 
@@ -101,11 +103,10 @@ def test_what_is_quoted_is_printed_in_its_own_unit() -> None:
     assert last == f"peak memory {quote.memory:MB}"
 
 
-def test_a_quote_takes_an_error_or_a_time() -> None:
-    with pytest.raises(ValueError, match="one of them"):
-        et.quote(et.load(SCENE))
-    with pytest.raises(ValueError, match="one of them"):
-        et.quote(et.load(SCENE), error=0.1, time=1.0)
+def test_a_quote_of_nothing_is_of_thirty_seconds_and_one_of_both_ends_at_the_first() -> None:
+    small = et.load(SCENE).with_(size=(8, 8))
+    assert et.quote(small, why=False).seconds == Interval(30.0, 30.0, 30.0)
+    assert et.quote(small, error=0.3, time=1e4, why=False).seconds.high < 1e4
 
 
 @pytest.mark.parametrize(
@@ -160,10 +161,11 @@ def test_the_nearest_limit_is_quoted() -> None:
 
 
 def test_the_command_prints_intervals_with_plain_brackets(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["quote", str(SCENE), "--error", "20%", "--size", "32x32", "--why"]) == 0
+    assert main(["quote", str(SCENE), "--error", "20%", "--size", "32x32", "--why", "-v"]) == 0
     printed = capsys.readouterr().out
-    assert " [" in printed
+    assert " % (" in printed
     assert "\\" not in printed
+    assert "-" not in re.findall(r"which light +(.)", printed)
 
 
 def test_the_record_of_a_render_has_its_quote_or_why_there_is_none(
@@ -191,26 +193,69 @@ def test_the_command_says_of_which_paths_the_noise_is(capsys: pytest.CaptureFixt
     command = ["quote", str(SCENE), "--error", "30%", "--size", "16x16", "--no-why"]
     assert main(command) == 0
     whole = capsys.readouterr().out
-    assert "\nerror " in whole
+    assert whole.startswith("Error surely below 30 % after ")
     assert "the scene asks" not in whole
     for option, words in (
-        (["--max-depth", "2"], "paths up to depth 2; the scene asks"),
-        (["--strategy", "best,truncate=2"], "paths up to depth 2; biased: best,truncate=2; the scene asks"),
+        (["--max-depth", "2"], "the scene asks"),
+        (["--strategy", "best,truncate=2"], "biased: best,truncate=2; the scene asks"),
     ):
         assert main([*command, *option]) == 0
         cut = capsys.readouterr().out
-        assert "\nnoise " in cut
-        assert f"which is of {words} for paths up to depth 30: " in " ".join(cut.split())
+        assert cut.startswith("Noise of paths up to depth 2 surely below 30 % after ")
+        assert cut.splitlines()[1].startswith(f"{words} for paths up to depth 30: ")
 
 
-def test_the_command_wants_one_target(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["quote", str(SCENE)]) == 2
-    assert "give --error or --time" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("asked", "first", "second"),
+    [
+        ([], "In 30 s: error ", "How long until"),
+        (["--time", "2s"], "In 2 s: error ", "How long until"),
+        (["--error", "20%"], "Error surely below 20 % after ", "How long until"),
+        (["--time", "2s", "--error", "20%"], "In 2 s: error ", "Error surely below 20 % after "),
+    ],
+)
+def test_the_command_answers_first_and_in_twelve_lines(
+    capsys: pytest.CaptureFixture[str], asked: list[str], first: str, second: str
+) -> None:
+    assert main(["quote", str(SCENE), "--size", "16x16", *asked]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) <= 12
+    assert lines[0].startswith(first)
+    assert lines[1].startswith(second)
+    rows = [line for line in lines if re.match(r" +\d+ %  ", line)]
+    assert [line.split()[0] for line in rows] == ["10", "5", "2", "1"]
+    units = re.compile(r"(under )?[\d.,]+ (ms|s|min|h|days)( \([\d.,]+ to [\d.,]+\))?  ")
+    assert all(units.match(line[10:]) for line in rows)
+
+
+def test_a_quote_of_a_slow_scene_is_from_two_samples_a_pixel_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pilot, "USUAL_SECONDS", 1e-9)
+    found = et.quote(et.load(SCENE).with_(size=(24, 24)), time=10.0)
+    assert found.law.samples == 2
+    assert "2 samples a pixel may be far off" in found.error.doubt
+
+
+def test_ctrl_c_keeps_what_a_pilot_has_seen(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ended = pilot.Pilot.pass_ended
+
+    def interrupted(watched: pilot.Pilot) -> et.Quote | None:
+        ended(watched)
+        if watched.taken >= 4 * 16 * 16:
+            raise KeyboardInterrupt
+        return None
+
+    monkeypatch.setattr(pilot.Pilot, "pass_ended", interrupted)
+    assert main(["quote", str(SCENE), "--size", "16x16"]) == 130
+    told = capsys.readouterr().out
+    assert told.startswith("In 30 s: error ")
+    assert "interrupted: the quote is from the 4 samples a pixel until then" in told
 
 
 def test_a_render_to_an_error_quotes_it_first(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     output = str(tmp_path / "a.exr")
     assert main(["render", str(SCENE), "-o", output, "--error", "25%", "--size", "32x32"]) == 0
     printed = capsys.readouterr()
-    assert printed.out.startswith("quote: error")
-    assert "stopped by error" in printed.out
+    assert printed.out.startswith("Expect error ")
+    assert "\nReached 25 %: error " in printed.out

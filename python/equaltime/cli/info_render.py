@@ -1,0 +1,129 @@
+"""Summary of a saved render: its accuracy, how it was made, and the command that would repeat it."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from equaltime.cli.amounts import count, error_range
+from equaltime.errors import EqualtimeError
+from equaltime.rendering.render_record import checked
+from equaltime.rendering.result import Origin
+from equaltime.rendering.stated import paths_up_to, stated
+from equaltime.scene import load_file
+from equaltime.statistics.intervals import UNKNOWN, Interval
+from equaltime.words import duration, percent
+
+__all__ = ["saved_render"]
+
+Record = Mapping[str, Any]
+
+_ENDS = {
+    "spp": "it had its samples",
+    "count": "it had the samples that a pilot chose",
+    "time": "the time was up",
+    "interrupt": "it was interrupted",
+    "merge": "the parts were joined",
+    "unfinished": "it is a checkpoint: the render was not finished",
+    "nonfinite": "a sample was not a number",
+    "faulty": "a sample raised a floating-point fault",
+}
+
+
+def saved_render(path: Path, record: Record, resumable: bool) -> Iterator[str]:
+    """Yield lines on the saved render at ``path``, whose file holds ``record``: at most ten."""
+    record = checked(record, path)
+    error = UNKNOWN if record["error"] is None else Interval.from_dict(record["error"])
+    width, height = record["size"]
+    number, spp = stated(Origin.from_record(record)), count(record["spp"])
+    said = f"{number.noun} {error_range(error)}{number.of_paths}"
+    yield f"{path}: {said}, {spp} samples a pixel in {duration(record['seconds'])}"
+    yield f"shows     {record['scene'] or 'a scene made in memory'} at {width}x{height}{_parts(record)}"
+    yield f"ended     as {_end(record)}"
+    yield f"strategy  {record['strategy']}{' (biased)' if record['biased'] else ''}, {_seeds(record)}"
+    if error.doubt:
+        yield f"in doubt  {error.doubt}"
+    if number.missing:
+        yield f"lacks     {number.missing}"
+    yield from _repeat(path, record)
+    yield f"goes on   {'with --resume or merge' if resumable else 'no longer: it was saved small'}; -v for more"
+
+
+def _parts(record: Record) -> str:
+    """Return what the picture has of its scene, if not all of it."""
+    (width, height), crop, asked = record["size"], record["crop"], record.get("scene_max_depth")
+    parts = [f"window {','.join(map(str, crop))}"] if crop != [0, 0, width, height] else []
+    if asked is not None and asked != record["max_depth"]:
+        parts.append(paths_up_to(record["max_depth"]))
+    if record.get("without"):
+        parts.append(f"without {', '.join(record['without'])}")
+    return "".join(f", {part}" for part in parts)
+
+
+def _end(record: Record) -> str:
+    stop = record.get("stop") or {}
+    if record["stopped_by"] == "error":
+        return f"the error was below {percent(stop['error'])}" if "error" in stop else "the error was small enough"
+    return _ENDS[record["stopped_by"]]
+
+
+def _seeds(record: Record) -> str:
+    if not record.get("sources"):
+        return f"seed {record['seed']}"
+    return ", ".join(f"seed {source['seed']}: {source['samples']['max']} spp" for source in record["sources"])
+
+
+def _repeat(path: Path, record: Record) -> Iterator[str]:
+    """Yield the command that would repeat the render, and what differs if it cannot be repeated exactly."""
+    if record["scene"] is None or record.get("sources"):
+        return
+    limit, exact = _limit(record)
+    words = ["equaltime", "render", record["scene"], "-o", path.name, *limit, *_options(record)]
+    yield f"{'again' if exact else 'alike':<10}{shlex.join(words)}"
+    if changed := _changed(record):
+        yield f"          but {changed}"
+
+
+def _limit(record: Record) -> tuple[list[str], bool]:
+    """Return the options that end a render at the same samples, and whether they do so exactly."""
+    stop, by = record.get("stop") or {}, record["stopped_by"]
+    bias = Interval.from_dict(record["bias"]).high if record.get("bias") else 0.0
+    if by in ("error", "count") and "error" in stop:
+        rule = ["--stop", "fixed"] if by == "count" else []
+        return ["--error", f"{100.0 * math.hypot(stop['error'], bias):.6g}%", *rule], True
+    if by == "spp" and (position := record.get("position")):
+        return ["--spp", str(position[0])], True
+    return ["--spp", str(max(1, round(record["spp"])))], False
+
+
+def _options(record: Record) -> Iterator[str]:
+    (width, height), crop, asked = record["size"], record["crop"], record.get("scene_max_depth")
+    yield from ("--size", f"{width}x{height}")
+    if crop != [0, 0, width, height]:
+        yield from ("--crop", ",".join(map(str, crop)))
+    if asked is not None and asked != record["max_depth"]:
+        yield from ("--max-depth", str(record["max_depth"]))
+    if record["strategy"] != "best":
+        yield from ("--strategy", record["strategy"])
+    for effect in record.get("without") or ():
+        yield from ("--without", effect)
+    yield from ("--seed", str(record["seed"]))
+    if record["backend"] != "core":
+        yield from ("--backend", record["backend"])
+
+
+def _changed(record: Record) -> str:
+    """Return why the scene's file, as it is now, gives another picture; empty if it gives the same, or is not known."""
+    if not Path(record["scene"]).exists():
+        return "that file is not there"
+    if record.get("without"):  # the record's digest is that of the scene without them
+        return ""
+    try:
+        scene = load_file(Path(record["scene"]), {}, substitute=bool(record["substitutions"]))
+        scene = scene.with_(size=tuple(record["size"]), crop=tuple(record["crop"]), max_depth=record["max_depth"])
+    except EqualtimeError:
+        return "that file cannot be read as it is; it may need -D"
+    return "" if scene.digest == record["digest"] else "the scene has changed since, or was given -D"

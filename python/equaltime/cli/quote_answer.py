@@ -1,0 +1,122 @@
+"""Short answer of ``equaltime quote``: the error after a time, the times to errors, and where the noise comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from equaltime.cli.amounts import count, error_range, megabytes, rounded, time_range
+from equaltime.quoting.noise_light import NoiseLight
+from equaltime.quoting.noise_places import NoisePlaces
+from equaltime.quoting.pilot import Quote
+from equaltime.rendering.stated import stated
+from equaltime.statistics.intervals import Interval
+from equaltime.words import duration, percent
+
+__all__ = ["Asked", "answer"]
+
+_LOOKS = {0.10: "grainy, for a layout", 0.05: "some grain, for a preview", 0.02: "clean on a screen", 0.01: "for print"}
+"""Errors whose times are told, and what they look like."""
+_WORTH_SAYING = 0.05
+"""Smallest share of error² that the short answer names."""
+_MOST_LIGHTS = 3
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Question to a quote: the error that ``seconds`` reach, the time that ``error`` takes, or both."""
+
+    seconds: float | None
+    error: float | None
+
+
+def answer(found: Quote, asked: Asked) -> list[str]:
+    """Return the answer in at most twelve lines, the numbers that were asked for first."""
+    lines = [*_asked(found, asked), *_biased(found), *_prices(found), *_noise(found)]
+    if found.error.doubt:
+        lines.append(f"in doubt: {found.error.doubt}")
+    if found.interrupted:
+        lines.append(f"interrupted: the quote is from the {found.law.samples} samples a pixel until then")
+    return [*lines, f"This quote took {duration(found.pilot_seconds)}; -v tells more."]
+
+
+def _asked(found: Quote, asked: Asked) -> Iterator[str]:
+    """Yield one line for each number that was asked for."""
+    law, number, both = found.law, stated(found.origin), asked.seconds is not None and asked.error is not None
+    memory = f", {megabytes(found.memory.value)} of memory"
+    if asked.seconds is not None:
+        spp = law.samples_in(asked.seconds) if both else found.spp
+        error = law.error_at(spp.value) if both else found.error
+        said = f"{number.noun} {error_range(error)}{number.of_paths}"
+        yield f"In {duration(asked.seconds)}: {said}, about {count(spp.value)} samples a pixel{memory}"
+        memory = ""
+    if asked.error is not None:
+        spp = law.samples_until(asked.error) if both else found.spp
+        seconds = law.seconds_for(spp) if both else found.seconds
+        said = f"{number.noun}{number.of_paths} surely below {percent(asked.error)} after {time_range(seconds)}"
+        yield f"{said[0].upper()}{said[1:]}, about {count(spp.value)} samples a pixel{memory}"
+
+
+def _biased(found: Quote) -> Iterator[str]:
+    """Yield a line on the part of the error that the number lacks, if any."""
+    number = stated(found.origin)
+    by = f"biased: {found.origin.strategy}" if number.by_strategy else ""
+    if told := "; ".join(filter(None, (by, number.missing))):
+        yield told
+
+
+def _prices(found: Quote) -> Iterator[str]:
+    """Yield a table of errors and their times; an error that the pilot has reached takes less time than the pilot."""
+    law = found.law
+    pilot = float(law.before[0][0] if law.before else law.samples)
+    reached = f"under {duration(law.seconds_for(Interval(pilot, pilot, pilot)).value)}"
+    times = {
+        error: time_range(found.prices[error]) if error in found.prices else reached for error in sorted(_LOOKS)[::-1]
+    }
+    width = max(map(len, times.values()))
+    yield f"How long until the {stated(found.origin).noun} is surely below"
+    yield from (f"  {percent(error):>5}   {time:<{width}}   {_LOOKS[error]}" for error, time in times.items())
+
+
+def _noise(found: Quote) -> Iterator[str]:
+    """Yield a line on where the noise is, and one on the light that makes it."""
+    if found.places is not None:
+        yield f"Where the noise is: {_place(found.places)}"
+    if found.light is not None:
+        yield f"Which light makes it: {_light(found.light)}"
+
+
+def _place(places: NoisePlaces) -> str:
+    held, single = places.rectangle, places.single.value
+    if held.stands_out:
+        across, down = (f"{first} to {last}" for first, last in (held.x, held.y))
+        words = f"half of it in {rounded(100.0 * held.area)} % of the picture (x {across}, y {down})"
+    else:
+        words = "all over the picture"
+    return f"{words}; {rounded(100.0 * single)} % in single bright pixels" if single > _WORTH_SAYING else words
+
+
+def _light(light: NoiseLight) -> str:
+    if not light.direct.known:
+        return "too few paths to tell"
+    ways = {"direct": light.direct, "indirect": light.indirect, "seen by the camera": light.seen}
+    lamps = {_lamp(what): share for what, share in light.kinds["light"].items()}
+    told = "; ".join(filter(None, (_largest(ways), _largest(lamps) if len(lamps) > 1 else "")))
+    return f"{told} (in doubt, see -v)" if light.doubt else told
+
+
+def _largest(shares: Mapping[str, Interval]) -> str:
+    """Return the largest shares in whole per cent; shares that are too small to be measured are left out."""
+    ordered = sorted(shares.items(), key=lambda item: -item[1].value)[:_MOST_LIGHTS]
+    told = [f"{what} {min(share.value, 1.0):.0%}".replace("%", " %") for what, share in ordered]
+    return ", ".join(words for words, (_, share) in zip(told, ordered, strict=True) if share.value >= _WORTH_SAYING)
+
+
+def _lamp(what: str) -> str:
+    """Return a lamp's own name, or its number and its file."""
+    number, _, place = what.partition(": ")
+    name = place.rpartition(": ")[2]
+    if not name:
+        return {"environment": "the sky"}.get(number, number)
+    return f"{number} of {Path(name).name}" if "/" in name or Path(name).suffix else name

@@ -1,0 +1,33 @@
+"""Numbers in outputs: two digits, and one unit for a value and its interval."""
+
+from __future__ import annotations
+
+import pytest
+
+from equaltime.cli.amounts import error_range, rounded, time_range
+from equaltime.statistics.intervals import UNKNOWN, Interval
+
+
+@pytest.mark.parametrize(
+    ("number", "text"),
+    [
+        (0.0, "0"),
+        (0.0351, "0.035"),
+        (1.96, "2.0"),
+        (9.96, "10"),
+        (118.0, "120"),
+        (12345.0, "12,000"),
+        (float("inf"), "inf"),
+    ],
+)
+def test_a_number_has_two_digits_and_no_exponent(number: float, text: str) -> None:
+    assert rounded(number) == text
+
+
+def test_an_interval_has_one_unit() -> None:
+    assert time_range(Interval(350.0, 237.0, 708.0)) == "5.8 min (4.0 to 12)"
+    assert time_range(Interval(64440.0, 5664.0, 3.6e6)) == "18 h (1.6 to 1,000)"
+    assert time_range(Interval(30.0, 30.0, 30.0)) == "30 s"
+    assert error_range(Interval(0.0171, 0.0149, 0.0196)) == "1.7 % (1.5 to 2.0)"
+    assert error_range(Interval(0.0171, 0.0149, float("inf"))) == "1.7 % (1.5 to unknown)"
+    assert error_range(UNKNOWN) == "unknown"
