@@ -15,7 +15,7 @@ _HEAD = 1000
 
 @dataclass(frozen=True)
 class Link:
-    """A file beside a report, and what is in it."""
+    """A file beside a report, and a description of its contents."""
 
     path: str
     """Path relative to the report."""

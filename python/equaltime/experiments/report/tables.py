@@ -64,17 +64,20 @@ class Table:
     unsaid: str = ""
     """Sentence on numbers that are left out; empty if none is."""
 
-    def telling(self, quick: bool) -> Table:
+    def telling(self, quick: bool, all_columns: bool = False) -> Table:
         """Return the table without columns that say nothing, and with dashes in place of other cells that do not.
 
-        ``quick`` tells whether longer runs would say more. A table that says nothing has no columns.
+        ``quick`` tells whether longer runs would say more. ``all_columns`` keeps columns of dashes. Without it, a table
+        that says nothing has no columns.
         """
-        kept = [i for i in range(len(self.columns)) if column_says_something(row.cells[i] for row in self.rows)]
+        columns = range(len(self.columns))
+        kept = [i for i in columns if all_columns or column_says_something(row.cells[i] for row in self.rows)]
         rows = tuple(replace(row, cells=tuple(silenced(row.cells[i]) for i in kept)) for row in self.rows)
         dashes = any(cell.state == "silent" for row in rows for cells in row.cells for cell in cells)
         left_out = [name for i, name in enumerate(self.columns) if i not in kept]
-        columns = tuple(self.columns[i] for i in kept)
-        return replace(self, columns=columns, rows=rows, unsaid=unsaid(left_out, dashes, quick))
+        return replace(
+            self, columns=tuple(self.columns[i] for i in kept), rows=rows, unsaid=unsaid(left_out, dashes, quick)
+        )
 
     @property
     def footnotes(self) -> tuple[str, ...]:
@@ -169,7 +172,7 @@ def beside_table(slug: str, summary: Summary) -> Table | None:
     columns = ("they say", "we measure") if said else ("we measure",)
     if not said:
         rows = tuple(TableRow(row.label, None, (), row.cells[1:], row.title) for row in rows)
-    return Table(f"{slug}-beside", "", "", columns, rows).telling(is_quick(summary))
+    return Table(f"{slug}-beside", "", "", columns, rows).telling(is_quick(summary), all_columns=True)
 
 
 def _row(line: Beside, several: bool) -> TableRow:
