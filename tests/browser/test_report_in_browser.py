@@ -173,11 +173,11 @@ def test_tables_are_what_would_scroll_the_page_if_they_did_not_scroll_themselves
 
 def test_a_table_that_is_too_wide_says_so_until_its_end(opened: Open) -> None:
     page = opened(viewport={"width": 390, "height": 740})
-    box = page.locator(".scroll.more").first
+    box = page.locator(".scroll.wider").first
     assert "more to the right" in box.evaluate("e => getComputedStyle(e, '::before').content")
     handle = box.element_handle()
     handle.evaluate("e => { e.scrollLeft = e.scrollWidth }")
-    page.wait_for_function("e => !e.classList.contains('more')", arg=handle)
+    page.wait_for_function("e => !e.classList.contains('wider')", arg=handle)
 
 
 def test_no_table_is_cut_on_a_desk(opened: Open) -> None:

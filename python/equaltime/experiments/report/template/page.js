@@ -75,7 +75,7 @@ function tabs(group) {
 }
 
 function scroller(box) {
-  const look = () => box.classList.toggle("more", box.scrollWidth - box.clientWidth - box.scrollLeft > 8);
+  const look = () => box.classList.toggle("wider", box.scrollWidth - box.clientWidth - box.scrollLeft > 8);
   box.addEventListener("scroll", look, { passive: true });
   new ResizeObserver(look).observe(box);
 }
