@@ -38,7 +38,16 @@ from equaltime.extras import optional
 from equaltime.files import replacing
 from equaltime.images.image_files import SOFTWARE
 
-__all__ = ["OverviewView", "SceneView", "longest_side", "overview_views", "without_marks", "write_page", "write_report"]
+__all__ = [
+    "OverviewView",
+    "SceneView",
+    "longest_side",
+    "overview_views",
+    "with_marks",
+    "without_marks",
+    "write_page",
+    "write_report",
+]
 
 
 @dataclass(frozen=True)
@@ -132,9 +141,14 @@ def _view(summary: Summary, target: float, table: Table, looks: Mapping[str, Sty
     if has_dots(summary, target):
         wide = dots(summary, f"{table.slug}-wide", target, looks, WIDE[0])
         narrow = dots(summary, f"{table.slug}-narrow", target, looks, NARROW[0])
-    absent = unmarked(summary, target)
-    marked = {label: look for label, look in looks.items() if len(absent.get(label, ())) < _present(summary, label)}
+    marked = with_marks(summary, target, looks)
     return OverviewView(percent(target), table, wide, narrow, marked, without_marks(summary, target))
+
+
+def with_marks(summary: Summary, target: float, looks: Mapping[str, Style]) -> dict[str, Style]:
+    """Return the looks of the strategies that have a mark on any scene in the chart of times to ``target``."""
+    absent = unmarked(summary, target)
+    return {label: look for label, look in looks.items() if len(absent.get(label, ())) < _present(summary, label)}
 
 
 def without_marks(summary: Summary, target: float) -> str:
