@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from equaltime.experiments.model.summary import StrategyResult, Summary
+from equaltime.experiments.report.index import Card, write_index
 from equaltime.experiments.report.links import next_links
 from equaltime.experiments.report.overlap import hidden_curves
 from equaltime.experiments.report.own import other_renderers
@@ -139,3 +140,9 @@ def test_whether_pictures_are_the_same_is_yes_no_or_a_dash() -> None:
     assert str(same_cell(0.4, unequal=False)) == "yes (p = 0.40)"
     assert str(same_cell(1e-9, unequal=True)) == "no (p < 0.0001)"
     assert str(same_cell(None, unequal=False)) == DASH
+
+
+def test_the_page_of_all_experiments_names_it_too(found: Summary, tmp_path: Path) -> None:
+    one = with_renderer(replace(found, scenes=found.scenes[:1]))
+    text = write_index([Card("mine", "A renderer of my own", "done", one)], tmp_path).read_text("utf-8")
+    assert other_renderers(one)[0] in text
