@@ -123,6 +123,14 @@ def test_columns_that_say_nothing_are_left_out_and_other_cells_are_dashes() -> N
     assert told.unsaid == f"Left out (b, c), and {DASH}: too short to tell; run without --quick."
 
 
+def test_a_biased_strategy_that_is_not_extrapolated_is_told() -> None:
+    never = Cell("not reached", note="not reached: biased, not extrapolated", state="unknown")
+    told = table((Cell("1"), never)).telling(quick=False)
+    assert told.unsaid == (
+        "Left out (b): these runs cannot tell; biased strategies may never reach an error, and are not extrapolated."
+    )
+
+
 def test_a_table_that_says_everything_is_left_alone() -> None:
     full = table((Cell("1"), Cell("\N{GREATER-THAN OR EQUAL TO} 2", note="heavy tail", state="untrusted")))
     assert full.telling(quick=False) == full

@@ -75,9 +75,9 @@ class Table:
         rows = tuple(replace(row, cells=tuple(silenced(row.cells[i]) for i in kept)) for row in self.rows)
         dashes = any(cell.state == "silent" for row in rows for cells in row.cells for cell in cells)
         left_out = [name for i, name in enumerate(self.columns) if i not in kept]
-        return replace(
-            self, columns=tuple(self.columns[i] for i in kept), rows=rows, unsaid=unsaid(left_out, dashes, quick)
-        )
+        everything = [cell for row in self.rows for cells in row.cells for cell in cells]
+        said = unsaid(left_out, dashes, quick, everything)
+        return replace(self, columns=tuple(self.columns[i] for i in kept), rows=rows, unsaid=said)
 
     @property
     def footnotes(self) -> tuple[str, ...]:

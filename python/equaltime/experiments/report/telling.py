@@ -12,6 +12,8 @@ from equaltime.statistics.intervals import UNKNOWN, Interval
 __all__ = ["DASH", "column_says_something", "commands", "is_quick", "says_slower", "silenced", "unsaid"]
 
 DASH = "\N{EN DASH}"
+_BIASED = "biased, not extrapolated"
+"""Part of the note of a time that a biased strategy does not reach."""
 _NOT_KNOWN = ("unknown", "not trusted", "not reached")
 
 
@@ -62,10 +64,15 @@ def silenced(cells: tuple[Cell, ...]) -> tuple[Cell, ...]:
     return (cells[0] if known else replace(cells[0], text=DASH, interval="", state="silent"), *telling)
 
 
-def unsaid(names: Iterable[str], dashes: bool, quick: bool) -> str:
-    """Return a sentence on columns that were left out, by ``names``, and on the dashes of a table; or an empty text."""
+def unsaid(names: Iterable[str], dashes: bool, quick: bool, cells: Iterable[Cell]) -> str:
+    """Return a sentence on columns that were left out, by ``names``, and on the dashes of a table; or an empty text.
+
+    ``cells`` are all cells of the table, before any was left out.
+    """
     listed = ", ".join(names)
     why = "too short to tell; run without --quick" if quick else "these runs cannot tell"
+    if any(_is_silent(cell) and _BIASED in cell.note for cell in cells):
+        why += "; biased strategies may never reach an error, and are not extrapolated"
     if not listed:
         return f"{DASH}: {why}." if dashes else ""
     return f"Left out ({listed}){f', and {DASH}' if dashes else ''}: {why}."
