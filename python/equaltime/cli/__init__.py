@@ -30,6 +30,7 @@ from equaltime.cli.info import info
 from equaltime.cli.lint import lint
 from equaltime.cli.merge import merge
 from equaltime.cli.messages import print_error
+from equaltime.cli.open import open
 from equaltime.cli.quote import quote
 from equaltime.cli.render import render
 from equaltime.cli.replay import replay
@@ -40,7 +41,7 @@ from equaltime.errors import EqualtimeError, RenderError
 __all__ = ["COMMANDS", "app", "main"]
 
 COMMANDS: tuple[Callable[..., int], ...] = (
-    *(render, quote, cost, effects, compare, merge, info, examples),
+    *(render, quote, cost, open, effects, compare, merge, info, examples),
     *(lint, replay, convert, schema, bench, selftest),
 )
 

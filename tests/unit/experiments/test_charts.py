@@ -61,14 +61,35 @@ def test_every_scene_has_a_row_and_what_lies_beyond_the_runs_is_hollow(found: Su
     assert sum(len(line.get_ydata()) for line in filled) == 2
 
 
-def test_where_only_a_lower_end_holds_there_is_an_arrow(found: Summary) -> None:
-    scene = found.scenes[0]
-    best = scene.strategies[2]
-    times = {target: time.bounded("low", "a heavy tail") for target, time in best.time_to.items()}
-    changed = replace(scene, strategies=(*scene.strategies[:2], replace(best, time_to=times)))
-    axes = draw_dots(replace(found, scenes=(changed,)), 0.02, LOOKS, 6.0).axes[0]
+def test_a_lower_end_above_the_time_of_another_strategy_is_an_arrow(found: Summary) -> None:
+    changed = with_lower_end(found, 0.9)
+    axes = draw_dots(changed, 0.02, LOOKS, 6.0).axes[0]
     arrows = [line for line in axes.lines if line.get_marker() == ">" and len(line.get_ydata())]
-    assert [(list(line.get_xdata()), list(line.get_ydata())) for line in arrows] == [([times[0.02].low], [0])]
+    low = 0.9 * found.scenes[0].strategies[0].time_to[0.02].value
+    assert [(list(line.get_xdata()), list(line.get_ydata())) for line in arrows] == [([low], [0])]
+    assert page.overview_views(changed, LOOKS)[0].table.columns == ("naive", "cut", "best")
+
+
+def test_a_lower_end_below_every_known_time_says_nothing_and_is_not_drawn(found: Summary) -> None:
+    changed = with_lower_end(found, 1e-6)
+    arrows = [line for line in draw_dots(changed, 0.02, LOOKS, 6.0).axes[0].lines if line.get_marker() == ">"]
+    assert not any(len(line.get_ydata()) for line in arrows)
+    view = page.overview_views(changed, LOOKS)[0]
+    assert view.unmarked == "No mark, since the time is not reached or not known: naive on every scene."
+    assert set(view.looks) == {"cut", "best"}
+    assert view.table.columns == ("cut", "best")
+    assert view.table.unsaid == "Left out (naive): these runs cannot tell."
+
+
+def with_lower_end(found: Summary, part: float) -> Summary:
+    """Return the first scene alone; of the baseline's times only a lower end is known, ``part`` of the time."""
+    scene = found.scenes[0]
+    naive, *others = scene.strategies
+    low = {
+        target: replace(time, low=part * time.value).bounded("low", "a heavy tail")
+        for target, time in naive.time_to.items()
+    }
+    return replace(found, scenes=(replace(scene, strategies=(replace(naive, time_to=low), *others)),))
 
 
 def test_strategies_without_a_mark_are_named_with_the_scenes(found: Summary) -> None:

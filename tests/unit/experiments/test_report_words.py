@@ -146,6 +146,19 @@ def test_footnotes_are_said_once_and_those_that_differ_in_a_number_together() ->
     assert [table.marks(cell) for cell in cells] == [(1,), (1, 2), (2, 3)]
 
 
+def test_extrapolation_is_said_in_plain_words() -> None:
+    notes = (
+        "extrapolated 1.33 times beyond the longest run by slope -1/2",
+        "extrapolated 1e+04 times beyond the longest",
+    )
+    cells = [Cell("1", note=note) for note in (*notes, "this: extrapolated 3 times before the first checkpoint by x")]
+    table = Table("slug", "caption", "corner", ("a",), tuple(TableRow("label", None, (), ((cell,),)) for cell in cells))
+    assert [note.replace("\N{NARROW NO-BREAK SPACE}", " ") for note in table.footnotes] == [
+        "estimated: none of the runs was this long (1.33 to 10 000 times the longest)",
+        "estimated: 3 times before the first measurement",
+    ]
+
+
 def test_numbers_in_the_names_of_scenes_are_left_alone() -> None:
     notes = ("on roughness 0.3 it has no speed-up", "on roughness 0.01 it has no speed-up")
     cells = [Cell("1", note=note) for note in notes]

@@ -28,7 +28,8 @@ from equaltime.experiments.run.reference import read as read_reference
 from equaltime.images.metrics import Reference
 from equaltime.statistics.agreement import LEVEL, equality_test, near_normal, share
 from equaltime.statistics.curves import Runs, error_at, error_curve, least_error_at, second_curve, slope, time_to_error
-from equaltime.statistics.intervals import FEWEST_REPEATS, UNKNOWN, Interval, signed_root
+from equaltime.statistics.intervals import FEWEST_REPEATS, UNKNOWN, Interval, signed_root, sound
+from equaltime.words import percent
 
 __all__ = ["conclude", "summarise"]
 
@@ -200,7 +201,7 @@ class _Scene:
         if runs.repeats > 1 and strategy.apart_from(baseline):
             notes.append(f"measured apart from {baseline.label}, not in turns: ratios do not see what the machine did")
         if runs.biased:
-            notes.append("biased by name: it converges to something else than the scene's light transport")
+            notes.append(_bias_note(strategy))
         agreements = self.provenance.get("agreements", {}).get(self.name, {})
         if note := agreements.get(strategy.label, {}).get("note"):
             notes.append(note)
@@ -210,8 +211,17 @@ class _Scene:
         if not np.isfinite(runs.relmse).all():
             notes.append("some of its images have pixels that are not finite, and cannot be measured")
         if equality is not None and equality < self.level:
-            notes.append(f"its images do not have the expectation of those of {standard} (p = {equality:.1g})")
+            notes.append(f"its picture is another one than that of {standard} (p = {equality:.1g})")
         return notes
+
+
+def _bias_note(strategy: StrategyRuns) -> str:
+    """Return the warning about a strategy that is biased by its settings, with the size of its bias if known."""
+    why = "cuts paths" if "truncate=" in strategy.rows[0].name else "biased by its settings"
+    bias = UNKNOWN if strategy.parts is None else strategy.parts.bias2.map(signed_root)
+    if not sound(bias):
+        return f"{why}, so its picture may stay different"
+    return f"{why}, so its picture stays different ({percent(float(f'{bias.value:.2g}'))} off)"
 
 
 def _existing(path: Path) -> Path | None:

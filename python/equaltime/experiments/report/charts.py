@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.looks import GRID, INK, MUTED, Style
+from equaltime.experiments.report.telling import says_slower
 from equaltime.experiments.report.words import error_cell, percent, seconds
 from equaltime.extras import optional
 from equaltime.statistics.intervals import UNKNOWN, Interval
@@ -207,7 +208,7 @@ def unmarked(summary: Summary, target: float) -> dict[str, list[str]]:
     for scene in summary.scenes:
         for strategy in scene.strategies:
             time = strategy.time_to.get(target, UNKNOWN)
-            if _trusted(time) is None and not _is_an_end(time):
+            if _trusted(time) is None and not _is_an_end(scene, target, time):
                 found.setdefault(strategy.label, []).append(scene.name)
     return found
 
@@ -225,8 +226,8 @@ def clearest(summary: Summary) -> float | None:
 def draw_dots(summary: Summary, target: float, looks: Mapping[str, Style], width: float) -> Figure:
     """Draw the times to the error ``target`` on all scenes, and return the figure, ``width`` inches wide.
 
-    Hollow dots are extrapolated times. Arrows are lower limits of times. ``looks`` gives colour, marker and line style
-    by label.
+    Hollow dots are estimated times, beyond the runs. Arrows are lower limits of times. ``looks`` gives colour, marker
+    and line style by label.
     """
     height = _REST + _ROW * len(summary.scenes)
     figure: Figure = optional("matplotlib.figure").Figure(
@@ -270,9 +271,9 @@ def _draw_dots(axes: Axes, summary: Summary, target: float, label: str, look: St
 
 
 def _draw_ends(axes: Axes, summary: Summary, target: float, label: str, look: Style) -> None:
-    """Draw an arrow at each time of which only the lower limit is known."""
+    """Draw an arrow at each lower limit that shows that another strategy is faster."""
     times = [_time(scene, label, target) for scene in summary.scenes]
-    rows = [row for row, time in enumerate(times) if _is_an_end(time)]
+    rows = [row for row, scene in enumerate(summary.scenes) if _is_an_end(scene, target, times[row])]
     lows = [times[row].low for row in rows]
     axes.plot(lows, rows, color=look.light, marker=">", markerfacecolor="white", linestyle="none", zorder=4)
 
@@ -282,9 +283,9 @@ def _time(scene: SceneResult, label: str, target: float) -> Interval:
     return next(times, UNKNOWN)
 
 
-def _is_an_end(time: Interval) -> bool:
-    """Tell whether only the lower limit of the time is known."""
-    return time.bound == "low" and 0.0 < time.low < math.inf
+def _is_an_end(scene: SceneResult, target: float, time: Interval) -> bool:
+    """Tell whether only the lower limit of the time is known, and shows that another strategy is faster."""
+    return time.bound == "low" and 0.0 < time.low < math.inf and says_slower(scene, target, time)
 
 
 def _trusted(time: Interval) -> Interval | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -75,11 +76,12 @@ class Series:
 def kinds_of(scene: SceneResult, pictures: Pictures, looks: Mapping[str, Style], longest: int) -> tuple[Series, ...]:
     """Return the series of pictures of a scene: images, error maps, standard-error maps, sample counts.
 
-    Each series has one picture per strategy; the series of images begins with the reference. Pictures with a side
-    longer than ``longest`` pixels are reduced by averaging blocks of pixels. Crops are never reduced.
-    ``looks`` gives colour, marker and line style by label.
+    Each series has one picture per strategy, the best strategy first; the series of images begins with the reference.
+    Sample counts are left out if every strategy has the same count in all pixels. Pictures with a side longer than
+    ``longest`` pixels are reduced by averaging blocks of pixels. Crops are never reduced. ``looks`` gives colour,
+    marker and line style by label.
     """
-    shown = [strategy for strategy in scene.strategies if strategy.label in pictures.runs]
+    shown = [strategy for strategy in _best_first(scene) if strategy.label in pictures.runs]
     if not shown:
         return ()
     pixels = pictures.squares
@@ -98,8 +100,20 @@ def kinds_of(scene: SceneResult, pictures: Pictures, looks: Mapping[str, Style],
     known = {label: spread for label, spread in spreads.items() if spread is not None}
     if known:
         found.append(_maps("Standard error", _SPREAD_WORDS, bar, shown, known, paint, looks))
-    found.append(_counts(shown, pictures, looks, longest))
+    if any(np.ptp(pictures.samples[strategy.label]) > 0.0 for strategy in shown):
+        found.append(_counts(shown, pictures, looks, longest))
     return tuple(found)
+
+
+def _best_first(scene: SceneResult) -> list[StrategyResult]:
+    """Return the strategies with the scene's standard first, else the one with the smallest error at equal time."""
+
+    def place(strategy: StrategyResult) -> tuple[bool, float]:
+        error = strategy.error_at_budget.value
+        return strategy.label != scene.standard, error if math.isfinite(error) else math.inf
+
+    best = sorted(scene.strategies, key=place)[:1]
+    return [*best, *(strategy for strategy in scene.strategies if strategy not in best)]
 
 
 _ERROR_WORDS = (
@@ -201,7 +215,9 @@ def _ended(strategy: StrategyResult) -> str:
     curve = strategy.curve
     if not curve.spp:
         return ""
-    return f"error {error_cell(curve.error[-1]).text}, {curve.spp[-1]} spp, {seconds(curve.seconds[-1].value)}"
+    error = curve.error[-1]
+    said = f"error {error_cell(error).text}, " if error.trusted or error.bound else ""
+    return f"{said}{curve.spp[-1]} spp, {seconds(curve.seconds[-1].value)}"
 
 
 def _maps(
@@ -225,7 +241,7 @@ def _maps(
 
 
 def _counts(shown: Sequence[StrategyResult], pictures: Pictures, looks: Mapping[str, Style], longest: int) -> Series:
-    """Return maps of sample counts; a strategy with equal counts everywhere gives a uniform map."""
+    """Return maps of sample counts; a strategy with equal counts in all pixels gives a uniform map."""
     maps = {strategy.label: np.maximum(pictures.samples[strategy.label], 1.0) for strategy in shown}
     low = min(float(values.min()) for values in maps.values())
     high = max(max(float(values.max()) for values in maps.values()), 2.0 * low)

@@ -11,7 +11,8 @@ from equaltime.experiments.model.summary import Summary
 from equaltime.experiments.report.charts import clearest
 from equaltime.experiments.report.figures import SMALL, chart, dots
 from equaltime.experiments.report.looks import Style, looks
-from equaltime.experiments.report.page import without_marks, write_page
+from equaltime.experiments.report.own import other_renderers
+from equaltime.experiments.report.page import with_marks, without_marks, write_page
 from equaltime.experiments.report.tables import Table, beside_table
 from equaltime.experiments.report.words import percent, seconds
 
@@ -48,6 +49,8 @@ class _View:
     """Caption of the chart."""
     looks: Mapping[str, Style] = field(default_factory=dict, hash=False)
     beside: Table | None = None
+    others: tuple[str, ...] = ()
+    """Sentences on renderers that are not equaltime's own."""
     facts: str = ""
 
 
@@ -85,20 +88,24 @@ def _view(card: Card) -> _View:
         return _View(card)
     labels = [strategy.label for scene in summary.scenes for strategy in scene.strategies]
     look = looks(labels, summary.scenes[0].baseline)
-    drawn, shown = _chart(summary, card.name, look)
-    return _View(card, drawn, shown, look, beside_table(card.name, summary), _facts(summary))
+    drawn, shown, marked = _chart(summary, card.name, look)
+    table = beside_table(card.name, summary)
+    return _View(card, drawn, shown, marked, table, other_renderers(summary), _facts(summary))
 
 
-def _chart(summary: Summary, prefix: str, look: Mapping[str, Style]) -> tuple[Any, str]:
-    """Return chart and caption: dots for more than four scenes, else curves of the scene with published numbers."""
+def _chart(summary: Summary, prefix: str, look: Mapping[str, Style]) -> tuple[Any, str, Mapping[str, Style]]:
+    """Return chart, caption, and the looks of the strategies in the chart.
+
+    The chart has dots for more than four scenes, else the curves of the scene with published numbers.
+    """
     target = clearest(summary)
     if len(summary.scenes) > _MANY and target is not None:
         shown = f"Time to an error of {percent(target)}. {without_marks(summary, target)}".rstrip(". ")
-        return dots(summary, prefix, target, look, SMALL[0]), shown
+        return dots(summary, prefix, target, look, SMALL[0]), shown, with_marks(summary, target, look)
     wanted = summary.beside[0].scene if summary.beside else ""
     scene = next((scene for scene in summary.scenes if scene.name == wanted), summary.scenes[0])
     where = f", {scene.name}" if len(summary.scenes) > 1 else ""
-    return chart(scene, prefix, summary.targets, look, SMALL), f"Error against time{where}"
+    return chart(scene, prefix, summary.targets, look, SMALL), f"Error against time{where}", look
 
 
 def _facts(summary: Summary) -> str:

@@ -34,9 +34,9 @@ _RATIOS = "PuOr_r"
 _MARK = np.array([232.0, 165.0, 0.0])
 
 INTRODUCTION = (
-    "Left, in amber: the fewest blocks that together make half of a strategy's squared error. Right: its error over "
-    "that of the baseline at equal time, coloured only where the difference is more than chance "
-    f"(p < {LEVEL:g} for each block, Welch's t-test over repeats) and grey elsewhere."
+    "Left, in amber: the fewest blocks of pixels that make half of a strategy's squared error. Right, in colour: where "
+    "its error at equal time differs from that of the baseline. Grey: no difference beyond chance "
+    f"(p < {LEVEL:g} for each block, Welch's t-test over repeats)."
 )
 
 
@@ -116,7 +116,7 @@ def _half_sentence(found: Losses) -> str:
     if not found.half.any():
         return "It has no error beyond the reference's noise."
     part = "less than 1 %" if found.half_area < 0.01 else percent(round(found.half_area, 2))
-    return f"Half of its squared error comes from {part} of the image{_place(found.half, found.half_area)}."
+    return f"Half of its squared error comes from {part} of the picture{_place(found.half, found.half_area)}."
 
 
 def _ratio_sentence(found: Losses, baseline: str) -> str:
@@ -124,18 +124,18 @@ def _ratio_sentence(found: Losses, baseline: str) -> str:
         return f"With fewer than three repeats nobody can tell where it is worse than {baseline}."
     worse, better = float(found.worse.mean()), float(found.better.mean())
     if not found.worse.any():
-        rest = f", and better in {_part(better)} of them" if found.better.any() else ", nor surely better anywhere"
-        return f"At equal time it is worse than {baseline} in no block{rest}."
+        rest = f"clearly better in {_part(better)} of the picture" if found.better.any() else "nowhere clearly better"
+        return f"Nowhere worse than {baseline}, {rest}."
     factor = float(np.median(found.ratio[found.worse]))
     times = (
         f"{_two_digits(factor)}\N{MULTIPLICATION SIGN} its error"
         if math.isfinite(factor)
         else "error where that has none"
     )
-    rest = f"better in {_part(better)}" if found.better.any() else "surely better nowhere"
+    rest = f"clearly better in {_part(better)}" if found.better.any() else "nowhere clearly better"
     return (
-        f"At equal time it is worse than {baseline} in {_part(worse)} of the blocks{_place(found.worse, worse)}, with "
-        f"{times} in the median, and {rest}."
+        f"Clearly worse than {baseline} in {_part(worse)} of the picture{_place(found.worse, worse)}, with {times} in "
+        f"the median; {rest}."
     )
 
 

@@ -16,8 +16,11 @@ from equaltime.experiments.report.figures import NARROW, WIDE, chart, dots, writ
 from equaltime.experiments.report.films import FilmView, film_view, write_animation
 from equaltime.experiments.report.gallery import Crop, Series, kinds_of
 from equaltime.experiments.report.latex import write_latex
+from equaltime.experiments.report.links import next_links
 from equaltime.experiments.report.looks import DARK, LIGHT, Style, looks
 from equaltime.experiments.report.losing import INTRODUCTION, LossView, losing
+from equaltime.experiments.report.overlap import hidden_curves
+from equaltime.experiments.report.own import other_renderers
 from equaltime.experiments.report.pictures import Bar, Pictures, load_pictures
 from equaltime.experiments.report.rays import rays_view
 from equaltime.experiments.report.tables import (
@@ -30,12 +33,22 @@ from equaltime.experiments.report.tables import (
     point_table,
     time_table,
 )
+from equaltime.experiments.report.telling import commands, is_quick
 from equaltime.experiments.report.words import facts, percent, provenance_groups, slug
 from equaltime.extras import optional
 from equaltime.files import replacing
 from equaltime.images.image_files import SOFTWARE
 
-__all__ = ["OverviewView", "SceneView", "longest_side", "overview_views", "without_marks", "write_page", "write_report"]
+__all__ = [
+    "OverviewView",
+    "SceneView",
+    "longest_side",
+    "overview_views",
+    "with_marks",
+    "without_marks",
+    "write_page",
+    "write_report",
+]
 
 
 @dataclass(frozen=True)
@@ -51,6 +64,8 @@ class SceneView:
     """An ``<svg>`` element that needs no escaping; ``narrow_chart`` is another."""
     narrow_chart: str
     legend: tuple[TableRow, ...]
+    hidden: str
+    """Sentence on curves that lie beneath others; empty if all can be seen."""
     tables: tuple[tuple[str, Table], ...]
     """Headings and tables, the most important for the experiment's question first."""
     points: Table
@@ -72,6 +87,13 @@ class SceneView:
     def aspect(self) -> str:
         """Width and height of the images as CSS text, such as ``16 / 9``."""
         return f"{self.size[0]} / {self.size[1]}"
+
+    @property
+    def columns(self) -> int:
+        """Columns of pictures side by side on a wide screen: all in one row if they are few and not wide."""
+        count = len(self.kinds[0].frames)
+        most = 6 if self.size[0] <= 1.25 * self.size[1] else 4
+        return math.ceil(count / math.ceil(count / most))
 
     def split(self, crops: Sequence[Crop]) -> str:
         """Return the width of the image's column in a CSS grid, such as ``2.667fr``.
@@ -100,6 +122,8 @@ class OverviewView:
     wide_chart: Any
     narrow_chart: Any
     """``<svg>`` elements that need no escaping; empty if no time is trusted."""
+    looks: Mapping[str, Style]
+    """Looks of the strategies that have a mark in the chart, by label."""
     unmarked: str = ""
     """Sentence on the strategies without a mark in the chart on some scenes."""
 
@@ -109,7 +133,7 @@ def overview_views(summary: Summary, looks: Mapping[str, Style]) -> tuple[Overvi
 
     ``looks`` gives colour, marker and line style by label.
     """
-    tables = overview_tables(summary, looks)
+    tables = [table.telling(is_quick(summary)) for table in overview_tables(summary, looks)]
     return tuple(_view(summary, target, table, looks) for target, table in zip(summary.targets, tables, strict=True))
 
 
@@ -118,7 +142,14 @@ def _view(summary: Summary, target: float, table: Table, looks: Mapping[str, Sty
     if has_dots(summary, target):
         wide = dots(summary, f"{table.slug}-wide", target, looks, WIDE[0])
         narrow = dots(summary, f"{table.slug}-narrow", target, looks, NARROW[0])
-    return OverviewView(percent(target), table, wide, narrow, without_marks(summary, target))
+    marked = with_marks(summary, target, looks)
+    return OverviewView(percent(target), table, wide, narrow, marked, without_marks(summary, target))
+
+
+def with_marks(summary: Summary, target: float, looks: Mapping[str, Style]) -> dict[str, Style]:
+    """Return the looks of the strategies that have a mark on any scene in the chart of times to ``target``."""
+    absent = unmarked(summary, target)
+    return {label: look for label, look in looks.items() if len(absent.get(label, ())) < _present(summary, label)}
 
 
 def without_marks(summary: Summary, target: float) -> str:
@@ -128,10 +159,14 @@ def without_marks(summary: Summary, target: float) -> str:
     """
     parts = []
     for label, names in unmarked(summary, target).items():
-        present = sum(label in [strategy.label for strategy in scene.strategies] for scene in summary.scenes)
-        everywhere = len(names) == present
+        everywhere = len(names) == _present(summary, label)
         parts.append(f"{label} on {'every scene' if everywhere else ', '.join(names)}")
     return f"No mark, since the time is not reached or not known: {'; '.join(parts)}." if parts else ""
+
+
+def _present(summary: Summary, label: str) -> int:
+    """Return the number of scenes that a strategy rendered."""
+    return sum(label in [strategy.label for strategy in scene.strategies] for scene in summary.scenes)
 
 
 _PALETTES = (("all", LIGHT), ("screen and (prefers-color-scheme: dark)", DARK))
@@ -212,6 +247,9 @@ def write_report(summary: Summary, folder: Path) -> Path:
         title=summary.title,
         suffix=": what accuracy costs in time",
         verdict=summary.verdict,
+        others=other_renderers(summary),
+        quick=is_quick(summary),
+        commands=commands(summary),
         description=summary.description,
         theirs=summary.theirs,
         beside=beside_table("experiment", summary),
@@ -219,11 +257,12 @@ def write_report(summary: Summary, folder: Path) -> Path:
         looks=look,
         rays=rays_view(summary, folder),
         scenes=views,
+        links=next_links(folder),
         provenance=provenance_groups(summary),
     )
 
 
-_OWN_IDS = ("content", "overview", "directions", "reading", "provenance")
+_OWN_IDS = ("content", "pictures", "lesson", "claim", "overview", "directions", "reading", "next", "provenance")
 
 
 def longest_side(summary: Summary) -> int:
@@ -249,8 +288,9 @@ def _scene_view(
         wide_chart=chart(scene, f"{name}-wide", summary.targets, look, WIDE),
         narrow_chart=chart(scene, f"{name}-narrow", summary.targets, look, NARROW),
         legend=tuple(label_row(scene, strategy, look[strategy.label]) for strategy in scene.strategies),
+        hidden=hidden_curves(scene),
         tables=_tables(name, scene, summary, look),
-        points=point_table(name, scene, look),
+        points=point_table(name, scene, look).telling(is_quick(summary)),
         notes=(
             *((strategy.label, "; ".join(strategy.notes)) for strategy in scene.strategies if strategy.notes),
             *scene.left_out,
@@ -272,6 +312,7 @@ def _scene_view(
 def _tables(
     name: str, scene: SceneResult, summary: Summary, look: Mapping[str, Style]
 ) -> tuple[tuple[str, Table], ...]:
-    times = ("Time to an error", time_table(name, scene, summary.targets, look))
-    checks = ("Law and checks", check_table(name, scene, look))
+    quick = is_quick(summary)
+    times = ("Time to an error", time_table(name, scene, summary.targets, look).telling(quick))
+    checks = ("Checks", check_table(name, scene, look).telling(quick))
     return (checks, times) if summary.question == "bias" else (times, checks)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from equaltime.experiments.model.experiment import Quantity
 from equaltime.experiments.model.summary import Beside, SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.looks import Style
+from equaltime.experiments.report.telling import DASH, column_says_something, is_quick, says_slower, silenced, unsaid
 from equaltime.experiments.report.words import (
     Cell,
     error_cell,
@@ -17,6 +18,7 @@ from equaltime.experiments.report.words import (
     percent,
     plain_cell,
     probability_cell,
+    same_cell,
     samples_cell,
     seconds_cell,
 )
@@ -59,6 +61,23 @@ class Table:
     """Head of the first column."""
     columns: tuple[str, ...]
     rows: tuple[TableRow, ...]
+    unsaid: str = ""
+    """Sentence on numbers that are left out; empty if none is."""
+
+    def telling(self, quick: bool, all_columns: bool = False) -> Table:
+        """Return the table without columns that say nothing, and with dashes in place of other cells that do not.
+
+        ``quick`` tells whether longer runs would say more. ``all_columns`` keeps columns of dashes. Without it, a table
+        that says nothing has no columns.
+        """
+        columns = range(len(self.columns))
+        kept = [i for i in columns if all_columns or column_says_something(row.cells[i] for row in self.rows)]
+        rows = tuple(replace(row, cells=tuple(silenced(row.cells[i]) for i in kept)) for row in self.rows)
+        dashes = any(cell.state == "silent" for row in rows for cells in row.cells for cell in cells)
+        left_out = [name for i, name in enumerate(self.columns) if i not in kept]
+        everything = [cell for row in self.rows for cells in row.cells for cell in cells]
+        said = unsaid(left_out, dashes, quick, everything)
+        return replace(self, columns=tuple(self.columns[i] for i in kept), rows=rows, unsaid=said)
 
     @property
     def footnotes(self) -> tuple[str, ...]:
@@ -88,9 +107,21 @@ _NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 _POWER = re.compile(r"\d+(?:\.\d+)?e\+\d+")
 
 
+_ESTIMATED = re.compile(r"extrapolated (\S+) times (beyond|before) .*")
+
+
 def _remarks(cell: Cell) -> list[str]:
-    """Split the note of a cell into remarks, without the prefix "this: "."""
-    return [remark.removeprefix("this: ") for remark in cell.note.split("; ") if remark]
+    """Split the note of a cell into remarks in plain words, without the prefix "this: "; a silent cell has none."""
+    if cell.state == "silent":
+        return []
+    return [_ESTIMATED.sub(_estimated, remark.removeprefix("this: ")) for remark in cell.note.split("; ") if remark]
+
+
+def _estimated(found: re.Match[str]) -> str:
+    """Say in plain words how far a time lies outside the runs."""
+    if found[2] == "before":
+        return f"estimated: {found[1]} times before the first measurement"
+    return f"estimated: none of the runs was this long ({found[1]} times the longest)"
 
 
 def _shape(remark: str) -> str:
@@ -141,7 +172,7 @@ def beside_table(slug: str, summary: Summary) -> Table | None:
     columns = ("they say", "we measure") if said else ("we measure",)
     if not said:
         rows = tuple(TableRow(row.label, None, (), row.cells[1:], row.title) for row in rows)
-    return Table(f"{slug}-beside", "", "", columns, rows)
+    return Table(f"{slug}-beside", "", "", columns, rows).telling(is_quick(summary), all_columns=True)
 
 
 def _row(line: Beside, several: bool) -> TableRow:
@@ -154,7 +185,7 @@ def _row(line: Beside, several: bool) -> TableRow:
     return TableRow(line.what, None, (), ((theirs,), (ours, *note)), f"{line.quantity}: {line.strategy}")
 
 
-_NOTHING = Cell("\N{EN DASH}", state="unknown")
+_NOTHING = Cell(DASH, state="unknown")
 
 
 def label_row(
@@ -176,7 +207,7 @@ def time_table(slug: str, scene: SceneResult, targets: Sequence[float], looks: M
     for strategy in scene.strategies:
         cells = []
         for target in targets:
-            time = seconds_cell(strategy.time_to.get(target, UNKNOWN))
+            time = _time_cell(scene, strategy, target)
             ratio = strategy.ratio.get(target)
             faster = [] if ratio is None or strategy.label == scene.baseline else [factor_cell(ratio)]
             cells.append([time, *faster])
@@ -186,15 +217,23 @@ def time_table(slug: str, scene: SceneResult, targets: Sequence[float], looks: M
     return Table(f"{slug}-times", caption, "strategy", tuple(columns), tuple(rows))
 
 
+def _time_cell(scene: SceneResult, strategy: StrategyResult, target: float) -> Cell:
+    """Format a strategy's time to an error; a lower limit that says nothing about the others is unknown."""
+    time = strategy.time_to.get(target, UNKNOWN)
+    if time.bound == "low" and not time.trusted and not says_slower(scene, target, time):
+        time = UNKNOWN.noted(time.note)
+    return seconds_cell(time)
+
+
 def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Style]) -> Table:
     """Return a table with checks of each strategy.
 
-    Columns are the slope of the error, the error at equal time, the render's own error estimate, the bias, and the
-    p-value of equal expected images. ``slug`` begins the table's id. ``looks`` gives colour, marker and line style by
-    label.
+    Columns are the slope of the error, the error at equal time, the render's own error estimate, the bias, and whether
+    the expected image is that of the standard strategy. ``slug`` begins the table's id. ``looks`` gives colour, marker
+    and line style by label.
     """
     standard = scene.standard or "the standard"
-    columns = ["slope", "error at equal time", "its own estimate", "bias", f"p, same mean as {standard}"]
+    columns = ["slope", "error at equal time", "its own estimate", "bias", f"same picture as {standard}?"]
     rows = []
     for strategy in scene.strategies:
         curve = strategy.curve
@@ -202,12 +241,21 @@ def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Style]) -> Ta
             [plain_cell(curve.slope)],
             [error_cell(strategy.error_at_budget)],
             [_own_estimate(curve.own_estimate, strategy.biased)],
-            [error_cell(strategy.bias) if strategy.bias else _NOTHING],
-            [probability_cell(strategy.equality_p)],
+            [_bias_cell(strategy.bias)],
+            [same_cell(strategy.equality_p, strategy.unequal)],
         ]
         rows.append(label_row(scene, strategy, looks[strategy.label], cells))
-    caption = "Law of the error and checks; a slope of \N{MINUS SIGN}0.5 is that of independent samples"
+    caption = "A slope of \N{MINUS SIGN}0.5 is that of independent samples; 95 % intervals"
     return Table(f"{slug}-checks", caption, "strategy", tuple(columns), tuple(rows))
+
+
+def _bias_cell(bias: Interval | None) -> Cell:
+    """Format a bias; one that cannot be told from zero is "none found", with its upper limit."""
+    if bias is None:
+        return _NOTHING
+    if bias.trusted and bias.low <= 0.0 < bias.high:
+        return Cell("none found", f"(at most {percent(bias.high)})", bias.note)
+    return error_cell(bias)
 
 
 def point_table(slug: str, scene: SceneResult, looks: Mapping[str, Style]) -> Table:
@@ -268,7 +316,7 @@ def _overview(summary: Summary, labels: Sequence[str], target: float) -> Table:
             if strategy is None:
                 cells.append((_NOTHING,))
                 continue
-            time = seconds_cell(strategy.time_to.get(target, UNKNOWN))
+            time = _time_cell(scene, strategy, target)
             ratio = strategy.ratio.get(target) if label != scene.baseline else None
             cells.append((time,) if ratio is None else (time, factor_cell(ratio)))
         rows.append(TableRow(scene.name, None, (), tuple(cells)))

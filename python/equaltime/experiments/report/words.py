@@ -20,6 +20,7 @@ __all__ = [
     "plain_cell",
     "probability_cell",
     "provenance_groups",
+    "same_cell",
     "samples_cell",
     "seconds",
     "seconds_cell",
@@ -45,7 +46,8 @@ class Cell:
     """``[low, high]`` in the unit of the number; empty if there is none."""
     note: str = ""
     """Remarks on the number, which become footnotes."""
-    state: Literal["trusted", "untrusted", "unknown"] = "trusted"
+    state: Literal["trusted", "untrusted", "unknown", "silent"] = "trusted"
+    """``silent``: a dash whose note is no footnote."""
 
     def __str__(self) -> str:
         return f"{self.text} {self.interval}".rstrip()
@@ -101,7 +103,21 @@ def probability_cell(p: float | None, note: str = "") -> Cell:
     """Return a table cell with the p-value ``p`` and a remark ``note``; None is printed as a dash."""
     if p is None:
         return Cell("\N{EN DASH}", note=note, state="unknown")
-    return Cell(f"{p:.2f}" if p >= 0.01 else f"{p:.4f}" if p >= 0.0001 else "< 0.0001", note=note)
+    return Cell(_probability(p), note=note)
+
+
+def same_cell(p: float | None, unequal: bool) -> Cell:
+    """Return a table cell that tells whether two strategies have the same expected image; None is printed as a dash.
+
+    ``p`` is the p-value of the same expectation. ``unequal`` tells whether it is below the level of the test.
+    """
+    if p is None:
+        return Cell("\N{EN DASH}", state="unknown")
+    return Cell("no" if unequal else "yes", f"(p {'' if p < 0.0001 else '= '}{_probability(p)})")
+
+
+def _probability(p: float) -> str:
+    return f"{p:.2f}" if p >= 0.01 else f"{p:.4f}" if p >= 0.0001 else "< 0.0001"
 
 
 def seconds_cell(interval: Interval) -> Cell:

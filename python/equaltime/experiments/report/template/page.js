@@ -12,9 +12,10 @@ function flipbook(book) {
   const steps = [...book.querySelectorAll("[data-step]")];
   const series = [...book.querySelectorAll("[data-series]")];
   const slider = book.querySelector("input[type=range]");
+  const strip = book.querySelector(".slider");
   const says = book.querySelector("[data-says]");
   const labels = [...series[0].querySelectorAll(".frame")].map((frame) => frame.dataset.label);
-  const state = { kind: kinds[0].dataset.kind, mode: "flip", step: Math.min(1, labels.length - 1) };
+  const state = { kind: kinds[0].dataset.kind, mode: "grid", step: Math.min(1, labels.length - 1) };
 
   function show() {
     const label = labels[state.step];
@@ -27,6 +28,7 @@ function flipbook(book) {
         if (wanted && !one.hidden && state.mode === "flip") says.textContent = frame.textContent.trim().replace(/\s+/g, " ");
       }
     }
+    strip.hidden = state.mode === "grid";
     slider.value = String(state.step);
     slider.setAttribute("aria-valuetext", steps[state.step].textContent.trim());
     press(kinds, kinds.find((button) => button.dataset.kind === state.kind));
@@ -69,7 +71,13 @@ function tabs(group) {
     for (const panel of panels) panel.hidden = panel.dataset.panel !== button.dataset.tab;
   }
   for (const button of buttons) button.addEventListener("click", () => show(button));
-  show(buttons[0]);
+  if (buttons.length) show(buttons[0]);
+}
+
+function scroller(box) {
+  const look = () => box.classList.toggle("wider", box.scrollWidth - box.clientWidth - box.scrollLeft > 8);
+  box.addEventListener("scroll", look, { passive: true });
+  new ResizeObserver(look).observe(box);
 }
 
 function film(section) {
@@ -140,6 +148,7 @@ document.querySelectorAll("[data-film]").forEach(film);
 document.querySelectorAll("[data-flip]").forEach(flipbook);
 document.querySelectorAll("[data-chart]").forEach(chart);
 document.querySelectorAll("[data-tabs]").forEach(tabs);
+document.querySelectorAll(".scroll").forEach(scroller);
 
 // paper shows everything: all panels, all frames, all numbers
 addEventListener("beforeprint", () => {

@@ -1,0 +1,78 @@
+"""Numbers that say nothing: they are left out of tables and charts, and this is said once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from equaltime.experiments.model.summary import SceneResult, Summary
+from equaltime.experiments.report.words import Cell
+from equaltime.statistics.intervals import UNKNOWN, Interval
+
+__all__ = ["DASH", "column_says_something", "commands", "is_quick", "says_slower", "silenced", "unsaid"]
+
+DASH = "\N{EN DASH}"
+_BIASED = "biased, not extrapolated"
+"""Part of the note of a time that a biased strategy does not reach."""
+_NOT_KNOWN = ("unknown", "not trusted", "not reached")
+
+
+def commands(summary: Summary) -> tuple[str, ...]:
+    """Return the command lines that made an experiment, each once."""
+    sessions = summary.provenance.get("sessions", {})
+    found = [summary.provenance.get("command"), *(session.get("command") for session in sessions.values())]
+    return tuple(dict.fromkeys(str(command) for command in found if command))
+
+
+def is_quick(summary: Summary) -> bool:
+    """Tell whether an experiment was shrunk for a first look (``--quick``)."""
+    return any("--quick" in command.split() for command in commands(summary))
+
+
+def says_slower(scene: SceneResult, target: float, time: Interval) -> bool:
+    """Tell whether the lower limit of a time to the error ``target`` shows that another strategy is faster.
+
+    A lower limit below all known times of the scene says nothing.
+    """
+    others = (strategy.time_to.get(target, UNKNOWN) for strategy in scene.strategies)
+    return any(other.trusted and 0.0 < other.high < time.low for other in others)
+
+
+def _is_silent(cell: Cell) -> bool:
+    return cell.state != "trusted" and cell.text in (DASH, *_NOT_KNOWN)
+
+
+def _answers(cell: Cell) -> bool:
+    """Tell whether a cell has a number or a word that answers; a remark on another number does not."""
+    return cell.state in ("trusted", "untrusted") and not _is_silent(cell)
+
+
+def column_says_something(cells: Iterable[tuple[Cell, ...]]) -> bool:
+    """Tell whether any cell of a table's column answers."""
+    return any(_answers(cell) for several in cells for cell in several)
+
+
+def silenced(cells: tuple[Cell, ...]) -> tuple[Cell, ...]:
+    """Return the numbers of a table's cell without those that say nothing.
+
+    If no number is left, a dash takes their place. Its reason can be read by pointing at it.
+    """
+    telling = tuple(cell for cell in cells if not _is_silent(cell))
+    if any(map(_answers, telling)):
+        return telling
+    known = cells[0].text == DASH
+    return (cells[0] if known else replace(cells[0], text=DASH, interval="", state="silent"), *telling)
+
+
+def unsaid(names: Iterable[str], dashes: bool, quick: bool, cells: Iterable[Cell]) -> str:
+    """Return a sentence on columns that were left out, by ``names``, and on the dashes of a table; or an empty text.
+
+    ``cells`` are all cells of the table, before any was left out.
+    """
+    listed = ", ".join(names)
+    why = "too short to tell; run without --quick" if quick else "these runs cannot tell"
+    if any(_is_silent(cell) and _BIASED in cell.note for cell in cells):
+        why += "; biased strategies may never reach an error, and are not extrapolated"
+    if not listed:
+        return f"{DASH}: {why}." if dashes else ""
+    return f"Left out ({listed}){f', and {DASH}' if dashes else ''}: {why}."
