@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Final, cast
 
-__all__ = ["Shown", "a", "duration", "nearest", "percent", "seconds_of", "shortened", "suggestion"]
+__all__ = ["Shown", "a", "duration", "nearest", "percent", "seconds_of", "shortened", "suggestion", "time_unit"]
 
 MOST_NAMES: Final = 512
 LONGEST_NAME: Final = 100
@@ -36,8 +36,13 @@ def seconds_of(text: str) -> float:
 
 def duration(seconds: float) -> str:
     """Return a time in seconds as text: ``12.3 ms``, ``4.56 s``, ``7.89 min``, ``12.3 h`` or ``456 days``."""
-    unit, size = next(((name, size) for name, size, most in _UNITS if seconds < most), ("days", 86400.0))
+    unit, size = time_unit(seconds)
     return f"{seconds / size:.3g} {unit}"
+
+
+def time_unit(seconds: float) -> tuple[str, float]:
+    """Return the unit that fits a time, ``ms``, ``s``, ``min``, ``h`` or ``days``, and its seconds."""
+    return next(((name, size) for name, size, most in _UNITS if seconds < most), ("days", 86400.0))
 
 
 def percent(error: float) -> str:
