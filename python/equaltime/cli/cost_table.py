@@ -36,8 +36,11 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     print(summary.verdict)
     every = [(scene, strategy) for scene in summary.scenes for strategy in scene.strategies]
     caveats = list(_caveats(summary, verbose))
-    rows = every if verbose else _first(every, MOST_LINES - _OTHER_LINES - len(caveats))
-    console.print(table := _fitting(rows, summary.targets, console.width))
+    telling = [row for row in every if _tells(row[1])]
+    rows = every if verbose else _first(telling, MOST_LINES - _OTHER_LINES - len(caveats))
+    table = _fitting(rows, summary.targets, console.width)
+    if rows:
+        console.print(table)
     if any(str(cell).endswith(_EXTRAPOLATED) for column in table.columns for cell in column.cells):
         console.print(f"{_EXTRAPOLATED.strip()} extrapolated beyond the runs", style="dim")
     reasons = [reason for scene in summary.scenes for reason in _without_error(scene, len(summary.scenes) > 1)]
@@ -69,6 +72,11 @@ def _without_error(scene: SceneResult, several: bool) -> Iterator[str]:
     for result in scene.strategies:
         if not result.error_at_budget.trusted and result.error_at_budget.note:
             yield f"{result.label}{on}: {result.error_at_budget.note}"
+
+
+def _tells(result: StrategyResult) -> bool:
+    """Tell whether a row has a number: a trusted one, or one that is a limit."""
+    return any(found.trusted or found.bound for found in (result.error_at_budget, *result.time_to.values()))
 
 
 def _first(rows: Sequence[_Row], most: int) -> list[_Row]:

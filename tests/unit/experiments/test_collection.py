@@ -209,7 +209,7 @@ def test_the_page_shows_their_figures_ours_a_curve_and_the_way_to_the_report(tmp
         "It is faster.",
         "20 times",
         "64",
-        "best: 1 % in 100 s",
+        "1 % error in 100 s",
         "Failed: a scene & more",
         "--quick",
     ):

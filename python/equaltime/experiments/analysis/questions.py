@@ -25,7 +25,7 @@ def bias_verdict(scenes: Sequence[SceneResult], level: float) -> str:
         if strategy.equality_p is None:
             untested.append(f"{strategy.label}{on}{f' ({strategy.notes[0]})' if strategy.notes else ''}")
         elif strategy.unequal:
-            found.append(f"{strategy.label}{on}{_size(strategy.bias)}")
+            found.append(f"{strategy.label}{on} {_size(strategy.bias)}")
         else:
             right.append(f"{strategy.label}{on}")
     standard = joined(scene.standard or "no strategy" for scene in scenes)
@@ -112,7 +112,7 @@ def _fewer(ratio: Interval) -> str:
 
 
 def _size(bias: Interval | None) -> str:
-    """Return a bias in per cent; empty if its interval is not trusted or includes 0."""
+    """Return a bias in per cent, or that it is not known if its interval is not trusted or includes 0."""
     if bias is None or not bias.trusted or bias.low <= 0.0:
-        return ""
-    return f" is {in_percent(bias).replace(' (', ' off (', 1)}"
+        return "(how much is not known)"
+    return f"is {in_percent(bias).replace(' (', ' off (', 1)}"
