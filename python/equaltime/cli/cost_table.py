@@ -44,8 +44,8 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     if any(str(cell).endswith(_EXTRAPOLATED) for column in table.columns for cell in column.cells):
         console.print(f"{_EXTRAPOLATED.strip()} extrapolated beyond the runs", style="dim")
     reasons = [reason for scene in summary.scenes for reason in _without_error(scene, len(summary.scenes) > 1)]
-    more = [f"{len(every) - len(rows)} more rows"] if len(rows) < len(every) else []
-    more += [f"why {len(reasons)} {'error is' if len(reasons) == 1 else 'errors are'} not trusted"] if reasons else []
+    more = [_count(len(every) - len(rows), "more row")] if len(rows) < len(every) else []
+    more += [f"why {_count(len(reasons), 'error')} cannot be trusted"] if reasons else []
     for line in (*caveats, *(reasons if verbose else [f"-v shows {' and '.join(more)}"] if more else [])):
         console.print(line, style="dim", soft_wrap=True)
     longer = "; without --quick the numbers are more exact" if quick else ""
@@ -74,9 +74,14 @@ def _without_error(scene: SceneResult, several: bool) -> Iterator[str]:
             yield f"{result.label}{on}: {result.error_at_budget.note}"
 
 
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'s' * (number != 1)}"
+
+
 def _tells(result: StrategyResult) -> bool:
-    """Tell whether a row has a number: a trusted one, or one that is a limit."""
-    return any(found.trusted or found.bound for found in (result.error_at_budget, *result.time_to.values()))
+    """Tell whether a row has a finite number that is trusted or a limit."""
+    numbers = (result.error_at_budget, *result.time_to.values())
+    return any(number.known and (number.trusted or number.bound) for number in numbers)
 
 
 def _first(rows: Sequence[_Row], most: int) -> list[_Row]:

@@ -59,30 +59,31 @@ def samples_verdict(scenes: Sequence[SceneResult]) -> str:
 def efficiency_verdict(scenes: Sequence[SceneResult]) -> str:
     """Return a sentence with each strategy's gain: the baseline's squared error x time, divided by the strategy's.
 
-    With several scenes, each gain is a geometric mean over scenes, with its smallest and largest value. The standard
-    strategy comes first.
+    With several scenes, each gain is a geometric mean over scenes. The standard strategy comes first, with its smallest
+    and largest gain.
     """
     baseline = joined(scene.baseline for scene in scenes)
     found: dict[str, list[tuple[str, Interval]]] = {}
     for scene, strategy in _others(scenes, baseline=True):
         found.setdefault(strategy.label, []).append((scene.name, strategy.efficiency))
     standards = {scene.standard for scene in scenes}
-    said = [_gain(label, found[label], len(scenes)) for label in sorted(found, key=lambda one: one not in standards)]
+    ordered = sorted(found, key=lambda one: one not in standards)
+    said = [_gain(label, found[label], len(scenes), label in standards) for label in ordered]
     average = f", on average over {len(scenes)} scenes" if len(scenes) > 1 else ""
     return f"For the same error, compared with typical runs of {baseline}{average}: {', '.join(said)}."
 
 
-def _gain(label: str, found: Sequence[tuple[str, Interval]], scenes: int) -> str:
-    """Return the mean gain of one strategy; with several scenes also its smallest and largest gain."""
+def _gain(label: str, found: Sequence[tuple[str, Interval]], scenes: int, ends: bool) -> str:
+    """Return the mean gain of one strategy; with ``ends``, and several scenes, also its smallest and largest gain."""
     known = [(name, interval) for name, interval in found if sound(interval)]
     if not known:
         return f"{label} cannot be told ({found[0][1].note})"
     text = f"{label} needs {less_time(product_mean([interval for _, interval in known]))}"
     if len(known) < scenes:
         text += f" on {len(known)} of {scenes} scenes"
-    if len(known) > 1:
-        ends = [pick(known, key=lambda one: one[1].value) for pick in (min, max)]
-        text += f", from {' to '.join(f'{_plain(gain)} on {name}' for name, gain in ends)}"
+    if ends and len(known) > 1:
+        extremes = [pick(known, key=lambda one: one[1].value) for pick in (min, max)]
+        text += f", from {' to '.join(f'{_plain(gain)} on {name}' for name, gain in extremes)}"
     return text
 
 
