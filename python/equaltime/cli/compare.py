@@ -108,7 +108,7 @@ def _distance(name: str, error: Interval, against: str) -> str:
 
 
 def _ratio(ratio: Interval, what: str, found: Comparison, names: Mapping[Path, str]) -> str:
-    """Return a clause: the first image has so many times ``what`` the second one has."""
+    """Return a clause with the ratio of ``what``, such as an error, of the first image and of the second."""
     first, second = (names[image.path] for image in found.images)
     doubt = "" if ratio.trusted else f" (in doubt: {ratio.note})"
     return f"{first} has {figure(ratio.value)} times {span(ratio)} {what} of {second}{doubt}".replace("  ", " ")

@@ -102,7 +102,7 @@ def test_efficiency_is_told_over_all_scenes_the_standard_first() -> None:
     ball = scene(with_efficiency("split"), with_efficiency("best", 0.25, 0.2, 0.5), name="ball")
     scenes = [replace(one, standard="best") for one in (box, ball)]
     assert efficiency_verdict(scenes) == (
-        "For the same error, compared with typical runs of right, on average over 2 scenes: "
+        "For the same error, compared with typical runs of right, on average over 2 scenes (geometric mean): "
         "best needs 1 times the time (0.613 to 1.44), from 4 times more on ball to 4 times less on box, "
         "split needs 1 times the time (0.5 to 2) on 1 of 2 scenes."
     )

@@ -91,7 +91,7 @@ def test_scenes_of_which_something_is_known_are_counted_and_a_single_one_is_name
     assert one.startswith("On box (1 of 2 scenes), best is about ")
     assert one.endswith("extrapolated: its runs were 900 times shorter.")
     two = verdict([known, known, unknown], TARGETS)
-    assert two.startswith("On average over 2 of 3 scenes, best is about ")
+    assert two.startswith("On average over 2 of 3 scenes (geometric mean), best is about ")
     assert two.endswith(" its runs were up to 900 times shorter.")
 
 

@@ -69,7 +69,7 @@ def efficiency_verdict(scenes: Sequence[SceneResult]) -> str:
     standards = {scene.standard for scene in scenes}
     ordered = sorted(found, key=lambda one: one not in standards)
     said = [_gain(label, found[label], len(scenes), label in standards) for label in ordered]
-    average = f", on average over {len(scenes)} scenes" if len(scenes) > 1 else ""
+    average = f", on average over {len(scenes)} scenes (geometric mean)" if len(scenes) > 1 else ""
     return f"For the same error, compared with typical runs of {baseline}{average}: {', '.join(said)}."
 
 

@@ -16,7 +16,7 @@ def where(names: Sequence[str], count: int) -> str:
         return f"On {names[0]}"
     if len(names) == 1:
         return f"On {names[0]} (1 of {count} scenes)"
-    return f"On average over {f'{len(names)} of ' if len(names) < count else ''}{count} scenes"
+    return f"On average over {f'{len(names)} of ' if len(names) < count else ''}{count} scenes (geometric mean)"
 
 
 def compared(label: str, ratio: Interval, baseline: str) -> str:
