@@ -41,7 +41,7 @@ def duration(seconds: float) -> str:
 
 
 def time_unit(seconds: float) -> tuple[str, float]:
-    """Return the unit in which people would say a time, and the unit's length in seconds."""
+    """Return the unit that fits a time, ``ms``, ``s``, ``min``, ``h`` or ``days``, and its seconds."""
     return next(((name, size) for name, size, most in _UNITS if seconds < most), ("days", 86400.0))
 
 

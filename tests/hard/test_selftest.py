@@ -131,9 +131,17 @@ def test_the_command_ends_with_1_if_a_case_fails(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["selftest", "--only", "G13", "--only", "S3"]) == 0
-    assert "2 of 2 cases pass" in capsys.readouterr().out
+    answer, more = capsys.readouterr().out.splitlines()
+    assert answer.startswith("2 of 2 hard cases passed, none failed (")
+    assert more.startswith("-v shows all cases")
+    assert main(["selftest", "--only", "G13", "-v"]) == 0
+    assert "sun at 0.01°" in capsys.readouterr().out
     wrong = tuple(dataclasses.replace(case, expected=1.0) if case.id == "G13" else case for case in CASES)
     monkeypatch.setattr(cases, "CASES", wrong)
+    assert main(["selftest", "--only", "G13", "--only", "S3"]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("1 of 2 hard cases passed, 1 failed (")
+    assert [line.split()[0] for line in lines[1:-1]] == ["case", "G13"]
     assert main(["selftest", "--only", "G13", "--only", "S3", "--json"]) == 1
     told = json.loads(capsys.readouterr().out)
     assert [(case["id"], case["pass"]) for case in told["cases"]] == [("G13", False), ("S3", True)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,13 +13,18 @@ from equaltime.bench import Benchmark, Measurement, measure
 from equaltime.cli.messages import plain_console, print_json, print_warnings
 from equaltime.cli.options import AsJson, Define, MaxDepth, Size, Substitute, parse_definitions, parse_whole
 from equaltime.cli.progress import progress_bar
+from equaltime.cli.verbosity import Verbose
 from equaltime.rendering.job import MOST_THREADS
 from equaltime.scene import load_file
 from equaltime.scene.model import MOST_SAMPLES
+from equaltime.statistics.in_words import figure, in_percent, span
 from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 
 __all__ = ["bench"]
+
+_FEWEST_FOR_INTERVALS = 6
+"""Least number of repeats whose extremes hold the median in 95 % of cases."""
 
 
 def parse_threads(text: str) -> tuple[int, ...]:
@@ -66,12 +72,13 @@ def bench(
     define: Define = None,
     substitute: Substitute = False,
     as_json: AsJson = False,
+    verbose: Verbose = False,
 ) -> int:
     """Measure how fast scenes render.
 
-    Prints paths and rays per second, and the limit ratio: the time in which Embree alone traces the render's rays,
-    divided by the time of the render. Repeats alternate between scenes and thread counts. The printed numbers are
-    medians with their 95 % intervals.
+    Prints rays per second, with -v also paths per second, and the limit ratio: the time in which Embree alone traces
+    the render's rays, divided by the time of the render. Repeats alternate between scenes and thread counts. The
+    printed numbers are medians with their 95 % intervals.
 
 
     For instance: `equaltime bench cornell-box.toml veach-mis.toml --threads 1,2`
@@ -88,39 +95,57 @@ def bench(
     if as_json:
         print_json(report)
     else:
-        _print(report)
+        _print(report, verbose)
     return 0
 
 
-def _print(report: Benchmark) -> None:
-    table = Table(box=None, pad_edge=False)
-    table.add_column("scene", overflow="fold", min_width=20)
-    for heading in ("threads", "M paths/s", "M rays/s", "limit ratio", "scaling"):
-        table.add_column(heading, justify="right", no_wrap=True)
-    for row in report.scenes:
-        table.add_row(*_cells(row))
+def _print(report: Benchmark, verbose: bool) -> None:
+    """Print the speed of the first scene in a sentence, and a table if there is more than one measurement."""
     console = plain_console()
-    console.print(table)
-    machine, build = report.machine, report.build
-    repeats = report.scenes[0].repeats
-    for line in (
-        f"medians of {repeats} repeats ± half their {'95 % interval' if repeats >= 6 else 'range'}",
-        f"{machine['cpu']}, {machine['processors']} processors, load {machine['load_average']:.2f}",
-        f"equaltime {build['version']}, {build['compiler']}, {build['target']}, Embree {build['embree']}",
-    ):
+    console.print(_answer(report.scenes[0]), soft_wrap=True)
+    if verbose or len(report.scenes) > 1:
+        console.print(_table(report.scenes, verbose))
+    for line in (_measured(report), *_provenance(report)) if verbose else (_measured(report),):
         console.print(line, style="dim", soft_wrap=True)
 
 
-def _cells(row: Measurement) -> tuple[str, ...]:
-    return (
-        row.name,
-        str(row.threads),
-        _interval(row.paths_per_s, 1e-6),
-        _interval(row.rays_per_s, 1e-6),
-        _interval(row.limit_ratio),
-        _interval(row.scaling),
-    )
+def _answer(row: Measurement) -> str:
+    rays = f"{figure(1e-6 * row.rays_per_s.value)} million rays a second {span(row.rays_per_s, 1e-6)}".rstrip()
+    share = f"{in_percent(row.limit_ratio)} of the speed of Embree alone"
+    return f"{Path(row.name).name}: {rays} on {_threads(row.threads)}, {share}."
+
+
+def _threads(count: int) -> str:
+    return f"{count} {'thread' if count == 1 else 'threads'}"
+
+
+def _table(rows: Sequence[Measurement], verbose: bool) -> Table:
+    table = Table(box=None, pad_edge=False)
+    table.add_column("scene", overflow="fold")
+    for heading in ("threads", *(("M paths/s",) if verbose else ()), "M rays/s", "limit ratio", "scaling"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for row in rows:
+        paths = (_interval(row.paths_per_s, 1e-6),) if verbose else ()
+        speeds = (_interval(row.rays_per_s, 1e-6), _interval(row.limit_ratio), _interval(row.scaling))
+        table.add_row(Path(row.name).name, str(row.threads), *paths, *speeds)
+    return table
+
+
+def _measured(report: Benchmark) -> str:
+    """Return a line on the repeats, the meaning of the numbers, and the load of the machine."""
+    repeats = report.scenes[0].repeats
+    interval = "95 % intervals" if repeats >= _FEWEST_FOR_INTERVALS else "ranges"
+    counted = f"{repeats} {'repeat' if repeats == 1 else 'repeats'}"
+    machine = report.machine
+    load = f"load {machine['load_average']:.2f} on {machine['processors']} processors"
+    return f"Medians of {counted} with their {interval}, at {load}."
+
+
+def _provenance(report: Benchmark) -> Iterator[str]:
+    machine, build = report.machine, report.build
+    yield f"limit ratio: time of Embree alone for the same rays, over the time of the render. {machine['cpu']}"
+    yield f"equaltime {build['version']}, {build['compiler']}, {build['target']}, Embree {build['embree']}"
 
 
 def _interval(value: Interval, scale: float = 1.0) -> str:
-    return f"{scale * value.value:.3g} ±{50 * (value.high - value.low) / value.value:.2g}%"
+    return f"{figure(scale * value.value)} ±{50 * (value.high - value.low) / value.value:.2g}%"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -11,13 +12,19 @@ from rich.table import Table
 
 from equaltime.cli.messages import plain_console, print_json
 from equaltime.cli.options import AsJson
+from equaltime.cli.verbosity import MOST_LINES, Verbose
 from equaltime.rendering.compare import Compared, Comparison
 from equaltime.rendering.compare import compare as compare_files
+from equaltime.statistics.agreement import LEVEL
+from equaltime.statistics.in_words import figure, in_percent, span
 from equaltime.statistics.intervals import Interval
+from equaltime.words import duration, percent
 
 __all__ = ["compare"]
 
 _PERCENT = {"error", "mare"}
+_SHORT = {"error": "error", "flip": "visible difference (FLIP)"}
+"""Metrics that are shown without ``-v``, with their titles."""
 
 
 def compare(
@@ -28,6 +35,7 @@ def compare(
         typer.Argument(metavar="[REF]", help="What both are measured against; else A against B.", show_default=False),
     ] = None,
     as_json: AsJson = False,
+    verbose: Verbose = False,
 ) -> int:
     """Measure how far images are from each other, or from a reference.
 
@@ -42,53 +50,98 @@ def compare(
     if as_json:
         print_json(found)
     else:
-        _print(found)
+        _print(found, verbose)
     return 0
 
 
-def _print(found: Comparison) -> None:
+def _print(found: Comparison, verbose: bool) -> None:
     console = plain_console()
+    names = _names(found)
+    for line in _answer(found, names):
+        console.print(line, soft_wrap=True)
+    console.print(table := _table(found, names, verbose))
+    if verbose and found.efficiency is not None:
+        console.print(_ratio(found.efficiency, "the efficiency", found, names), soft_wrap=True)
+    room = MOST_LINES - 4 - table.row_count
+    shown = found.notes if verbose or len(found.notes) <= room else found.notes[: room - 1]
+    more = [f"{len(found.notes) - len(shown)} more notes"] if len(shown) < len(found.notes) else []
+    for note in shown:
+        console.print(f"note: {note}", style="dim", soft_wrap=True)
+    if not verbose:
+        console.print(f"-v shows {', '.join([*more, 'relmse, mse, mare, efficiency'])}", style="dim", soft_wrap=True)
+
+
+def _names(found: Comparison) -> Mapping[Path, str]:
+    """Return short names of the files: without folders, if they still differ."""
+    paths = {*(image.path for image in found.images), found.against}
+    short = len({path.name for path in paths}) == len(paths)
+    return {path: path.name if short else str(path) for path in paths}
+
+
+def _answer(found: Comparison, names: Mapping[Path, str]) -> Iterator[str]:
+    """Yield the answer: which image is nearer to the reference, or how far two are apart; and whether one is biased."""
+    against = names[found.against]
+    if found.ratio is not None:
+        told = not math.isnan(found.ratio.low)
+        even = told and (not found.ratio.trusted or found.ratio.low <= 1.0 <= found.ratio.high)
+        yield f"{'No clear difference: ' if even else ''}{_ratio(found.ratio, 'the error', found, names)}."
+    elif len(found.images) > 1:
+        yield f"Which image is nearer to {against} cannot be told: it is too noisy."
+    else:
+        yield _distance(names[found.images[0].path], found.images[0].metrics["error"], against)
+    tested = [(names[image.path], image.bias_p) for image in found.images if image.bias_p is not None]
+    unequal = [f"{name} (p = {p:.2g})" for name, p in tested if p < LEVEL]
+    if unequal:
+        yield f"Bias found: {' and '.join(unequal)} and {against} differ by more than their noise."
+    elif tested:
+        several = len(found.images) > 1
+        yield f"No bias found (p = {', '.join(f'{p:.2g}' + f' for {name}' * several for name, p in tested)})."
+
+
+def _distance(name: str, error: Interval, against: str) -> str:
+    """Return a sentence on how far an image is from another one."""
+    if not math.isnan(error.value):
+        return f"{name} differs from {against} by {in_percent(error)}."
+    if math.isfinite(error.high):
+        return f"{name} differs from {against} by at most {percent(error.high)}; {against} is too noisy to tell more."
+    return f"How much {name} differs from {against} cannot be told."
+
+
+def _ratio(ratio: Interval, what: str, found: Comparison, names: Mapping[Path, str]) -> str:
+    """Return a clause with the ratio of ``what``, such as an error, of the first image and of the second."""
+    first, second = (names[image.path] for image in found.images)
+    doubt = "" if ratio.trusted else f" (in doubt: {ratio.note})"
+    return f"{first} has {figure(ratio.value)} times {span(ratio)} {what} of {second}{doubt}".replace("  ", " ")
+
+
+def _table(found: Comparison, names: Mapping[Path, str], verbose: bool) -> Table:
     table = Table(box=None, pad_edge=False)
-    table.add_column(f"against {found.against.name}", overflow="fold")
+    table.add_column(f"against {names[found.against]}", overflow="fold")
     for image in found.images:
-        table.add_column(str(image.path), justify="right", overflow="fold")
+        table.add_column(names[image.path], justify="right", overflow="fold")
     for metric in found.images[0].metrics:
-        table.add_row(metric, *(_measured(metric, image.metrics[metric]) for image in found.images))
+        if verbose or metric in _SHORT:
+            measured = (_measured(metric, image.metrics[metric]) for image in found.images)
+            table.add_row(_SHORT.get(metric, metric), *measured)
     for label, cells in (
         ("in doubt", ["yes, see the note" if image.doubt else "" for image in found.images]),
-        ("p of equal means", [_p(image) for image in found.images]),
-        ("its own estimate", [f"{image.own:%}" if image.own else "" for image in found.images]),
-        ("render time", [f"{image.seconds:.3g} s" if image.seconds else "" for image in found.images]),
+        ("p of equal means", [_p(image) if verbose else "" for image in found.images]),
+        ("error that the file states", [in_percent(image.own) if image.own else "" for image in found.images]),
+        ("render time", [duration(image.seconds) if image.seconds else "" for image in found.images]),
     ):
         if any(cells):
             table.add_row(label, *cells)
-    console.print(table)
-    for label, ratio in (("error", found.ratio), ("efficiency", found.efficiency)):
-        if ratio is not None:
-            first, second = (image.path for image in found.images)
-            pair = f"{label} of {first} over that of {second}, these very images"
-            console.print(f"{pair}: {_interval(ratio)}", soft_wrap=True)
-    for note in found.notes:
-        console.print(f"note: {note}", style="dim", soft_wrap=True)
+    return table
 
 
 def _measured(metric: str, measured: Interval) -> str:
     scale, unit = (100.0, " %") if metric in _PERCENT else (1.0, "")
     limited = math.isfinite(measured.high)
     if math.isnan(measured.value):
-        return f"unknown, at most {scale * measured.high:.4g}{unit}" if limited else "unknown"
-    text = f"{scale * measured.value:.4g}{unit}"
-    if not limited:
-        return text
-    return f"{text} [{scale * measured.low:.4g}, {scale * measured.high:.4g}]"
+        return f"unknown, at most {figure(scale * measured.high)}{unit}" if limited else "unknown"
+    text = f"{figure(scale * measured.value)}{unit}"
+    return f"{text} {span(measured, scale)}" if limited else text
 
 
 def _p(image: Compared) -> str:
     return "" if image.bias_p is None else f"{image.bias_p:.2g}"
-
-
-def _interval(interval: Interval) -> str:
-    text = f"{interval.value:.3g}"
-    if not math.isnan(interval.low):
-        text += f" [{interval.low:.3g}, {interval.high:.3g}]"
-    return text if interval.trusted else f"{text} (not to be trusted: {interval.note})"

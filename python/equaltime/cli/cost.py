@@ -11,6 +11,7 @@ from equaltime.cli.cost_table import print_summary
 from equaltime.cli.messages import print_error, print_json
 from equaltime.cli.options import Define, Size, Substitute, parse_definitions, parse_duration, parse_whole
 from equaltime.cli.progress import progress_bar
+from equaltime.cli.verbosity import Verbose
 from equaltime.errors import ExperimentError
 from equaltime.experiments import cost as measure_cost
 from equaltime.experiments.model.experiment import MOST_REPEATS
@@ -92,12 +93,14 @@ def cost(
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the summary as JSON on stdout, and nothing else.")
     ] = False,
+    verbose: Verbose = False,
 ) -> int:
     """Measure the time to a given accuracy: how the error of each strategy falls, with error bars.
 
     Every strategy renders the scene several times, in turn with the other strategies. Errors are measured against a
     reference, which is rendered first and kept for other experiments. The report has the curves, the times to a wanted
-    error, the images at equal time and the provenance of all numbers. The last line is the verdict.
+    error, the images at equal time and the provenance of all numbers. The first and the
+    last line are the verdict.
 
     Ctrl-C stops the experiment. The same command continues it and repeats nothing; more --repeats or other --strategies
     are added to the folder. A changed scene, budget, machine or build needs another folder.
@@ -159,7 +162,7 @@ def cost(
     if as_json:
         print_json(summary)
     else:
-        print_summary(summary, output)
+        print_summary(summary, output, verbose, quick)
     return 0
 
 
@@ -186,7 +189,7 @@ def _cost_of_all(source: Path, output: Path, changes: Changes, command: str, as_
     if as_json:
         print_json(cards)
     else:
-        print(f"wrote {output / 'index.html'}")
+        print(f"All of them: open {output / 'index.html'}")
     return 1 if any(card.state == "failed" for card in cards) else 0
 
 

@@ -1,14 +1,15 @@
-"""Tables that ``equaltime cost`` prints at its end: errors at equal time, times to an error, the verdict."""
+"""Output of ``equaltime cost``: the verdict, a table of errors at equal time and times to an error, and the verdict."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from rich.table import Table
 
 from equaltime.cli.messages import plain_console
-from equaltime.experiments.model.summary import SceneResult, Summary
+from equaltime.cli.verbosity import MOST_LINES
+from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
 from equaltime.statistics.intervals import Interval
 
 __all__ = ["print_summary"]
@@ -17,69 +18,127 @@ _REPORT = "report.html"
 _MOST_TARGETS = 2
 _EXTRAPOLATED = " *"
 _ANY_WIDTH = 1000
+_OTHER_LINES = 6
+"""Lines beside rows and caveats: verdict twice, heading, what ``*`` means, what ``-v`` adds, what to open next."""
+
+_Row = tuple[SceneResult, StrategyResult]
 
 
-def print_summary(summary: Summary, folder: Path) -> None:
-    """Print one table per scene, the paths of report and records in ``folder``, and the verdict in one sentence."""
+def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: bool = False) -> None:
+    """Print the verdict as first and last line; between them a table, caveats, and what to open in ``folder`` next.
+
+    The output has at most `MOST_LINES` lines, unless ``verbose`` asks for all rows and reasons. ``quick`` tells that
+    the experiment was a first look, so that a longer one may tell more.
+    """
     console = plain_console()
     if not console.is_terminal:
         console.width = _ANY_WIDTH
-    for scene in summary.scenes:
-        if len(summary.scenes) > 1:
-            console.print(scene.name, style="bold")
-        console.print(table := _fitting(scene, summary.targets, console.width))
-        if any(str(cell).endswith(_EXTRAPOLATED) for column in table.columns for cell in column.cells):
-            console.print(f"{_EXTRAPOLATED.strip()} extrapolated beyond the runs", style="dim")
-        if scene.other_depth:
-            console.print(f"errors and times are of {scene.other_depth}", soft_wrap=True)
-        if scene.reference_caveat:
-            console.print(f"note: {scene.reference_caveat}", style="dim", soft_wrap=True)
-        for label, reason in _without_error(scene):
-            console.print(f"{label}: {reason}", style="dim")
-    console.print(f"wrote {folder / _REPORT} and {folder / 'records.csv'}", style="dim", soft_wrap=True)
+    print(summary.verdict)
+    every = [(scene, strategy) for scene in summary.scenes for strategy in scene.strategies]
+    caveats = list(_caveats(summary, verbose))
+    telling = [row for row in every if _tells(row[1])]
+    rows = every if verbose else _first(telling, MOST_LINES - _OTHER_LINES - len(caveats))
+    table = _fitting(rows, summary.targets, console.width)
+    if rows:
+        console.print(table)
+    if any(str(cell).endswith(_EXTRAPOLATED) for column in table.columns for cell in column.cells):
+        console.print(f"{_EXTRAPOLATED.strip()} extrapolated beyond the runs", style="dim")
+    reasons = [reason for scene in summary.scenes for reason in _without_error(scene, len(summary.scenes) > 1)]
+    more = [_count(len(every) - len(rows), "more row")] if len(rows) < len(every) else []
+    more += [f"why {_count(len(reasons), 'error')} cannot be trusted"] if reasons else []
+    for line in (*caveats, *(reasons if verbose else [f"-v shows {' and '.join(more)}"] if more else [])):
+        console.print(line, style="dim", soft_wrap=True)
+    longer = "; without --quick the numbers are more exact" if quick else ""
+    console.print(f"Curves and pictures: open {folder / _REPORT}{longer}", style="dim", soft_wrap=True)
     print(summary.verdict)
 
 
-def _without_error(scene: SceneResult) -> Iterator[tuple[str, str]]:
-    """Yield the strategies that are left out or lack an interval of the error at equal time, with the reason."""
-    yield from scene.left_out
+def _caveats(summary: Summary, verbose: bool) -> Iterator[str]:
+    """Yield what holds for all numbers of a scene: other depths, and limits of the reference; one of each is enough."""
+    several = len(summary.scenes) > 1
+    for told in (
+        [(scene.name, f"errors and times are of {scene.other_depth}") for scene in summary.scenes if scene.other_depth],
+        [(scene.name, f"note: {scene.reference_caveat}") for scene in summary.scenes if scene.reference_caveat],
+    ):
+        lines = list(dict.fromkeys(f"{name}: {text}" if several and verbose else text for name, text in told))
+        yield from lines if verbose else lines[:1]
+
+
+def _without_error(scene: SceneResult, several: bool) -> Iterator[str]:
+    """Yield a line for each strategy that is left out or lacks an interval of the error at equal time."""
+    on = f" on {scene.name}" if several else ""
+    for label, reason in scene.left_out:
+        yield f"{label}{on}: {reason}"
     for result in scene.strategies:
         if not result.error_at_budget.trusted and result.error_at_budget.note:
-            yield result.label, result.error_at_budget.note
+            yield f"{result.label}{on}: {result.error_at_budget.note}"
 
 
-def _fitting(scene: SceneResult, targets: tuple[float, ...], width: int) -> Table:
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'s' * (number != 1)}"
+
+
+def _tells(result: StrategyResult) -> bool:
+    """Tell whether a row has a finite number that is trusted or a limit."""
+    numbers = (result.error_at_budget, *result.time_to.values())
+    return any(number.known and (number.trusted or number.bound) for number in numbers)
+
+
+def _first(rows: Sequence[_Row], most: int) -> list[_Row]:
+    """Return up to ``most`` rows in their order: standards and baselines before other renderers and strategies."""
+
+    def rank(row: _Row) -> int:
+        scene, strategy = row
+        named = (scene.standard, scene.baseline)
+        return named.index(strategy.label) if strategy.label in named else 2 + (strategy.renderer == "core")
+
+    chosen = sorted(range(len(rows)), key=lambda number: rank(rows[number]))[:most]
+    return [rows[number] for number in sorted(chosen)]
+
+
+def _fitting(rows: Sequence[_Row], targets: tuple[float, ...], width: int) -> Table:
     """Return the table with as many columns of times as fit the width; a truncated number would mislead."""
     anywhere = plain_console()
     anywhere.width = _ANY_WIDTH
     for most in range(_MOST_TARGETS, 0, -1):
-        table = _table(scene, targets, most)
+        table = _table(rows, targets, most)
         if anywhere.measure(table).maximum <= width:
             return table
-    return _table(scene, targets, 0)
+    return _table(rows, targets, 0)
 
 
-def _table(scene: SceneResult, targets: tuple[float, ...], most: int) -> Table:
+def _table(rows: Sequence[_Row], targets: tuple[float, ...], most: int) -> Table:
     """Return errors at equal time, and times to up to ``most`` targets that most strategies have trusted times for.
 
     Of several such targets the smallest are chosen.
     """
     from equaltime.experiments.report.words import error_cell, percent, seconds, seconds_cell
 
-    cells = {target: [seconds_cell(result.time_to[target]) for result in scene.strategies] for target in targets}
+    cells = {target: [seconds_cell(result.time_to[target]) for _, result in rows] for target in targets}
     counts = {target: sum(cell.state == "trusted" for cell in cells[target]) for target in targets}
     known = [target for target in targets if counts[target] == max(counts.values()) > 0]
     known = known[max(0, len(known) - most) :]
+    several = len({scene.name for scene, _ in rows}) > 1
+    budgets = {scene.budget_s for scene, _ in rows}
     table = Table(box=None, pad_edge=False)
+    if several:
+        table.add_column("scene", overflow="fold")
     table.add_column("strategy", overflow="fold", min_width=12)
-    table.add_column(f"error in {seconds(scene.budget_s)}", justify="right", no_wrap=True)
+    after = f"after {seconds(*budgets)}" if len(budgets) == 1 else "at equal time"
+    table.add_column(f"error {after}", justify="right", no_wrap=True)
     for target in known:
         table.add_column(f"time to {percent(target)}", justify="right", no_wrap=True)
-    for number, result in enumerate(scene.strategies):
+    for number, (scene, result) in enumerate(rows):
         times = (_marked(cells[target][number], result.time_to[target]) for target in known)
-        table.add_row(result.label, str(error_cell(result.error_at_budget)), *times)
+        first = (scene.name,) if several else ()
+        table.add_row(*first, result.label, _in_brackets(error_cell(result.error_at_budget)), *times)
     return table
 
 
 def _marked(cell: object, time: Interval) -> str:
-    return f"{cell}{_EXTRAPOLATED}" if time.reach > 1.0 and time.trusted else str(cell)
+    return f"{_in_brackets(cell)}{_EXTRAPOLATED}" if time.reach > 1.0 and time.trusted else _in_brackets(cell)
+
+
+def _in_brackets(cell: object) -> str:
+    """Return a cell of a report as text, with its interval as in sentences: ``12 % (11 to 13)``."""
+    return str(cell).replace("[", "(").replace(", ", " to ").replace("]", ")")

@@ -6,13 +6,16 @@ import shlex
 import sys
 from collections.abc import Sequence
 
-from equaltime.cli.messages import print_json
+from equaltime.cli.messages import print_json, print_lines
 from equaltime.cli.options import AsJson, Define, SceneFile, Substitute, parse_definitions
+from equaltime.cli.verbosity import MOST_LINES, Verbose
 from equaltime.scene import Scene, load_file
 from equaltime.scene.lint import Finding
 from equaltime.scene.lint import lint as hazards
 
 __all__ = ["lint", "print_hazards", "summary"]
+
+_CHECKED = "lights, camera, geometry, materials, files"
 
 
 def lint(
@@ -20,6 +23,7 @@ def lint(
     define: Define = None,
     substitute: Substitute = False,
     as_json: AsJson = False,
+    verbose: Verbose = False,
 ) -> int:
     """List the hazards of a scene before it renders.
 
@@ -32,7 +36,7 @@ def lint(
         data = {"scene": str(scene), "warnings": warnings, "notes": len(findings) - warnings}
         print_json({**data, "findings": findings})
     else:
-        print("\n\n".join([*map(_told, findings), summary(findings) or "nothing found"]))
+        print_lines(_everything(findings, scene.name) if verbose else _short(findings, scene.name))
     return 1 if warnings else 0
 
 
@@ -61,7 +65,41 @@ def summary(findings: Sequence[Finding]) -> str:
     return ", ".join(told)
 
 
-def _told(finding: Finding) -> str:
-    lines = [f"{finding.severity}: {finding.check}: {finding.what}"]
-    lines += [f"  at {place}" for place in finding.where]
-    return "\n".join([*lines, f"  equaltime {finding.becomes}", f"  you can: {finding.advice}"])
+def _answer(findings: Sequence[Finding], name: str) -> str:
+    """Return the first line: whether the scene has problems, and of which kinds."""
+    if not findings:
+        return f"No problems in {name} (checked: {_CHECKED})."
+    if any(finding.severity == "warning" for finding in findings):
+        return f"Problems in {name} that may make the image wrong or slow: {summary(findings)}."
+    return f"No problems in {name} that make the image wrong: {summary(findings)}."
+
+
+def _short(findings: Sequence[Finding], name: str) -> list[str]:
+    """Return the answer and a line for each finding, warnings first; notes only if there is room for all of them."""
+    warnings = [line for finding in findings if finding.severity == "warning" for line in _lines(finding)]
+    notes = [line for finding in findings if finding.severity == "note" for line in _lines(finding)]
+    room = MOST_LINES - 2
+    shown = [*warnings, *notes] if len(warnings) + len(notes) <= room else warnings[:room]
+    left = len(warnings) + len(notes) - len(shown)
+    more = f"{left} more lines, " if left else ""
+    last = [f"-v shows {more}all places, and what equaltime does about them"] if findings else []
+    return [_answer(findings, name), *shown, *last]
+
+
+def _lines(finding: Finding) -> list[str]:
+    """Return a line with the finding, its first place and what to do; a line for each thing that a reader mended."""
+    if finding.check == "mended-files":
+        return [f"{finding.severity}: {place}" for place in finding.where]
+    others = len(finding.where) - 1
+    place = f", at {finding.where[0]}" if finding.where else ""
+    more = f" and {others} other {'place' if others == 1 else 'places'}" if others > 0 else ""
+    return [f"{finding.severity}: {finding.what}{place}{more}. You can: {finding.advice}."]
+
+
+def _everything(findings: Sequence[Finding], name: str) -> list[str]:
+    lines = [_answer(findings, name)]
+    for finding in findings:
+        lines += ["", f"{finding.severity}: {finding.check}: {finding.what}"]
+        lines += [f"  at {place}" for place in finding.where]
+        lines += [f"  equaltime {finding.becomes}", f"  you can: {finding.advice}"]
+    return lines

@@ -51,5 +51,5 @@ def merge(
     if as_json:
         print_json({**result.record, "files": written})
         return 0
-    print_lines([headline(result), wrote(written), *doubts(result)])
+    print_lines([f"Joined {len(files)} renders: {headline(result)}", wrote(written), *doubts(result)])
     return 0

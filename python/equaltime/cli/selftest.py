@@ -12,6 +12,7 @@ from rich.text import Text
 from equaltime.cli.messages import plain_console, print_json
 from equaltime.cli.options import AsJson, Threads
 from equaltime.cli.progress import progress_bar
+from equaltime.cli.verbosity import Verbose
 from equaltime.hardcases import CaseReport, SelfTest
 from equaltime.hardcases import selftest as run
 from equaltime.hardcases.judge import Outcome
@@ -34,6 +35,7 @@ def selftest(
     ] = None,
     threads: Threads = 0,
     as_json: AsJson = False,
+    verbose: Verbose = False,
 ) -> int:
     """Run the hard cases on this machine: small scenes whose correct images are known.
 
@@ -54,26 +56,36 @@ def selftest(
     if as_json:
         print_json(report)
     else:
-        _print(report)
+        _print(report, verbose)
     return 0 if report.passed else 1
 
 
-def _print(report: SelfTest) -> None:
-    beside = report.peer is not None
-    table = Table(box=None, pad_edge=False)
-    table.add_column("case", no_wrap=True)
-    for heading in ("what",) if beside else ("what", "stresses"):
-        table.add_column(heading, overflow="fold", min_width=12)
-    for heading in ("expected", "got", "off by", "", *((report.peer or "", "off by", "") if beside else ())):
-        table.add_column(heading, justify="right", no_wrap=True)
-    for case in report.cases:
-        table.add_row(*_cells(case, beside))
+def _print(report: SelfTest, verbose: bool) -> None:
+    """Print how many cases passed and failed, and the failed cases in full; all cases if ``verbose``."""
     console = plain_console()
     if not console.is_terminal:
         console.width = _WIDTH_OF_FILES
-    console.print(table)
-    for line in (*_failures(report.cases), _summary(report)):
+    for line in _summary(report):
         console.print(line, soft_wrap=True)
+    cases = report.cases if verbose else [case for case in report.cases if not case.ours.passed]
+    if cases:
+        console.print(_table(cases, report.peer))
+    for line in _failures(report.cases):
+        console.print(line, soft_wrap=True)
+    if not verbose:
+        console.print("-v shows all cases, with expected and found values", style="dim", soft_wrap=True)
+
+
+def _table(cases: Sequence[CaseReport], peer: str | None) -> Table:
+    table = Table(box=None, pad_edge=False)
+    table.add_column("case", no_wrap=True)
+    for heading in ("what",) if peer else ("what", "stresses"):
+        table.add_column(heading, overflow="fold", min_width=12)
+    for heading in ("expected", "got", "off by", "", *((peer, "off by", "") if peer else ())):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for case in cases:
+        table.add_row(*_cells(case, peer is not None))
+    return table
 
 
 def _cells(report: CaseReport, beside: bool) -> tuple[str | Text, ...]:
@@ -108,10 +120,14 @@ def _failures(cases: Sequence[CaseReport]) -> list[str]:
     ]
 
 
-def _summary(report: SelfTest) -> str:
-    passed = sum(case.ours.passed for case in report.cases)
-    words = [f"{passed} of {len(report.cases)} cases pass"]
+def _summary(report: SelfTest) -> list[str]:
+    """Return the answer in one line, and a second line for the other renderer."""
+    failed, count = sum(not case.ours.passed for case in report.cases), len(report.cases)
+    lines = [f"{count - failed} of {count} hard cases passed, {failed or 'none'} failed ({report.seconds:.0f} s)."]
     if report.peer:
-        theirs = [case.theirs for case in report.cases if case.theirs is not None]
-        words.append(f"{report.peer}: {sum(outcome.passed for outcome in theirs)} of {len(theirs)}")
-    return f"{'; '.join(words)} ({report.seconds:.0f} s)"
+        theirs = [(case.case.id, case.theirs) for case in report.cases if case.theirs is not None]
+        lost = dict.fromkeys(name for name, outcome in theirs if not outcome.passed)
+        failures = f"; failed: {', '.join(lost)}" if lost else ""
+        passed = sum(outcome.passed for _, outcome in theirs)
+        lines.append(f"{report.peer}: {passed} of {len(theirs)} passed{failures}.")
+    return lines

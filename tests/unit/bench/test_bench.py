@@ -1,6 +1,7 @@
 """The benchmark: what the core times, how repeats are taken in turn, and what the command prints."""
 
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -215,9 +216,18 @@ def test_the_record_has_what_scripts_rely_on(path: Path, capsys: pytest.CaptureF
 
 
 def test_the_table_names_scenes_and_says_what_it_stands_on(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["bench", str(path), "--repeats", "1", "--spp", "2", "--threads", "1"]) == 0
+    command = ["bench", str(path), "--repeats", "1", "--spp", "2", "--threads"]
+    assert main([*command, "1"]) == 0
+    answer, measured = capsys.readouterr().out.splitlines()
+    assert re.match(r"room\.toml: [\d.]+ million rays a second \(.*\) on 1 thread, [\d.]+ % \(", answer)
+    assert answer.endswith(") of the speed of Embree alone.")
+    assert measured.startswith("Medians of 1 repeat with their ranges, at load ")
+    assert main([*command, "1,2"]) == 0
     out = capsys.readouterr().out
-    assert all(word in out for word in ("M paths/s", "M rays/s", "limit ratio", "1 repeats", "Embree"))
+    assert all(word in out for word in ("threads", "M rays/s", "limit ratio", "scaling"))
+    assert main([*command, "1", "-v"]) == 0
+    out = capsys.readouterr().out
+    assert all(word in out for word in ("M paths/s", "limit ratio: time of Embree", "Embree 3."))
 
 
 @pytest.mark.parametrize(

@@ -58,7 +58,17 @@ def stub(experiment: Any, rows: Any, folder: Path) -> Summary:
         for entry in experiment.strategies
     )
     scene = SceneResult("box", "", (8, 8), 2, 0.1, experiment.baseline, None, 0.02, strategies)
-    return Summary("title", "", (scene,), experiment.targets, {"rows": len(rows)}, "best: 2 % in 4 s [3, 5]")
+    return Summary(
+        "title",
+        "",
+        (scene,),
+        experiment.targets,
+        {"rows": len(rows)},
+        VERDICT,
+    )
+
+
+VERDICT = "On box, best is about 2 times faster than bsdf (1.5 to 3)."
 
 
 @pytest.fixture
@@ -90,18 +100,18 @@ def experiment(tmp_path: Path) -> Path:
 
 
 @pytest.mark.usefixtures("quickly")
-def test_an_experiment_ends_with_the_verdict(
+def test_an_experiment_begins_and_ends_with_the_verdict(
     experiment: Path, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["cost", str(experiment), "-o", str(folder)]) == 0
     captured = capsys.readouterr()
     assert captured.err == ""
     lines = captured.out.splitlines()
-    assert lines[-1] == "best: 2 % in 4 s [3, 5]"
-    assert [line.split()[0] for line in lines[:3]] == ["strategy", "bsdf", "best"]
-    assert "time to 2" in lines[0]
-    assert "10" not in lines[0]  # nothing is known of it
-    assert lines[-2] == f"wrote {folder}/report.html and {folder}/records.csv"
+    assert lines[0] == lines[-1] == VERDICT
+    assert [line.split()[0] for line in lines[1:4]] == ["strategy", "bsdf", "best"]
+    assert "time to 2" in lines[1]
+    assert "10" not in lines[1]  # nothing is known of it
+    assert lines[-2] == f"Curves and pictures: open {folder}/report.html"
     assert len(load(folder / "records.csv")) == 8
 
 
@@ -121,7 +131,7 @@ def test_json_has_the_summary_and_nothing_that_json_has_not(
 ) -> None:
     assert main(["cost", str(experiment), "-o", str(folder), "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
-    assert data["verdict"] == "best: 2 % in 4 s [3, 5]"
+    assert data["verdict"] == VERDICT
     result = data["scenes"][0]["strategies"][0]
     unreached = {"value": None, "low": 1.0, "high": None, "trusted": True, "never": True}
     assert result["time_to"]["0.1"] == unreached

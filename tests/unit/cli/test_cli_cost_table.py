@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from equaltime.cli.cost_table import print_summary
+from equaltime.cli.verbosity import MOST_LINES
 from equaltime.experiments.model.summary import StrategyResult, Summary
 from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.tables import check_table, point_table
@@ -26,8 +27,10 @@ def changed(found: Summary, label: str, change: Callable[[StrategyResult], Strat
     return replace(found, scenes=(replace(found.scenes[0], strategies=tuple(strategies)),))
 
 
-def printed(found: Summary, folder: Path, capsys: pytest.CaptureFixture[str]) -> list[str]:
-    print_summary(found, folder)
+def printed(
+    found: Summary, folder: Path, capsys: pytest.CaptureFixture[str], verbose: bool = False, quick: bool = False
+) -> list[str]:
+    print_summary(found, folder, verbose, quick)
     return capsys.readouterr().out.splitlines()
 
 
@@ -35,7 +38,8 @@ def test_a_time_that_was_not_measured_is_marked(tmp_path: Path, capsys: pytest.C
     far = changed(summary(tmp_path), "naive", lambda one: replace(one, time_to={**one.time_to, 0.02: HUGE}))
     never = Interval(math.inf, 1.0, math.inf)
     far = changed(far, "best", lambda one: replace(one, time_to={**one.time_to, 0.01: never}))
-    head, naive, cut, best, below = printed(far, tmp_path, capsys)[:5]
+    verdict, head, naive, cut, best, below = printed(far, tmp_path, capsys)[:6]
+    assert verdict == far.verdict
     assert "time to 1 %" not in head  # one of them does not reach it
     assert naive.rstrip().endswith("*")
     assert "*" not in cut + best
@@ -66,9 +70,9 @@ def test_what_a_biased_strategy_says_of_itself_is_called_noise(tmp_path: Path) -
 def test_why_an_error_has_no_interval_is_said_below(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     nothing = UNKNOWN.doubted("the error is below what the reference can show")
     found = changed(summary(tmp_path), "best", lambda one: replace(one, error_at_budget=nothing))
-    below = printed(found, tmp_path, capsys)[4:]
+    below = printed(found, tmp_path, capsys, verbose=True)[5:]
     assert below[0] == "best: the error is below what the reference can show"
-    assert below[1].startswith("wrote ")
+    assert printed(found, tmp_path, capsys)[5] == "-v shows why 1 error cannot be trusted"
 
 
 @pytest.mark.parametrize(("columns", "times"), [("", 2), ("80", 2), ("56", 1), ("36", 0)])
@@ -78,10 +82,32 @@ def test_a_narrow_terminal_shows_fewer_times_and_none_by_half(
     if columns:
         monkeypatch.setenv("FORCE_COLOR", "1")
         monkeypatch.setenv("COLUMNS", columns)
-    head, row = printed(summary(tmp_path), tmp_path, capsys)[:2]
-    assert (head.count("time to"), row.count("["), row.count("]")) == (times, 1 + times, 1 + times)
+    head, row = printed(summary(tmp_path), tmp_path, capsys)[1:3]
+    assert (head.count("time to"), row.count("("), row.count(")")) == (times, 1 + times, 1 + times)
 
 
 def test_names_with_brackets_are_shown_as_they_are(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     named = changed(summary(tmp_path), "best", lambda one: replace(one, label="best[bold] of[/x] all"))
-    assert printed(named, tmp_path, capsys)[3].startswith("best[bold] of[/x] all ")
+    assert printed(named, tmp_path, capsys)[4].startswith("best[bold] of[/x] all ")
+
+
+@pytest.mark.parametrize("scenes", [1, 4])
+def test_the_verdict_is_the_first_and_the_last_of_at_most_12_lines(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], scenes: int
+) -> None:
+    found = summary(tmp_path, scenes)
+    lines = printed(found, tmp_path, capsys, quick=True)
+    assert lines[0] == lines[-1] == found.verdict
+    assert lines[-2] == (
+        f"Curves and pictures: open {tmp_path / 'report.html'}; without --quick the numbers are more exact"
+    )
+    assert len(lines) <= MOST_LINES
+    assert len(printed(found, tmp_path, capsys, verbose=True)) == 4 + 3 * scenes
+
+
+def test_standards_and_baselines_are_shown_first(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    lines = printed(summary(tmp_path, 3), tmp_path, capsys)
+    assert lines[1].split()[:2] == ["scene", "strategy"]
+    rows = [tuple(line.split()[:2]) for line in lines[2:-3]]
+    assert rows == [(f"box{number}", label) for number in range(3) for label in ("naive", "best")]
+    assert lines[-3] == "-v shows 3 more rows"

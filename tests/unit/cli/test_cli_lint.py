@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from equaltime.cli import main
+from equaltime.cli.verbosity import MOST_LINES
 
 SCENE = """
 [view]
@@ -29,16 +30,35 @@ def test_the_command_ends_with_1_for_warnings_and_0_for_notes(
     file = tmp_path / "scene.toml"
     file.write_text(SCENE)
     assert main(["lint", str(file), "-D", "power=1", "-D", "glass=dielectric"]) == 1
+    answer, warning, more = capsys.readouterr().out.splitlines()
+    assert answer == "Problems in scene.toml that may make the image wrong or slow: 1 warning (open-dielectrics)."
+    found = "warning: refracting shapes that do not close: 1; edges of one triangle alone: 4"
+    assert warning.startswith(f"{found}, at 'pane' (rectangle, {file}:9: pane). You can: ")
+    assert more == "-v shows all places, and what equaltime does about them"
+    assert main(["lint", str(file), "-D", "power=1", "-D", "glass=dielectric", "-v"]) == 1
     text = capsys.readouterr().out
-    assert "warning: open-dielectrics: refracting shapes that do not close: 1; edges of one triangle alone: 4" in text
-    assert f"at 'pane' (rectangle, {file}:9: pane)" in text
-    assert text.rstrip().endswith("1 warning (open-dielectrics)")
+    assert text.startswith(answer)
+    assert f"  at 'pane' (rectangle, {file}:9: pane)\n  equaltime " in text
     assert main(["lint", str(file), "-D", "power=1", "-D", "glass=dielectric", "--json"]) == 1
     data = json.loads(capsys.readouterr().out)
     assert (data["warnings"], data["notes"]) == (1, 0)
     assert data["findings"][0]["check"] == "open-dielectrics"
     assert main(["lint", str(file), "-D", "power=1", "-D", "glass=thindielectric"]) == 0
-    assert capsys.readouterr().out == "nothing found\n"
+    clean = "No problems in scene.toml (checked: lights, camera, geometry, materials, files).\n"
+    assert capsys.readouterr().out == clean
+
+
+def test_what_readers_mended_is_told_by_itself(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    mesh = tmp_path / "mesh.ply"
+    mesh.write_text(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+    )
+    assert main(["lint", str(mesh)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("No problems in mesh.ply that make the image wrong: ")
+    assert any(line.startswith("note: ") and "camera" in line for line in lines)
+    assert len(lines) <= MOST_LINES
 
 
 def test_a_name_that_is_taken_twice_is_an_error_of_loading(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

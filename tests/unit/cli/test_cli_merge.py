@@ -62,7 +62,7 @@ def test_of_an_image_without_bias_the_seeds_and_the_error_are_told(
     parts: list[et.Result], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (line,) = said(parts, tmp_path, capsys)
-    assert line.startswith("12x10, 8 spp of 2 seeds, error ")
+    assert line.startswith("Joined 2 renders: 12x10, 8 spp of 2 seeds, error ")
     assert line.endswith(", unbiased")
 
 

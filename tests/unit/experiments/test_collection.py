@@ -123,7 +123,7 @@ def test_an_experiment_that_fails_does_not_keep_the_others_from_running(
     assert main(["cost", str(source), "-o", str(out)]) == 1
     captured = capsys.readouterr()
     assert "x2-a: " in captured.err
-    assert captured.out.splitlines()[-1] == f"wrote {out}/index.html"
+    assert captured.out.splitlines()[-1] == f"All of them: open {out}/index.html"
     page = Page((out / "index.html").read_text("utf-8"))
     assert "Failed: " in page.visible
     assert {link["href"] for link in page.all("a")} >= {"x10-b/report.html", "own/report.html"}
@@ -209,7 +209,7 @@ def test_the_page_shows_their_figures_ours_a_curve_and_the_way_to_the_report(tmp
         "It is faster.",
         "20 times",
         "64",
-        "best: 1 % in 100 s",
+        "1 % error in 100 s",
         "Failed: a scene & more",
         "--quick",
     ):

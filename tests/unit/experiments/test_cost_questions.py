@@ -10,16 +10,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from equaltime.experiments.analysis.questions import bias_verdict, efficiency_verdict, samples_verdict
 from equaltime.experiments.analysis.strategy_runs import StrategyRuns, efficiency, fewer_samples
-from equaltime.experiments.analysis.verdict import bias_verdict, efficiency_verdict, samples_verdict, verdict
+from equaltime.experiments.analysis.verdict import verdict
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.statistics.agreement import LEVEL
 from equaltime.statistics.intervals import UNKNOWN, Interval
 
 from .fake_summary import curve
 from .made_up_runs import SPP, power_law
-
-TIMES = "\N{MULTIPLICATION SIGN}"
 
 
 def strategy(
@@ -51,35 +50,47 @@ def scene(*others: StrategyResult, name: str = "box") -> SceneResult:
 
 def test_the_biased_are_named_with_their_bias_and_the_right_ones_too() -> None:
     found = bias_verdict([scene(strategy("wrong", 1e-9, Interval(0.2, 0.19, 0.21)), strategy("same", 0.4))], LEVEL)
-    assert found == "found biased at a level of 0.1 %, held against right: wrong by 20 % [19, 21]; not: same"
+    assert found == (
+        "Wrong picture, however long it renders: wrong is 20 % off (19 to 21). No error was found in same. "
+        "Compared with right; the risk of a false alarm is 0.1 %."
+    )
+
+
+def test_paths_that_are_cut_are_named_as_the_cause() -> None:
+    cut = replace(strategy("depth 2", 1e-9, Interval(0.6, 0.59, 0.61)), name="best,truncate=2")
+    assert bias_verdict([scene(cut)], LEVEL).startswith(
+        "Cutting paths makes the picture wrong, however long it renders: depth 2 is 60 % off (59 to 61). "
+    )
 
 
 def test_a_bias_that_the_reference_cannot_show_has_no_size() -> None:
-    assert "wrong; not: none" in bias_verdict([scene(strategy("wrong", 1e-9, Interval(0.02, -0.01, 0.03)))], LEVEL)
+    assert "renders: wrong (how much is not known). Comp" in bias_verdict(
+        [scene(strategy("wrong", 1e-9, Interval(0.02, -0.01, 0.03)))], LEVEL
+    )
 
 
 def test_what_cannot_be_tested_is_neither() -> None:
-    assert bias_verdict([scene(strategy("lone"))], LEVEL).endswith("not: none; not to be told: lone (one repeat)")
+    assert bias_verdict([scene(strategy("lone"))], LEVEL) == "Not tested: lone (one repeat)."
 
 
 def test_of_several_scenes_each_is_named() -> None:
     scenes = [scene(strategy("wrong", 1e-9), name=name) for name in ("box", "ball")]
-    assert "wrong on box, wrong on ball" in bias_verdict(scenes, LEVEL)
+    assert "wrong on box (how much is not known), wrong on ball" in bias_verdict(scenes, LEVEL)
 
 
 @pytest.mark.parametrize(
     ("fewer", "said"),
     [
-        (Interval(6.4, 6.3, 6.5), f"6.4{TIMES} [6.3, 6.5] fewer"),
-        (Interval(0.25, 0.2, 0.5), f"4{TIMES} [2, 5] more"),
-        (Interval(0.25, 0.2, 0.5).bounded("high", "this: heavy"), f"at least 2{TIMES} more"),
-        (Interval(6.4, 6.3, 6.5).bounded("low", "baseline: heavy"), f"at least 6.3{TIMES} fewer"),
-        (Interval(6.4, 6.3, 6.5).doubted("2 repeats"), "not to be told (2 repeats)"),
-        (Interval(math.inf, math.inf, math.inf), "needs one, being exact"),
+        (Interval(6.4, 6.3, 6.5), "needs 6.4 times fewer samples (6.3 to 6.5)"),
+        (Interval(0.25, 0.2, 0.5), "needs 4 times more samples (2 to 5)"),
+        (Interval(0.25, 0.2, 0.5).bounded("high", "this: heavy"), "needs at least 2 times more samples"),
+        (Interval(6.4, 6.3, 6.5).bounded("low", "baseline: heavy"), "needs at least 6.3 times fewer samples"),
+        (Interval(6.4, 6.3, 6.5).doubted("2 repeats"), "cannot be told (2 repeats)"),
+        (Interval(math.inf, math.inf, math.inf), "needs one sample (it is exact)"),
     ],
 )
 def test_samples_are_said_as_ratios(fewer: Interval, said: str) -> None:
-    assert samples_verdict([scene(strategy("x", fewer=fewer))]) == f"samples to the same error, against right: x {said}"
+    assert samples_verdict([scene(strategy("x", fewer=fewer))]) == f"For the same error, compared with right: x {said}."
 
 
 def with_efficiency(label: str, *numbers: float) -> StrategyResult:
@@ -91,25 +102,25 @@ def test_efficiency_is_told_over_all_scenes_the_standard_first() -> None:
     ball = scene(with_efficiency("split"), with_efficiency("best", 0.25, 0.2, 0.5), name="ball")
     scenes = [replace(one, standard="best") for one in (box, ball)]
     assert efficiency_verdict(scenes) == (
-        f"squared error {TIMES} time, of typical runs, against right (geometric means): "
-        f"best 1{TIMES} [0.695, 1.63] less (ball: 4{TIMES} [2, 5] more; box: 4{TIMES} [2, 8] less), "
-        f"split 1{TIMES} [0.5, 2] less on 1 of 2 scenes"
+        "For the same error, compared with typical runs of right, on average over 2 scenes (geometric mean): "
+        "best needs 1 times the time (0.613 to 1.44), from 4 times more on ball to 4 times less on box, "
+        "split needs 1 times the time (0.5 to 2) on 1 of 2 scenes."
     )
 
 
 def test_efficiency_on_one_scene_has_no_mean() -> None:
     found = efficiency_verdict([scene(with_efficiency("x", 2.0, 1.5, 3.0), with_efficiency("y"))])
     assert found == (
-        f"squared error {TIMES} time, of typical runs, against right: "
-        f"x 2{TIMES} [1.5, 3] less, y not to be told (few repeats)"
+        "For the same error, compared with typical runs of right: "
+        "x needs about 2 times less time (1.5 to 3), y cannot be told (few repeats)."
     )
 
 
 def test_an_experiment_chooses_its_question() -> None:
     scenes = [scene(strategy("x", 0.4, fewer=Interval(2.0, 1.9, 2.1)))]
-    assert verdict(scenes, [0.1], "bias").startswith("found biased at a level of 0.1 %")
-    assert verdict(scenes, [0.1], "samples").startswith("samples to the same error")
-    assert verdict(scenes, [0.1], "efficiency").startswith(f"squared error {TIMES} time")
+    assert verdict(scenes, [0.1], "bias").startswith("No error was found in x.")
+    assert "times fewer samples" in verdict(scenes, [0.1], "samples")
+    assert verdict(scenes, [0.1], "efficiency").startswith("For the same error")
 
 
 def runs(factor: float, seed: int, spp: NDArray[np.float64] = SPP) -> StrategyRuns:

@@ -1,4 +1,4 @@
-"""The last sentence of an experiment: which numbers it takes, and what it says of them."""
+"""The verdict of an experiment: a plain sentence first, which numbers it takes, and what it says of them."""
 
 from __future__ import annotations
 
@@ -52,41 +52,51 @@ def said(*arguments: tuple[Interval, ...], efficiency: Interval = UNKNOWN) -> st
     return verdict([scene(*arguments, efficiency=efficiency)], TARGETS)
 
 
-def test_the_smallest_error_within_the_runs_comes_first() -> None:
-    assert said((TIME, TIME), (RATIO, RATIO)).startswith(
-        "best: 5 % in 0.5 s [0.4, 0.6], 30\N{MULTIPLICATION SIGN} [25, 36] "
+def test_the_answer_is_a_plain_sentence_with_its_interval() -> None:
+    assert said((TIME, TIME), (RATIO, RATIO)) == (
+        "On box, best is about 30 times faster than naive (25 to 36): 5 % error in 500 ms (400 to 600)."
     )
-    assert said((TIME, FAR), (RATIO, RATIO)).startswith("best: 10 % in 0.5 s")
+
+
+def test_the_smallest_error_within_the_runs_comes_first() -> None:
+    assert ": 5 % error in " in said((TIME, TIME), (RATIO, RATIO))
+    assert ": 10 % error in " in said((TIME, FAR), (RATIO, RATIO))
 
 
 def test_a_measured_time_beats_one_beyond_the_runs_even_if_the_baseline_is() -> None:
-    sentence = said((TIME, FAR), (FAR_RATIO, RATIO))
-    assert sentence.startswith("best: 10 % in 0.5 s")
-    assert sentence.endswith("faster than naive; naive is extrapolated, 900\N{MULTIPLICATION SIGN} beyond the runs")
-    assert said((UNKNOWN, FAR), (FAR_RATIO, RATIO)).endswith(
-        "; partly extrapolated, 3\N{MULTIPLICATION SIGN} beyond the runs"
+    answer = said((TIME, FAR), (FAR_RATIO, RATIO))
+    assert ": 10 % error in " in answer
+    assert answer.endswith(" The time of naive is extrapolated: its runs were 900 times shorter.")
+    assert said((UNKNOWN, FAR), (FAR_RATIO, RATIO)).endswith(" Extrapolated: the runs were 3 times shorter.")
+
+
+def test_a_ratio_that_may_be_one_is_no_difference() -> None:
+    even = Interval(1.1, 0.9, 1.3)
+    assert "best is about 1.1 times as fast as naive (0.9 to 1.3), no clear difference" in said(
+        (TIME, TIME), (even, even)
     )
+    slower = Interval(0.25, 0.2, 0.5)
+    assert "best is about 4 times slower than naive (2 to 5)" in said((TIME, TIME), (slower, slower))
 
 
 def test_of_a_baseline_with_a_heavy_tail_the_lower_end_is_said() -> None:
-    sentence = said((TIME, UNKNOWN), (AT_LEAST, UNKNOWN))
-    assert "at least 25\N{MULTIPLICATION SIGN} faster than naive" in sentence
-    assert sentence.endswith("beyond the runs; how much more is not known")
-    assert "30" not in sentence
+    answer = said((TIME, UNKNOWN), (AT_LEAST, UNKNOWN))
+    assert "best is at least 25 times faster than naive" in answer
+    assert "30" not in answer
 
 
 def test_scenes_of_which_something_is_known_are_counted_and_a_single_one_is_named() -> None:
     known, unknown = scene((TIME, TIME), (FAR_RATIO, FAR_RATIO)), scene((UNKNOWN, UNKNOWN), (UNKNOWN, UNKNOWN))
     one = verdict([known, unknown], TARGETS)
-    assert " faster than naive on box (1 of 2 scenes); " in one
-    assert one.endswith("extrapolated, 900\N{MULTIPLICATION SIGN} beyond the runs")
+    assert one.startswith("On box (1 of 2 scenes), best is about ")
+    assert one.endswith("extrapolated: its runs were 900 times shorter.")
     two = verdict([known, known, unknown], TARGETS)
-    assert " (geometric means of 2 of 3 scenes); " in two
-    assert two.endswith(" up to 900\N{MULTIPLICATION SIGN} beyond the runs")
+    assert two.startswith("On average over 2 of 3 scenes (geometric mean), best is about ")
+    assert two.endswith(" its runs were up to 900 times shorter.")
 
 
 def test_an_interval_beats_a_lower_end_at_a_smaller_error() -> None:
-    assert "[25, 36]" in said((FAR, TIME), (FAR_RATIO, AT_LEAST))
+    assert "(25 to 36)" in said((FAR, TIME), (FAR_RATIO, AT_LEAST))
 
 
 def test_a_ratio_whose_upper_end_alone_is_sound_is_not_said() -> None:
@@ -95,25 +105,43 @@ def test_a_ratio_whose_upper_end_alone_is_sound_is_not_said() -> None:
 
 def test_if_nothing_else_can_be_told_typical_runs_are() -> None:
     heavy = FAR.bounded("low", "heavy tail: a pixel")
-    sentence = said((heavy, heavy), (UNKNOWN, UNKNOWN), efficiency=Interval(800.0, 300.0, 2000.0))
-    times = "\N{MULTIPLICATION SIGN}"
-    assert sentence.startswith(f"typical runs of best are 800{times} [300, 2e+03] as efficient as those of naive")
-    assert "no strategy's time to a wanted error can be told" in sentence
-    assert "heavy tail" in sentence
+    answer = said((heavy, heavy), (UNKNOWN, UNKNOWN), efficiency=Interval(800.0, 300.0, 2000.0))
+    assert answer.startswith(
+        "On box, for the same error, a typical run of best needs about 800 times less time than one of naive "
+        "(300 to 2,000). Times to a given error cannot be trusted: "
+    )
+    assert "heavy tail" in answer
+    assert "e+" not in answer
 
 
 def test_of_typical_runs_the_sentence_says_so() -> None:
     typical = RATIO.noted(f"baseline: {TYPICAL}; heavy tail")
     assert said((TIME, TIME), (typical, typical)).endswith(
-        "[25, 36] faster than naive; typical runs: the median of repeats, since few events make most of the error"
+        " This holds for typical runs: a few rare events make most of the error."
     )
     assert "typical" not in said((TIME, TIME), (RATIO, RATIO))
 
 
 def test_a_time_without_a_ratio_stands_alone() -> None:
-    assert "cannot be told" in said((TIME, TIME), (UNKNOWN, UNKNOWN))
-    assert said((TIME, TIME), (UNKNOWN, UNKNOWN), efficiency=RATIO).startswith(
-        "best: 5 % in 0.5 s [0.4, 0.6]; typical runs"
+    assert said((TIME, TIME), (UNKNOWN, UNKNOWN)) == (
+        "On box, best reaches 5 % error in 500 ms (400 to 600). How much faster it is than naive cannot be told."
+    )
+    assert said((TIME, TIME), (UNKNOWN, UNKNOWN), efficiency=RATIO).endswith(
+        " one of naive (25 to 36). There, best reaches 5 % error in 500 ms (400 to 600)."
+    )
+
+
+def test_a_renderer_of_ones_own_is_told_beside_standard_and_baseline() -> None:
+    """The interval of a ratio of independent times: the logarithms' deviations add in squares."""
+    found = scene((TIME, TIME), (RATIO, RATIO))
+    slow = Interval(20.0, 18.0, 22.0)
+    naive, best = (
+        replace(one, time_to={0.1: time, 0.05: time}) for one, time in zip(found.strategies, (slow, TIME), strict=True)
+    )
+    own = replace(naive, label="mine", renderer="command")
+    answer = verdict([replace(found, strategies=(naive, best, own))], TARGETS)
+    assert answer.endswith(
+        " mine needs 1 times as long as naive (0.868 to 1.15) and 40 times as long as best (32.4 to 51) for 5 %."
     )
 
 

@@ -9,9 +9,13 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
+from equaltime.cli.effects_table import print_effects
+from equaltime.cli.verbosity import MOST_LINES
 from equaltime.images import image_files as images
+from equaltime.pricing import Price, PriceList
 from equaltime.quoting.pairs import Renders, Versus
-from equaltime.scene.effects.kinds import KINDS
+from equaltime.scene.effects.kinds import KINDS, Reason
+from equaltime.statistics.intervals import Interval
 
 from ..scene.test_effects import CHECKED, ROOT, scene
 
@@ -59,6 +63,11 @@ def test_the_price_list_is_printed_and_pictures_show_what_changes(
 ) -> None:
     box = str(ROOT / "scenes" / "cornell-box.toml")
     assert main(["effects", box, "--quick", "--size", "8x8", "--threads", "1", "-o", str(tmp_path / "out")]) == 0
+    short = capsys.readouterr().out.splitlines()
+    assert short[0].startswith("What makes cornell-box.toml slow: mostly long_paths (light that was scattered more ")
+    assert short[1].startswith(("Could be left out: --without long_paths=", "Nothing can be left out"))
+    assert len(short) <= MOST_LINES
+    assert main(["effects", box, "--quick", "--size", "8x8", "--threads", "1", "-v"]) == 0
     text = capsys.readouterr().out
     assert f"long_paths: light that was scattered more than once, for {box}:" in text
     assert "free, since nothing calls for them: analytic_shapes, " in text
@@ -70,12 +79,37 @@ def test_the_price_list_is_printed_and_pictures_show_what_changes(
     assert "the scene asks for" not in text
 
 
+def test_a_share_that_is_not_above_zero_is_none_and_large_memory_is_in_mb(capsys: pytest.CaptureFixture[str]) -> None:
+    reasons = (Reason("", "the scene as a whole"),)
+    prices = (
+        Price(
+            KINDS["textures"],
+            reasons,
+            "their means",
+            time=Interval(-0.04, -0.2, 0.12),
+            variance=Interval(0.34, 0.3, 0.38),
+            change=Interval(0.01, 0.009, 0.011),
+            memory=25_207_000,
+        ),
+        Price(KINDS["principled"], reasons, None, variance=Interval(0.9, 0.8, 1.0)),
+    )
+    shares = {"length": {}, "way": {}, "bsdf": {}, "light": {"light 0: /tmp/a/b.toml:3: sun": Interval(0.6, 0.5, 0.7)}}
+    found = PriceList(prices, ("lens", "media"), shares, {}, {}, (8, 8), 8, 6, "best", 0, -1, -1)
+    print_effects(found, "b.toml", verbose=False)
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "What makes b.toml slow: mostly textures, 34 % of the noise."
+    assert lines[1] == "Could be left out: --without textures (picture off by at most 1.1 %)."
+    assert lines[3].split() == ["textures", *["none", "measurable", "34", "%", "±4", "25", "MB", "1", "%", "±0.1"]]
+    assert "Always there: principled." in lines
+    assert lines[-1] == "2 other effects cost nothing here. -v shows reasons, places and all shares."
+
+
 @pytest.mark.parametrize("cut", [["--max-depth", "3"], ["--strategy", "best,truncate=3"]])
 def test_the_price_list_says_of_which_paths_it_is(capsys: pytest.CaptureFixture[str], cut: list[str]) -> None:
     box = str(ROOT / "scenes" / "cornell-box.toml")
     command = ["effects", box, "--quick", "--size", "6x6", "--threads", "1", *cut]
     assert main(command) == 0
-    said = "all of this is of paths up to depth 3; the scene asks for paths up to depth 30"
+    said = "All of this is of paths up to depth 3; the scene asks for paths up to depth 30."
     assert said in capsys.readouterr().out.splitlines()
     assert main([*command, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 import equaltime as et
 from equaltime.cli import main
+from equaltime.cli.verbosity import MOST_LINES
 from equaltime.film.error import pixel_statistics, standard_error
 from equaltime.film.moments import DTYPE
 from equaltime.film.parts_of_merge import MergedFilm
@@ -345,17 +347,24 @@ def test_the_command_prints_every_metric(
     files: tuple[Path, Path, Path], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(files[0].parent)  # names that need no second line in the table
-    assert main(["compare", *(file.name for file in files)]) == 0
+    names = [file.name for file in files]
+    assert main(["compare", *names]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert re.match(r"a\.exr has 0\.49\d* times \(0\.4\d* to 0\.\d+\) the error of b\.exr\.$", lines[0])
+    assert lines[1].startswith(("No bias found (p = ", "Bias found: "))
+    assert len(lines) <= MOST_LINES
+    assert not any("relmse  " in line for line in lines)
+    assert main(["compare", *names, "-v"]) == 0
     out = capsys.readouterr().out
     for word in (
         "error",
         "relmse",
         "mse",
         "mare",
-        "flip",
+        "FLIP",
         "a.exr",
         "b.exr",
-        "error of a.exr over that of b.exr, these very images: 0.49",
+        "p of equal means",
     ):
         assert word in out
 
@@ -365,7 +374,8 @@ def test_intervals_are_printed_with_plain_brackets(
 ) -> None:
     assert main(["compare", *map(str, files)]) == 0
     printed = capsys.readouterr().out
-    assert " [" in printed
+    assert " (" in printed
+    assert "[" not in printed
     assert "\\" not in printed
 
 

@@ -149,7 +149,7 @@ class Summary(Shown):
     provenance: Mapping[str, Any] = field(hash=False)
     """Machine, build, dates, number of runs and their seeds."""
     verdict: str
-    """One sentence, such as ``best: 2 % in 4.1 s [3.9, 4.4], 31x [27, 35] faster than naive``."""
+    """Answer in one line, such as ``On box, best is about 31 times faster than naive (27 to 35): 2 % in 4.1 s.``"""
     question: Question = "time"
     """Question that the verdict answers."""
     theirs: Theirs | None = None

@@ -1,0 +1,177 @@
+"""Output of ``equaltime effects``: what makes a scene slow, and what could be left out; with ``-v`` everything."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Final
+
+from rich.table import Table
+
+from equaltime.cli.messages import WAYS, plain_console
+from equaltime.cli.verbosity import MOST_LINES
+from equaltime.pricing import Price, PriceList
+from equaltime.rendering.stated import other_depth
+from equaltime.statistics.intervals import Interval
+from equaltime.words import percent
+
+__all__ = ["print_effects"]
+
+_MOST_REASONS = 3
+_MOST_LIGHTS = 3
+_LITTLE: Final = 0.02
+"""Largest relative error of the image, without an effect, at which the output proposes to leave the effect out."""
+_OTHER_LINES = 7
+"""Lines beside the rows of the table: two of the answer, heading, two below, other depth, what ``-v`` adds."""
+_NONE = "none measurable"
+_SHARES = {
+    "length": "by the length of the path (2: direct light)",
+    "way": "by how the light was found",
+    "bsdf": "by the last surface that scattered it",
+    "light": "by the light",
+}
+
+
+def print_effects(found: PriceList, name: str, verbose: bool) -> None:
+    """Print what makes the scene ``name`` slow, in at most `MOST_LINES` lines unless ``verbose``."""
+    console = plain_console()
+    for line in (_answer(found, name), _proposal(found)):
+        console.print(line, soft_wrap=True)
+    priced = [price for price in found.prices if price.instead is not None]
+    rows = list(found.prices) if verbose else sorted(priced, key=_cost, reverse=True)[: MOST_LINES - _OTHER_LINES]
+    if rows:
+        console.print(_table(rows))
+    for line in _everything(found) if verbose else _short(found, len(priced) - len(rows)):
+        console.print(line, soft_wrap=True)
+
+
+def _cost(price: Price) -> float:
+    """Return a number by which effects are ordered: the larger of the measurable shares of time and noise."""
+    return max(_value(price.time), _value(price.variance))
+
+
+def _value(share: Interval | None) -> float:
+    return share.value if share is not None and _measurable(share) else 0.0
+
+
+def _measurable(share: Interval) -> bool:
+    return math.isfinite(share.value) and share.low > 0.0
+
+
+def _answer(found: PriceList, name: str) -> str:
+    """Return a sentence on the effect that costs most."""
+    costly = max((price for price in found.prices if price.instead is not None), key=_cost, default=None)
+    if costly is None or _cost(costly) == 0.0:
+        return f"{name}: no effect that could be left out has a measurable cost."
+    said = [f"{percent(_value(costly.variance))} of the noise"] if _value(costly.variance) else []
+    said += [f"{percent(_value(costly.time))} of the time"] if _value(costly.time) else []
+    title = f" ({costly.kind.title})" if costly.kind.title != costly.kind.name else ""
+    return f"What makes {name} slow: mostly {costly.kind.name}{title}, {' and '.join(said)}."
+
+
+def _proposal(found: PriceList) -> str:
+    """Return a line with the options that leave out effects at a small error, or that there are none.
+
+    Of the lengths at which paths may be cut, the smallest is proposed.
+    """
+    named = [(price.kind.name, price.change) for price in found.prices if price.kind.name != "long_paths"]
+    cuts = [(f"long_paths={depth}", error) for depth, error in found.truncated.items() if depth > 1 and _small(error)]
+    small = [(option, change) for option, change in (*named, *cuts[:1]) if change is not None and _small(change)]
+    told = [f"--without {option} (picture off by at most {percent(change.high)})" for option, change in small]
+    return f"Could be left out: {', '.join(told)}." if told else "Nothing can be left out without a visible change."
+
+
+def _small(change: Interval) -> bool:
+    return change.trusted and change.high <= _LITTLE
+
+
+def _table(prices: list[Price]) -> Table:
+    table = Table(box=None, pad_edge=False)
+    table.add_column("effect", no_wrap=True)
+    for heading in ("time", "noise", "memory", "without it, off by"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for price in prices:
+        shares = [_brief(share) for share in (price.time, price.variance, price.change)]
+        table.add_row(price.kind.name, *shares[:2], _memory(price.memory), shares[2])
+    return table
+
+
+def _memory(size: int | None) -> str:
+    """Return a number of bytes in kB, MB or GB; empty if it is below 1 kB or not known."""
+    if size is None or size < 1000:
+        return ""
+    scale, unit = next((pair for pair in ((1e9, "GB"), (1e6, "MB")) if size >= pair[0]), (1e3, "kB"))
+    return f"{size / scale:.2g} {unit}" if size < 99.5 * scale else f"{size / scale:,.0f} {unit}"
+
+
+def _short(found: PriceList, left: int) -> Iterator[str]:
+    """Yield the lines below the table: effects that are always there, and where the noise comes from."""
+    always = [price.kind.name for price in found.prices if price.instead is None]
+    if always:
+        yield f"Always there: {', '.join(always)}."
+    lights = [
+        f"{_place(what)} {percent(share.value)}"
+        for what, share in _largest(found.shares["light"])
+        if _measurable(share)
+    ]
+    direct = found.shares["length"].get("2")
+    said = [f"direct light {percent(direct.value)}"] if direct is not None and _measurable(direct) else []
+    if len(lights) > 1:
+        said.append(f"by light: {', '.join(lights[:_MOST_LIGHTS])}")
+    if said:
+        yield f"Noise: {'; '.join(said)}."
+    if depth := other_depth(found.max_depth, found.scene_max_depth):
+        yield f"All of this is of {depth}."
+    more = f"{left} more effects, " if left > 0 else ""
+    yield f"{len(found.free)} other effects cost nothing here. -v shows {more}reasons, places and all shares."
+
+
+def _everything(found: PriceList) -> Iterator[str]:
+    """Yield what uses each effect, all shares of the noise, errors of cut paths, and how all was measured."""
+    for price in found.prices:
+        reasons = [str(reason) for reason in price.reasons[:_MOST_REASONS]]
+        more = len(price.reasons) - len(reasons)
+        words = "; ".join(reasons) + (f"; and {more:,} more" if more else "")
+        end = f"without it: {price.instead}" if price.instead else "cannot be left out"
+        yield f"{price.kind.name}: {price.kind.title}, for {words}; {end}"
+    yield f"free, since nothing calls for them: {', '.join(found.free)}"
+    for kind, title in _SHARES.items():
+        if len(found.shares[kind]) > 1:
+            yield f"noise {title}: {'; '.join(_shares(found.shares[kind]))}"
+    if found.truncated:
+        cut = "; ".join(f"{depth}: {_brief(error)}" for depth, error in found.truncated.items())
+        yield f"error of paths cut at depth {cut}"
+    if found.outputs:
+        times = "; ".join(f"{name} {_brief(share)}" for name, share in found.outputs.items())
+        yield f"time of outputs beside the image, each by itself: {times}"
+    if depth := other_depth(found.max_depth, found.scene_max_depth):
+        yield f"all of this is of {depth}"
+    width, height = found.size
+    measured = f"{found.repeats} repeats of {found.samples} samples a pixel of {width}x{height}, {found.strategy}"
+    yield f"noise is variance; shares and errors with their 95 % intervals, from {measured}"
+
+
+def _shares(shares: Mapping[str, Interval]) -> Iterator[str]:
+    """Yield the shares as text, the largest first; lengths of paths keep their order."""
+    lengths = all(what.split()[0].isdigit() for what in shares)
+    for what, share in shares.items() if lengths else _largest(shares):
+        yield f"{WAYS.get(what, what)} {_brief(share)}"
+
+
+def _largest(shares: Mapping[str, Interval]) -> list[tuple[str, Interval]]:
+    return sorted(shares.items(), key=lambda item: -item[1].value)
+
+
+def _place(what: str) -> str:
+    """Return the name of a light without the folders of its file: ``light 0 (truck.toml:12)``."""
+    light, colon, place = what.partition(": ")
+    return f"{light} ({place.rsplit('/', 1)[-1]})" if colon else what
+
+
+def _brief(share: Interval | None) -> str:
+    """Return a share or an error with half its interval; "none measurable" if the interval includes 0."""
+    if share is None:
+        return ""
+    if not math.isfinite(share.value):
+        return "unknown"
+    return f"{percent(share.value)} ±{50.0 * (share.high - share.low):.2g}" if _measurable(share) else _NONE

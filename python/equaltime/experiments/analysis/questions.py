@@ -1,0 +1,119 @@
+"""Verdicts on the questions other than time: which strategies are biased, their samples, and their efficiency."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from equaltime.experiments.analysis.sentences import joined, less_time, listed, times
+from equaltime.experiments.model.summary import SceneResult, StrategyResult
+from equaltime.statistics.in_words import figure, in_percent
+from equaltime.statistics.intervals import Interval, product_mean, sound
+
+__all__ = ["bias_verdict", "efficiency_verdict", "samples_verdict"]
+
+
+def bias_verdict(scenes: Sequence[SceneResult], level: float) -> str:
+    """Return sentences that name the strategies found biased, those not found biased, and those not tested.
+
+    A strategy is biased if its expected image differs from the expected image of the scene's standard strategy.
+    ``level`` is the false-alarm rate of all these tests together.
+    """
+    found, right, untested = [], [], []
+    for scene, strategy in _others(scenes):
+        on = f" on {scene.name}" if len(scenes) > 1 else ""
+        if strategy.equality_p is None:
+            untested.append(f"{strategy.label}{on}{f' ({strategy.notes[0]})' if strategy.notes else ''}")
+        elif strategy.unequal:
+            found.append(f"{strategy.label}{on} {_size(strategy.bias)}")
+        else:
+            right.append(f"{strategy.label}{on}")
+    standard = joined(scene.standard or "no strategy" for scene in scenes)
+    said = []
+    if found:
+        said.append(f"{_cause(scenes)}, however long it renders: {', '.join(found)}.")
+    if right:
+        said.append(f"No error was found in {listed(right)}.")
+    if untested:
+        said.append(f"Not tested: {', '.join(untested)}.")
+    if found or right:
+        said.append(f"Compared with {standard}; the risk of a false alarm is {figure(100.0 * level)} %.")
+    return " ".join(said) or "No other strategy was compared."
+
+
+def _cause(scenes: Sequence[SceneResult]) -> str:
+    """Return the beginning of the sentence on biased strategies: their common cause, if all of them cut paths."""
+    names = [strategy.name for _, strategy in _others(scenes) if strategy.unequal]
+    return "Cutting paths makes the picture wrong" if all("truncate=" in name for name in names) else "Wrong picture"
+
+
+def samples_verdict(scenes: Sequence[SceneResult]) -> str:
+    """Return a sentence on the factor by which each strategy needs fewer samples than the baseline at equal error."""
+    said = []
+    for scene, strategy in _others(scenes, baseline=True):
+        on = f" on {scene.name}" if len(scenes) > 1 else ""
+        said.append(f"{strategy.label}{on} {_fewer(strategy.fewer_samples)}")
+    return f"For the same error, compared with {joined(scene.baseline for scene in scenes)}: {', '.join(said)}."
+
+
+def efficiency_verdict(scenes: Sequence[SceneResult]) -> str:
+    """Return a sentence with each strategy's gain: the baseline's squared error x time, divided by the strategy's.
+
+    With several scenes, each gain is a geometric mean over scenes. The standard strategy comes first, with its smallest
+    and largest gain.
+    """
+    baseline = joined(scene.baseline for scene in scenes)
+    found: dict[str, list[tuple[str, Interval]]] = {}
+    for scene, strategy in _others(scenes, baseline=True):
+        found.setdefault(strategy.label, []).append((scene.name, strategy.efficiency))
+    standards = {scene.standard for scene in scenes}
+    ordered = sorted(found, key=lambda one: one not in standards)
+    said = [_gain(label, found[label], len(scenes), label in standards) for label in ordered]
+    average = f", on average over {len(scenes)} scenes (geometric mean)" if len(scenes) > 1 else ""
+    return f"For the same error, compared with typical runs of {baseline}{average}: {', '.join(said)}."
+
+
+def _gain(label: str, found: Sequence[tuple[str, Interval]], scenes: int, ends: bool) -> str:
+    """Return the mean gain of one strategy; with ``ends``, and several scenes, also its smallest and largest gain."""
+    known = [(name, interval) for name, interval in found if sound(interval)]
+    if not known:
+        return f"{label} cannot be told ({found[0][1].note})"
+    text = f"{label} needs {less_time(product_mean([interval for _, interval in known]))}"
+    if len(known) < scenes:
+        text += f" on {len(known)} of {scenes} scenes"
+    if ends and len(known) > 1:
+        extremes = [pick(known, key=lambda one: one[1].value) for pick in (min, max)]
+        text += f", from {' to '.join(f'{_plain(gain)} on {name}' for name, gain in extremes)}"
+    return text
+
+
+def _plain(gain: Interval) -> str:
+    """Return a gain without its interval: ``4.1 times less``."""
+    less = gain.value >= 1.0
+    return f"{figure(gain.value if less else 1.0 / gain.value)} times {'less' if less else 'more'}"
+
+
+def _others(scenes: Sequence[SceneResult], baseline: bool = False) -> Iterator[tuple[SceneResult, StrategyResult]]:
+    for scene in scenes:
+        for strategy in scene.strategies:
+            if strategy.label != (scene.baseline if baseline else scene.standard):
+                yield scene, strategy
+
+
+def _fewer(ratio: Interval) -> str:
+    if math.isinf(ratio.value):
+        return "needs one sample (it is exact)"
+    if not ratio.trusted:
+        if ratio.bound == "low":
+            return f"needs at least {figure(ratio.low)} times fewer samples"
+        if ratio.bound == "high" and ratio.high < 1.0:
+            return f"needs at least {figure(1.0 / ratio.high)} times more samples"
+        return f"cannot be told ({ratio.note})"
+    return f"needs {times(ratio, 'fewer samples', 'more samples')}"
+
+
+def _size(bias: Interval | None) -> str:
+    """Return a bias in per cent, or that it is not known if its interval is not trusted or includes 0."""
+    if bias is None or not bias.trusted or bias.low <= 0.0:
+        return "(how much is not known)"
+    return f"is {in_percent(bias).replace(' (', ' off (', 1)}"

@@ -1,0 +1,54 @@
+"""Parts of sentences that verdicts share: where a number holds, and ratios in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from equaltime.statistics.in_words import about, figure, span
+from equaltime.statistics.intervals import Interval
+
+__all__ = ["compared", "joined", "less_time", "listed", "times", "where"]
+
+
+def where(names: Sequence[str], count: int) -> str:
+    """Return the beginning of a sentence that holds on the scenes ``names``, of an experiment with ``count`` scenes."""
+    if count == 1:
+        return f"On {names[0]}"
+    if len(names) == 1:
+        return f"On {names[0]} (1 of {count} scenes)"
+    return f"On average over {f'{len(names)} of ' if len(names) < count else ''}{count} scenes (geometric mean)"
+
+
+def compared(label: str, ratio: Interval, baseline: str) -> str:
+    """Return a clause on how much faster a strategy is than the baseline, by the ratio of their times."""
+    if not ratio.trusted:
+        faster = "as fast as" if ratio.low < 1.0 else "faster than"
+        return f"{label} is at least {figure(ratio.low)} times {faster} {baseline}"
+    if ratio.low <= 1.0 <= ratio.high:
+        return f"{label} is about {about(ratio)} times as fast as {baseline} {span(ratio)}, no clear difference"
+    return f"{label} is about {times(ratio, f'faster than {baseline}', f'slower than {baseline}')}"
+
+
+def less_time(ratio: Interval, other: str = "") -> str:
+    """Return a phrase for a ratio of times: how much less, or more, time is needed than ``other`` needs."""
+    if ratio.low <= 1.0 <= ratio.high:
+        inverse = ratio.map(lambda value: 1.0 / value)
+        return f"{about(inverse)} times the time{f' of {other}' if other else ''} {span(inverse)}"
+    than = f" than {other}" if other else ""
+    return f"about {times(ratio, f'less time{than}', f'more time{than}')}"
+
+
+def times(ratio: Interval, above: str, below: str) -> str:
+    """Return a ratio as "N times" and ``above`` if it is at least 1; else its inverse and ``below``."""
+    found = ratio if ratio.value >= 1.0 else ratio.map(lambda value: 1.0 / value)
+    return f"{about(found)} times {above if ratio.value >= 1.0 else below} {span(found)}"
+
+
+def joined(labels: Iterable[str]) -> str:
+    """Return different labels in one text, as for strategies that differ by scene: ``best or mis``."""
+    return " or ".join(dict.fromkeys(labels))
+
+
+def listed(texts: Sequence[str]) -> str:
+    """Return texts as an enumeration: ``a, b and c``."""
+    return " and ".join([", ".join(texts[:-1]), texts[-1]] if len(texts) > 1 else texts)
