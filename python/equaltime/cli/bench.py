@@ -11,9 +11,8 @@ from rich.table import Table
 
 from equaltime.bench import Benchmark, Measurement, measure
 from equaltime.cli.messages import plain_console, print_json, print_warnings
-from equaltime.cli.options import AsJson, Define, MaxDepth, Size, Substitute, parse_definitions, parse_whole
+from equaltime.cli.options import AsJson, Define, MaxDepth, Size, Substitute, Verbose, parse_definitions, parse_whole
 from equaltime.cli.progress import progress_bar
-from equaltime.cli.verbosity import Verbose
 from equaltime.rendering.job import MOST_THREADS
 from equaltime.scene import load_file
 from equaltime.scene.model import MOST_SAMPLES

@@ -10,9 +10,8 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from equaltime.cli.messages import plain_console, print_json
-from equaltime.cli.options import AsJson
-from equaltime.cli.verbosity import MOST_LINES, Verbose
+from equaltime.cli.messages import MOST_LINES, plain_console, print_json
+from equaltime.cli.options import AsJson, Verbose
 from equaltime.rendering.compare import Compared, Comparison
 from equaltime.rendering.compare import compare as compare_files
 from equaltime.statistics.agreement import LEVEL

@@ -9,9 +9,8 @@ import typer
 
 from equaltime.cli.cost_table import print_summary
 from equaltime.cli.messages import print_error, print_json
-from equaltime.cli.options import Define, Size, Substitute, parse_definitions, parse_duration, parse_whole
+from equaltime.cli.options import Define, Size, Substitute, Verbose, parse_definitions, parse_duration, parse_whole
 from equaltime.cli.progress import progress_bar
-from equaltime.cli.verbosity import Verbose
 from equaltime.errors import ExperimentError
 from equaltime.experiments import cost as measure_cost
 from equaltime.experiments.model.experiment import MOST_REPEATS

@@ -7,8 +7,7 @@ from pathlib import Path
 
 from rich.table import Table
 
-from equaltime.cli.messages import plain_console
-from equaltime.cli.verbosity import MOST_LINES
+from equaltime.cli.messages import MOST_LINES, plain_console
 from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
 from equaltime.statistics.intervals import Interval
 

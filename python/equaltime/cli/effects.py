@@ -20,10 +20,10 @@ from equaltime.cli.options import (
     StrategyWords,
     Substitute,
     Threads,
+    Verbose,
     parse_definitions,
 )
 from equaltime.cli.progress import progress_bar
-from equaltime.cli.verbosity import Verbose
 from equaltime.errors import ImageError
 from equaltime.images import image_files as images
 from equaltime.images import preview

@@ -8,8 +8,7 @@ from typing import Final
 
 from rich.table import Table
 
-from equaltime.cli.messages import WAYS, plain_console
-from equaltime.cli.verbosity import MOST_LINES
+from equaltime.cli.messages import MOST_LINES, WAYS, plain_console
 from equaltime.pricing import Price, PriceList
 from equaltime.rendering.stated import other_depth
 from equaltime.statistics.intervals import Interval

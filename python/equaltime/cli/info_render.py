@@ -8,12 +8,12 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from equaltime.cli.amounts import count, error_range
 from equaltime.errors import EqualtimeError
 from equaltime.rendering.render_record import checked
 from equaltime.rendering.result import Origin
 from equaltime.rendering.stated import paths_up_to, stated
 from equaltime.scene import load_file
+from equaltime.statistics.in_words import count, error_range
 from equaltime.statistics.intervals import UNKNOWN, Interval
 from equaltime.words import duration, percent
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from equaltime.cli.amounts import megabytes
 from equaltime.scene import Scene
 from equaltime.scene.model.sensors import Projective
+from equaltime.statistics.in_words import megabytes
 
 __all__ = ["scene_summary"]
 

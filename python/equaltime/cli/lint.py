@@ -6,9 +6,8 @@ import shlex
 import sys
 from collections.abc import Sequence
 
-from equaltime.cli.messages import print_json, print_lines
-from equaltime.cli.options import AsJson, Define, SceneFile, Substitute, parse_definitions
-from equaltime.cli.verbosity import MOST_LINES, Verbose
+from equaltime.cli.messages import MOST_LINES, print_json, print_lines
+from equaltime.cli.options import AsJson, Define, SceneFile, Substitute, Verbose, parse_definitions
 from equaltime.scene import Scene, load_file
 from equaltime.scene.lint import Finding
 from equaltime.scene.lint import lint as hazards

@@ -7,11 +7,10 @@ import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TypeVar
+from typing import Final, TypeVar
 
 from rich.console import Console
 
-from equaltime.cli.amounts import count, error_range, time_range
 from equaltime.errors import ImageError
 from equaltime.film.unseen import FAR_APART
 from equaltime.quoting.observer import ENDED_FIRST
@@ -21,9 +20,11 @@ from equaltime.rendering.result import Result
 from equaltime.rendering.stated import stated
 from equaltime.scene import Scene
 from equaltime.scene.lint import Finding
+from equaltime.statistics.in_words import count, error_range, time_range
 from equaltime.strict_json import json_text, to_json
 
 __all__ = [
+    "MOST_LINES",
     "WAYS",
     "bias",
     "doubts",
@@ -42,6 +43,9 @@ __all__ = [
     "while_heard",
     "wrote",
 ]
+
+MOST_LINES: Final = 12
+"""Largest number of lines of an output without ``-v``: two with the answer, and ten more."""
 
 
 def headline(result: Result) -> str:

@@ -8,7 +8,6 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from equaltime.cli.amounts import rounded
 from equaltime.cli.messages import plain_console, print_json, print_lines, print_warnings
 from equaltime.cli.options import (
     AsJson,
@@ -33,6 +32,7 @@ from equaltime.quoting.pilot import Quote
 from equaltime.quoting.quote import DEFAULT_SECONDS, USUAL_SECONDS, seconds_of_pilot
 from equaltime.quoting.quote import quote as quote_scene
 from equaltime.scene import load_file
+from equaltime.statistics.in_words import rounded
 from equaltime.strategy import Strategy
 
 __all__ = ["quote"]

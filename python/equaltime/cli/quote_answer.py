@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from equaltime.cli.amounts import count, error_range, megabytes, rounded, time_range
 from equaltime.quoting.noise_light import NoiseLight
 from equaltime.quoting.noise_places import NoisePlaces
 from equaltime.quoting.pilot import Quote
 from equaltime.rendering.stated import stated
+from equaltime.statistics.in_words import count, error_range, megabytes, rounded, time_range
 from equaltime.statistics.intervals import Interval
 from equaltime.words import duration, percent
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from equaltime.cli.amounts import error_range, rounded, time_range
 from equaltime.cli.messages import WAYS
 from equaltime.quoting.law import Law
 from equaltime.quoting.noise_light import NoiseLight
 from equaltime.quoting.noise_places import NoisePlaces
 from equaltime.quoting.pilot import Quote
+from equaltime.statistics.in_words import error_range, rounded, time_range
 from equaltime.statistics.intervals import Interval
 from equaltime.words import duration, percent
 

@@ -6,12 +6,12 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from equaltime.cli.amounts import count, error_range, time_range
 from equaltime.cli.messages import bias, headline, selects_images
 from equaltime.quoting.pilot import Quote
 from equaltime.rendering.budget import Stop
 from equaltime.rendering.result import Result
 from equaltime.rendering.stated import stated
+from equaltime.statistics.in_words import count, error_range, time_range
 from equaltime.words import duration, percent
 
 __all__ = ["details", "outcome"]

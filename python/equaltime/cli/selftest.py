@@ -10,9 +10,8 @@ from rich.table import Table
 from rich.text import Text
 
 from equaltime.cli.messages import plain_console, print_json
-from equaltime.cli.options import AsJson, Threads
+from equaltime.cli.options import AsJson, Threads, Verbose
 from equaltime.cli.progress import progress_bar
-from equaltime.cli.verbosity import Verbose
 from equaltime.hardcases import CaseReport, SelfTest
 from equaltime.hardcases import selftest as run
 from equaltime.hardcases.judge import Outcome

@@ -1,4 +1,8 @@
-"""Intervals in words, such as ``2.1 s (1.9 to 2.4)``: one unit for the number and both ends."""
+"""Intervals in words, such as ``2.1 s (1.9 to 2.4)``: one unit for the number and both ends.
+
+Sentences that say how a render went have two digits (`error_range`, `time_range`). Results of measurements have three
+(`in_percent`, `in_time`).
+"""
 
 from __future__ import annotations
 
@@ -7,7 +11,18 @@ import math
 from equaltime.statistics.intervals import Interval
 from equaltime.words import time_unit
 
-__all__ = ["about", "figure", "in_percent", "in_time", "span"]
+__all__ = [
+    "about",
+    "count",
+    "error_range",
+    "figure",
+    "in_percent",
+    "in_time",
+    "megabytes",
+    "rounded",
+    "span",
+    "time_range",
+]
 
 
 def figure(number: float) -> str:
@@ -38,3 +53,42 @@ def about(interval: Interval) -> str:
     """Return the number with two digits if the rounded number is within the interval, else with three."""
     rounded = float(f"{interval.value:.2g}")
     return figure(rounded if interval.low <= rounded <= interval.high else interval.value)
+
+
+def rounded(number: float, digits: int = 2) -> str:
+    """Return a number with this many significant digits, and without an exponent: ``0.035``, ``3.5``, ``1,200``."""
+    if number == 0.0 or not math.isfinite(number):
+        return f"{number:g}"
+    number = float(f"{number:.{digits - 1}e}")
+    places = digits - 1 - math.floor(math.log10(abs(number)))
+    return f"{number:,.{max(places, 0)}f}"
+
+
+def error_range(error: Interval) -> str:
+    """Return a relative error with its interval, such as ``3.5 % (3.3 to 3.9)``."""
+    return _range(error, 0.01, "%")
+
+
+def time_range(seconds: Interval) -> str:
+    """Return a time with its interval, all in the unit of the value, such as ``5.8 min (4 to 12)``."""
+    unit, size = time_unit(seconds.value)
+    return _range(seconds, size, unit)
+
+
+def count(number: float) -> str:
+    """Return a number of samples per pixel: whole from 10 on, else with two digits."""
+    return f"{number:,.0f}" if number >= 10.0 else f"{number:.2g}"
+
+
+def megabytes(size: float) -> str:
+    """Return a number of bytes in MB, or in GB from 1000 MB on."""
+    return f"{rounded(size / 1e6)} MB" if size < 1e9 else f"{rounded(size / 1e9)} GB"
+
+
+def _range(found: Interval, size: float, unit: str) -> str:
+    if not found.known:
+        return "unknown"
+    value, low, high = (rounded(number / size) for number in (found.value, found.low, found.high))
+    if not found.high > found.low:
+        return f"{value} {unit}"
+    return f"{value} {unit} ({low} to {high if math.isfinite(found.high) else 'unknown'})"

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from equaltime.cli.cost_table import print_summary
-from equaltime.cli.verbosity import MOST_LINES
+from equaltime.cli.messages import MOST_LINES
 from equaltime.experiments.model.summary import StrategyResult, Summary
 from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.tables import check_table, point_table

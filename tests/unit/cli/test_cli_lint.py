@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from equaltime.cli import main
-from equaltime.cli.verbosity import MOST_LINES
+from equaltime.cli.messages import MOST_LINES
 
 SCENE = """
 [view]

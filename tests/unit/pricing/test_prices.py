@@ -10,7 +10,7 @@ import pytest
 import equaltime as et
 from equaltime.cli import main
 from equaltime.cli.effects_table import print_effects
-from equaltime.cli.verbosity import MOST_LINES
+from equaltime.cli.messages import MOST_LINES
 from equaltime.images import image_files as images
 from equaltime.pricing import Price, PriceList
 from equaltime.quoting.pairs import Renders, Versus

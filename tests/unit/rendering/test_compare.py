@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 import equaltime as et
 from equaltime.cli import main
-from equaltime.cli.verbosity import MOST_LINES
+from equaltime.cli.messages import MOST_LINES
 from equaltime.film.error import pixel_statistics, standard_error
 from equaltime.film.moments import DTYPE
 from equaltime.film.parts_of_merge import MergedFilm

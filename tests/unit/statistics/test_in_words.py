@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from equaltime.cli.amounts import error_range, rounded, time_range
+from equaltime.statistics.in_words import error_range, rounded, time_range
 from equaltime.statistics.intervals import UNKNOWN, Interval
 
 
