@@ -66,3 +66,13 @@ def test_examples_are_listed_and_copied(tmp_path: Path, capsys: pytest.CaptureFi
     assert not (copies / "gallery").exists()
     assert main(["examples", str(copies)]) == 2
     assert "exists already" in capsys.readouterr().err
+
+
+def test_the_command_measures_an_example_experiment(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["cost", "x10-estimator", "-o", "out", "--quick"]) == 0
+    said = capsys.readouterr()
+    assert "x10-estimator.toml is used" in "".join(said.err.split("\n"))
+    assert said.out.startswith("For the same error")
