@@ -45,7 +45,10 @@ class Focus:
 
     @classmethod
     def of(cls, scene: Any, settings: Any, seed: int, threads: int) -> Focus:
-        """Return the focused light of a scene of the core, estimated from 4096 paths."""
+        """Return the three numbers of this class, estimated from 4096 paths.
+
+        They tell how much light small emitters send through glass or mirrors onto other surfaces.
+        """
         vertices, radiance, solid_angle = focused_light(scene, settings, seed, worker_threads(threads), _PATHS)
         return cls(vertices / _PATHS, radiance, solid_angle / math.pi)
 

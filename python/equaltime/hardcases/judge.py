@@ -52,7 +52,10 @@ class Outcome:
 
     @property
     def resolution(self) -> float | None:
-        """Smallest relative bias that fails on average; None if the images have no noise or the expected mean is 0."""
+        """Relative bias at which half of the renders would fail.
+
+        None for images without noise, and for an expected mean of 0.
+        """
         if not self.expected or self.kind != "z":
             return None
         return self.limit * self.error / abs(self.expected) + ROUNDING

@@ -66,7 +66,7 @@ class Price:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PriceList(Shown):
-    """Costs of the effects that a scene uses, and the shares of its kinds of light in the variance."""
+    """Costs of the effects that a scene uses, and the variance split by kind of light."""
 
     prices: tuple[Price, ...]
     """Prices of the effects that the scene uses."""

@@ -300,7 +300,7 @@ class Result:
             resume or merge the render (`equaltime.rendering.render_file`). Its first subimage has the channels that the
             film asks for (`FilmPicture`). A preview ``NAME.png`` is written beside the EXR, in sRGB, with alpha if the
             film asks for alpha. A path ``NAME.png`` gets the preview alone. An existing render that took more than a
-            minute is kept as ``NAME.exr~``, unless this render has all of its samples.
+            minute is kept as ``NAME.exr~``, unless this render contains its samples (was resumed from it).
         small
             Leave out of the EXR the data for resuming and merging, and the outputs beside the image. Round the image to
             11 significant bits (0.02 %).

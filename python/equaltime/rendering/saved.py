@@ -120,7 +120,7 @@ class SavedRender:
 
     @property
     def stop(self) -> Stop | None:
-        """Rule by which the render was to stop at an error; None if it had no error limit."""
+        """Rule by which the render was to end once its image was accurate enough; None without a limit of the error."""
         return None if self.record["stop"] is None else Stop.from_dict(self.record["stop"])
 
     @property

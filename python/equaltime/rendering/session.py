@@ -190,7 +190,7 @@ class Session:
 
     @property
     def decided(self) -> Strategy:
-        """Strategy of the job, with the decisions that the render has made so far put in (`Decision.applied`)."""
+        """Strategy of the job, with decisions of the render so far for automatic keys (`Decision.applied`)."""
         return self._decision.applied(self.job.strategy)
 
     @property

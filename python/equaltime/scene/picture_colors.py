@@ -55,8 +55,9 @@ KINDS: Final[tuple[tuple[Literal["colour", "XYZ", "luminance and chroma", "grey"
 def choose(names: Sequence[str]) -> Choice:
     """Choose the channels that hold the colour, from the names of all channels of a picture.
 
-    A layer is the part of a name before the last dot. The result is the first kind in `KINDS` of which any layer has
-    all channels; channels without a layer are tried first. If no layer has any kind, the first channels are taken.
+    A layer is the part of a name before the last dot. `KINDS` lists sets of channels, such as R, G, B, in order of
+    preference. The first set that is complete in one layer is taken; channels without a layer are tried first. If no
+    set is complete, the first channels are taken.
     """
     layers: dict[str, dict[str, int]] = {"": {}}
     for place, name in enumerate(names):

@@ -195,7 +195,7 @@ _LETTERS = 6.8
 
 
 def has_dots(summary: Summary, target: float) -> bool:
-    """Tell whether `draw_dots` would draw any dot: some scene has a trusted time to the error ``target``."""
+    """Tell whether `draw_dots` would draw any dot: on some scene, the time to reach the error ``target`` is trusted."""
     return _count(summary, target) > 0
 
 
