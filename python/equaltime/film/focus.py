@@ -16,6 +16,7 @@ from typing import Any
 
 from equaltime.film.sums import focused_light
 from equaltime.machine import worker_threads
+from equaltime.statistics.in_words import rounded
 
 __all__ = ["Focus"]
 
@@ -88,7 +89,7 @@ class Focus:
             return ""
         return (
             "small bright emitters reach the image through glass or mirrors, where samples meet them by chance, at "
-            f"most one in {1.0 / self.share:.2g}: light that {samples:.3g} samples a pixel have not met is not in the "
+            f"most one in {rounded(1.0 / self.share)}: light that {samples:.3g} samples a pixel have not met is not in the "
             "error"
         )
 
