@@ -27,6 +27,7 @@ __all__ = [
     "packed",
     "packed_moments",
     "packed_shape",
+    "sample_variance",
     "squared_deviations",
     "stored",
     "unpacked",
@@ -69,6 +70,18 @@ def stored(deviation: NDArray[np.float64]) -> NDArray[np.uint32]:
 def squared_deviations(moments: NDArray[Any]) -> NDArray[np.float64]:
     """Return the sums of squared deviations of samples from their mean, (..., 3), from moments of shape (...)."""
     return np.asarray(moments["count"][..., None] * np.square(deviations(moments)))
+
+
+def sample_variance(moments: NDArray[Any]) -> NDArray[np.float64]:
+    """Return the variance of one sample of each pixel, (H, W, 3), from moments (R, H, W).
+
+    Squared deviations from the means of the R replicates are pooled, with n - R degrees of freedom for n samples. The
+    variance is infinite where n is at most R.
+    """
+    freedom = moments["count"].astype(np.int64).sum(axis=0) - (moments["count"] > 0).sum(axis=0)
+    sums = squared_deviations(moments).sum(axis=0)
+    pooled = np.divide(sums, freedom[..., None], out=np.full_like(sums, np.inf), where=freedom[..., None] > 0)
+    return np.asarray(pooled)
 
 
 def nonfinite(moments: NDArray[Any]) -> tuple[int, int] | None:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from equaltime.film.error import PixelStatistics, standard_error
 from equaltime.film.focus import Focus
+from equaltime.film.moments import sample_variance
 from equaltime.film.second_nets import SecondNets
 from equaltime.film.unseen import FAR_APART, Unseen, stated_error
 from equaltime.images import image_files as images
@@ -236,6 +237,16 @@ class Result:
     def spp(self) -> float:
         """Mean number of samples per pixel."""
         return float(self.samples.mean())
+
+    @property
+    def variance(self) -> NDArray[np.float64] | None:
+        """Variance of one sample of each pixel, (H, W, 3), in squared units of the image; None for another backend.
+
+        It shows where light is hard to find, whatever the number of samples. Divided by ``samples`` it is not the square
+        of ``standard_error``, which is of the mean: low-discrepancy points make the mean of n samples better than n
+        independent samples would. The variance is infinite in pixels with too few samples.
+        """
+        return None if self.moments is None else sample_variance(self.moments)
 
     @property
     def alpha(self) -> NDArray[np.float32] | None:
