@@ -242,9 +242,9 @@ class Result:
     def variance(self) -> NDArray[np.float64] | None:
         """Variance of one sample of each pixel, (H, W, 3), in squared units of the image; None for another backend.
 
-        It shows where light is hard to find, whatever the number of samples. Divided by ``samples`` it is not the square
-        of ``standard_error``, which is of the mean: low-discrepancy points make the mean of n samples better than n
-        independent samples would. The variance is infinite in pixels with too few samples.
+        It shows where light is hard to find, whatever the number of samples. Divided by ``samples`` it is not the
+        square of ``standard_error``, which is of the mean: low-discrepancy points make the mean of n samples better
+        than n independent samples would. The variance is infinite in pixels with too few samples.
         """
         return None if self.moments is None else sample_variance(self.moments)
 
