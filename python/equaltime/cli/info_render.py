@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import shlex
 from collections.abc import Iterator, Mapping
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from equaltime.errors import EqualtimeError
 from equaltime.rendering.render_record import checked
 from equaltime.rendering.result import Origin
 from equaltime.rendering.stated import paths_up_to, stated
-from equaltime.scene import load_file
+from equaltime.scene import Scene, load_file
 from equaltime.statistics.in_words import count, error_range
 from equaltime.statistics.intervals import UNKNOWN, Interval
 from equaltime.words import duration, percent
@@ -123,7 +124,18 @@ def _changed(record: Record) -> str:
         return ""
     try:
         scene = load_file(Path(record["scene"]), {}, substitute=bool(record["substitutions"]))
-        scene = scene.with_(size=tuple(record["size"]), crop=tuple(record["crop"]), max_depth=record["max_depth"])
+        same = any(each.digest == record["digest"] for each in _as_asked(scene, record))
     except EqualtimeError:
         return "that file cannot be read as it is; it may need -D"
-    return "" if scene.digest == record["digest"] else "the scene has changed since, or was given -D"
+    return "" if same else "the scene has changed since, or was given -D"
+
+
+def _as_asked(scene: Scene, record: Record) -> Iterator[Scene]:
+    """Yield the scene with every set of options that a render with this record may have had.
+
+    An option with the scene's own value gives the same picture, but another digest than no option.
+    """
+    size, crop = tuple(record["size"]), tuple(record["crop"])
+    films: tuple[dict[str, Any], ...] = ({}, {"size": size}, {"size": size, "crop": crop})
+    for film, depth in product(films, (None, record["max_depth"])):
+        yield scene.with_(**film, max_depth=depth)

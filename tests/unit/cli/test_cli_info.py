@@ -94,3 +94,19 @@ def test_it_reads_a_render_of_before_and_refuses_the_picture_of_another(
     images.write_exr(tmp_path / "a.exr", np.zeros((2, 2, 3)))
     assert main(["info", str(tmp_path / "a.exr")]) == 2
     assert "was not rendered by equaltime" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "options", [[], ["--size", "8x4"], ["--size", "6x6", "--crop", "1,1,3,3"], ["--max-depth", "3"]]
+)
+def test_it_says_that_a_scene_has_changed_since_only_if_it_has(
+    options: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene, output = tmp_path / "scene.toml", str(tmp_path / "out.exr")
+    scene.write_text(TEXT)
+    assert main(["render", str(scene), "-o", output, "--spp", "1", *options]) == 0
+    assert main(["info", output]) == 0
+    assert "changed" not in capsys.readouterr().out
+    scene.write_text(TEXT.replace("0.1", "0.2"))
+    assert main(["info", output]) == 0
+    assert "but the scene has changed since" in capsys.readouterr().out

@@ -127,9 +127,9 @@ def test_a_large_film_is_made_smaller_with_its_crop(crop: tuple[int, int, int, i
     assert (np.abs(np.array((width, height)) - scale * np.array(crop[2:])) <= 1).all()
 
 
-def remembered(self: Pilot, pilots: list[Pilot], begin: Callable[..., None], *arguments: Any) -> None:
+def remembered(self: Pilot, pilots: list[Pilot], begin: Callable[..., None], *given: Any, **more: Any) -> None:
     pilots.append(self)
-    begin(self, *arguments)
+    begin(self, *given, **more)
 
 
 def test_a_quote_takes_the_light_apart_within_its_pilot(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -161,7 +161,7 @@ def test_what_is_left_of_the_samples_follows_from_the_law() -> None:
 
 def test_the_command_tells_which_light(capsys: pytest.CaptureFixture[str]) -> None:
     command = ["quote", str(SCENE), "--error", "30%", "--size", "32x32"]
-    assert main([*command, "--why"]) == 0
+    assert main([*command, "--why", "-v"]) == 0
     words = " ".join(capsys.readouterr().out.split())
     assert "which light indirect 8" in words
     assert "of the samples would do" in words

@@ -86,7 +86,7 @@ def test_the_commands_say_it_too(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert "apart" not in capsys.readouterr().out, "the scene is not known"
     assert main([*command, "-o", outputs[0], "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["radiance_range"] == pytest.approx(1e13)
-    assert main(["info", outputs[0]]) == 0
+    assert main(["info", "-v", outputs[0]]) == 0
     assert "radiance range" in capsys.readouterr().out
     assert main(["render", str(scene(tmp_path, 1e-11)), "-o", outputs[1], "--spp", "4"]) == 0
     assert "apart" not in capsys.readouterr().out

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -122,7 +122,7 @@ class OverviewView:
     wide_chart: Any
     narrow_chart: Any
     """``<svg>`` elements that need no escaping; empty if no time is trusted."""
-    looks: Mapping[str, Style]
+    looks: Mapping[str, Style] = field(hash=False)
     """Looks of the strategies that have a mark in the chart, by label."""
     unmarked: str = ""
     """Sentence on the strategies without a mark in the chart on some scenes."""
