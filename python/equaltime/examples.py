@@ -10,8 +10,8 @@ from typing import Final
 
 __all__ = ["copy_to", "example_of", "experiment_names", "scene_names", "scenes_folder"]
 
-_LEFT_OUT: Final = shutil.ignore_patterns("gallery", "__pycache__", "*.png", "*.jpg")
-"""Pictures of pages, which a copy of the scenes does without."""
+_LEFT_OUT: Final = shutil.ignore_patterns("gallery", "learn", "__pycache__", "*.png", "*.jpg")
+"""Pages with pictures, which a copy of the scenes does without."""
 _KINDS: Final = (".toml", ".xml")
 
 
