@@ -135,7 +135,7 @@ std::optional<double> coincidence(const Face& lamp, const Face& face) {
 class LampTree {
  public:
   explicit LampTree(std::vector<Face>& faces) : faces_(faces) { build(0, faces.size()); }
-  /// Tells whether the box overlaps that of any lamp.
+  /// Tells whether the box overlaps the box of any lamp.
   [[nodiscard]] bool touches(const Bounds& box) const {
     bool found = false;
     find(box, [&](std::size_t lamp) { found = found || touch(faces_[lamp].bounds(), box); });

@@ -32,7 +32,7 @@ _FILMS = 2
 
 @dataclass(frozen=True)
 class Measurement:
-    """Measured speed of one scene with one number of threads. Each interval is that of the median of the repeats."""
+    """Measured speed of one scene with one number of threads. Intervals hold the median over repeats."""
 
     name: str
     """Path of the scene's file as it was given, or ``scene N`` for scene number N in memory."""

@@ -34,8 +34,8 @@ def experiment_names() -> Mapping[str, Path]:
 def example_of(path: Path) -> Path | None:
     """Return the example that a path names, if there is no such file and the name has no suffix; else None.
 
-    A name is that of `scene_names` or `experiment_names`, or its last part if only one example has it: ``simple`` for
-    ``montelight/simple``.
+    `scene_names` and `experiment_names` list the names. The last part of a name is enough if only one example has it:
+    ``simple`` for ``montelight/simple``.
     """
     if path.suffix in _KINDS or path.exists():
         return None

@@ -21,6 +21,7 @@ from rows import ROWS, Picture, Row
 import equaltime as et
 from equaltime.images import image_files as images
 from equaltime.images.preview import srgb_bytes
+from equaltime.statistics.in_words import in_percent
 
 HERE = Path(__file__).resolve().parent
 PILOT = 8
@@ -111,7 +112,7 @@ def table(row: Row, made: Sequence[Made]) -> str:
         "`--strategy`": [f"`{one.picture.strategy}`" for one in made],
         "samples a pixel": [str(one.spp) for one in made],
         "rays a pixel": [f"{one.rays:,.0f}" for one in made],
-        "error": [f"{one.error:%}" if one.error.trusted else "unknown" for one in made],
+        "error": [in_percent(one.error) if one.error.trusted else "unknown" for one in made],
     }
     first, *others = cells.items()
     lines += [f"| {' | '.join((first[0], *first[1]))} |", "|" + "---|" * (len(made) + 1)]

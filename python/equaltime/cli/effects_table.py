@@ -69,9 +69,9 @@ def _answer(found: PriceList, name: str) -> str:
 
 
 def _proposal(found: PriceList) -> str:
-    """Return a line with the options that leave out effects at a small error, or that there are none.
+    """Return a line with the options that leave out effects at a small error.
 
-    Of the lengths at which paths may be cut, the smallest is proposed.
+    If no effect can be left out, the line says so. The smallest length at which paths may be cut is proposed.
     """
     named = [(price.kind.name, price.change) for price in found.prices if price.kind.name != "long_paths"]
     cuts = [(f"long_paths={depth}", error) for depth, error in found.truncated.items() if depth > 1 and _small(error)]

@@ -182,7 +182,7 @@ def test_a_bias_is_measured_and_told(strategies: Mapping[str, StrategyResult]) -
     assert cut.equality_p < 1e-6
     assert cut.time_to[0.1].value == math.inf
     assert "cuts paths, so its picture stays different (20 % off)" in cut.notes
-    assert any("its picture is another one than that of best" in note for note in cut.notes)
+    assert any("its picture differs from the picture of best" in note for note in cut.notes)
 
 
 def test_the_unbiased_are_not_called_biased(strategies: Mapping[str, StrategyResult]) -> None:

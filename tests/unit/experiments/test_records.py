@@ -183,6 +183,7 @@ def test_only_one_process_writes_at_a_time(path: Path) -> None:
     ("old", "new", "message"),
     [
         ("scene,digest", "scene,digests", r"records\.csv:1: the columns are not those of equaltime's records"),
+        (",core,0,0,", ",core,true,0,", r"records\.csv:2: no record: biased: expected 0 or 1, found 'true'"),
         (",core,0,0,", ",core,2,0,", r"records\.csv:2: no record: biased: expected 0 or 1, found '2'"),
         (",0 8 64 40,", ",0 8 64,", r"records\.csv:2: no record: crop: expected 4 whole numbers, found '0 8 64'"),
         (",core,", ",", r"records\.csv:2: no record: it has 34 cells, not 35"),

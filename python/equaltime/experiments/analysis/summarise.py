@@ -211,7 +211,7 @@ class _Scene:
         if not np.isfinite(runs.relmse).all():
             notes.append("some of its images have pixels that are not finite, and cannot be measured")
         if equality is not None and equality < self.level:
-            notes.append(f"its picture is another one than that of {standard} (p = {equality:.1g})")
+            notes.append(f"its picture differs from the picture of {standard} (p = {equality:.1g})")
         return notes
 
 

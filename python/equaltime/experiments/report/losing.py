@@ -35,7 +35,7 @@ _MARK = np.array([232.0, 165.0, 0.0])
 
 INTRODUCTION = (
     "Left, in amber: the fewest blocks of pixels that make half of a strategy's squared error. Right, in colour: where "
-    "its error at equal time differs from that of the baseline. Grey: no difference beyond chance "
+    "its error at equal time differs from the baseline's. Grey: no difference beyond chance "
     f"(p < {LEVEL:g} for each block, Welch's t-test over repeats)."
 )
 

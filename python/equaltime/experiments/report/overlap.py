@@ -18,7 +18,7 @@ _CLOSE = 0.012
 
 
 def hidden_curves(scene: SceneResult) -> str:
-    """Return a sentence on the curves that other curves hide; empty if there are none."""
+    """Return a sentence on hidden curves, which lie beneath others; empty if all curves are visible."""
     points = {strategy.label: _points(strategy) for strategy in scene.strategies}
     heights = np.concatenate([errors for _, errors in points.values()] or [np.zeros(0)])
     most = _CLOSE * float(np.ptp(heights)) if heights.size else 0.0

@@ -35,6 +35,12 @@ def _four(cell: str) -> list[str]:
     return numbers
 
 
+def _flag(cell: object) -> bool:
+    if cell not in ("0", "1"):
+        raise ValueError(f"expected 0 or 1, found {cell!r}")
+    return cell == "1"
+
+
 _EMPTY = BeforeValidator(lambda cell: None if cell == "" else cell)
 _MOST = 2**62
 """Largest sizes, counts and seconds: they must fit into 64 bits."""
@@ -42,7 +48,7 @@ _MOST = 2**62
 Natural = Annotated[int, Field(ge=0, le=_MOST)]
 Positive = Annotated[int, Field(ge=1, le=_MOST)]
 Seconds = Annotated[float, Field(ge=0.0, le=_MOST, allow_inf_nan=False)]
-Flag = Annotated[bool, PlainSerializer(int)]
+Flag = Annotated[bool, BeforeValidator(_flag), PlainSerializer(int)]
 Window = Annotated[tuple[int, int, int, int], BeforeValidator(_four), PlainSerializer(lambda w: " ".join(map(str, w)))]
 Count = Annotated[int | None, _EMPTY]
 Number = Annotated[float | None, _EMPTY]
@@ -136,7 +142,7 @@ _ADDED = {"doubt"}
 _BEFORE = tuple(name for name in COLUMNS if name not in _ADDED)
 
 _ROWS = TypeAdapter(Row)
-_NOUNS = {**NOUNS, "bool_parsing": "0 or 1", "int_parsing": "a whole number", "float_parsing": "a number"}
+_NOUNS = {**NOUNS, "int_parsing": "a whole number", "float_parsing": "a number"}
 
 
 def load(path: Path) -> tuple[Row, ...]:
