@@ -106,11 +106,11 @@ py::tuple in_mirrors(const Scene& scene, const Settings& settings, std::uint64_t
 }
 
 py::tuple on_specular(const Scene& scene, const Settings& settings, std::uint64_t seed, unsigned threads,
-                      std::uint64_t paths) {
+                      std::uint64_t paths, bool whole_film) {
   FocusedLight found;
   {
     const py::gil_scoped_release release;
-    found = focused_light(scene, settings, {.seed = seed, .threads = threads}, paths);
+    found = focused_light(scene, settings, {.seed = seed, .threads = threads}, paths, whole_film);
   }
   return py::make_tuple(found.vertices, found.radiance, found.solid_angle);
 }
@@ -137,8 +137,9 @@ void bind_split(py::module_& m) {
         "What samples see of emitters by specular reflection and refraction alone, by so many chains in all, as "
         "lamps_in_sight tells it.");
   m.def("focused_light", &on_specular, "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "paths"_a = 1,
-        "(vertices, radiance, solid angle): how many of so many paths meet a specular surface, and the light of "
-        "emitters there (FocusedLight of cpp/transport/specular.h).");
+        "whole_film"_a = false,
+        "(vertices, radiance, solid angle): how many of so many paths over the crop, or over the whole film, meet a "
+        "specular surface, and the light of emitters there (FocusedLight of cpp/transport/specular.h).");
 }
 
 }  // namespace equaltime

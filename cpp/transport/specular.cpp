@@ -110,10 +110,14 @@ struct Chains {
   }
   template <class Probe>
   Spectrum sample(std::size_t pixel, std::uint64_t index, Probe& probe) const {
-    const auto x = static_cast<std::uint32_t>(pixel % scene.film.crop_width);
-    const auto y = static_cast<std::uint32_t>(pixel / scene.film.crop_width);
-    const BlockTask task{scene, settings, seed, {x, y, x + 1, y + 1}, 0, 1, 1};
-    return sample_pixel<kAllEffects>(task, x, y, index, probe);
+    const std::size_t x = pixel % scene.film.crop_width, y = pixel / scene.film.crop_width;
+    return film_sample(x + scene.film.crop_x, y + scene.film.crop_y, index, probe);
+  }
+  /// The same of a pixel of the whole film.
+  template <class Probe>
+  Spectrum film_sample(std::size_t x, std::size_t y, std::uint64_t index, Probe& probe) const {
+    const BlockTask task{scene, settings, seed, {}, 0, 1, 1};
+    return sample_film_pixel<kAllEffects>(task, x, y, index, probe);
   }
 };
 
@@ -131,16 +135,20 @@ void for_each(std::size_t count, unsigned threads, const Work& work) {
 }  // namespace
 
 FocusedLight focused_light(const Scene& scene, const Settings& settings, const RenderOptions& options,
-                           std::uint64_t paths) {
+                           std::uint64_t paths, bool whole_film) {
   const Chains chains(scene, settings, options);
+  const std::size_t width = scene.film.width, film_pixels = width * scene.film.height;
   struct Seen {
     bool vertex = false;
     double once = 0, squared = 0;
   };
   std::vector<Seen> seen(paths);
   for_each<FocusProbe>(paths, chains.threads, [&](std::size_t i, FocusProbe& probe) {
-    const std::size_t pixel = i * chains.pixels() / paths;
-    (void)chains.sample(pixel, i, probe);
+    const std::size_t pixel = i * (whole_film ? film_pixels : chains.pixels()) / paths;
+    if (whole_film)
+      (void)chains.film_sample(pixel % width, pixel / width, i, probe);
+    else
+      (void)chains.sample(pixel, i, probe);
     if (!probe.specular()) return;
     const Sampler sampler = Sampler::at(SamplerKind::independent, chains.seed, pixel, i, 1);
     const Point2f u = sampler.get_2d(slot(BounceDimension::light_point, 0));

@@ -18,9 +18,9 @@ struct FocusedLight {
   double solid_angle = 0;      // steradians, effective: (∫L dω)² / ∫L² dω; 0 if there is no light
 };
 
-/// Traces so many paths, over all pixels.
+/// Traces so many paths, over all pixels of the crop, or of the whole film.
 [[nodiscard]] FocusedLight focused_light(const Scene& scene, const Settings& settings, const RenderOptions& options,
-                                         std::uint64_t paths);
+                                         std::uint64_t paths, bool whole_film = false);
 
 /// Emitters that pixels (y * width + x of the crop) see by specular chains, by `samples` chains in all, spread evenly
 /// over the pixels whose first vertex is specular; in all at least as many as the film has pixels. None if that is

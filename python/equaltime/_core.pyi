@@ -334,7 +334,7 @@ def mirrored_lamps(
     scene: Scene, settings: Settings, seed: int = 0, threads: int = 0, samples: int = 1
 ) -> tuple[_Ids, _Floats, _Ids]: ...
 def focused_light(
-    scene: Scene, settings: Settings, seed: int = 0, threads: int = 0, paths: int = 1
+    scene: Scene, settings: Settings, seed: int = 0, threads: int = 0, paths: int = 1, whole_film: bool = False
 ) -> tuple[int, float, float]: ...
 def unshadowed(
     scene: Scene, settings: Settings, pixels: _Ids, seed: int = 0, threads: int = 0, nets: int = 2

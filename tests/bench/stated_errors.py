@@ -17,6 +17,7 @@ from trial_scenes import TRIALS, realised_square, reference, trial_scene, wilson
 
 import equaltime as et
 from equaltime.film.second_nets import statistics_so_far
+from equaltime.film.sums import box_sum
 from equaltime.film.unseen import Unseen, stated_error
 from equaltime.images.metrics import Reference, divided
 from equaltime.rendering.core import core_settings, make_renderer
@@ -89,13 +90,16 @@ def rendered(
 
 
 def others(last: Floats, seed: int, known: Reference | None) -> Reference:
-    """Return the truth for one seed: the other seeds' last images and the reference, weighed by their noise."""
+    """Return the truth for one seed: the other seeds' last images and the reference.
+
+    Each is weighed by the noise that the other one has in the 7x7 pixels around.
+    """
     rest = np.delete(last, seed, axis=0)
     mean, noise = rest.mean(axis=0), rest.var(axis=0, ddof=1) / len(rest)
     if known is None:
         return Reference(mean, noise)
-    own, theirs = (float(divided(one, known.denominator).mean()) for one in (noise, known.variance))
-    share = theirs / (own + theirs)
+    own, theirs = (box_sum(divided(one, known.denominator)).mean(axis=-1)[..., None] for one in (noise, known.variance))
+    share = np.divide(theirs, own + theirs, out=np.full_like(own, 0.5), where=own + theirs > 0.0)
     return Reference(share * mean + (1.0 - share) * known.mean, share**2 * noise + (1.0 - share) ** 2 * known.variance)
 
 

@@ -17,10 +17,11 @@ from measuring import SCENES
 from numpy.typing import NDArray
 
 import equaltime as et
+from equaltime.film.lamps import Lamps
 from equaltime.film.moments import squared_deviations
 from equaltime.images import image_files as images
 from equaltime.images.metrics import Reference
-from equaltime.rendering.core import make_renderer
+from equaltime.rendering.core import core_settings, make_renderer
 from equaltime.strategy import Strategy
 
 __all__ = ["TRIALS", "realised_square", "reference", "trial_scene", "wilson"]
@@ -28,6 +29,8 @@ __all__ = ["TRIALS", "realised_square", "reference", "trial_scene", "wilson"]
 Floats = NDArray[np.float64]
 
 BUILD = Path(__file__).resolve().parents[2] / "build" / "trials"
+_FEW = 64
+"""Most pixels of a window around small lamps whose reference gets more samples."""
 REFERENCE_SEEDS = (2**63 + 11, 2**63 + 12)
 """Far from those of any run."""
 
@@ -38,23 +41,40 @@ def trial_scene(name: str, side: int) -> et.Scene:
 
 
 def reference(name: str, side: int, spp: int) -> Reference:
-    """Return a reference of independent samples with the variance of its pixels; rendered once, then read."""
-    path = BUILD / f"{name.replace(' ', '-')}_{side}_{spp}.npz"
+    """Return a reference of independent samples with the variance of its pixels; rendered once, then read.
+
+    Pixels that see lamps smaller than a pixel get 1024 times the samples, if they are few and close together.
+    """
+    path = BUILD / f"{name.replace(' ', '-')}_{side}_{spp}_lamps.npz"
     if not path.exists():
-        scene, moments = trial_scene(name, side), []
-        strategy = Strategy.parse("mis,lights=power,sampler=independent,roulette=none")
-        for seed in REFERENCE_SEEDS:
-            renderer = make_renderer(scene, strategy, seed, 0)
-            renderer.advance(spp // 2)
-            moments += [*renderer.moments.copy()]
-        counts = np.array([m["count"] for m in moments], np.float64)[..., None]
-        means, total = np.array([m["mean"] for m in moments]), counts.sum(axis=0)
-        mean = (counts * means).sum(axis=0) / total
-        squares = sum(squared_deviations(m) for m in moments) + (counts * np.square(means - mean)).sum(axis=0)
+        scene = trial_scene(name, side)
+        mean, variance = _rendered(scene, spp)
+        lamps = Lamps.of(scene.core, core_settings(scene, Strategy()), 0, 0, False).pixels
+        if lamps.size:
+            (top, left), (bottom, right) = ([each(axis) for axis in divmod(lamps, side)] for each in (np.min, np.max))
+            width, height = int(right - left + 1), int(bottom - top + 1)
+            if width * height <= _FEW:
+                there = np.s_[top : bottom + 1, left : right + 1]
+                window = scene.with_(crop=(int(left), int(top), width, height))
+                mean[there], variance[there] = _rendered(window, 1024 * spp)
         path.parent.mkdir(parents=True, exist_ok=True)
-        np.savez(path, mean=mean, variance=squares / ((total - 1.0) * total))
+        np.savez(path, mean=mean, variance=variance)
     found = np.load(path)
     return Reference(found["mean"], found["variance"])
+
+
+def _rendered(scene: et.Scene, spp: int) -> tuple[Floats, Floats]:
+    """Return the mean of independent samples and its variance, of every pixel, (H, W, 3)."""
+    strategy, moments = Strategy.parse("mis,lights=power,sampler=independent,roulette=none"), []
+    for seed in REFERENCE_SEEDS:
+        renderer = make_renderer(scene, strategy, seed, 0)
+        renderer.advance(spp // 2)
+        moments += [*renderer.moments.copy()]
+    counts = np.array([m["count"] for m in moments], np.float64)[..., None]
+    means, total = np.array([m["mean"] for m in moments]), counts.sum(axis=0)
+    mean = (counts * means).sum(axis=0) / total
+    squares = sum(squared_deviations(m) for m in moments) + (counts * np.square(means - mean)).sum(axis=0)
+    return mean, squares / ((total - 1.0) * total)
 
 
 def realised_square(image: Floats, truth: Reference) -> float:

@@ -25,6 +25,9 @@ _SMALL = 0.25
 """Largest share of a diffuse surface's samples for a small emitter: the first samples meet larger ones."""
 _MANY = 10.0
 """Expected meetings of a pixel's samples with focused light from which its variance shows that light."""
+_RARELY = 1.0 / 64.0
+"""Share of a diffuse surface's samples for a small emitter from which, in most pixels, the halves of one net of 64
+samples differ by that light."""
 _MATTERS = 0.5
 """Least share of the stated error that light without a variance must be able to make to be a reason for doubt."""
 
@@ -45,12 +48,14 @@ class Focus:
     """Largest share of a diffuse surface's samples that meet the emitters: their effective solid angle over π."""
 
     @classmethod
-    def of(cls, scene: Any, settings: Any, seed: int, threads: int) -> Focus:
-        """Return the three numbers of this class, estimated from 4096 paths.
+    def of(cls, scene: Any, settings: Any, seed: int, threads: int, whole_film: bool = False) -> Focus:
+        """Return the three numbers of this class, estimated from 4096 paths over the crop, or over the whole film.
 
         They tell how much light small emitters send through glass or mirrors onto other surfaces.
         """
-        vertices, radiance, solid_angle = focused_light(scene, settings, seed, worker_threads(threads), _PATHS)
+        vertices, radiance, solid_angle = focused_light(
+            scene, settings, seed, worker_threads(threads), _PATHS, whole_film
+        )
         return cls(vertices / _PATHS, radiance, solid_angle / math.pi)
 
     @classmethod
@@ -62,6 +67,11 @@ class Focus:
     def possible(self) -> bool:
         """Whether specular surfaces focus light of emitters so small that the first samples may miss them."""
         return self.paths > 0.0 and self.light > 0.0 and self.share < _SMALL
+
+    @property
+    def rarely_met(self) -> bool:
+        """Whether focused light is so rare that most pixels of a render with 64 samples have not met it twice."""
+        return self.possible and self.share < _RARELY
 
     def rare(self, samples: float) -> bool:
         """Tell whether a pixel with this many samples may have met no focused light.

@@ -134,6 +134,13 @@ def test_only_small_emitters_by_specular_surfaces_are_focused(scene: et.Scene, p
     assert focus_of(scene).possible == possible
 
 
+def test_a_crop_tells_of_itself_unless_the_whole_film_is_asked_for() -> None:
+    corner = room(MIRROR).with_(crop=(0, 0, 1, 1))  # the panel fills a third of it
+    settings = core_settings(corner, ALONE)
+    assert focus_of(corner).paths < 0.5 < 0.8 < focus_of(room(MIRROR)).paths
+    assert Focus.of(corner.core, settings, 1, 1, whole_film=True) == focus_of(room(MIRROR))
+
+
 RARE = Focus(paths=0.2, light=0.3, share=1e-3)
 
 
