@@ -1,4 +1,4 @@
-"""Reads a single mesh file (.obj, .ply) as a scene: the mesh with its materials, a camera, a sky and a sun.
+"""Reads a single mesh file (.obj, .ply) as a scene: the mesh with its materials, on a ground, under a sky and a sun.
 
 `equaltime.scene.obj_materials` makes the materials of an OBJ file. Faces whose material has no colour take the colours
 of their vertices. A PLY file is coloured by the image that a comment ``TextureFile`` names, or by the colours of its
@@ -16,16 +16,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.scene.core import MeshData, read_obj_by_material, read_ply
-from equaltime.scene.gltf.views import SKY, SUN, default_camera, sky, sun
 from equaltime.scene.mtl import shown
 from equaltime.scene.obj_materials import GREY, ObjMaterials, file_beside
 from equaltime.scene.report import Account, Report, told_once
 from equaltime.scene.search import Search
+from equaltime.scene.studio import default_camera, ground, sky, soft_sun, strength, view_of
 from equaltime.scene.tree import Child, Object, Place, plant
+from equaltime.words import suggestion
 
 __all__ = ["MESHES", "read_mesh"]
 
 MESHES: Final = (".obj", ".ply")
+DEFINITIONS: Final[Mapping[str, object]] = {"ground": 0.6, "sky": 0.3, "sun": 2.2, "view": "front"}
+"""What ``-D`` may set, with the defaults: the reflectance of the ground, the radiance of the sky, the irradiance of the
+sun (a white surface that faces the sun is white in the image), and the side from which the camera looks."""
 _COLORS: Final = ("vertex_color", "face_color")
 
 
@@ -34,12 +38,12 @@ def read_mesh(
 ) -> Object | None:
     """Return the root of the tree (parsed nodes) of a scene that shows the mesh `file`.
 
-    If the file is invalid, return None, with the problem in `report`. Any variable in `defines` is reported as a
-    problem. `content` is not used, because the mesh readers read the file themselves.
+    If the file is invalid, return None, with the problem in `report`. `defines` has the values of the option ``-D``;
+    see `DEFINITIONS`. `content` is not used, because the mesh readers read the file themselves.
     """
     place, path = Place(file), Path(file)
-    for name in sorted(defines):
-        report.add(place, f"nothing in the scene uses the definition '{name}'")
+    for name in sorted(set(defines) - set(DEFINITIONS)):
+        report.add(place, f"nothing in the scene uses the definition '{name}'{suggestion(name, DEFINITIONS)}")
     search.note(path)
     account = Account()
     try:
@@ -54,13 +58,27 @@ def read_mesh(
         return None
     for line in account:
         report.note(line)
-    report.note("the file is a mesh without a camera: one is added that has everything in view")
-    report.note(f"and without light: a sky of radiance {SKY:g} and a sun of irradiance {SUN:g} are added")
-    ends = [end for mesh in parts.values() for end in (mesh.vertices.min(axis=0), mesh.vertices.max(axis=0))]
-    bounds: NDArray[np.float64] = np.stack([np.min(ends, axis=0), np.max(ends, axis=0)])
-    corners = np.stack(np.meshgrid(*bounds.T), axis=-1).reshape(-1, 3)
-    objects = [default_camera(corners, place), *shapes, sky(SKY, place), sun(SUN, place)]
-    return Object(place, "scene", "scene", children=[Child(each.id, each) for each in objects if each is not None])
+    report.note("the file is a mesh alone: a camera, a sky, a sun and a ground are added; -D view=back turns them")
+    try:
+        around = _studio([mesh.vertices for mesh in parts.values()], {**DEFINITIONS, **defines}, place)
+    except ValueError as error:
+        report.add(place, str(error))
+        return None
+    return Object(place, "scene", "scene", children=[Child(each.id, each) for each in (*shapes, *around)])
+
+
+def _studio(vertices: list[NDArray[np.floating[Any]]], defines: Mapping[str, object], place: Place) -> list[Object]:
+    """Return camera, ground, sky and sun around vertices (N, 3), by the values of `DEFINITIONS`."""
+    points = np.concatenate(vertices).astype(np.float64)
+    bounds, view = np.stack([points.min(axis=0), points.max(axis=0)]), view_of(defines["view"])
+    reflectance = strength(defines["ground"], "ground", most=1.0)
+    added = (
+        default_camera(points, place, view),
+        ground(reflectance, bounds, place) if reflectance > 0.0 else None,
+        sky(strength(defines["sky"], "sky"), place),
+        soft_sun(strength(defines["sun"], "sun"), bounds, place, view),
+    )
+    return [each for each in added if each is not None]
 
 
 def _painted(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,7 @@ from equaltime import _core
 from equaltime.cli import main
 from equaltime.images import image_files as images
 from equaltime.scene import model as m
+from equaltime.scene import studio
 from equaltime.scene.geometry import MeshSurface
 
 SQUARES = """mtllib a.mtl
@@ -69,13 +72,12 @@ def test_each_material_with_faces_is_a_shape_of_its_colour(tmp_path: Path) -> No
     assert [shape.material for shape in scene.model.shapes if isinstance(shape, m.Obj)] == ["", "dark red", "lost"]
     grey = (0.5, 0.5, 0.5)
     assert reflectances(scene) == [grey, (0.5, 0.1, 1.0), grey]
-    assert scene.core.triangles == 4
+    assert scene.core.triangles == 4  # the ground is a disk, the sun a sphere
     assert scene.warnings == (
         "a.mtl:3: 'Kd' is cut to [0, 1]",
         "a.mtl:4: 'Ks' is not used: surfaces are diffuse",
         "a.obj: the material 'lost' is in no library",
-        "the file is a mesh without a camera: one is added that has everything in view",
-        "and without light: a sky of radiance 0.5 and a sun of irradiance 1.5 are added",
+        "the file is a mesh alone: a camera, a sky, a sun and a ground are added; -D view=back turns them",
     )
 
 
@@ -116,11 +118,47 @@ def test_a_ply_has_the_colours_of_its_vertices(
 
 
 def test_everything_is_in_view_and_lit(tmp_path: Path) -> None:
-    scene = et.load(written(tmp_path)).with_(size=(192, 144))
-    image = et.render(scene, spp=2).image
+    """Without a ground and a sun, edges are the sky, and the mesh fills at least three quarters of one direction."""
+    scene = et.load(written(tmp_path), ground=0, sun=0).with_(size=(192, 144))
+    image = et.render(scene, spp=4).image
     edges = (image[0], image[-1], image[:, 0], image[:, -1])
-    assert all(edge == pytest.approx(0.5, rel=1e-3) for edge in edges)  # the sky
-    assert (np.abs(image - 0.5) > 0.1).any()
+    assert all(edge == pytest.approx(0.3, rel=1e-3) for edge in edges)
+    seen = np.abs(image[..., 0] - 0.3) > 0.01
+    assert max(seen.any(axis=0).mean(), seen.any(axis=1).mean()) > 0.75
+
+
+@pytest.mark.parametrize("view", studio.VIEWS)
+def test_the_sun_casts_a_soft_shadow_on_an_even_ground(view: str, tmp_path: Path) -> None:
+    """In the open, the ground sends out what sky and sun send to it, its reflectance of both; shadows are darker."""
+    scene = et.load(written(tmp_path), view=view).with_(size=(64, 48))
+    image = et.render(scene, spp=64, strategy="best,adaptive=none").image[..., 1]
+    cosine = 1.0 / math.hypot(0.5, 1.0, 0.8)
+    assert image[0].mean() == pytest.approx(0.6 * (0.3 + 2.2 * cosine / math.pi), rel=0.01)
+    assert image.min() < 0.5 * image[0].mean()
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e6])
+def test_the_studio_is_as_large_as_the_mesh(size: float, tmp_path: Path) -> None:
+    images = []
+    for factor in (1.0, size):
+        points = "".join(f"v {x * factor!r} {y * factor!r} 0\n" for x, y in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)))
+        scene = et.load(written(tmp_path, points + "f 1 2 3\n")).with_(size=(16, 12))
+        images.append(et.render(scene, spp=256, strategy="mis,adaptive=none").image)
+    np.testing.assert_allclose(images[0].mean(), images[1].mean(), rtol=0.01)
+
+
+@pytest.mark.parametrize(
+    ("defines", "message"),
+    [
+        ({"view": "bakc"}, "'view' must be front, right, back or left, found 'bakc'; did you mean 'back'"),
+        ({"ground": 1.5}, "'ground' must be a number from 0 to 1, found 1.5"),
+        ({"sun": "bright"}, "'sun' must be a number of at least 0, found 'bright'"),
+        ({"skye": 1}, "nothing in the scene uses the definition 'skye'; did you mean 'sky'"),
+    ],
+)
+def test_a_definition_that_makes_no_sense_is_refused(defines: dict[str, Any], message: str, tmp_path: Path) -> None:
+    with pytest.raises(et.SceneError, match=re.escape(message)):
+        et.load(written(tmp_path), **defines)
 
 
 def test_a_part_is_exported_as_a_mesh_of_its_own(tmp_path: Path) -> None:
@@ -128,8 +166,8 @@ def test_a_part_is_exported_as_a_mesh_of_its_own(tmp_path: Path) -> None:
     et.scene.export.convert(scene.model, scene.assets, tmp_path / "b.xml")
     again = et.load(tmp_path / "b.xml")
     assert "usemtl" not in (tmp_path / "b.xml").read_text()
-    assert [shape.type for shape in again.model.shapes] == ["ply"] * 3
-    for before, after in zip(scene.surfaces(), again.surfaces(), strict=True):
+    assert [shape.type for shape in again.model.shapes] == [*["ply"] * 3, "disk", "sphere"]
+    for before, after in list(zip(scene.surfaces(), again.surfaces(), strict=True))[:3]:
         assert isinstance(before, MeshSurface)
         assert isinstance(after, MeshSurface)
         assert np.array_equal(before.vertices, after.vertices)

@@ -15,7 +15,7 @@ from equaltime.scene import model as m
 SQUARE = b"v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
 FACE = b"f 1/1 2/2 3/3 4/4\n"
 RED = (0.8, 0.1, 0.1)
-ADDED = ("the file is a mesh without a camera", "and without light")
+ADDED = "the file is a mesh alone"
 
 
 def load(folder: Path, mesh: bytes, **libraries: bytes) -> et.Scene:

@@ -126,8 +126,10 @@ def lit(scene: et.Scene) -> float:
     """Return what the middle of the square sends out where the sun alone shines."""
 
     def change(given: dict[str, Any]) -> None:
-        for name in [name for name, part in given.items() if isinstance(part, dict) and part["type"] == "constant"]:
+        around = {"constant", "sphere", "disk"}
+        for name in [name for name, part in given.items() if isinstance(part, dict) and part["type"] in around]:
             del given[name]
+        given["sun"] = {"type": "directional", "irradiance": 1.5, "direction": (-SUN).tolist()}
 
     return float(et.render(changed(scene, change), spp=4).image[6, 8, 0])
 

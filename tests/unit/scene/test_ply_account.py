@@ -24,7 +24,7 @@ LARGEST: Final = {
     **{"char": 127, "uchar": 255, "short": 32767, "ushort": 65535, "int": 2**31 - 1, "uint": 2**32 - 1},
     **{"float": 1, "double": 1},
 }
-ADDED = ("the file is a mesh without a camera", "and without light")
+ADDED = "the file is a mesh alone"
 Properties = Sequence[tuple[str, str]]
 
 

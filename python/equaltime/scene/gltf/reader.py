@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
+
+import numpy as np
 
 from equaltime.scene.gltf.account import check_account
 from equaltime.scene.gltf.animations import Clip, played
@@ -14,18 +17,21 @@ from equaltime.scene.gltf.extent import check_extent
 from equaltime.scene.gltf.materials import GltfMaterials
 from equaltime.scene.gltf.nodes import Placed, placed
 from equaltime.scene.gltf.shapes import GltfShapes
-from equaltime.scene.gltf.views import SKY, SUN, default_camera, light, sensor, sky, sun
+from equaltime.scene.gltf.views import light, sensor
 from equaltime.scene.report import Report
 from equaltime.scene.search import Search
+from equaltime.scene.studio import SKY, SUN, default_camera, ground, sky, strength, sun, view_of
 from equaltime.scene.tree import Child, Object, Place, add, plant
 from equaltime.words import shortened, suggestion
 
 __all__ = ["read_gltf"]
 
-DEFINITIONS: Final = ("animation", "camera", "scene", "shutter", "sky", "sun")
+DEFINITIONS: Final = ("animation", "camera", "ground", "scene", "shutter", "sky", "sun", "view")
 """Names that ``-D`` may set. Animation, camera and scene are chosen by name or number. The shutter is two times, of
-opening and closing, in seconds of the animation. The sky has a radiance as value, the sun an irradiance."""
+opening and closing, in seconds of the animation. The sky has a radiance as value, the sun an irradiance, the
+ground a reflectance. The view is a side of `VIEWS`, for files without a camera."""
 PLACES_SHOWN: Final = 3
+Value = TypeVar("Value")
 
 
 def read_gltf(
@@ -89,7 +95,7 @@ class _GltfScene:
         self._note_what_is_left_out()
         media = self._materials.media
         integrator = [plant("integrator", "volpath", self._place, "integrator")] if media else []
-        parts = [*integrator, camera, *self._materials.bsdfs, *media, *shapes, *lights, *daylight]
+        parts = [*integrator, camera, *self._materials.bsdfs, *media, *shapes, *self._ground(), *lights, *daylight]
         return Object(self._place, "scene", "scene", children=[Child(part.id, part) for part in parts])
 
     def _chosen_scene(self) -> int | None:
@@ -123,7 +129,7 @@ class _GltfScene:
                 )
             return sensor(self._document, cameras[0], self._place, times)
         self._document.note("the file has no camera: one is added that has everything in view", "")
-        return default_camera(self._shapes.corners(), self._place)
+        return default_camera(self._shapes.corners(), self._place, self._defined(view_of, "view", "front"))
 
     def _daylight(self, lights: list[Object], shapes: list[Object]) -> list[Object]:
         """Return the requested sky and sun, or default ones if the file has no lights.
@@ -144,14 +150,22 @@ class _GltfScene:
 
     def _strength(self, name: str) -> float:
         """Return the strength of the light that a definition adds; 0 without the definition."""
-        given = self._defines.get(name, 0.0)
+        return self._defined(partial(strength, name=name), name, 0.0)
+
+    def _ground(self) -> list[Object]:
+        """Return the requested ground; none without the definition."""
+        reflectance = self._defined(partial(strength, name="ground", most=1.0), "ground", 0.0)
+        if reflectance == 0.0:
+            return []
+        corners = self._shapes.corners()
+        return [ground(reflectance, np.stack([corners.min(axis=0), corners.max(axis=0)]), self._place)]
+
+    def _defined(self, read: Callable[[object], Value], name: str, default: Value) -> Value:
+        """Return the value of a definition, as ``read`` reads it, or the default without the definition."""
         try:
-            strength = float(str(given))
-        except ValueError:
-            strength = math.nan
-        if not 0.0 <= strength < math.inf:
-            raise Malformed(("", f"'{name}' must be a number of at least 0, found {shortened(given, 40)}"))
-        return strength
+            return read(self._defines[name]) if name in self._defines else default
+        except ValueError as error:
+            raise Malformed(("", str(error))) from error
 
     def _played(self) -> Clip | None:
         """Return the requested or first animation over the shutter's time; None without shutter or animations."""

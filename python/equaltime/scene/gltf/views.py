@@ -13,27 +13,16 @@ from equaltime.scene.gltf.document import Document, Malformed
 from equaltime.scene.gltf.nodes import Placed, rigid
 from equaltime.scene.model import Animation
 from equaltime.scene.motion import animation
+from equaltime.scene.studio import ASPECT, film
 from equaltime.scene.tree import Object, Place, plant
 
-__all__ = ["SKY", "SUN", "default_camera", "light", "sensor", "sky", "sun"]
+__all__ = ["light", "sensor"]
 
 Array = NDArray[np.float64]
 
-LONG_SIDE: Final = 768
 WIDEST: Final = 1000.0
-ASPECT: Final = 4.0 / 3.0
-"""Width divided by height of the image, for cameras that do not set this ratio."""
 TURNED: Final[Array] = np.diag([-1.0, 1.0, -1.0, 1.0])
 """Transform (4, 4) from Mitsuba's cameras and lights (along +z, x to the left) to glTF's (along -z, x to the right)."""
-DEFAULT_FOV: Final = 40.0
-MARGIN: Final = 1.1
-DEFAULT_VIEW: Final = (0.6, 0.45, 1.0)
-"""Direction from the centre of the asset to the default camera: to the front (+z), a little to the right and above."""
-SKY: Final = 0.5
-SUN: Final = 1.5
-"""Default radiance of the sky (`SKY`) and irradiance of the sun (`SUN`). With both, white surfaces that face the sun
-are white in the image."""
-SUNLIGHT: Final = (0.5, -1.0, -0.8)
 
 
 def sensor(document: Document, at: Placed, place: Place, times: tuple[float, ...] = ()) -> Object:
@@ -57,7 +46,7 @@ def sensor(document: Document, at: Placed, place: Place, times: tuple[float, ...
         fov_axis="y",
         near_clip=view.znear or None,
         far_clip=view.zfar or None,
-        film=_film(view.aspectRatio or ASPECT, place),
+        film=film(view.aspectRatio or ASPECT, place),
     )
 
 
@@ -81,45 +70,8 @@ def _orthographic(view: Any, at: Placed, place: Place, times: tuple[float, ...])
         to_world=to_world,
         near_clip=view.znear or None,
         far_clip=view.zfar or None,
-        film=_film(width / height, place),
+        film=film(width / height, place),
     )
-
-
-def _film(aspect: float, place: Place) -> Object:
-    """Return a film of the given ratio of width to height."""
-    width, height = (LONG_SIDE, LONG_SIDE / aspect) if aspect >= 1.0 else (LONG_SIDE * aspect, LONG_SIDE)
-    return plant("film", "hdrfilm", place, width=max(1, round(width)), height=max(1, round(height)))
-
-
-def default_camera(corners: Array, place: Place) -> Object:
-    """Return a perspective camera of the scene tree that has all points `corners` (N, 3) in view."""
-    if len(corners) == 0:
-        corners = np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]])
-    middle = 0.5 * corners.min(axis=0) + 0.5 * corners.max(axis=0)
-    back = np.array(DEFAULT_VIEW) / math.hypot(*DEFAULT_VIEW)
-    right = np.cross((0.0, 1.0, 0.0), back) / math.hypot(back[0], back[2])
-    x, y, z = ((corners - middle) @ np.column_stack([right, np.cross(back, right), back])).T
-    half = math.tan(math.radians(DEFAULT_FOV) / 2.0)
-    distance = MARGIN * float(np.max(z + np.maximum(np.abs(x) / (half * ASPECT), np.abs(y) / half)))
-    origin = middle + (distance or 1.0) * back
-    to_world = transforms.look_at(origin.tolist(), middle.tolist(), (0.0, 1.0, 0.0))
-    film = _film(ASPECT, place)
-    return plant("sensor", "perspective", place, to_world=to_world, fov=DEFAULT_FOV, fov_axis="y", film=film)
-
-
-def sky(radiance: float, place: Place) -> Object | None:
-    """Return a constant environment with radiance `radiance` in W/(m² sr), or None if the radiance is 0."""
-    return plant("emitter", "constant", place, radiance=radiance) if radiance > 0.0 else None
-
-
-def sun(irradiance: float, place: Place) -> Object | None:
-    """Return a directional light with irradiance `irradiance` in W/m², or None if the irradiance is 0.
-
-    The light comes from above, from the front (+z) and slightly from the left.
-    """
-    if irradiance <= 0.0:
-        return None
-    return plant("emitter", "directional", place, irradiance=irradiance, direction=SUNLIGHT)
 
 
 def light(document: Document, at: Placed, place: Place) -> Object | None:

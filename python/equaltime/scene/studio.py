@@ -1,0 +1,150 @@
+"""A studio for models that bring no camera, no lights or no ground.
+
+glTF files without a camera or without lights get a camera, a sky and a directional sun. A bare mesh (OBJ, PLY) also
+gets a matt ground, and its sun is a far sphere, whose shadows are soft.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime.scene import transforms
+from equaltime.scene.tree import Object, Place, plant
+from equaltime.words import shortened, suggestion
+
+__all__ = [
+    "ASPECT",
+    "SKY",
+    "SUN",
+    "VIEWS",
+    "default_camera",
+    "film",
+    "ground",
+    "sky",
+    "soft_sun",
+    "strength",
+    "sun",
+    "view_of",
+]
+
+Array = NDArray[np.float64]
+
+LONG_SIDE: Final = 768
+ASPECT: Final = 4.0 / 3.0
+"""Width divided by height of the image, for cameras that do not set this ratio."""
+VIEWS: Final = ("front", "right", "back", "left")
+"""Sides from which the default camera may look, each a quarter turn further to the right; ``front`` is +z."""
+SKY: Final = 0.5
+SUN: Final = 1.5
+"""Default radiance of the sky (`SKY`) and irradiance of the sun (`SUN`) of glTF files. With both, white surfaces that
+face the sun are white in the image."""
+_FOV: Final = 40.0
+_MARGIN: Final = 1.1
+_CAMERA: Final = (0.6, 0.45, 1.0)
+"""Direction from the centre of the model to the default camera: to the front (+z), a little to the right and above."""
+_SUNLIGHT: Final = (0.5, -1.0, -0.8)
+_SUN_ANGLE: Final = math.radians(5.0)
+"""Angular radius of the soft sun: the edge of a shadow is as wide as a sixth of its distance from what casts it."""
+_FAR: Final = 1e4
+"""Distance of the soft sun, in diagonals of the model: all that the camera sees of the ground is lit alike."""
+_WIDE: Final = 100.0
+"""Radius of the ground, in diagonals of the model: beyond what the default camera sees."""
+_GAP: Final = 1e-4
+"""Distance from the model down to the ground, in diagonals of the model: surfaces must not coincide."""
+
+
+def film(aspect: float, place: Place) -> Object:
+    """Return a film of the given ratio of width to height."""
+    width, height = (LONG_SIDE, LONG_SIDE / aspect) if aspect >= 1.0 else (LONG_SIDE * aspect, LONG_SIDE)
+    return plant("film", "hdrfilm", place, width=max(1, round(width)), height=max(1, round(height)))
+
+
+def default_camera(points: Array, place: Place, view: str = "front") -> Object:
+    """Return a perspective camera of the scene tree that has all ``points`` (N, 3) in view, from a side of `VIEWS`."""
+    if len(points) == 0:
+        points = np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]])
+    middle = 0.5 * points.min(axis=0) + 0.5 * points.max(axis=0)
+    back = _turned(_CAMERA, view) / math.hypot(*_CAMERA)
+    right = np.cross((0.0, 1.0, 0.0), back) / math.hypot(back[0], back[2])
+    x, y, z = ((points - middle) @ np.column_stack([right, np.cross(back, right), back])).T
+    half = math.tan(math.radians(_FOV) / 2.0)
+    distance = _MARGIN * float(np.max(z + np.maximum(np.abs(x) / (half * ASPECT), np.abs(y) / half)))
+    origin = middle + (distance or 1.0) * back
+    to_world = transforms.look_at(origin.tolist(), middle.tolist(), (0.0, 1.0, 0.0))
+    return plant("sensor", "perspective", place, to_world=to_world, fov=_FOV, fov_axis="y", film=film(ASPECT, place))
+
+
+def sky(radiance: float, place: Place) -> Object | None:
+    """Return a constant environment with radiance `radiance` in W/(m² sr), or None if the radiance is 0."""
+    return plant("emitter", "constant", place, radiance=radiance) if radiance > 0.0 else None
+
+
+def sun(irradiance: float, place: Place) -> Object | None:
+    """Return a directional light with irradiance `irradiance` in W/m², or None if the irradiance is 0.
+
+    The light comes from above, from the front (+z) and slightly from the left.
+    """
+    if irradiance <= 0.0:
+        return None
+    return plant("emitter", "directional", place, irradiance=irradiance, direction=_SUNLIGHT)
+
+
+def soft_sun(irradiance: float, bounds: Array, place: Place, view: str = "front") -> Object | None:
+    """Return a far, shining sphere with irradiance ``irradiance`` in W/m² at the model; None if that is 0.
+
+    ``bounds`` (2, 3) are the least and the largest coordinates of the model. The light comes from above the camera's
+    left shoulder.
+    """
+    if irradiance <= 0.0:
+        return None
+    middle, size = _extent(bounds)
+    center = middle - _FAR * size * _turned(_SUNLIGHT, view) / math.hypot(*_SUNLIGHT)
+    sine = math.sin(_SUN_ANGLE)
+    lamp = plant("emitter", "area", place, radiance=irradiance / (math.pi * sine**2))
+    return plant("shape", "sphere", place, center=tuple(center.tolist()), radius=_FAR * size * sine, emitter=lamp)
+
+
+def ground(reflectance: float, bounds: Array, place: Place) -> Object:
+    """Return a matt disk just below a model; ``bounds`` (2, 3) are the model's least and largest coordinates."""
+    middle, size = _extent(bounds)
+    lying = transforms.rotate((1.0, 0.0, 0.0), -90.0) @ transforms.scale((_WIDE * size,) * 3)
+    down = transforms.translate((float(middle[0]), float(bounds[0, 1] - _GAP * size), float(middle[2])))
+    bsdf = plant("bsdf", "diffuse", place, reflectance=reflectance)
+    return plant("shape", "disk", place, to_world=down @ lying, bsdf=bsdf)
+
+
+def strength(given: object, name: str, most: float = math.inf) -> float:
+    """Return the value of a definition as a number from 0 to ``most``; raise ValueError if it is none."""
+    try:
+        value = float(str(given))
+    except ValueError:
+        value = math.nan
+    if not 0.0 <= value <= most or math.isinf(value):
+        least = "of at least 0" if math.isinf(most) else f"from 0 to {most:g}"
+        raise ValueError(f"'{name}' must be a number {least}, found {shortened(given, 40)}")
+    return value
+
+
+def view_of(given: object) -> str:
+    """Return the value of the definition ``view``, one of `VIEWS`; raise ValueError if it is none."""
+    if given not in VIEWS:
+        found = f"found {shortened(given, 40)}{suggestion(str(given), VIEWS)}"
+        raise ValueError(f"'view' must be {', '.join(VIEWS[:-1])} or {VIEWS[-1]}, {found}")
+    return str(given)
+
+
+def _extent(bounds: Array) -> tuple[Array, float]:
+    """Return the middle of a box and its diagonal; the diagonal of a point is 1."""
+    return 0.5 * bounds[0] + 0.5 * bounds[1], math.hypot(*(bounds[1] - bounds[0])) or 1.0
+
+
+def _turned(direction: tuple[float, float, float], view: str) -> Array:
+    """Return a direction of the front view, turned to another view about the vertical."""
+    x, y, z = direction
+    for _ in range(VIEWS.index(view)):
+        x, z = z, -x
+    return np.array([x, y, z])
