@@ -254,9 +254,11 @@ class Scene(Shown):
         size: tuple[int, int] | None = None,
         crop: tuple[int, int, int, int] | None = None,
         max_depth: int | None = None,
+        shutter: tuple[float, float] | None = None,
     ) -> Scene:
-        """Return the scene with another film size, crop window (x, y, width, height) or path length.
+        """Return the scene with another film size, crop window (x, y, width, height), path length or shutter.
 
+        A shutter is when it opens and when it closes, in the units of the scene's animations; equal times make a still.
         A new size without a crop renders the whole film. A new `max_depth` changes the exact image. The error of a
         render is then the distance from the new exact image, not from the image with `own_max_depth`.
 
@@ -265,7 +267,7 @@ class Scene(Shown):
         SceneError
             For invalid values.
         ValueError
-            If a size or a crop has the wrong number of values.
+            If a size, a crop or a shutter has the wrong number of values.
         """
         model, film = self.model, self.model.sensor.film
         changes: dict[str, Any] = {}
@@ -279,6 +281,9 @@ class Scene(Shown):
             changes |= dict(zip(names, values, strict=True))
         if changes:
             model = changed(model, sensor=changed(model.sensor, film=changed(film, **changes)))
+        if shutter is not None:
+            opens, closes = several("shutter", shutter, ("open", "close"))
+            model = changed(model, sensor=changed(model.sensor, shutter_open=opens, shutter_close=closes))
         if max_depth is not None:
             model = changed(model, integrator=deep(model.integrator, max_depth))
         return dataclasses.replace(self.replaced(model), _own_max_depth=self.own_max_depth)

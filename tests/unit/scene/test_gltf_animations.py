@@ -39,7 +39,7 @@ def test_without_a_shutter_everything_stands_as_in_the_file(tmp_path: Path) -> N
     builder = animated("translation", [0, 1], [[0, 0, 0], [4, 0, 0]])
     loaded = et.load(builder.gltf(tmp_path / "a.gltf"))
     assert not isinstance(loaded.model.shapes[0].to_world, Animation)
-    assert any("-D shutter=0,0.02 opens a shutter" in warning for warning in loaded.warnings)
+    assert any("-D shutter=0.5,0.52 blurs what moves" in warning for warning in loaded.warnings)
 
 
 @pytest.mark.parametrize("shutter", [(0.25, 0.75), "0.25,0.75"], ids=["numbers", "as on the command line"])
@@ -72,9 +72,34 @@ def test_steps_hold_and_splines_bend(tmp_path: Path) -> None:
     assert pose(bent, 0.25)[0, 3] == pytest.approx(3 * 0.25**2 - 2 * 0.25**3, abs=1e-3)
 
 
+@pytest.mark.parametrize("defines", [{"time": "0.25"}, {"time": 0.25}, {"shutter": (0.25, 0.25)}])
+def test_a_still_shows_one_moment(defines: dict[str, Any], tmp_path: Path) -> None:
+    builder = animated("translation", [0, 1], [[0, 0, 0], [4, 0, 0]])
+    loaded = et.load(builder.gltf(tmp_path / "a.gltf"), **defines)
+    to_world = loaded.model.shapes[0].to_world
+    assert not isinstance(to_world, Animation)
+    np.testing.assert_allclose(np.array(to_world)[:3, 3], [1, 0, 5])
+    assert not loaded.core.effects()["motion"]
+    assert not any("nothing moves" in warning for warning in loaded.warnings)
+
+
+def test_a_still_bends_meshes_as_they_are_then(tmp_path: Path) -> None:
+    loaded = et.load(morphing([0, 1], [0, 0, 1, 1]).gltf(tmp_path / "a.gltf"), time=0.25)
+    assert loaded.model.shapes[0].filename == "a.gltf#/animations/0/0.25/nodes/0/primitives/0"
+    assert not loaded.core.effects()["motion"]
+
+
+def test_a_file_without_animations_is_the_same_at_all_times(tmp_path: Path) -> None:
+    loaded = et.load(one_triangle().gltf(tmp_path / "a.gltf"), time=3)
+    assert "the file has no animations: it is the same at all times" in loaded.warnings
+
+
 @pytest.mark.parametrize(
     ("defines", "message"),
     [
+        ({"time": "late"}, "'time' must be a time in seconds, such as 1.5, found 'late'"),
+        ({"time": (1, 2)}, "'time' must be a time in seconds, such as 1.5"),
+        ({"time": 1, "shutter": (0, 1)}, "'time' shows one moment, and 'shutter' all between two: give one of them"),
         ({"shutter": "soon"}, "'shutter' must be two times in seconds, such as 0.5,0.54, found 'soon'"),
         ({"shutter": (1, 0)}, "'shutter' must be two times in seconds"),
         ({"shutter": (0, 1), "animation": "spun"}, "the file has no animation 'spun'; did you mean 'spin'"),

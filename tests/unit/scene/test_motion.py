@@ -187,3 +187,13 @@ def test_an_animated_scene_whose_shutter_is_never_open_is_told_so() -> None:
     (warning,) = scene((0, 0), it={"type": "cube", "to_world": animated(KEYS)}).warnings
     assert "nothing moves: its shutter opens and closes at 0" in warning
     assert not scene(it={"type": "cube", "to_world": animated(KEYS)}).warnings
+
+
+def test_a_scene_may_get_another_shutter() -> None:
+    scene = et.load_dict({"type": "scene", "sensor": {"type": "perspective"}, "sky": {"type": "constant"}})
+    sensor = scene.with_(shutter=(0.5, 0.75)).model.sensor
+    assert (sensor.shutter_open, sensor.shutter_close) == (0.5, 0.75)
+    with pytest.raises(et.SceneError, match="must not be before shutter_open"):
+        scene.with_(shutter=(1.0, 0.5))
+    with pytest.raises(ValueError, match=r"shutter is \(open, close\), found"):
+        scene.with_(shutter=(1.0,))  # type: ignore[arg-type]

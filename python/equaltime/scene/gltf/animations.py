@@ -88,10 +88,12 @@ class Clip:
 
     @property
     def even(self) -> tuple[float, ...]:
-        """Evenly spaced times, in seconds, at which deforming meshes are evaluated.
+        """Evenly spaced times, in seconds, at which deforming meshes are evaluated; one time for a still.
 
         The core requires equal spacing.
         """
+        if len(self.times) == 1:
+            return self.times
         return tuple(np.linspace(self.times[0], self.times[-1], PARTS + 1).tolist())
 
     def morphing(self, node: int) -> tuple[float, ...]:
@@ -111,8 +113,8 @@ class Clip:
 def played(document: Document, number: int, shutter: tuple[float, float]) -> Clip:
     """Return the section of animation `number` while the shutter is open, as a `Clip`.
 
-    The pair `shutter` has the times of opening and closing, in seconds. Raises `Malformed` if the data of the animation
-    is not valid.
+    The pair `shutter` has the times of opening and closing, in seconds; for a still they are equal. Raises `Malformed`
+    if the data of the animation is not valid.
     """
     animation = document.gltf.animations[number]
     channels: dict[tuple[int, str], _Channel] = {}
@@ -155,6 +157,8 @@ def _channel(document: Document, sampler: Any, path: str, targets: int, place: s
 def _moments(channels: list[_Channel], shutter: tuple[float, float]) -> tuple[float, ...]:
     """Return the times to evaluate: evenly spaced ones, all keys, and the times just before a step."""
     begin, end = shutter
+    if begin == end:
+        return (begin,)
     moments = [np.linspace(begin, end, PARTS + 1)]
     for channel in channels:
         moments.append(channel.times)

@@ -26,10 +26,10 @@ from equaltime.words import shortened, suggestion
 
 __all__ = ["read_gltf"]
 
-DEFINITIONS: Final = ("animation", "camera", "ground", "scene", "shutter", "sky", "sun", "view")
+DEFINITIONS: Final = ("animation", "camera", "ground", "scene", "shutter", "sky", "sun", "time", "view")
 """Names that ``-D`` may set. Animation, camera and scene are chosen by name or number. The shutter is two times, of
-opening and closing, in seconds of the animation. The sky has a radiance as value, the sun an irradiance, the
-ground a reflectance. The view is a side of `VIEWS`, for files without a camera."""
+opening and closing, in seconds of the animation; the time is that of a still. The sky has a radiance as value, the sun
+an irradiance, the ground a reflectance. The view is a side of `VIEWS`, for files without a camera."""
 PLACES_SHOWN: Final = 3
 Value = TypeVar("Value")
 
@@ -168,22 +168,36 @@ class _GltfScene:
             raise Malformed(("", str(error))) from error
 
     def _played(self) -> Clip | None:
-        """Return the requested or first animation over the shutter's time; None without shutter or animations."""
-        given = self._defines.get("shutter")
-        if given is None or not self._gltf.animations:
+        """Return the requested or first animation over the shutter's time; None without times or animations."""
+        shutter = self._shutter()
+        if shutter is None:
             return None
-        several = given if isinstance(given, Iterable) else ()
-        words: Iterable[Any] = given.split(",") if isinstance(given, str) else several
-        try:
-            begin, end = (float(word) for word in words)
-        except (TypeError, ValueError):
-            begin, end = math.nan, math.nan
-        if not -math.inf < begin < end < math.inf:
-            expected = "two times in seconds, such as 0.5,0.54"
-            raise Malformed(("", f"'shutter' must be {expected}, found {shortened(given, 40)}"))
+        if not self._gltf.animations:
+            self._document.note("the file has no animations: it is the same at all times", "")
+            return None
         names = [animation.name for animation in self._gltf.animations]
         number = self._choice("animation", names) if "animation" in self._defines else 0
-        return played(self._document, number, (begin, end))
+        return played(self._document, number, shutter)
+
+    def _shutter(self) -> tuple[float, float] | None:
+        """Return when the shutter opens and closes, in seconds, by ``shutter`` or ``time``; None without either."""
+        asked = [name for name in ("shutter", "time") if name in self._defines]
+        if len(asked) == 2:
+            raise Malformed(("", "'time' shows one moment, and 'shutter' all between two: give one of them"))
+        if not asked:
+            return None
+        (name,) = asked
+        given = self._defines[name]
+        several = given if isinstance(given, Iterable) else [given]
+        words: Iterable[Any] = given.split(",") if isinstance(given, str) else several
+        try:
+            times = [float(word) for word in words]
+        except (TypeError, ValueError):
+            times = []
+        expected = "two times in seconds, such as 0.5,0.54" if name == "shutter" else "a time in seconds, such as 1.5"
+        if len(times) != (2 if name == "shutter" else 1) or not -math.inf < times[0] <= times[-1] < math.inf:
+            raise Malformed(("", f"'{name}' must be {expected}, found {shortened(given, 40)}"))
+        return times[0], times[-1]
 
     def _note_what_is_left_out(self) -> None:
         for name, fate in self._document.extensions.items():
@@ -193,5 +207,7 @@ class _GltfScene:
             self._document.note(f"one of {len(self._gltf.scenes)} scenes is shown; -D scene=... takes another", "")
         if self._gltf.animations and self._clip is None:
             self._document.note(
-                "animations are not played: everything stands as in the file; -D shutter=0,0.02 opens a shutter", ""
+                "animations are not played: everything stands as in the file; -D time=0.5 shows it at half a second, "
+                "-D shutter=0.5,0.52 blurs what moves",
+                "",
             )
