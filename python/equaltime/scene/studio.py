@@ -78,19 +78,19 @@ def default_camera(points: Array, place: Place, view: str = "front") -> Object:
     return plant("sensor", "perspective", place, to_world=to_world, fov=_FOV, fov_axis="y", film=film(ASPECT, place))
 
 
-def sky(radiance: float, place: Place) -> Object | None:
+def sky(radiance: float, place: Place, name: str = "sky") -> Object | None:
     """Return a constant environment with radiance `radiance` in W/(m² sr), or None if the radiance is 0."""
-    return plant("emitter", "constant", place, radiance=radiance) if radiance > 0.0 else None
+    return plant("emitter", "constant", place, name, radiance=radiance) if radiance > 0.0 else None
 
 
-def sun(irradiance: float, place: Place) -> Object | None:
+def sun(irradiance: float, place: Place, name: str = "sun") -> Object | None:
     """Return a directional light with irradiance `irradiance` in W/m², or None if the irradiance is 0.
 
     The light comes from above, from the front (+z) and slightly from the left.
     """
     if irradiance <= 0.0:
         return None
-    return plant("emitter", "directional", place, irradiance=irradiance, direction=_SUNLIGHT)
+    return plant("emitter", "directional", place, name, irradiance=irradiance, direction=_SUNLIGHT)
 
 
 def soft_sun(irradiance: float, bounds: Array, place: Place, view: str = "front") -> Object | None:
@@ -105,16 +105,18 @@ def soft_sun(irradiance: float, bounds: Array, place: Place, view: str = "front"
     center = middle - _FAR * size * _turned(_SUNLIGHT, view) / math.hypot(*_SUNLIGHT)
     sine = math.sin(_SUN_ANGLE)
     lamp = plant("emitter", "area", place, radiance=irradiance / (math.pi * sine**2))
-    return plant("shape", "sphere", place, center=tuple(center.tolist()), radius=_FAR * size * sine, emitter=lamp)
+    return plant(
+        "shape", "sphere", place, "sun", center=tuple(center.tolist()), radius=_FAR * size * sine, emitter=lamp
+    )
 
 
-def ground(reflectance: float, bounds: Array, place: Place) -> Object:
+def ground(reflectance: float, bounds: Array, place: Place, name: str = "ground") -> Object:
     """Return a matt disk just below a model; ``bounds`` (2, 3) are the model's least and largest coordinates."""
     middle, size = _extent(bounds)
     lying = transforms.rotate((1.0, 0.0, 0.0), -90.0) @ transforms.scale((_WIDE * size,) * 3)
     down = transforms.translate((float(middle[0]), float(bounds[0, 1] - _GAP * size), float(middle[2])))
     bsdf = plant("bsdf", "diffuse", place, reflectance=reflectance)
-    return plant("shape", "disk", place, to_world=down @ lying, bsdf=bsdf)
+    return plant("shape", "disk", place, name, to_world=down @ lying, bsdf=bsdf)
 
 
 def strength(given: object, name: str, most: float = math.inf) -> float:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from equaltime.scene.gltf.document import Document
+from equaltime.scene.gltf.ids import Ids
 from equaltime.scene.gltf.slots import Slot
 from equaltime.scene.gltf.surfaces import SurfaceLook, look
 from equaltime.scene.gltf.textures import MIRRORED, bitmap_parameters
@@ -44,9 +45,11 @@ class GltfMaterials:
     The methods take a material's index in the file, or None for the default material.
     """
 
-    def __init__(self, document: Document, place: Place) -> None:
+    def __init__(self, document: Document, place: Place, ids: Ids) -> None:
         self._document = document
         self._place = place
+        self._ids = ids
+        self._names = [ids.take(material.name or f"material_{i}") for i, material in enumerate(document.gltf.materials)]
         self._bsdfs: dict[tuple[int | None, Variant], Object] = {}
         self._looks: dict[int | None, SurfaceLook] = {}
         self._media: dict[int, Object] = {}
@@ -71,9 +74,8 @@ class GltfMaterials:
             return None
         if material not in self._media:
             parameters: dict[str, object] = {"sigma_t": sigma_t, "albedo": 0.0}
-            self._media[material] = plant(
-                "medium", "homogeneous", self._at(material), f"volume_{material}", **parameters
-            )
+            name = self._ids.take(f"{self._names[material]}_volume")
+            self._media[material] = plant("medium", "homogeneous", self._at(material), name, **parameters)
         return str(self._media[material].id)
 
     def look(self, material: int | None) -> SurfaceLook:
@@ -129,9 +131,12 @@ class GltfMaterials:
         seen, place = self.look(material), self._at(material)
         for note in seen.notes:
             self._document.note(note, place.path)
-        name = "material" if material is None else f"material_{material}"
-        name += COLORED if variant.colored else ""
-        name += (FADED if variant.faded else "") + (MIRRORED if variant.mirrored else "")
+        suffix = COLORED if variant.colored else ""
+        suffix += (FADED if variant.faded else "") + (MIRRORED if variant.mirrored else "")
+        if material is None:
+            name = self._ids.take(f"material{suffix}")
+        else:
+            name = self._ids.take(self._names[material] + suffix) if suffix else self._names[material]
         layers = self._layers(seen, material, variant, place)
         return Object(place, layers.type, layers.kind, id=name, children=layers.children)
 

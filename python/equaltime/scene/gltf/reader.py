@@ -14,6 +14,7 @@ from equaltime.scene.gltf.account import check_account
 from equaltime.scene.gltf.animations import Clip, played
 from equaltime.scene.gltf.document import NOT_USED, Document, Malformed, parse
 from equaltime.scene.gltf.extent import check_extent
+from equaltime.scene.gltf.ids import Ids
 from equaltime.scene.gltf.materials import GltfMaterials
 from equaltime.scene.gltf.nodes import Placed, placed
 from equaltime.scene.gltf.shapes import GltfShapes
@@ -76,9 +77,10 @@ class _GltfScene:
         self._gltf = document.gltf
         self._place = place
         self._defines = defines
-        self._materials = GltfMaterials(document, place)
+        self._ids = Ids()
+        self._materials = GltfMaterials(document, place, self._ids)
         self._clip = self._played()
-        self._shapes = GltfShapes(document, place, self._materials, self._clip)
+        self._shapes = GltfShapes(document, place, self._materials, self._ids, self._clip)
 
     def read(self) -> Object:
         """Return the scene; raises `Malformed`."""
@@ -86,7 +88,8 @@ class _GltfScene:
         shapes = self._shapes.of(nodes)
         if not shapes:
             raise Malformed(("", "there is nothing to see: no node of the scene has a mesh with triangles"))
-        lights = [emitter for at in nodes if (emitter := light(self._document, at, self._place)) is not None]
+        made = (light(self._document, at, self._place, self._ids) for at in nodes)
+        lights = [emitter for emitter in made if emitter is not None]
         daylight = self._daylight(lights, shapes)
         camera = self._camera(nodes)
         if self._clip is not None:
@@ -146,7 +149,9 @@ class _GltfScene:
             known = "no light but glowing surfaces" if glowing else "no light"
             added = f"a sky of radiance {SKY:g} and a sun of irradiance {SUN:g} are added"
             self._document.note(f"the file has {known}: {added}; -D sky=... and -D sun=... set them", "")
-        return [light for light in (sky(radiance, self._place), sun(irradiance, self._place)) if light is not None]
+        take = self._ids.take
+        daylight = (sky(radiance, self._place, take("sky")), sun(irradiance, self._place, take("sun")))
+        return [light for light in daylight if light is not None]
 
     def _strength(self, name: str) -> float:
         """Return the strength of the light that a definition adds; 0 without the definition."""
@@ -158,7 +163,8 @@ class _GltfScene:
         if reflectance == 0.0:
             return []
         corners = self._shapes.corners()
-        return [ground(reflectance, np.stack([corners.min(axis=0), corners.max(axis=0)]), self._place)]
+        bounds = np.stack([corners.min(axis=0), corners.max(axis=0)])
+        return [ground(reflectance, bounds, self._place, self._ids.take("ground"))]
 
     def _defined(self, read: Callable[[object], Value], name: str, default: Value) -> Value:
         """Return the value of a definition, as ``read`` reads it, or the default without the definition."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from equaltime.scene.gltf.animations import Clip
 from equaltime.scene.gltf.document import Document, Malformed
+from equaltime.scene.gltf.ids import Ids
 from equaltime.scene.gltf.materials import GltfMaterials, Variant
 from equaltime.scene.gltf.nodes import Placed, instances, placed
 from equaltime.scene.gltf.primitives import NAMES, TRIANGLES, Source, box, color, mirrored_uvs, triangles
@@ -52,13 +53,18 @@ class _Copy:
     """`to_world` at each time of a clip, if the mesh moves."""
     poses: tuple[float, ...] = ()
     """Times at which the deformation is evaluated; empty for the deformation in the file."""
+    name: str | None = None
+    """Name of the node or of the mesh in the file."""
 
 
 class GltfShapes:
     """Converter of a document's meshes to shapes. It also records the transform of each shape, for `corners`."""
 
-    def __init__(self, document: Document, place: Place, materials: GltfMaterials, clip: Clip | None = None) -> None:
+    def __init__(
+        self, document: Document, place: Place, materials: GltfMaterials, ids: Ids, clip: Clip | None = None
+    ) -> None:
         self._clip = clip
+        self._ids = ids
         self._document = document
         self._place = place
         self._materials = materials
@@ -122,22 +128,23 @@ class GltfShapes:
 
     def _copies(self, at: Placed) -> Iterator[_Copy]:
         """Yield the copies of a node's mesh, except copies without volume."""
+        name = at.node.name or self._document.gltf.meshes[at.node.mesh].name
         if at.node.skin is not None:
-            yield _Copy(at.node.mesh, np.eye(4), at.index, poses=self._bending(at))
+            yield _Copy(at.node.mesh, np.eye(4), at.index, poses=self._bending(at), name=name)
             return
         poses = self._bending(at)
         bent = at.index if poses or at.node.weights else None
         made = instances(self._document, at)
         if made is None and at.moving:
             if len({mirrors(to_world) for to_world in at.moving}) == 1 and not any(map(_is_flat, at.moving)):
-                yield _Copy(at.node.mesh, at.to_world, bent, at.moving, poses)
+                yield _Copy(at.node.mesh, at.to_world, bent, at.moving, poses, name)
                 return
             self._document.note("what is turned inside out, or scaled to nothing, stands still", f"nodes[{at.index}]")
         for to_world in [at.to_world] if made is None else made:
             if _is_flat(to_world):
                 self._document.note("what is scaled to nothing is left out", f"nodes[{at.index}]")
             else:
-                yield _Copy(at.node.mesh, to_world, bent, poses=poses)
+                yield _Copy(at.node.mesh, to_world, bent, poses=poses, name=name)
 
     def _bending(self, at: Placed) -> tuple[float, ...]:
         """Return when to evaluate a node's deformation: one time if it stays, none if it is as in the file."""
@@ -183,11 +190,13 @@ class GltfShapes:
         self._seen += [(Source("meshes", copy.mesh, p), copy.to_world) for p, _ in drawn]
         place = self._place.key("meshes").key(copy.mesh)
         if (copy.mesh, turned) not in self._groups:
-            group = plant("shape", "shapegroup", place, f"mesh_{copy.mesh}" + (MIRRORED if turned else ""))
-            for shape in self._shapes(_Copy(copy.mesh, np.eye(4)), turned, seen=False):
+            name = self._document.gltf.meshes[copy.mesh].name
+            id_ = self._ids.take(f"{name or f'mesh_{copy.mesh}'}_group" + (MIRRORED if turned else ""))
+            group = plant("shape", "shapegroup", place, id_)
+            for shape in self._shapes(_Copy(copy.mesh, np.eye(4), name=name), turned, seen=False):
                 add(group, None, shape)
             self._groups[copy.mesh, turned] = group
-        result = plant("shape", "instance", place, to_world=self._where(copy))
+        result = plant("shape", "instance", place, self._id(copy), to_world=self._where(copy))
         add(result, "shapegroup", Ref(place, str(self._groups[copy.mesh, turned].id)))
         return result
 
@@ -217,12 +226,16 @@ class GltfShapes:
             return Deformation(copy.poses, names)
         return names[0]
 
+    def _id(self, copy: _Copy) -> str | None:
+        return self._ids.take(copy.name) if copy.name else None
+
     def _shape(self, name: str, primitive: Any, variant: Variant, copy: _Copy, place: Place) -> Object:
         flat = vars(primitive.attributes).get("NORMAL") is None
         result = plant(
             "shape",
             "gltf",
             place,
+            self._id(copy),
             filename=self._filename(name, primitive, copy, place),
             to_world=None if not copy.moving and np.array_equal(copy.to_world, np.eye(4)) else self._where(copy),
             face_normals=flat or None,

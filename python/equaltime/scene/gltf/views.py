@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from equaltime.scene import transforms
 from equaltime.scene.gltf.document import Document, Malformed
+from equaltime.scene.gltf.ids import Ids
 from equaltime.scene.gltf.nodes import Placed, rigid
 from equaltime.scene.model import Animation
 from equaltime.scene.motion import animation
@@ -74,7 +75,7 @@ def _orthographic(view: Any, at: Placed, place: Place, times: tuple[float, ...])
     )
 
 
-def light(document: Document, at: Placed, place: Place) -> Object | None:
+def light(document: Document, at: Placed, place: Place, ids: Ids) -> Object | None:
     """Return the light of the node `at` (KHR_lights_punctual) as an emitter, or None if the node has no light.
 
     A spot light whose cone has no width also gives None. Candela and lux are taken as W/sr and W/m² per channel,
@@ -86,14 +87,16 @@ def light(document: Document, at: Placed, place: Place) -> Object | None:
     index = extension["light"]
     source = document.gltf.extensions["KHR_lights_punctual"]["lights"][index]
     place = place.key("extensions.KHR_lights_punctual.lights").key(index)
+    name = at.node.name or source.get("name")
+    id_ = ids.take(name) if name else None
     power = tuple(source.get("intensity", 1.0) * c for c in source.get("color", (1.0, 1.0, 1.0)))
     if "range" in source:
         document.note("the range of a light is not used: its light goes on for ever", place.path)
     to_world = rigid(at.to_world) @ TURNED
     if source["type"] == "point":
-        return plant("emitter", "point", place, intensity=power, position=tuple(to_world[:3, 3].tolist()))
+        return plant("emitter", "point", place, id_, intensity=power, position=tuple(to_world[:3, 3].tolist()))
     if source["type"] == "directional":
-        return plant("emitter", "directional", place, irradiance=power, direction=tuple(to_world[:3, 2].tolist()))
+        return plant("emitter", "directional", place, id_, irradiance=power, direction=tuple(to_world[:3, 2].tolist()))
     cone = source.get("spot", {})
     outer = min(math.degrees(cone.get("outerConeAngle", math.pi / 4.0)), 90.0)  # pi / 2 in float32 is more
     if outer <= 0.0:
@@ -101,4 +104,6 @@ def light(document: Document, at: Placed, place: Place) -> Object | None:
         return None
     inner = min(math.degrees(cone.get("innerConeAngle", 0.0)), outer)
     document.note("the light of a spot falls linearly with the angle, from the inner cone to the outer", place.path)
-    return plant("emitter", "spot", place, intensity=power, cutoff_angle=outer, beam_width=inner, to_world=to_world)
+    return plant(
+        "emitter", "spot", place, id_, intensity=power, cutoff_angle=outer, beam_width=inner, to_world=to_world
+    )

@@ -1,0 +1,32 @@
+"""Ids of a scene tree's objects, by the names in a glTF file, where several objects may have one name."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Final
+
+__all__ = ["Ids"]
+
+_LONGEST: Final = 100
+"""Characters of a name that are kept: a long name of many copies would fill the memory."""
+
+
+class Ids:
+    """Ids given so far; all ids of a scene differ."""
+
+    def __init__(self) -> None:
+        self._taken: set[str] = set()
+        self._asked: Counter[str] = Counter()
+
+    def take(self, name: str) -> str:
+        """Return an id that was not given before: ``name``, or with ``_2``, ``_3`` and so on after it.
+
+        Characters that cannot be printed, which XML and terminals cannot have, become underscores.
+        """
+        name = "".join(letter if letter.isprintable() else "_" for letter in name[:_LONGEST])
+        self._asked[name] += 1
+        found = name if self._asked[name] == 1 else f"{name}_{self._asked[name]}"
+        if found in self._taken:
+            return self.take(name)
+        self._taken.add(found)
+        return found
