@@ -18,7 +18,6 @@ from equaltime.cli.progress import describe, time_left
 from equaltime.errors import ExperimentError
 from equaltime.experiments import report
 from equaltime.experiments.analysis import summarise as analysis
-from equaltime.experiments.model import reader as experiment_reader
 from equaltime.experiments.model import reader as making
 from equaltime.experiments.model.reader import make_experiment, split_strategies
 from equaltime.experiments.model.summary import Curve, SceneResult, StrategyResult, Summary
@@ -148,8 +147,7 @@ def test_options_beat_the_experiment(experiment: Path, folder: Path) -> None:
 
 
 @pytest.mark.usefixtures("quickly")
-def test_a_scene_needs_no_experiment(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(experiment_reader, "_QUICK_REFERENCES_SECONDS", 0.1)
+def test_a_scene_needs_no_experiment(folder: Path) -> None:
     options = ["--size", "8x8", "--repeats", "1", "--budget", "20ms", "--quick"]
     assert main(["cost", str(CORNELL), "-o", str(folder), *options, "--strategies", "bsdf,best"]) == 0
     rows = load(folder / "records.csv")

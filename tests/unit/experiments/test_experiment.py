@@ -252,6 +252,35 @@ def test_a_quick_experiment_is_small_and_keeps_what_is_compared() -> None:
     assert quicker(made(spp=[2, 4], repeats=1)).spp == (2, 4)
 
 
+def test_a_first_look_may_keep_less_and_run_longer() -> None:
+    scenes = [{"path": str(CORNELL), "name": name} for name in ("a", "b", "c")]
+    wish = {"scenes": ["a", "c"], "strategies": ["best", "bsdf"], "size": 200, "repeats": 3, "seconds": "24s"}
+    quick = quicker(made(scenes=scenes, strategies=["naive", "bsdf", "best"], quick={**wish, "reference": "5s"}))
+    assert [scene.name for scene in quick.scenes] == ["a", "c"]
+    assert [entry.label for entry in quick.strategies] == ["bsdf", "best"]
+    assert quick.baseline == "bsdf"
+    assert quick.load_scenes()[0].size == (200, 200)
+    assert (quick.repeats, quick.budget, quick.reference.seconds) == (3, 2, 2.5)
+
+
+def test_a_first_look_keeps_smaller_sample_counts() -> None:
+    assert quicker(made(spp=[2, 4, 8, 16], quick={"spp": 8})).spp == (2, 4, 8)
+    assert quicker(made(spp=[16, 32], quick={"spp": 8})).spp == (16,)
+
+
+def test_a_first_look_cannot_keep_what_is_not_there() -> None:
+    wish = {"strategies": ["bset"], "scenes": ["room"]}
+    assert problems_of(lambda: made(strategies=["mis", "best"], quick=wish)) == [
+        "quick.scenes[0]: the experiment has no 'room'; expected 'cornell-box'",
+        "quick.strategies[0]: the experiment has no 'bset'; did you mean 'best'?",
+    ]
+
+
+def test_choosing_strategies_leaves_the_others_out_of_the_first_look() -> None:
+    experiment = made(strategies=["naive", "mis", "best"], quick={"strategies": ["naive", "best"]})
+    assert experiment.replace(strategies=("mis", "best")).quick.strategies == ("best",)
+
+
 def test_the_reference_of_a_scene_is_not_called_like_that_of_a_strategy_on_another() -> None:
     scenes = [{"path": str(CORNELL), "name": name} for name in ("room", "room--best")]
     assert problems_of(lambda: made(scenes=scenes, strategies=["best", "mis"])) == [

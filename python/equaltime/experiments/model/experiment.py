@@ -38,6 +38,7 @@ __all__ = [
     "Peer",
     "Quantity",
     "Question",
+    "QuickWish",
     "ReferenceWish",
     "SceneEntry",
     "StrategyEntry",
@@ -192,6 +193,39 @@ class ReferenceWish(Value):
     _duration = field_validator("seconds", mode="before")(lambda value: _seconds(value))
 
 
+class QuickWish(Value):
+    """The first look at an experiment (``--quick``): what it keeps, and how long it runs.
+
+    The defaults suit most experiments: about 35 s in all with the report, on a machine with two processors.
+    """
+
+    scenes: Annotated[tuple[Words, ...], Field(strict=False)] = ()
+    """Names of the scenes that are kept; by default all."""
+    strategies: Annotated[tuple[Words, ...], Field(strict=False)] = ()
+    """Labels of the strategies that are kept; by default all."""
+    size: Positive = 96
+    """Longest side of a film, in pixels; smaller films stay."""
+    repeats: Annotated[int, Field(ge=1, le=MOST_REPEATS)] = 6
+    """Most repeats; 6 are the fewest that give an interval of a median."""
+    seconds: Seconds = 18.0
+    """Longest time of all runs together, in seconds; for experiments with a budget."""
+    spp: Annotated[int, Field(ge=1, le=MOST_SAMPLES)] | None = None
+    """Largest sample count that is kept of an experiment with ``spp``."""
+    reference: Seconds = 10.0
+    """Longest time to render all references together, in seconds."""
+
+    _duration = field_validator("seconds", "reference", mode="before")(lambda value: _seconds(value))
+
+    def of(self, labels: Iterable[str], scenes: Iterable[str]) -> QuickWish:
+        """Return a copy that keeps nothing that is not among these strategies and these scenes."""
+        labels, scenes = set(labels), set(scenes)
+        kept = {
+            "strategies": tuple(label for label in self.strategies if label in labels),
+            "scenes": tuple(scene for scene in self.scenes if scene in scenes),
+        }
+        return self.model_copy(update=kept)
+
+
 class TheirNumber(Value):
     """One published number, and the quantity that the experiment measures for comparison."""
 
@@ -218,10 +252,11 @@ class Theirs(Value):
     """All published figures in one sentence; empty if there are none."""
     numbers: Annotated[tuple[TheirNumber, ...], Field(strict=False)] = ()
 
-    def of(self, labels: Iterable[str]) -> Theirs:
-        """Return a copy of the claim with only the published numbers of strategies that have these labels."""
-        kept = set(labels)
-        return self.model_copy(update={"numbers": tuple(n for n in self.numbers if n.strategy in kept)})
+    def of(self, labels: Iterable[str], scenes: Iterable[str]) -> Theirs:
+        """Return a copy of the claim with only the published numbers of these strategies on these scenes."""
+        labels, scenes = set(labels), {"", *scenes}
+        kept = tuple(number for number in self.numbers if number.strategy in labels and number.scene in scenes)
+        return self.model_copy(update={"numbers": kept})
 
 
 class Experiment(Value):
@@ -259,6 +294,8 @@ class Experiment(Value):
     scenes.
     """
     reference: ReferenceWish = ReferenceWish()
+    quick: QuickWish = QuickWish()
+    """What ``--quick`` keeps of the experiment."""
     threads: Annotated[int, Field(ge=0, le=MOST_THREADS)] = 0
     """Worker threads; 0 for one per processor."""
 
@@ -294,10 +331,14 @@ class Experiment(Value):
         if {"budget", "spp"} & changes.keys():
             fields |= {"budget": None, "spp": None}
         changed = fields | changes
-        if "baseline" not in changes and self.baseline not in map(name_of_strategy, changed["strategies"]):
+        labels = [name_of_strategy(entry) for entry in changed["strategies"]]
+        scenes = [name_of_scene(entry, number) for number, entry in enumerate(changed["scenes"])]
+        if "baseline" not in changes and self.baseline not in labels:
             changed["baseline"] = ""
         if "theirs" not in changes and self.theirs is not None:
-            changed["theirs"] = self.theirs.of(map(name_of_strategy, changed["strategies"]))
+            changed["theirs"] = self.theirs.of(labels, scenes)
+        if "quick" in changed and "quick" not in changes:
+            changed["quick"] = self.quick.of(labels, scenes)
         return Experiment.model_validate(changed)
 
     def load_scenes(self) -> tuple[Scene, ...]:

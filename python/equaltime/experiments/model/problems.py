@@ -86,7 +86,10 @@ def crossed(values: Mapping[str, Any]) -> tuple[Problem, ...]:
     """Return a problem for each contradiction between an experiment's values; missing values are ignored."""
     return tuple(
         Problem(place, message)
-        for check in (_scene_problems, _strategy_problems, _ladder_problems, _reference_problems, _theirs_problems)
+        for check in (
+            *(_scene_problems, _strategy_problems, _ladder_problems, _reference_problems, _theirs_problems),
+            _quick_problems,
+        )
         for place, message in check(values)
     )
 
@@ -164,6 +167,16 @@ def _theirs_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         target = _get(entry, "target")
         if target is not None and target not in targets:
             yield f"{place}.target", f"{target} is none of the targets {shortened(list(targets), 80)}"
+
+
+def _quick_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Find scenes and strategies that ``quick`` keeps and the experiment does not have."""
+    names = [name_of_scene(entry, number) for number, entry in enumerate(_list(values.get("scenes")))]
+    labels = [name_of_strategy(entry) for entry in _list(values.get("strategies"))]
+    for key, known in (("scenes", names), ("strategies", labels)):
+        for number, name in enumerate(_list(_get(values.get("quick"), key))):
+            if isinstance(name, str) and name not in known:
+                yield f"quick.{key}[{number}]", f"the experiment has no '{name}'{suggestion(name, known)}"
 
 
 def unfit_character(name: str) -> str:

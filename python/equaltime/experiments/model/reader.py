@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from equaltime.errors import EqualtimeError, ExperimentError, Problem, StrategyError
-from equaltime.experiments.model.experiment import Experiment, ReferenceWish, SceneEntry, StrategyEntry
+from equaltime.experiments.model.experiment import Experiment, QuickWish, ReferenceWish, SceneEntry, StrategyEntry
 from equaltime.rendering.core_subject import Subject
 from equaltime.scene import Scene
 from equaltime.scene.changes import smaller_film
@@ -109,15 +109,6 @@ DEFAULT_STRATEGIES: Final = ("naive", "bsdf", "light", "mis", "best")
 
 # In a closed room a path without a depth limit goes on until its throughput underflows in float32: hundreds of bounces.
 _DEPTH_WITHOUT_ROULETTE: Final = 64
-
-# Limits of `quicker`: about 35 s in all with the report, on a machine with two processors.
-_QUICK_SIZE: Final = 96
-
-_QUICK_REPEATS: Final = 6  # fewest values that give an interval of a median
-
-_QUICK_RUNS_SECONDS: Final = 18.0
-
-_QUICK_REFERENCES_SECONDS: Final = 10.0
 
 
 def is_experiment(path: Path, unreadable: bool = False) -> bool:
@@ -243,30 +234,38 @@ def with_roulette(strategy: Strategy, scene: Scene) -> Strategy:
 
 
 def quicker(experiment: Experiment) -> Experiment:
-    """Return a smaller copy of the experiment; if it has a time budget, the copy ends in under a minute.
+    """Return a smaller copy of the experiment, as its ``quick`` wishes; with a time budget it ends in under a minute.
 
-    Films shrink to at most 96 pixels a side, unless the reference is a file, whose size is fixed. There are at most 6
-    repeats, and budgets shrink to about 18 s for all runs. Sample counts (``spp``) are kept.
+    Films shrink, unless the reference is a file, whose size is fixed. Budgets shrink until all runs together take the
+    time of ``quick``. Sample counts (``spp``) are kept, or left out from a largest one on.
     """
-    repeats = min(experiment.repeats, _QUICK_REPEATS)
-    runs = repeats * len(experiment.scenes) * len(experiment.strategies)
-    wish = experiment.reference
-    seconds = min(wish.seconds, _QUICK_REFERENCES_SECONDS / len(experiment.scenes))
+    quick, wish = experiment.quick, experiment.reference
+    scenes = tuple(entry for entry in experiment.scenes if not quick.scenes or entry.name in quick.scenes)
+    strategies = tuple(
+        entry for entry in experiment.strategies if not quick.strategies or entry.label in quick.strategies
+    )
+    repeats = min(experiment.repeats, quick.repeats)
     ladder: dict[str, object] = {}
     if experiment.spp is None:
-        ladder["budget"] = min(experiment.budget or _QUICK_RUNS_SECONDS, _QUICK_RUNS_SECONDS / runs)
+        share = quick.seconds / (repeats * len(scenes) * len(strategies))
+        ladder["budget"] = min(experiment.budget or quick.seconds, share)
+    elif quick.spp is not None:
+        ladder["spp"] = tuple(count for count in experiment.spp if count <= quick.spp) or experiment.spp[:1]
+    seconds = min(wish.seconds, quick.reference / len(scenes))
     return experiment.replace(
-        scenes=experiment.scenes if wish.file is not None else tuple(map(_smaller, experiment.scenes)),
+        scenes=scenes if wish.file is not None else tuple(_smaller(entry, quick.size) for entry in scenes),
+        strategies=strategies,
         repeats=repeats,
         crops=(),
         reference=ReferenceWish(error=max(wish.error, 0.01), seconds=seconds, file=wish.file),
+        quick=QuickWish(),  # which is done
         **ladder,
     )
 
 
-def _smaller(entry: SceneEntry) -> SceneEntry:
+def _smaller(entry: SceneEntry, longest: int) -> SceneEntry:
     film = entry.load().model.sensor.film
-    scale = _QUICK_SIZE / max(film.crop[2:])
+    scale = longest / max(film.crop[2:])
     if scale >= 1.0:
         return entry
     size, crop = smaller_film((film.width, film.height), film.crop, scale)
