@@ -1,0 +1,101 @@
+"""Frames of an animated scene: their numbers, the times at which their shutter opens and closes, and their files.
+
+Frame n begins n / fps seconds after the animation's time 0. Its shutter opens then, and stays open for a share of the
+frame: 0 makes a still, 0.5 is the 180 degrees of film cameras.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from equaltime.errors import Problem, SceneError
+from equaltime.scene.motion import still
+from equaltime.scene.scene import Scene, load_file
+from equaltime.words import shortened
+
+__all__ = ["MOST_FRAMES", "Frame", "frame_files", "frames_of", "parse_frames"]
+
+MOST_FRAMES = 100_000
+_LARGEST = 10**9
+_RANGE = re.compile(r"(\d{1,10})(?:-(\d{1,10})(?::(\d{1,10}))?)?")
+_OF_AN_ANIMATION = ("shutter", "time")
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One frame of an animation."""
+
+    number: int
+    shutter: tuple[float, float]
+    """When the shutter opens and closes, in seconds; equal for a still."""
+
+    @classmethod
+    def of(cls, number: int, fps: float, blur: float) -> Frame:
+        """Return frame ``number`` of an animation with ``fps`` frames a second.
+
+        ``blur`` is the share of a frame for which the shutter is open, from 0 to 1.
+        """
+        return cls(number, (number / fps, (number + blur) / fps))
+
+
+def parse_frames(text: str) -> tuple[int, ...]:
+    """Return the frame numbers of text such as ``0-47``, ``0-47:2`` (every second) or ``1,5,10-12``, ascending.
+
+    Raises ValueError with a message for other text, and for more than `MOST_FRAMES` frames.
+    """
+    numbers: set[int] = set()
+    for part in text.split(","):
+        found = _RANGE.fullmatch(part.strip())
+        if found is None:
+            raise ValueError(f"expected frames such as 0-47, 0-47:2 or 1,5,10-12, found {shortened(text, 60)}")
+        first, last, step = int(found[1]), int(found[2] or found[1]), int(found[3] or 1)
+        if last < first or step == 0 or last > _LARGEST:
+            raise ValueError(f"expected a first frame, a last one after it and a step of at least 1, found '{part}'")
+        if (last - first) // step + len(numbers) >= MOST_FRAMES:
+            raise ValueError(f"more than {MOST_FRAMES:,} frames: {shortened(text, 60)}")
+        numbers.update(range(first, last + 1, step))
+    return tuple(sorted(numbers))
+
+
+def frame_files(output: Path, numbers: Sequence[int]) -> tuple[Path, ...]:
+    """Return the file of each frame: ``####`` in the name of ``output`` becomes the frame's number, in as many digits.
+
+    Without ``#`` the number follows the name, in four digits: ``film.exr`` becomes ``film_0012.exr``. Raises ValueError
+    if the name has several groups of ``#``.
+    """
+    name = output.name if "#" in output.name else f"{output.stem}_####{output.suffix}"
+    before, *places = re.split("(#+)", name)
+    if len(places) > 2:
+        raise ValueError(f"the name of a frame's file has one group of #, found more in {output.name}")
+    digits, after = places
+    return tuple(output.with_name(f"{before}{number:0{len(digits)}d}{after}") for number in numbers)
+
+
+def frames_of(
+    path: str | Path, frames: Sequence[Frame], defines: Mapping[str, object], *, substitute: bool = False
+) -> Iterator[Scene]:
+    """Yield the scene of a file as each of the frames shows it.
+
+    ``defines`` and ``substitute`` are as for `equaltime.scene.load_file`. glTF files are read anew for each frame,
+    since their animations are sampled while the shutter is open.
+
+    Raises
+    ------
+    SceneError
+        If the scene is invalid, if nothing in it is animated, or if a definition already chooses its time.
+    """
+    path = Path(path)
+    if twice := next((name for name in _OF_AN_ANIMATION if name in defines), None):
+        raise SceneError((Problem(str(path), f"the frames choose the time: leave '{twice}' out"),))
+    if path.suffix.lower() in (".gltf", ".glb"):
+        for frame in frames:
+            yield load_file(path, {**defines, "shutter": frame.shutter}, substitute=substitute)
+        return
+    scene = load_file(path, defines, substitute=substitute)
+    if still(scene.model) is scene.model:
+        raise SceneError((Problem(str(path), "nothing in the scene is animated: all frames would be the same"),))
+    for frame in frames:
+        yield scene.with_(shutter=frame.shutter)

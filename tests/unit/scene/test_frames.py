@@ -1,0 +1,101 @@
+"""Frames of an animation: their numbers, files and times."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import equaltime as et
+from equaltime.scene.frames import MOST_FRAMES, Frame, frame_files, frames_of, parse_frames
+from equaltime.scene.motion import pose
+
+from .gltf_files import one_triangle
+from .test_gltf_animations import animated
+
+STANDING = """
+[sensor]
+type = "perspective"
+
+[sky]
+type = "constant"
+
+[ball]
+type = "sphere"
+"""
+KEYS = """
+[[ball.to_world.animation]]
+time = 0
+transform = [{ translate = [0, 0, 5] }]
+
+[[ball.to_world.animation]]
+time = 2
+transform = [{ translate = [4, 0, 5] }]
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "numbers"),
+    [("7", (7,)), ("0-3", (0, 1, 2, 3)), ("0-7:3", (0, 3, 6)), ("9, 1-2,2", (1, 2, 9)), ("5-5", (5,))],
+)
+def test_frames_are_ranges_and_numbers(text: str, numbers: tuple[int, ...]) -> None:
+    assert parse_frames(text) == numbers
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        *(("", "expected frames such as 0-47"), ("a", "found 'a'"), ("-1", "found '-1'"), ("1.5", "found '1.5'")),
+        *(("3-1", "a last one after it"), ("0-4:0", "a step of at least 1"), ("0-9999999999", "a last one after it")),
+        ("0-999999999", f"more than {MOST_FRAMES:,} frames"),
+    ],
+)
+def test_what_are_no_frames_is_told(text: str, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        parse_frames(text)
+
+
+def test_files_have_the_numbers_of_their_frames() -> None:
+    assert frame_files(Path("a/f.exr"), (3, 12345)) == (Path("a/f_0003.exr"), Path("a/f_12345.exr"))
+    assert frame_files(Path("a/f-##.b.png"), (3,)) == (Path("a/f-03.b.png"),)
+    with pytest.raises(ValueError, match=r"one group of #, found more in #-#\.exr"):
+        frame_files(Path("#-#.exr"), (1,))
+
+
+def test_a_frame_begins_at_its_number_over_the_rate() -> None:
+    assert Frame.of(12, 24.0, 0.0).shutter == (0.5, 0.5)
+    assert Frame.of(12, 24.0, 0.5).shutter == (0.5, 12.5 / 24.0)
+
+
+@pytest.mark.parametrize("blur", [0.0, 0.5])
+def test_a_scene_of_toml_moves_from_frame_to_frame(blur: float, tmp_path: Path) -> None:
+    path = tmp_path / "a.toml"
+    path.write_text(STANDING + KEYS)
+    frames = [Frame.of(number, 2.0, blur) for number in (0, 1, 4)]
+    scenes = list(frames_of(path, frames, {}))
+    assert [scene.model.sensor.shutter_open for scene in scenes] == [0.0, 0.5, 2.0]
+    assert [scene.model.sensor.shutter_close for scene in scenes] == [frame.shutter[1] for frame in frames]
+    assert [scene.core.effects()["motion"] for scene in scenes] == [blur > 0.0, blur > 0.0, False]
+    assert len({scene.digest for scene in scenes}) == 3
+
+
+@pytest.mark.parametrize("blur", [0.0, 0.5])
+def test_a_gltf_file_moves_from_frame_to_frame(blur: float, tmp_path: Path) -> None:
+    path = animated("translation", [0, 1], [[0, 0, 0], [4, 0, 0]]).gltf(tmp_path / "a.gltf")
+    scenes = frames_of(path, [Frame.of(number, 4.0, blur) for number in (0, 1)], {})
+    places = [pose(scene.model.shapes[0].to_world, 0.0)[0, 3] for scene in scenes]
+    np.testing.assert_allclose(places, [0, 1])
+
+
+def test_frames_of_what_stands_still_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.toml"
+    path.write_text(STANDING)
+    with pytest.raises(et.SceneError, match="nothing in the scene is animated"):
+        next(frames_of(path, [Frame.of(0, 24.0, 0.0)], {}))
+
+
+def test_the_frames_alone_choose_the_time(tmp_path: Path) -> None:
+    path = one_triangle().gltf(tmp_path / "a.gltf")
+    with pytest.raises(et.SceneError, match="the frames choose the time: leave 'time' out"):
+        next(frames_of(path, [Frame.of(0, 24.0, 0.0)], {"time": 1}))
