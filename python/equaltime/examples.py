@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-__all__ = ["copy_to", "example_of", "experiment_names", "scene_names", "scenes_folder"]
+__all__ = ["copy_to", "example_of", "experiment_names", "experiments_of", "scene_names", "scenes_folder"]
 
 _LEFT_OUT: Final = shutil.ignore_patterns("gallery", "learn", "__pycache__", "*.png", "*.jpg")
 """Pages with pictures, which a copy of the scenes does without."""
@@ -44,6 +44,12 @@ def example_of(path: Path) -> Path | None:
         return files[wanted]
     ends = [file for name, file in files.items() if name.endswith(f"/{wanted}")]
     return ends[0] if len(ends) == 1 else None
+
+
+def experiments_of(path: Path) -> Path | None:
+    """Return the folder of the example experiments, if a path is their folder's name and there is no such file."""
+    folder = scenes_folder() / "experiments"
+    return folder if path == Path(folder.name) and not path.exists() else None
 
 
 def copy_to(folder: Path) -> None:

@@ -8,7 +8,7 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
-from equaltime.examples import example_of, experiment_names, scene_names, scenes_folder
+from equaltime.examples import example_of, experiment_names, experiments_of, scene_names, scenes_folder
 from equaltime.experiments.model.reader import read_experiment
 
 NEEDS_A_CHOICE = {"mitsuba/cornell-box", "mitsuba/veach-mis"}
@@ -76,3 +76,19 @@ def test_the_command_measures_an_example_experiment(
     said = capsys.readouterr()
     assert "x10-estimator.toml is used" in "".join(said.err.split("\n"))
     assert said.out.startswith("For the same error")
+
+
+def test_the_folder_of_the_experiments_has_a_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    found = experiments_of(Path("experiments"))
+    assert found is not None
+    assert (found / "x4-depth.toml").exists()
+    assert experiments_of(Path("scenes/experiments")) is None
+    (tmp_path / "experiments").mkdir()
+    assert experiments_of(Path("experiments")) is None
+
+
+def test_a_name_without_an_example_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(et.SceneError, match="no-room: there is no such file, and no example of that name"):
+        et.load("no-room")

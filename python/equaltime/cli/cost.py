@@ -12,7 +12,7 @@ from equaltime.cli.messages import print_error, print_json, print_warning
 from equaltime.cli.options import Define, Size, Substitute, Verbose, parse_definitions, parse_duration, parse_whole
 from equaltime.cli.progress import progress_bar
 from equaltime.errors import ExperimentError
-from equaltime.examples import example_of
+from equaltime.examples import example_of, experiments_of
 from equaltime.experiments import cost as measure_cost
 from equaltime.experiments.model.experiment import MOST_REPEATS
 from equaltime.experiments.model.reader import check_installed, split_strategies
@@ -133,7 +133,7 @@ def cost(
       `reference = { error = 0.005, seconds = 60, file }`; `title`, `description`, `crops`, `threads`;
       `theirs = { source, claim, figures, numbers }`
     """
-    if example := example_of(source):
+    if example := example_of(source) or experiments_of(source):
         print_warning(f"{source}: there is no such file, so the example {example} is used")
         source = example
     if source.is_dir():

@@ -31,7 +31,7 @@ def examples(
         return _copied(folder)
     print("Scenes, for equaltime render NAME -o OUT.exr:")
     print("\n".join(f"  {name}" for name in scene_names()))
-    print("Experiments, for equaltime cost NAME -o DIR:")
+    print("Experiments, for equaltime cost NAME -o DIR; the name experiments stands for all of them:")
     print("\n".join(f"  {name}" for name in experiment_names()))
     return 0
 

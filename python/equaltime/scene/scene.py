@@ -367,7 +367,10 @@ def _read(path: Path, defines: Mapping[str, object], report: Report, search: Sea
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         *most, last = READERS
-        raise SceneError((Problem(str(path), f"unknown kind of scene file; expected {', '.join(most)} or {last}"),))
+        message = f"unknown kind of scene file; expected {', '.join(most)} or {last}"
+        if not path.suffix and not path.exists():
+            message = "there is no such file, and no example of that name; `equaltime examples` lists them"
+        raise SceneError((Problem(str(path), message),))
     try:
         content = path.read_bytes()
     except OSError as error:
