@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from equaltime.errors import EqualtimeError
+from equaltime.rendering.origin import Origin
 from equaltime.rendering.render_record import checked
-from equaltime.rendering.result import Origin
 from equaltime.rendering.stated import paths_up_to, stated
 from equaltime.scene import Scene, load_file
 from equaltime.statistics.in_words import count, error_range

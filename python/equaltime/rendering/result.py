@@ -21,10 +21,10 @@ from equaltime.film.unseen import FAR_APART, Unseen, stated_error
 from equaltime.images import image_files as images
 from equaltime.images import preview
 from equaltime.images.float32 import as_float32, beyond_float32
-from equaltime.images.image_files import Window
 from equaltime.rendering.budget import Look, Stop, StoppedBy
 from equaltime.rendering.decision import Decision
-from equaltime.rendering.film_picture import ALPHA, FilmPicture
+from equaltime.rendering.film_picture import ALPHA
+from equaltime.rendering.origin import Origin
 from equaltime.rendering.output_files import keep_work
 from equaltime.rendering.render_file import FORMAT, RenderFile
 from equaltime.rendering.stated import paths_up_to, stated
@@ -32,7 +32,7 @@ from equaltime.statistics.intervals import Interval
 from equaltime.strict_json import to_json
 from equaltime.words import Shown, duration
 
-__all__ = ["Origin", "Result", "Stats", "check_output", "make_result", "uninterrupted"]
+__all__ = ["Result", "Stats", "check_output", "make_result", "uninterrupted"]
 
 _EXTENSIONS = (".exr", ".png")
 
@@ -92,87 +92,6 @@ class Stats(Shown):
     def rays_per_second(self) -> float:
         """Rays traced per second of rendering, shadow rays included."""
         return (self.rays + self.shadow_rays) / self.seconds if self.seconds > 0 else 0.0
-
-
-@dataclass(frozen=True)
-class Origin:
-    """Everything that decides the bits of a render except the sample counts."""
-
-    scene: str | None
-    """The scene's file, as an absolute path; None for a scene made in memory."""
-    digest: str
-    """SHA-256 of the scene's content."""
-    window: Window
-    """Position of the image in the full film."""
-    max_depth: int
-    """Length of the longest paths of the problem; -1 if there is no limit."""
-    strategy: str
-    """The strategy's name; `Strategy.parse` reads it."""
-    biased: bool
-    seed: int
-    replicates: int
-    backend: str
-    without: tuple[str, ...] = ()
-    """Effects that were left out, as for `equaltime.pricing.leave_out`; the render is biased if there are any."""
-    substitutions: tuple[str, ...] = ()
-    """Parts of the scene that were replaced because they cannot be rendered."""
-    sources: tuple[Mapping[str, Any], ...] = field(default=(), hash=False)
-    """Merged renders: sample counts, seconds and build of each seed; empty for a render that was not merged."""
-    nets: int = 2
-    """Independent nets of a pixel's samples: one, or as many as replicates, which then are independent."""
-    second_net: int = 0
-    """k, if one of k pixels has a second net (`equaltime.film.second_nets`); 0 if there are none."""
-    scene_max_depth: int | None = None
-    """The ``max_depth`` that the scene asks for, which may differ from ``max_depth`` here; None if unknown."""
-    picture: FilmPicture = field(default_factory=FilmPicture, compare=False)
-    """Form of the picture that the film asks for; the bits of the render do not depend on it."""
-
-    @classmethod
-    def from_record(cls, record: Mapping[str, Any]) -> Origin:
-        """Return the origin of a render from its record (JSON data that tell how it was made).
-
-        The record must be complete, as `equaltime.rendering.render_record.checked` returns it.
-        """
-        return cls(
-            scene=record["scene"],
-            digest=record["digest"],
-            window=Window(*record["crop"][:2], *record["size"]),
-            max_depth=record["max_depth"],
-            strategy=record["strategy"],
-            biased=record["biased"],
-            seed=record["seed"],
-            replicates=record["replicates"],
-            backend=record["backend"],
-            without=tuple(record["without"]),
-            substitutions=tuple(record["substitutions"]),
-            sources=tuple(record["sources"]),
-            nets=record["nets"],
-            second_net=record["second_net"],
-            scene_max_depth=record["scene_max_depth"],
-            picture=FilmPicture.from_dict(record["picture"]),
-        )
-
-    @property
-    def record(self) -> dict[str, Any]:
-        """Return the origin as JSON data, for the record of a result."""
-        return {
-            "scene": self.scene,
-            "digest": self.digest,
-            "size": [self.window.full_width, self.window.full_height],
-            "max_depth": self.max_depth,
-            "scene_max_depth": self.scene_max_depth,
-            "strategy": self.strategy,
-            "biased": self.biased,
-            "seed": self.seed,
-            "replicates": self.replicates,
-            "nets": self.nets,
-            **({"second_net": self.second_net} if self.second_net else {}),
-            "backend": self.backend,
-            **({"without": list(self.without)} if self.without else {}),
-            "substitutions": list(self.substitutions),
-            "sources": [dict(source) for source in self.sources],
-            **({} if self.picture == FilmPicture() else {"picture": to_json(self.picture)}),
-        }
 
 
 @dataclass(frozen=True, eq=False, repr=False)

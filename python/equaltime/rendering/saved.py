@@ -26,9 +26,10 @@ from equaltime.images.image_files import RGB, SOFTWARE, Picture
 from equaltime.rendering.budget import Look, Stop
 from equaltime.rendering.decision import Decision
 from equaltime.rendering.film_picture import ALPHA, FilmPicture
+from equaltime.rendering.origin import Origin
 from equaltime.rendering.render_file import RenderFile, SavedFilm, read_film, read_outputs, read_picture
 from equaltime.rendering.render_record import checked
-from equaltime.rendering.result import Origin, Result, Stats
+from equaltime.rendering.result import Result, Stats
 from equaltime.statistics.intervals import Interval
 from equaltime.strict_json import json_text
 

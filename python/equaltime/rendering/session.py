@@ -40,9 +40,10 @@ from equaltime.rendering.core import (
 from equaltime.rendering.decision import Decision
 from equaltime.rendering.film_picture import FilmPicture
 from equaltime.rendering.job import Job
+from equaltime.rendering.origin import Origin
 from equaltime.rendering.outputs import asked_for, outputs
 from equaltime.rendering.passes import Passes, ProgressCallback, Saving
-from equaltime.rendering.result import Origin, Result, Stats, make_result
+from equaltime.rendering.result import Result, Stats, make_result
 from equaltime.rendering.saved import SavedRender
 from equaltime.scene import Scene
 from equaltime.statistics.intervals import Interval

@@ -16,8 +16,9 @@ from equaltime.errors import ImageError
 from equaltime.images import image_files as images
 from equaltime.images import preview
 from equaltime.images.image_files import Window
+from equaltime.rendering.origin import Origin
 from equaltime.rendering.render_file import RenderFile, read_picture
-from equaltime.rendering.result import Origin, Result, Stats
+from equaltime.rendering.result import Result, Stats
 from equaltime.statistics.intervals import Interval
 
 HEIGHT, WIDTH = 5, 7
