@@ -16,7 +16,7 @@ PANELS: Final = {
     "What": ("size", "crop", "max_depth", "define", "substitute", "without", "within", "pixel", "sample", "only"),
     "How": ("strategy", "strategies", "seed", "threads"),
     "Output": (
-        *("output", "resume", "checkpoint", "small", "overwrite", "copy"),
+        *("output", "exposure", "resume", "checkpoint", "small", "overwrite", "copy"),
         *("why", "as_json", "quiet", "verbose", "help"),
     ),
     "For experts": ("backend", "traps", "tev", "peer"),
@@ -34,6 +34,7 @@ MEANT: Final = {
     **dict.fromkeys(("--region", "--window"), "--crop"),
     **dict.fromkeys(("--jobs", "--cores", "-j"), "--threads"),
     **dict.fromkeys(("--force", "-f"), "--overwrite"),
+    **dict.fromkeys(("--ev", "--brightness", "--gain", "--tonemap"), "--exposure"),
     **dict.fromkeys(("--integrator", "--sampler", "--method"), "--strategy"),
     **dict.fromkeys(("--denoise", "--denoiser"), "--error"),
 }

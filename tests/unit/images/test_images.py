@@ -85,7 +85,7 @@ def test_the_preview_follows_the_srgb_curve() -> None:
 
 
 def test_the_preview_holds_the_encoded_pixels(result: Result, tmp_path: Path) -> None:
-    preview.write_png(tmp_path / "out.png", result.image)
+    preview.write(tmp_path / "out.png", result.image)
     stored = np.round(images.read(tmp_path / "out.png").image * 255).astype(np.uint8)
     np.testing.assert_array_equal(stored, preview.srgb_bytes(result.image))
 
