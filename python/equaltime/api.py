@@ -271,6 +271,8 @@ def _rest(error: float | None, bias: Interval) -> float | None:
 
 def _cross_checked(scene: Scene, limits: Limits, strategy: Strategy, seed: int) -> Result:
     """Render with `equaltime.crosscheck`, which has one strategy, its own, and no clock."""
+    if scene.transparent:
+        raise RenderError("the embreex backend makes no alpha: leave transparent out")
     if limits != Limits(spp=limits.spp) or limits.spp is None or strategy != Strategy():
         raise StrategyError(_CROSS_CHECK_ALONE)
     try:

@@ -13,7 +13,19 @@ __all__ = ["Command", "Group"]
 
 PANELS: Final = {
     "How long": ("time", "error", "spp", "stop", "quick", "budget", "repeats"),
-    "What": ("size", "crop", "max_depth", "define", "substitute", "without", "within", "pixel", "sample", "only"),
+    "What": (
+        "size",
+        "crop",
+        "max_depth",
+        "define",
+        "substitute",
+        "transparent",
+        "without",
+        "within",
+        "pixel",
+        "sample",
+        "only",
+    ),
     "How": ("strategy", "strategies", "seed", "threads"),
     "Output": (
         *("output", "exposure", "resume", "checkpoint", "small", "overwrite", "copy"),
@@ -34,6 +46,7 @@ MEANT: Final = {
     **dict.fromkeys(("--region", "--window"), "--crop"),
     **dict.fromkeys(("--jobs", "--cores", "-j"), "--threads"),
     **dict.fromkeys(("--force", "-f"), "--overwrite"),
+    **dict.fromkeys(("--alpha", "--rgba", "--background", "--film-transparent"), "--transparent"),
     **dict.fromkeys(("--ev", "--brightness", "--gain", "--tonemap"), "--exposure"),
     **dict.fromkeys(("--integrator", "--sampler", "--method"), "--strategy"),
     **dict.fromkeys(("--denoise", "--denoiser"), "--error"),

@@ -31,6 +31,7 @@ __all__ = [
     "Tev",
     "Threads",
     "Time",
+    "Transparent",
     "Verbose",
     "Without",
     "parse_crop",
@@ -217,6 +218,15 @@ Crop = Annotated[
         metavar="X,Y,W,H",
         show_default=False,
         help="Render this window only: identical to that part of the full picture with adaptive=none.",
+    ),
+]
+
+Transparent = Annotated[
+    bool,
+    typer.Option(
+        "--transparent",
+        help="Leave the sky out of the picture, and give it alpha. The sky lights the scene as before; where there is "
+        "one, lamps are not seen either.",
     ),
 ]
 

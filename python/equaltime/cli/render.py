@@ -44,6 +44,7 @@ from equaltime.cli.options import (
     Tev,
     Threads,
     Time,
+    Transparent,
     Without,
     parse_definitions,
     parse_duration,
@@ -111,6 +112,7 @@ def render(
     threads: Threads = 0,
     define: Define = None,
     substitute: Substitute = False,
+    transparent: Transparent = False,
     resume: Annotated[
         bool, typer.Option("--resume", help="Continue FILE.exr, if it is there, towards the limits given now.")
     ] = False,
@@ -191,7 +193,9 @@ def render(
         raise typer.BadParameter("needs an error to reach: give --error, such as --error 2%, too", param_hint="--stop")
     chosen = Strategy.parse(strategy)
     paths = check_output(output)
-    loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
+    if transparent and paths.exr is None and output.suffix.lower() != ".png":
+        raise typer.BadParameter("a JPEG has no transparency: write FILE.png or FILE.exr", param_hint="--transparent")
+    loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute).with_(transparent=transparent)
     check_spares(paths.all, loaded.files, "the scene is made of this file")
     findings: tuple[Finding, ...] = ()
     if not quiet:

@@ -43,6 +43,8 @@ class Origin:
     """k, if one of k pixels has a second net (`equaltime.film.second_nets`); 0 if there are none."""
     scene_max_depth: int | None = None
     """The ``max_depth`` that the scene asks for, which may differ from ``max_depth`` here; None if unknown."""
+    transparent: bool = False
+    """Whether the render was asked to make the background transparent (`Scene.with_`)."""
     picture: FilmPicture = field(default_factory=FilmPicture, compare=False)
     """Form of the picture that the film asks for; the bits of the render do not depend on it."""
 
@@ -68,6 +70,7 @@ class Origin:
             nets=record["nets"],
             second_net=record["second_net"],
             scene_max_depth=record["scene_max_depth"],
+            transparent=record["transparent"],
             picture=FilmPicture.from_dict(record["picture"]),
         )
 
@@ -88,6 +91,7 @@ class Origin:
             **({"second_net": self.second_net} if self.second_net else {}),
             "backend": self.backend,
             **({"without": list(self.without)} if self.without else {}),
+            **({"transparent": True} if self.transparent else {}),
             "substitutions": list(self.substitutions),
             "sources": [dict(source) for source in self.sources],
             **({} if self.picture == FilmPicture() else {"picture": to_json(self.picture)}),

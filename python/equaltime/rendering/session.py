@@ -312,6 +312,7 @@ def origin_of(
         backend=backend,
         without=without,
         scene_max_depth=scene.own_max_depth,
+        transparent=scene.transparent,
         picture=FilmPicture.of(film),
     )
 
