@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from equaltime.errors import EffectError, RenderError, StrategyError
+from equaltime.images.exposure import AUTO, Exposure, checked_exposure
 from equaltime.pricing import left_out
 from equaltime.quoting.fixed_count import fixed_count
 from equaltime.quoting.observer import Observer, QuoteWatch, overrides
@@ -49,6 +50,7 @@ def render(
     resume: Render | None = None,
     checkpoint: str | os.PathLike[str] | None = None,
     checkpoint_every: float = 60.0,
+    checkpoint_exposure: Exposure = AUTO,
     without: Sequence[str] = (),
     within: float | None = None,
     stop: StopRule = "look",
@@ -89,9 +91,9 @@ def render(
     resume
         A result, or a file that `Result.save` wrote. The render continues it, and gets the same bits as a render that
         was never stopped.
-    checkpoint, checkpoint_every
-        EXR file in which the render so far is saved, and the seconds between two savings. The interval grows if saving
-        would take more than half of the time.
+    checkpoint, checkpoint_every, checkpoint_exposure
+        EXR file in which the render so far is saved, the seconds between two savings, and the exposure of the previews
+        beside it as for `Result.save`. The interval grows if saving would take more than half of the time.
     without
         Names of effects to leave out; an effect is a feature of the scene or of its light, see `equaltime.effects`. The
         image is then biased, and is labelled as biased. A pilot (a short render) measures the bias, and the image's
@@ -165,6 +167,7 @@ def render(
         checkpoint_every=checkpoint_every,
         stop=stop,
     )
+    exposure = checked_exposure(checkpoint_exposure)
     chosen = Strategy.of(strategy)
     loaded = as_scene(scene)
     limits = Limits(spp if spp or time or error else loaded.spp or _DEFAULT_SPP, time, error)
@@ -187,7 +190,8 @@ def render(
             observer.decided(left.why)
     saving = None
     if checkpoint is not None:
-        saving = Checkpoints(Path(checkpoint), checkpoint_every, None if observer is None else observer.unsaved)
+        unsaved = None if observer is None else observer.unsaved
+        saving = Checkpoints(Path(checkpoint), checkpoint_every, exposure, unsaved)
     result = _watched(job, loaded, stop, observer, show, saving)
     result = replace(result, stats=replace(result.stats, phases={**result.stats.phases, **phases}))
     return warn_if_black(result, loaded, stacklevel=2)
@@ -267,6 +271,8 @@ def _rest(error: float | None, bias: Interval) -> float | None:
 
 def _cross_checked(scene: Scene, limits: Limits, strategy: Strategy, seed: int) -> Result:
     """Render with `equaltime.crosscheck`, which has one strategy, its own, and no clock."""
+    if scene.transparent:
+        raise RenderError("the embreex backend makes no alpha: leave transparent out")
     if limits != Limits(spp=limits.spp) or limits.spp is None or strategy != Strategy():
         raise StrategyError(_CROSS_CHECK_ALONE)
     try:

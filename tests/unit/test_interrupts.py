@@ -51,7 +51,7 @@ def test_what_is_put_off_is_heard_once_when_what_was_begun_is_done(fails: bool) 
 def test_a_checkpoint_is_written_whole_before_ctrl_c_ends_the_render(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    write, written = preview.write_png, list[bool]()
+    write, written = preview.write, list[bool]()
 
     def interrupted(path: Path, *rest: object) -> None:
         if not written:
@@ -59,7 +59,7 @@ def test_a_checkpoint_is_written_whole_before_ctrl_c_ends_the_render(
         write(path, *rest)  # type: ignore[arg-type]  # handed on
         written.append(path.exists())
 
-    monkeypatch.setattr(preview, "write_png", interrupted)
+    monkeypatch.setattr(preview, "write", interrupted)
     scene, begun = et.load(SCENE).with_(size=(16, 16)), tmp_path / "begun.exr"
     result = et.render(scene, time=60.0, checkpoint=begun, checkpoint_every=0.01)
     assert result.stopped_by == "interrupt"

@@ -102,4 +102,4 @@ def _write_differences(found: PriceList, folder: Path) -> None:
             continue
         name = f"without-{price.kind.name}"
         images.write_exr(folder / f"{name}.exr", price.difference, name)
-        preview.write_png(folder / f"{name}.png", np.abs(price.difference), name)
+        preview.write(folder / f"{name}.png", np.abs(price.difference), name)

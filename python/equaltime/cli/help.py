@@ -13,10 +13,22 @@ __all__ = ["Command", "Group"]
 
 PANELS: Final = {
     "How long": ("time", "error", "spp", "stop", "quick", "budget", "repeats"),
-    "What": ("size", "crop", "max_depth", "define", "substitute", "without", "within", "pixel", "sample", "only"),
+    "What": (
+        "size",
+        "crop",
+        "max_depth",
+        "define",
+        "substitute",
+        "transparent",
+        "without",
+        "within",
+        "pixel",
+        "sample",
+        "only",
+    ),
     "How": ("strategy", "strategies", "seed", "threads"),
     "Output": (
-        *("output", "resume", "checkpoint", "small", "overwrite", "copy"),
+        *("output", "exposure", "resume", "checkpoint", "small", "overwrite", "copy"),
         *("why", "as_json", "quiet", "verbose", "help"),
     ),
     "For experts": ("backend", "traps", "tev", "peer"),
@@ -34,6 +46,8 @@ MEANT: Final = {
     **dict.fromkeys(("--region", "--window"), "--crop"),
     **dict.fromkeys(("--jobs", "--cores", "-j"), "--threads"),
     **dict.fromkeys(("--force", "-f"), "--overwrite"),
+    **dict.fromkeys(("--alpha", "--rgba", "--background", "--film-transparent"), "--transparent"),
+    **dict.fromkeys(("--ev", "--brightness", "--gain", "--tonemap"), "--exposure"),
     **dict.fromkeys(("--integrator", "--sampler", "--method"), "--strategy"),
     **dict.fromkeys(("--denoise", "--denoiser"), "--error"),
 }

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from equaltime.errors import EqualtimeError
+from equaltime.rendering.origin import Origin
 from equaltime.rendering.render_record import checked
-from equaltime.rendering.result import Origin
 from equaltime.rendering.stated import paths_up_to, stated
 from equaltime.scene import Scene, load_file
 from equaltime.statistics.in_words import count, error_range
@@ -109,6 +109,8 @@ def _options(record: Record) -> Iterator[str]:
         yield from ("--max-depth", str(record["max_depth"]))
     if record["strategy"] != "best":
         yield from ("--strategy", record["strategy"])
+    if record["transparent"]:
+        yield "--transparent"
     for effect in record.get("without") or ():
         yield from ("--without", effect)
     yield from ("--seed", str(record["seed"]))
@@ -138,4 +140,4 @@ def _as_asked(scene: Scene, record: Record) -> Iterator[Scene]:
     size, crop = tuple(record["size"]), tuple(record["crop"])
     films: tuple[dict[str, Any], ...] = ({}, {"size": size}, {"size": size, "crop": crop})
     for film, depth in product(films, (None, record["max_depth"])):
-        yield scene.with_(**film, max_depth=depth)
+        yield scene.with_(**film, max_depth=depth, transparent=record["transparent"])

@@ -7,11 +7,10 @@ from typing import Annotated
 
 import typer
 
-from equaltime.cli.messages import doubts, headline, print_json, print_lines, wrote
-from equaltime.cli.options import AsJson, Overwrite, Small
+from equaltime.cli.messages import Written, doubts, headline, print_json, print_lines
+from equaltime.cli.options import AsJson, ExposureStops, Overwrite, Small
 from equaltime.rendering.merge import merge as merge_files
-from equaltime.rendering.output_files import check_replaceable, check_spares
-from equaltime.rendering.result import check_output
+from equaltime.rendering.output_files import check_output, check_replaceable, check_spares
 
 __all__ = ["merge"]
 
@@ -30,6 +29,7 @@ def merge(
             help="The joined render: FILE.exr, which can be merged again, with a preview FILE.png beside it.",
         ),
     ],
+    exposure: ExposureStops = "auto",
     small: Small = False,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
@@ -42,14 +42,16 @@ def merge(
 
     For instance: `equaltime merge monday.exr tuesday.exr -o both.exr`
     """
-    picture = check_output(output, (".exr",))  # a PNG could not be merged again
-    check_spares({output, picture}, files, "is one of the files to be merged")
+    paths = check_output(output, (".exr",))  # a PNG could not be merged again
+    check_spares(paths.all, files, "is one of the files to be merged")
     result = merge_files(files)
     if not overwrite:
-        check_replaceable((output, picture), result.origin.scene, result.origin.digest)
-    written = result.save(output, small)
+        check_replaceable(paths.all, result.origin.scene, result.origin.digest)
+    stops = result.stops(exposure)
+    written = Written(result.save(output, small, exposure=stops), stops)
     if as_json:
-        print_json({**result.record, "files": written})
+        print_json({**result.record, "files": written.files, "exposure": stops})
         return 0
-    print_lines([f"Joined {len(files)} renders: {headline(result)}", wrote(written), *doubts(result)])
+    wrote = "; ".join(filter(None, [f"wrote {written}", written.kept]))
+    print_lines([f"Joined {len(files)} renders: {headline(result)}", wrote, *doubts(result)])
     return 0

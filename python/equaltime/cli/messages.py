@@ -6,6 +6,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, TypeVar
 
@@ -13,6 +14,7 @@ from rich.console import Console
 
 from equaltime.errors import ImageError
 from equaltime.film.unseen import FAR_APART
+from equaltime.images.exposure import exposure_in_words
 from equaltime.quoting.observer import ENDED_FIRST
 from equaltime.quoting.pilot import Quote
 from equaltime.rendering.outputs import asked_for
@@ -26,6 +28,7 @@ from equaltime.strict_json import json_text, to_json
 __all__ = [
     "MOST_LINES",
     "WAYS",
+    "Written",
     "bias",
     "doubts",
     "headline",
@@ -41,7 +44,6 @@ __all__ = [
     "print_warnings",
     "selects_images",
     "while_heard",
-    "wrote",
 ]
 
 MOST_LINES: Final = 12
@@ -85,11 +87,27 @@ def selects_images(result: Result) -> bool:
     return result.stop is not None and result.stop.selects and result.focus.rare(result.spp)
 
 
-def wrote(files: Sequence[Path]) -> str:
-    """Return a line that names the written files, and the backup (``~``) of an earlier render if there is one."""
-    kept = [file for file in files if file.name.endswith("~")]
-    written = f"wrote {', '.join(str(file) for file in files if file not in kept)}"
-    return f"{written}; the render that was there is kept as {kept[0]}" if kept else written
+@dataclass(frozen=True)
+class Written:
+    """Files that `Result.save` wrote, and the exposure of the preview in stops."""
+
+    files: Sequence[Path]
+    stops: float = 0.0
+
+    def __str__(self) -> str:
+        """Return the names of the files, with the exposure of the preview if it is not 0."""
+        shown = exposure_in_words(self.stops)
+        names = [str(file) for file in self.files if not file.name.endswith("~")]
+        preview = next((i for i, name in enumerate(names) if not name.lower().endswith(".exr")), None)
+        if shown and preview is not None:
+            names[preview] += f" ({shown})"
+        return ", ".join(names)
+
+    @property
+    def kept(self) -> str:
+        """Sentence that names the copy of the render that was there before; empty if there is none."""
+        kept = [file for file in self.files if file.name.endswith("~")]
+        return f"the render that was there is kept as {kept[0]}" if kept else ""
 
 
 def doubts(result: Result, findings: Sequence[Finding] = ()) -> list[str]:

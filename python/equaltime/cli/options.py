@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
+from equaltime.images.exposure import AUTO, MOST_STOPS, Exposure
 from equaltime.rendering.job import MOST_SECONDS, MOST_THREADS
 from equaltime.words import seconds_of
 
@@ -18,6 +19,7 @@ __all__ = [
     "Crop",
     "Define",
     "ErrorTarget",
+    "ExposureStops",
     "MaxDepth",
     "Overwrite",
     "SceneFile",
@@ -29,11 +31,13 @@ __all__ = [
     "Tev",
     "Threads",
     "Time",
+    "Transparent",
     "Verbose",
     "Without",
     "parse_crop",
     "parse_definitions",
     "parse_duration",
+    "parse_exposure",
     "parse_percent",
     "parse_pixel",
     "parse_size",
@@ -79,6 +83,22 @@ def parse_percent(text: str) -> float:
     if value >= 1.0:
         raise typer.BadParameter(f"'{text}' is too large; an error to be reached is below 100 %, such as 2%")
     return value
+
+
+def parse_exposure(text: str) -> Exposure:
+    """Parse an exposure: ``auto``, or a number of stops such as ``1.5`` or ``-2``.
+
+    Raises typer.BadParameter for other texts, and for more than `MOST_STOPS` stops.
+    """
+    if text.strip() == AUTO:
+        return AUTO
+    try:
+        stops = float(text)
+    except ValueError:
+        stops = math.nan
+    if not abs(stops) <= MOST_STOPS:
+        raise typer.BadParameter(f"'{text}' is no exposure; write auto, or stops such as 1.5 or -2")
+    return stops
 
 
 def parse_whole(least: int, most: int) -> Callable[[str | int], int]:
@@ -172,6 +192,17 @@ Overwrite = Annotated[
     typer.Option("--overwrite", help="Replace FILE even if another program wrote it, or it shows another scene."),
 ]
 
+ExposureStops = Annotated[
+    Any,
+    typer.Option(
+        "--exposure",
+        parser=parse_exposure,
+        metavar="auto|EV",
+        help="Brightness of the preview in stops, such as 1.5 or -2; auto: whole stops, if it would be too dark or too "
+        "bright. The EXR is never scaled.",
+    ),
+]
+
 Small = Annotated[
     bool,
     typer.Option(
@@ -187,6 +218,15 @@ Crop = Annotated[
         metavar="X,Y,W,H",
         show_default=False,
         help="Render this window only: identical to that part of the full picture with adaptive=none.",
+    ),
+]
+
+Transparent = Annotated[
+    bool,
+    typer.Option(
+        "--transparent",
+        help="Leave the sky out of the picture, and give it alpha. The sky lights the scene as before; where there is "
+        "one, lamps are not seen either.",
     ),
 ]
 

@@ -15,6 +15,7 @@ import typer
 from equaltime.api import render as render_scene
 from equaltime.cli.lint import print_hazards
 from equaltime.cli.messages import (
+    Written,
     doubts,
     kept_elsewhere,
     left_by_interrupt,
@@ -31,6 +32,7 @@ from equaltime.cli.options import (
     Crop,
     Define,
     ErrorTarget,
+    ExposureStops,
     MaxDepth,
     Overwrite,
     SceneFile,
@@ -42,6 +44,7 @@ from equaltime.cli.options import (
     Tev,
     Threads,
     Time,
+    Transparent,
     Without,
     parse_definitions,
     parse_duration,
@@ -57,9 +60,9 @@ from equaltime.quoting.pilot import Quote
 from equaltime.rendering.black_picture import black_picture, reasons, unwarned
 from equaltime.rendering.budget import StopRule
 from equaltime.rendering.job import Backend, Traps
-from equaltime.rendering.output_files import check_replaceable, check_spares
+from equaltime.rendering.output_files import check_output, check_replaceable, check_spares
 from equaltime.rendering.passes import ProgressCallback
-from equaltime.rendering.result import Result, check_output
+from equaltime.rendering.result import Result
 from equaltime.rendering.tev import Viewer
 from equaltime.scene import Scene, load_file
 from equaltime.scene.lint import Finding
@@ -79,7 +82,7 @@ def render(
             metavar="FILE",
             show_default=False,
             help="FILE.exr: image, standard error, sample counts, how it was made, and a preview FILE.png beside it. "
-            "FILE.png: the preview alone.",
+            "FILE.png, FILE.jpg: the preview alone.",
         ),
     ],
     spp: Annotated[
@@ -109,6 +112,7 @@ def render(
     threads: Threads = 0,
     define: Define = None,
     substitute: Substitute = False,
+    transparent: Transparent = False,
     resume: Annotated[
         bool, typer.Option("--resume", help="Continue FILE.exr, if it is there, towards the limits given now.")
     ] = False,
@@ -121,6 +125,7 @@ def render(
             help="How often the render so far is saved to FILE.exr [default: 60s].",
         ),
     ] = None,
+    exposure: ExposureStops = "auto",
     small: Small = False,
     overwrite: Overwrite = False,
     backend: Annotated[
@@ -187,21 +192,22 @@ def render(
     if stop == "fixed" and error is None:
         raise typer.BadParameter("needs an error to reach: give --error, such as --error 2%, too", param_hint="--stop")
     chosen = Strategy.parse(strategy)
-    picture = check_output(output)
-    loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
-    check_spares({output, picture}, loaded.files, "the scene is made of this file")
+    paths = check_output(output)
+    if transparent and paths.exr is None and output.suffix.lower() != ".png":
+        raise typer.BadParameter("a JPEG has no transparency: write FILE.png or FILE.exr", param_hint="--transparent")
+    loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute).with_(transparent=transparent)
+    check_spares(paths.all, loaded.files, "the scene is made of this file")
     findings: tuple[Finding, ...] = ()
     if not quiet:
         print_warnings(loaded)
         findings = print_hazards(loaded)
     loaded = loaded.with_(size=size, crop=crop, max_depth=max_depth)
     if not overwrite:
-        replaced = (picture,) if resume else (output, picture)
-        check_replaceable(replaced, os.path.abspath(scene), loaded.digest)
+        check_replaceable((paths.preview,) if resume else paths.all, os.path.abspath(scene), loaded.digest)
     failure: SampleError | BrightImage | None = None
-    exr = output if output.suffix.lower() == ".exr" else None
+    exr = paths.exr
     if resume and exr is None:
-        raise typer.BadParameter("a PNG cannot be taken up: write FILE.exr", param_hint="--resume")
+        raise typer.BadParameter("only FILE.exr can be continued: write FILE.exr", param_hint="--resume")
     viewer = None if tev is None else _viewer(tev, output)
     teller = _Teller({} if as_json else None, quiet, verbose, findings, resumable=exr is not None and not small)
     # hold back a second Ctrl-C from the last sample to the last line: it must not lose the samples that the first kept
@@ -220,6 +226,7 @@ def render(
                     resume=exr if resume and output.exists() else None,
                     checkpoint=exr if backend == "core" else None,
                     checkpoint_every=checkpoint or 60.0,
+                    checkpoint_exposure=exposure,
                     without=without or (),
                     within=within,
                     stop=stop,
@@ -233,9 +240,9 @@ def render(
                 raise
             failure, result = found, cast(Result, found.result)
             signals = ending.enter_context(held_back())
-        begin = clock.perf_counter()
+        begin, stops = clock.perf_counter(), result.stops(exposure)
         try:
-            files = result.save(output, small)
+            files = result.save(output, small, exposure=stops)
         except ImageError as problem:
             print_error(f"{problem}{kept_elsewhere(result)}")
             return 1
@@ -244,7 +251,7 @@ def render(
             raise failure.with_result(result, str(output))
         if viewer is not None and viewer.problem is not None:
             print_warning(viewer.problem)
-        teller.tell(result, loaded, writing, files)
+        teller.tell(result, loaded, writing, Written(files, stops))
     if failure is not None:
         raise failure.with_words(
             *(word for pair in define or () for word in ("-D", pair)), *(["--substitute"] * substitute)
@@ -305,14 +312,15 @@ class _Teller:
         self.quote = quote
         print_quote(quote)
 
-    def tell(self, result: Result, scene: Scene, writing: float, files: Sequence[Path]) -> None:
+    def tell(self, result: Result, scene: Scene, writing: float, written: Written) -> None:
         """Print the outcome; ``writing`` is the seconds that it took to write the files."""
         phases = {**result.stats.phases, "write": writing}
         if self.record is not None:
-            print_json({**result.record, "phases": phases, "files": files, **self.record})
+            told = {"phases": phases, "files": written.files, "exposure": written.stops}
+            print_json({**result.record, **told, **self.record})
         elif not self.quiet:
             print_lines(
-                [*outcome(result, files, self.quote if self.resumable else None), *doubts(result, self.findings)]
+                [*outcome(result, written, self.quote if self.resumable else None), *doubts(result, self.findings)]
             )
             print_lines([*left_by_interrupt(result, scene), *(details(result, phases) if self.verbose else ())])
         if not self.quiet and not reasons(self.findings) and (black := black_picture(result, scene, self.findings)):

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Iterator, Mapping
 
-from equaltime.cli.messages import bias, headline, selects_images
+from equaltime.cli.messages import Written, bias, headline, selects_images
 from equaltime.quoting.pilot import Quote
 from equaltime.rendering.budget import Stop
 from equaltime.rendering.result import Result
@@ -29,14 +28,12 @@ _SELECTS = (
 )
 
 
-def outcome(result: Result, files: Sequence[Path], quote: Quote | None) -> Iterator[str]:
+def outcome(result: Result, written: Written, quote: Quote | None) -> Iterator[str]:
     """Yield the answer in one line, and up to four more if there is something to know.
 
     ``quote`` is the quote of the render itself, if there is one and the render can be continued: it tells what a
     smaller error would take.
     """
-    kept = [file for file in files if file.name.endswith("~")]
-    written = ", ".join(str(file) for file in files if file not in kept)
     number, seconds = stated(result.origin), duration(result.stats.seconds)
     said = f"{number.noun} {error_range(result.error)}{number.of_paths}"
     because = bias(result)
@@ -48,8 +45,8 @@ def outcome(result: Result, files: Sequence[Path], quote: Quote | None) -> Itera
         yield missed
     if result.stopped_by == "error" and selects_images(result):
         yield _SELECTS
-    if kept:
-        yield f"the render that was there is kept as {kept[0]}"
+    if written.kept:
+        yield written.kept
     if quote is not None:
         yield from _price(result, quote)
 

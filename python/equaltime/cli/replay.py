@@ -17,6 +17,7 @@ from equaltime.cli.options import (
     Size,
     StrategyWords,
     Substitute,
+    Transparent,
     Without,
     parse_definitions,
     parse_pixel,
@@ -56,6 +57,7 @@ def replay(
     max_depth: MaxDepth = None,
     define: Define = None,
     substitute: Substitute = False,
+    transparent: Transparent = False,
     without: Without = None,
     as_json: AsJson = False,
 ) -> int:
@@ -64,7 +66,7 @@ def replay(
     With the same scene, size, depth, strategy and seed, path and radiance equal the render's bit by bit.
     """
     chosen = Strategy.parse(strategy)
-    loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
+    loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute).with_(transparent=transparent)
     print_warnings(loaded)
     loaded = loaded.with_(size=size, max_depth=max_depth)
     try:

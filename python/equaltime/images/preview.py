@@ -1,6 +1,7 @@
-"""Previews of linear images for viewing: sRGB with eight bits per channel, at exposure 0, clipped to [0, 1].
+"""Previews of linear images for viewing: sRGB with eight bits per channel, clipped to [0, 1], as PNG or JPEG.
 
-No exposure is fitted to the image, so two previews can be compared by eye.
+The exposure is given in stops and written in the file's description (`equaltime.images.exposure`). A JPEG has no alpha:
+it shows the image as it is, which is over black.
 """
 
 from __future__ import annotations
@@ -14,17 +15,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.images import image_files as images
+from equaltime.images.exposure import exposure_in_words
 from equaltime.statistics.agreement import block_means
 
-__all__ = ["SOURCE", "png_bytes", "reduced", "srgb_bytes", "write_png"]
+__all__ = ["EXTENSIONS", "SOURCE", "png_bytes", "reduced", "srgb_bytes", "write"]
 
 SOURCE: Final = "equaltime:scene"
 """Name of the attribute in which a preview names the scene's file."""
+_FORMATS: Final = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg"}
+EXTENSIONS: Final = tuple(_FORMATS)
+"""Extensions of files that `write` can write."""
+_JPEG: Final[dict[str, Any]] = {"compression": "jpeg:95", "jpeg:subsampling": "4:4:4", "jpeg:com_attributes": 1}
+"""Attributes of a JPEG: quality in [0, 100], colours in full resolution, and all texts kept as comments."""
 
 
-def srgb_bytes(image: NDArray[Any]) -> NDArray[np.uint8]:
-    """Return a linear RGB image (H, W, 3) as eight-bit sRGB, by the exact curve of IEC 61966-2-1."""
-    linear = np.clip(image, 0.0, 1.0)
+def srgb_bytes(image: NDArray[Any], stops: float = 0.0) -> NDArray[np.uint8]:
+    """Return a linear RGB image (H, W, 3) as eight-bit sRGB, by the exact curve of IEC 61966-2-1.
+
+    The image is first multiplied by 2 to the power ``stops``.
+    """
+    exposed = image.astype(np.float64) * 2.0**stops if stops else image
+    linear = np.clip(exposed, 0.0, 1.0)
     encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.power(linear, 1.0 / 2.4) - 0.055)
     return np.asarray(np.round(255.0 * encoded), np.uint8)
 
@@ -42,44 +53,58 @@ def reduced(values: NDArray[Any], longest: int) -> NDArray[np.float64]:
     return block_means(values, min(factor, height), min(factor, width))
 
 
-def write_png(
+def write(
     path: Path,
     image: NDArray[Any],
     description: str = "",
     scene: str | None = None,
     alpha: NDArray[Any] | None = None,
+    stops: float = 0.0,
 ) -> None:
-    """Write the preview of a linear image (H, W, 3) to a PNG file.
+    """Write the preview of a linear image (H, W, 3) to a file whose extension is one of `EXTENSIONS`.
 
-    ``description`` and ``scene`` (the path of the scene file) become attributes of the file. If ``alpha`` (H, W) is
-    given, the image must already be multiplied by it (associated). The file gets alpha and unmultiplied colours, as PNG
-    requires. A fully transparent pixel keeps its colour.
+    ``description`` and ``scene`` (the path of the scene file) become attributes of the file. ``stops`` is the exposure;
+    if it is not 0, the description tells it. If ``alpha`` (H, W) is given, the image must already be multiplied by it
+    (associated). A PNG gets alpha and unmultiplied colours, as PNG requires; a fully transparent pixel keeps its
+    colour. A JPEG gets no alpha.
 
     Raises
     ------
     ImageError
         If the file cannot be written; an earlier file stays unchanged.
     """
-    attributes: dict[str, Any] = {
+    file_format = _FORMATS[path.suffix.lower()]
+    shown = exposure_in_words(stops)
+    attributes = _attributes("; ".join(filter(None, [description, shown and f"shown {shown}"])), scene)
+    channels: tuple[str, ...] = images.RGB
+    if file_format == "jpeg":
+        attributes |= _JPEG
+    if alpha is None or file_format == "jpeg":
+        pixels = srgb_bytes(image, stops)
+    else:
+        weight = np.where(alpha > 0.0, alpha, 1.0)[..., None]
+        opaque = np.round(255.0 * np.clip(alpha, 0.0, 1.0)).astype(np.uint8)
+        channels, pixels = (*images.RGB, "A"), np.dstack([srgb_bytes(image / weight, stops), opaque])
+        attributes["oiio:UnassociatedAlpha"] = 1  # colours are already unmultiplied
+    images.write(path, file_format, [images.Layer(channels, pixels, attributes)])
+
+
+def _attributes(description: str, scene: str | None) -> dict[str, Any]:
+    source = {} if scene is None else {SOURCE: scene}
+    return {
         "oiio:ColorSpace": "sRGB",
         "Software": images.SOFTWARE,
         "ImageDescription": description,
+        **source,
     }
-    if scene is not None:
-        attributes[SOURCE] = scene
-    channels: tuple[str, ...] = images.RGB
-    pixels = srgb_bytes(image)
-    if alpha is not None:
-        weight = np.where(alpha > 0.0, alpha, 1.0)[..., None]
-        opaque = np.round(255.0 * np.clip(alpha, 0.0, 1.0)).astype(np.uint8)
-        channels, pixels = (*images.RGB, "A"), np.dstack([srgb_bytes(image / weight), opaque])
-        attributes["oiio:UnassociatedAlpha"] = 1  # colours are already unmultiplied
-    images.write(path, "png", [images.Layer(channels, pixels, attributes)])
 
 
-def png_bytes(image: NDArray[Any]) -> bytes:
-    """Return the preview of a linear image (H, W, 3) as the bytes of a PNG file."""
+def png_bytes(image: NDArray[Any], alpha: NDArray[Any] | None = None, stops: float = 0.0) -> bytes:
+    """Return the preview of a linear image (H, W, 3) as the bytes of a PNG file.
+
+    ``alpha`` (H, W) and ``stops`` are as for `write`.
+    """
     with tempfile.TemporaryDirectory(prefix="equaltime-") as folder:
         path = Path(folder) / "preview.png"
-        write_png(path, image)
+        write(path, image, alpha=alpha, stops=stops)
         return path.read_bytes()

@@ -28,8 +28,8 @@ from equaltime.quoting.law import Law, Probed, Processors, fit
 from equaltime.quoting.noise_places import NoisePlaces
 from equaltime.quoting.probe import Probe
 from equaltime.rendering.budget import FIRST_LOOK, Limits
+from equaltime.rendering.origin import Origin
 from equaltime.rendering.passes import ESTIMATE_SECONDS_A_PIXEL
-from equaltime.rendering.result import Origin
 from equaltime.rendering.session import Session
 from equaltime.rendering.stated import stated
 from equaltime.scene.model import MOST_SAMPLES

@@ -237,6 +237,7 @@ def bad_sample(
         problem = ("--size", f"{scene.size[0]}x{scene.size[1]}", "--max-depth", str(scene.max_depth))
         command = ("equaltime", "replay", str(scene.source), *sample, "--strategy", strategy.name, *problem)
         command += tuple(word for name in without for word in ("--without", name))
+        command += ("--transparent",) * scene.transparent
     if renderer.nonfinite:
         return NonFiniteSample(pixel, index, seed, result, command)
     return FaultySample(pixel, index, seed, result, command, f"floating-point fault ({renderer.faulty[0][3]})")

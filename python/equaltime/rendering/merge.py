@@ -17,7 +17,8 @@ from equaltime.film.parts_of_merge import MergedFilm
 from equaltime.film.unseen import Unseen
 from equaltime.rendering.budget import Stop
 from equaltime.rendering.film_picture import ALPHA
-from equaltime.rendering.result import Origin, Result, Stats, make_result
+from equaltime.rendering.origin import Origin
+from equaltime.rendering.result import Result, Stats, make_result
 from equaltime.rendering.saved import Render, SavedRender, as_checkpoint, differences
 from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy

@@ -1,4 +1,4 @@
-"""Checks before output files are written: scene files are never replaced, and renders are not lost by mistake."""
+"""Paths of a result's files, and checks before they are written: no scene file is replaced, and no long render lost."""
 
 from __future__ import annotations
 
@@ -7,19 +7,44 @@ import shutil
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from equaltime.errors import ImageError
 from equaltime.files import replacing
 from equaltime.images import image_files as images
-from equaltime.images.preview import SOURCE
+from equaltime.images.preview import EXTENSIONS, SOURCE
 from equaltime.images.reading import utf8
 from equaltime.rendering.render_file import read_record
 
-__all__ = ["check_replaceable", "check_spares", "keep_work"]
+__all__ = ["OutputPaths", "check_output", "check_replaceable", "check_spares", "keep_work"]
 
 _WORTH_KEEPING: Final = 60.0
 """Seconds of rendering from which a replaced render is kept."""
+
+
+class OutputPaths(NamedTuple):
+    """Paths of the files that `Result.save` writes."""
+
+    exr: Path | None
+    """File with all data; None if only pictures are written."""
+    preview: Path
+
+    @property
+    def all(self) -> tuple[Path, ...]:
+        """Paths of all files, the EXR first."""
+        return (self.preview,) if self.exr is None else (self.exr, self.preview)
+
+
+def check_output(path: Path, extensions: tuple[str, ...] = (".exr", *EXTENSIONS)) -> OutputPaths:
+    """Return the paths of the files that a result saved as ``path`` writes.
+
+    Raises `ImageError` if one of the files cannot be written, or if ``path`` has none of the ``extensions``.
+    """
+    images.check_writable(path, extensions)
+    exr = path if path.suffix.lower() == ".exr" else None
+    preview = path if exr is None else path.with_suffix(".png")
+    images.check_writable(preview, EXTENSIONS)
+    return OutputPaths(exr, preview)
 
 
 def check_spares(places: Iterable[Path], files: Iterable[Path], why: str) -> None:
@@ -41,7 +66,7 @@ def check_replaceable(places: Iterable[Path], scene: str | None, digest: str | N
     Parameters
     ----------
     places
-        Paths of the EXR and PNG files to be written, which may exist or not.
+        Paths of the files to be written, which may exist or not.
     scene
         Absolute path of the scene's file; None for a scene made in memory.
     digest

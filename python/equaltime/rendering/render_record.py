@@ -112,6 +112,7 @@ class _Record(_Facts):
     second_net: Annotated[int, Field(ge=0, le=MOST_PIXELS_A_SECOND_NET)] = 0
     backend: str
     without: list[str] = []
+    transparent: bool = False
     substitutions: list[str]
     sources: list[_Source]
     picture: _Picture | None = None

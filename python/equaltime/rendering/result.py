@@ -20,32 +20,20 @@ from equaltime.film.second_nets import SecondNets
 from equaltime.film.unseen import FAR_APART, Unseen, stated_error
 from equaltime.images import image_files as images
 from equaltime.images import preview
+from equaltime.images.exposure import AUTO, Exposure, automatic_stops, checked_exposure
 from equaltime.images.float32 import as_float32, beyond_float32
-from equaltime.images.image_files import Window
 from equaltime.rendering.budget import Look, Stop, StoppedBy
 from equaltime.rendering.decision import Decision
-from equaltime.rendering.film_picture import ALPHA, FilmPicture
-from equaltime.rendering.output_files import keep_work
+from equaltime.rendering.film_picture import ALPHA
+from equaltime.rendering.origin import Origin
+from equaltime.rendering.output_files import check_output, keep_work
 from equaltime.rendering.render_file import FORMAT, RenderFile
 from equaltime.rendering.stated import paths_up_to, stated
 from equaltime.statistics.intervals import Interval
 from equaltime.strict_json import to_json
 from equaltime.words import Shown, duration
 
-__all__ = ["Origin", "Result", "Stats", "check_output", "make_result", "uninterrupted"]
-
-_EXTENSIONS = (".exr", ".png")
-
-
-def check_output(path: Path, extensions: tuple[str, ...] = _EXTENSIONS) -> Path:
-    """Return the path of the PNG file that a result saved as ``path`` writes.
-
-    Raises `ImageError` if the PNG file or ``path`` cannot be written, or if ``path`` has none of the ``extensions``.
-    """
-    images.check_writable(path, extensions)
-    picture = path.with_suffix(".png") if path.suffix.lower() == ".exr" else path
-    images.check_writable(picture, _EXTENSIONS)
-    return picture
+__all__ = ["Result", "Stats", "make_result", "uninterrupted"]
 
 
 def uninterrupted(result: Result) -> Result:
@@ -92,87 +80,6 @@ class Stats(Shown):
     def rays_per_second(self) -> float:
         """Rays traced per second of rendering, shadow rays included."""
         return (self.rays + self.shadow_rays) / self.seconds if self.seconds > 0 else 0.0
-
-
-@dataclass(frozen=True)
-class Origin:
-    """Everything that decides the bits of a render except the sample counts."""
-
-    scene: str | None
-    """The scene's file, as an absolute path; None for a scene made in memory."""
-    digest: str
-    """SHA-256 of the scene's content."""
-    window: Window
-    """Position of the image in the full film."""
-    max_depth: int
-    """Length of the longest paths of the problem; -1 if there is no limit."""
-    strategy: str
-    """The strategy's name; `Strategy.parse` reads it."""
-    biased: bool
-    seed: int
-    replicates: int
-    backend: str
-    without: tuple[str, ...] = ()
-    """Effects that were left out, as for `equaltime.pricing.leave_out`; the render is biased if there are any."""
-    substitutions: tuple[str, ...] = ()
-    """Parts of the scene that were replaced because they cannot be rendered."""
-    sources: tuple[Mapping[str, Any], ...] = field(default=(), hash=False)
-    """Merged renders: sample counts, seconds and build of each seed; empty for a render that was not merged."""
-    nets: int = 2
-    """Independent nets of a pixel's samples: one, or as many as replicates, which then are independent."""
-    second_net: int = 0
-    """k, if one of k pixels has a second net (`equaltime.film.second_nets`); 0 if there are none."""
-    scene_max_depth: int | None = None
-    """The ``max_depth`` that the scene asks for, which may differ from ``max_depth`` here; None if unknown."""
-    picture: FilmPicture = field(default_factory=FilmPicture, compare=False)
-    """Form of the picture that the film asks for; the bits of the render do not depend on it."""
-
-    @classmethod
-    def from_record(cls, record: Mapping[str, Any]) -> Origin:
-        """Return the origin of a render from its record (JSON data that tell how it was made).
-
-        The record must be complete, as `equaltime.rendering.render_record.checked` returns it.
-        """
-        return cls(
-            scene=record["scene"],
-            digest=record["digest"],
-            window=Window(*record["crop"][:2], *record["size"]),
-            max_depth=record["max_depth"],
-            strategy=record["strategy"],
-            biased=record["biased"],
-            seed=record["seed"],
-            replicates=record["replicates"],
-            backend=record["backend"],
-            without=tuple(record["without"]),
-            substitutions=tuple(record["substitutions"]),
-            sources=tuple(record["sources"]),
-            nets=record["nets"],
-            second_net=record["second_net"],
-            scene_max_depth=record["scene_max_depth"],
-            picture=FilmPicture.from_dict(record["picture"]),
-        )
-
-    @property
-    def record(self) -> dict[str, Any]:
-        """Return the origin as JSON data, for the record of a result."""
-        return {
-            "scene": self.scene,
-            "digest": self.digest,
-            "size": [self.window.full_width, self.window.full_height],
-            "max_depth": self.max_depth,
-            "scene_max_depth": self.scene_max_depth,
-            "strategy": self.strategy,
-            "biased": self.biased,
-            "seed": self.seed,
-            "replicates": self.replicates,
-            "nets": self.nets,
-            **({"second_net": self.second_net} if self.second_net else {}),
-            "backend": self.backend,
-            **({"without": list(self.without)} if self.without else {}),
-            "substitutions": list(self.substitutions),
-            "sources": [dict(source) for source in self.sources],
-            **({} if self.picture == FilmPicture() else {"picture": to_json(self.picture)}),
-        }
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -301,7 +208,28 @@ class Result:
             "build": dict(self.stats.build) if self.stats.build else None,
         }
 
-    def save(self, path: str | os.PathLike[str], small: bool = False) -> tuple[Path, ...]:
+    def stops(self, exposure: Exposure = AUTO, shown: float = 0.0) -> float:
+        """Return the exposure of previews of the image, in stops; positive numbers make it brighter.
+
+        ``exposure`` is a number of stops, which is returned, or ``auto``: whole stops, chosen from the pixels that have
+        samples, and ``shown`` unless that would be too dark or too bright. Raises ValueError for other values.
+        """
+        given = checked_exposure(exposure)
+        if given != AUTO:
+            return given
+        seen, alpha = self.samples > 0, self._alpha
+        if alpha is None:
+            return automatic_stops(self.image[seen], shown)
+        seen &= alpha > 0.0
+        return automatic_stops(self.image[seen] / alpha[seen][:, None], shown)
+
+    def save(
+        self,
+        path: str | os.PathLike[str],
+        small: bool = False,
+        *,
+        exposure: Exposure = AUTO,
+    ) -> tuple[Path, ...]:
         """Write the result and return the files written.
 
         Parameters
@@ -310,28 +238,36 @@ class Result:
             ``NAME.exr`` gets the image, its standard error, the sample counts, the record, and the moments needed to
             resume or merge the render (`equaltime.rendering.render_file`). Its first subimage has the channels that the
             film asks for (`FilmPicture`). A preview ``NAME.png`` is written beside the EXR, in sRGB, with alpha if the
-            film asks for alpha. A path ``NAME.png`` gets the preview alone. An existing render that took more than a
-            minute is kept as ``NAME.exr~``, unless this render contains its samples (was resumed from it).
+            film asks for alpha. A path ``NAME.png`` or ``NAME.jpg`` gets the preview alone; a JPEG has no alpha and
+            shows the image over black. An existing render that took more than a minute is kept as ``NAME.exr~``, unless
+            this render contains its samples (was resumed from it).
         small
             Leave out of the EXR the data for resuming and merging, and the outputs beside the image. Round the image to
             11 significant bits (0.02 %).
+        exposure
+            Exposure of the preview in stops: 1 is twice as bright. ``auto`` chooses whole stops from the image, see
+            `stops`. If it is not 0, the description in the preview tells it. Data in the EXR are never scaled.
 
         Raises
         ------
         ImageError
             If a file cannot be written; an earlier file stays unchanged.
+        ValueError
+            If ``exposure`` is out of range.
         """
-        path = Path(path)
-        picture = check_output(path)
+        paths, stops = check_output(Path(path)), self.stops(exposure)
         description = f"{self._summary()}; {self.origin.strategy}"
         kept = None
-        if path != picture:
-            kept = keep_work(path, self.record)
-            self.file.write(path, description, small)
-        alpha = self.alpha if self.origin.picture.alpha else None
-        preview.write_png(picture, self.image, description, self.origin.scene, alpha)
-        written = (path, picture) if path != picture else (picture,)
-        return written if kept is None else (*written, kept)
+        if paths.exr is not None:
+            kept = keep_work(paths.exr, self.record)
+            self.file.write(paths.exr, description, small)
+        preview.write(paths.preview, self.image, description, self.origin.scene, self._alpha, stops)
+        return paths.all if kept is None else (*paths.all, kept)
+
+    @property
+    def _alpha(self) -> NDArray[np.float32] | None:
+        """Return the alpha of pictures: None if the film asks for none, or if it was not rendered."""
+        return self.alpha if self.origin.picture.alpha else None
 
     @property
     def file(self) -> RenderFile:
@@ -362,7 +298,7 @@ class Result:
         return f"Result({self._summary()})"
 
     def _repr_png_(self) -> bytes:
-        return preview.png_bytes(self.image)
+        return preview.png_bytes(self.image, self._alpha, self.stops())
 
 
 def make_result(

@@ -26,9 +26,10 @@ from equaltime.images.image_files import RGB, SOFTWARE, Picture
 from equaltime.rendering.budget import Look, Stop
 from equaltime.rendering.decision import Decision
 from equaltime.rendering.film_picture import ALPHA, FilmPicture
+from equaltime.rendering.origin import Origin
 from equaltime.rendering.render_file import RenderFile, SavedFilm, read_film, read_outputs, read_picture
 from equaltime.rendering.render_record import checked
-from equaltime.rendering.result import Origin, Result, Stats
+from equaltime.rendering.result import Result, Stats
 from equaltime.statistics.intervals import Interval
 from equaltime.strict_json import json_text
 
@@ -37,6 +38,7 @@ __all__ = ["Render", "SavedRender", "as_checkpoint", "as_picture", "differences"
 _SAME = ("size", "crop", "max_depth", "strategy", "without", "replicates", "nets", "backend")
 """Keys of a record that must be equal in all parts of one render, beside the scene."""
 _IN_DIGEST = {"size", "crop", "max_depth", "without"}
+_BACKGROUNDS = {True: "a transparent background", False: "an opaque background"}
 _NAMES = {"max_depth": "max depth", "without": "left out"}
 
 
@@ -161,14 +163,20 @@ def differences(found: Mapping[str, Any], wanted: Mapping[str, Any], more: Itera
     ``found`` and ``wanted`` are their records: JSON data that tell how a render was made. Without differences the saved
     render can be resumed as the wanted one, or merged with it. ``more`` lists keys of the records to compare besides
     the usual ones. The scene counts as different if the digest differs, and either the file has another name or no
-    other difference explains the digest.
+    other difference explains the digest. Backgrounds are compared only if the digest differs: without a sky, a
+    transparent background changes no sample.
     """
     differing = [key for key in (*_SAME, *more) if _differ(found[key], wanted[key])]
     if {"size", "crop"} <= {*differing}:
         differing.remove("crop")  # the crop mostly follows from the size
     said = [words for key in differing for words in _difference(key, found[key], wanted[key])]
     named = [Path(each["scene"]).name for each in (found, wanted) if each["scene"] is not None]
-    if found["digest"] != wanted["digest"] and (len({*named}) == 2 or _IN_DIGEST.isdisjoint(differing)):
+    if found["digest"] == wanted["digest"]:
+        return said
+    theirs, ours = (bool(each.get("transparent")) for each in (found, wanted))
+    if theirs != ours:
+        said.append(f"{_BACKGROUNDS[theirs]}, not {_BACKGROUNDS[ours]}")
+    if len({*named}) == 2 or (theirs == ours and _IN_DIGEST.isdisjoint(differing)):
         said.append(f"another scene{_scenes(found['scene'], wanted['scene'])}")
     return said
 

@@ -22,6 +22,7 @@ from equaltime.film.error import PixelStatistics, pixel_statistics
 from equaltime.film.lamps import Lamps
 from equaltime.film.second_nets import second_nets, statistics, statistics_so_far
 from equaltime.film.unseen import Unseen, stated_error
+from equaltime.images.exposure import AUTO, Exposure
 from equaltime.images.image_files import Window
 from equaltime.interrupts import held_back, put_off
 from equaltime.machine import resident_bytes
@@ -40,9 +41,10 @@ from equaltime.rendering.core import (
 from equaltime.rendering.decision import Decision
 from equaltime.rendering.film_picture import FilmPicture
 from equaltime.rendering.job import Job
+from equaltime.rendering.origin import Origin
 from equaltime.rendering.outputs import asked_for, outputs
 from equaltime.rendering.passes import Passes, ProgressCallback, Saving
-from equaltime.rendering.result import Origin, Result, Stats, make_result
+from equaltime.rendering.result import Result, Stats, make_result
 from equaltime.rendering.saved import SavedRender
 from equaltime.scene import Scene
 from equaltime.statistics.intervals import Interval
@@ -56,11 +58,13 @@ _SECONDS_A_PIXEL = 1e-6
 
 @dataclass(frozen=True)
 class Checkpoints:
-    """Path of the checkpoints (saves on the way), the interval between them, and a callback for failed saves."""
+    """Checkpoints (saves on the way): path, interval, exposure of previews, and a callback for failed saves."""
 
     path: Path
     every: float = 60.0
     """Seconds between checkpoints; longer if saving would take more than half of the time."""
+    exposure: Exposure = AUTO
+    """Exposure of their previews, as for `Result.save`."""
     unsaved: Callable[[str], object] | None = None
     """Called with the reason when a checkpoint cannot be written; again only after one was written."""
 
@@ -91,6 +95,7 @@ class Session:
         self._renderer = make_renderer(scene, decided, job.seed, job.threads, traps=job.traps)
         self._resumed = Decision() if resumed is None else resumed.decision
         self._before = 0.0 if resumed is None else resumed.seconds
+        self._shown = 0.0
         if resumed is not None:
             self._take_up(resumed)
         _, height, width = self._renderer.moments.shape
@@ -134,7 +139,7 @@ class Session:
         `KeyboardInterrupt` if nothing is finished. Raises `SampleError` or `BrightImage`, which hold the result so far.
         """
         if checkpoints is not None:
-            save, takes = partial(self._save, checkpoints.path), _SECONDS_A_PIXEL * self.passes.pixels
+            save, takes = partial(self._save, checkpoints), _SECONDS_A_PIXEL * self.passes.pixels
             self.passes.saving = Saving(save, checkpoints.every, takes, checkpoints.unsaved)
         stopped_by = self._run_passes(pass_ended)
         if stopped_by == "interrupt" and not self._renderer.counters["paths"]:
@@ -153,13 +158,23 @@ class Session:
         assert self.passes.stopped_by is not None
         return self.passes.stopped_by
 
-    def _save(self, path: Path) -> None:
+    def _save(self, checkpoints: Checkpoints) -> None:
         with put_off():  # or Ctrl-C would leave half a picture
             try:
-                self._snapshot("unfinished").save(path)  # a copy of the film would be the peak of memory
+                result = self._snapshot("unfinished")  # a copy of the film would be the peak of memory
             except BrightImage as error:
-                cast(Result, error.result).save(path)
+                self.write(cast(Result, error.result), checkpoints)
                 raise
+            self.write(result, checkpoints)
+
+    def write(self, result: Result, checkpoints: Checkpoints) -> None:
+        """Save ``result`` as a checkpoint; raise `ImageError` if it cannot be written.
+
+        An automatic exposure stays that of the checkpoint before while it suits, so that a preview that is watched does
+        not flicker with the noise. The exposure of the finished picture depends on that picture alone.
+        """
+        self._shown = result.stops(checkpoints.exposure, self._shown)
+        result.save(checkpoints.path, exposure=self._shown)
 
     def error(self, lasting: bool = False) -> Interval:
         """Return the relative error that the render states so far.
@@ -297,6 +312,7 @@ def origin_of(
         backend=backend,
         without=without,
         scene_max_depth=scene.own_max_depth,
+        transparent=scene.transparent,
         picture=FilmPicture.of(film),
     )
 
@@ -330,24 +346,24 @@ def run(
     try:
         for hear in ended:
             hear(result)
-        return _with_outputs(result, session, asking, None if checkpoints is None else checkpoints.path)
+        return _with_outputs(result, session, asking, checkpoints)
     except KeyboardInterrupt:  # the image is finished
         return replace(result, stopped_by="interrupt")
 
 
-def _with_outputs(result: Result, session: Session, asking: Scene, checkpoint: Path | None) -> Result:
+def _with_outputs(result: Result, session: Session, asking: Scene, checkpoints: Checkpoints | None) -> Result:
     """Add the outputs, except after Ctrl-C, since they may take as long as the image."""
     if result.stopped_by == "interrupt" or not asked_for(asking):
         return result
-    if checkpoint is not None:  # outputs may also take as much memory as the image
+    if checkpoints is not None:  # outputs may also take as much memory as the image
         with suppress(ImageError):
-            result.save(checkpoint)
+            session.write(result, checkpoints)
     job, begin, worked = session.job, clock.perf_counter(), result.stats.seconds * result.stats.threads
     samples = max(1, round(float(result.samples.mean())))
     try:
         aovs = outputs(asking, job.scene, job.strategy, job.seed, job.threads, samples, worked)
     except MemoryError as problem:
-        where = "" if checkpoint is None else f"; the image is in {checkpoint}"
+        where = "" if checkpoints is None else f"; the image is in {checkpoints.path}"
         raise RenderError(f"not enough memory for the outputs beside the image{where}") from problem
     phases = {**result.stats.phases, "outputs": clock.perf_counter() - begin}
     return replace(result, aovs=aovs, stats=replace(result.stats, phases=phases))

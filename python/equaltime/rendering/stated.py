@@ -9,12 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeGuard
+from typing import Any, Literal, TypeGuard
 
+from equaltime.rendering.origin import Origin
 from equaltime.strategy import Strategy
-
-if TYPE_CHECKING:
-    from equaltime.rendering.result import Origin
 
 __all__ = ["Stated", "different_problems", "other_depth", "paths_up_to", "shorter", "stated"]
 

@@ -1,24 +1,26 @@
-"""Changes to a scene's model: path length, parameters, and size of the film; new values are checked like a file's."""
+"""Changes to a scene's model: path length, parameters, background and film; new values are checked like a file's."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
 from numbers import Integral
-from typing import Any, TypeVar
+from typing import Any, Final, TypeVar
 
 from pydantic import ValidationError
 
 from equaltime.errors import Problem, SceneError
-from equaltime.scene.model import Aov, Integrator, Moment, Path, Plugin
+from equaltime.scene.model import Aov, Constant, EnvMap, Integrator, Moment, Path, Plugin, SceneModel
 from equaltime.scene.validate import explain
 from equaltime.words import shortened
 
-__all__ = ["changed", "deep", "several", "smaller_film"]
+__all__ = ["changed", "deep", "several", "smaller_film", "transparent"]
 
 Size = tuple[int, int]
 Crop = tuple[int, int, int, int]
 P = TypeVar("P", bound=Plugin)
+_WITH_ALPHA: Final = {"rgb": "rgba", "luminance": "luminance_alpha", "xyz": "xyza"}
+"""Pixel formats with alpha, by the colours of the film."""
 
 
 def deep(integrator: Integrator, max_depth: int) -> Integrator:
@@ -30,6 +32,25 @@ def deep(integrator: Integrator, max_depth: int) -> Integrator:
     if isinstance(integrator, Moment | Aov) and integrator.integrators:
         return changed(integrator, integrators=(deep(integrator.integrators[0], max_depth),))
     return changed(integrator if isinstance(integrator, Path) else Path(), max_depth=max_depth)
+
+
+def transparent(model: SceneModel) -> SceneModel:
+    """Return `model` with alpha in its film, and without the sky as the camera sees it.
+
+    A scene with a sky gets the parameter ``hide_emitters``, which hides emitting shapes from the camera too. The sky
+    and the shapes light everything else as before.
+    """
+    film = model.sensor.film
+    seen = changed(film, pixel_format=_WITH_ALPHA[film.colors])
+    model = changed(model, sensor=changed(model.sensor, film=seen))
+    has_sky = any(isinstance(emitter, Constant | EnvMap) for emitter in model.emitters)
+    return changed(model, integrator=_hiding(model.integrator)) if has_sky else model
+
+
+def _hiding(integrator: Integrator) -> Integrator:
+    if isinstance(integrator, Moment | Aov) and integrator.integrators:
+        return changed(integrator, integrators=(_hiding(integrator.integrators[0]),))
+    return changed(integrator, hide_emitters=True)
 
 
 def changed(plugin: P, **changes: object) -> P:

@@ -21,6 +21,7 @@ from equaltime.scene import deforming, export, geometry
 from equaltime.scene.assets import Assets
 from equaltime.scene.bare_mesh import MESHES, read_mesh
 from equaltime.scene.changes import changed, deep, several, smaller_film
+from equaltime.scene.changes import transparent as without_sky
 from equaltime.scene.checks import check_parts
 from equaltime.scene.compile import compile_scene
 from equaltime.scene.compile_media import unseen_media
@@ -29,7 +30,7 @@ from equaltime.scene.dict_reader import read_dict
 from equaltime.scene.geometry import Surface, seen_whole
 from equaltime.scene.gltf import read_gltf
 from equaltime.scene.inert import shown
-from equaltime.scene.model import Animation, Bitmap, Deformation, EnvMap, MeshFile, Plugin, SceneModel, mesh_files
+from equaltime.scene.model import Animation, Area, Bitmap, Deformation, EnvMap, MeshFile, Plugin, SceneModel, mesh_files
 from equaltime.scene.motion import closed_shutter, in_shutters, still
 from equaltime.scene.report import Report
 from equaltime.scene.resolve import Resolved, resolve, unmerged
@@ -95,6 +96,10 @@ READERS: Final[dict[str, Reader]] = {
     **dict.fromkeys(MESHES, read_mesh),
 }
 
+_HIDES_LAMPS: Final = (
+    "the background is transparent, so the camera sees neither sky nor lamps (hide_emitters); "
+    "they light the scene as before"
+)
 _SHAPE: Final = re.compile(r"shape (\d+): (.*)", re.DOTALL)
 
 
@@ -117,6 +122,8 @@ class Scene(Shown):
     _seconds: dict[str, float] = field(default_factory=dict, repr=False)
     _own_max_depth: int | None = field(default=None, repr=False)
     """The value of `own_max_depth`, once `with_` has changed the path length."""
+    transparent: bool = False
+    """Whether `with_` made the background transparent; False if only the scene's film asks for alpha."""
 
     def __str__(self) -> str:
         width, height = self.size
@@ -255,12 +262,14 @@ class Scene(Shown):
         crop: tuple[int, int, int, int] | None = None,
         max_depth: int | None = None,
         shutter: tuple[float, float] | None = None,
+        transparent: bool = False,
     ) -> Scene:
         """Return the scene with another film size, crop window (x, y, width, height), path length or shutter.
 
         A shutter is when it opens and when it closes, in the units of the scene's animations; equal times make a still.
         A new size without a crop renders the whole film. A new `max_depth` changes the exact image. The error of a
-        render is then the distance from the new exact image, not from the image with `own_max_depth`.
+        render is then the distance from the new exact image, not from the image with `own_max_depth`. With
+        `transparent`, images get alpha, and the camera does not see the sky (`equaltime.scene.changes.transparent`).
 
         Raises
         ------
@@ -286,7 +295,17 @@ class Scene(Shown):
             model = changed(model, sensor=changed(model.sensor, shutter_open=opens, shutter_close=closes))
         if max_depth is not None:
             model = changed(model, integrator=deep(model.integrator, max_depth))
-        return dataclasses.replace(self.replaced(model), _own_max_depth=self.own_max_depth)
+        warnings = self.warnings
+        if transparent and not self.transparent:
+            model = without_sky(model)
+            hides_lamps = model.integrator.hides_emitters and any(isinstance(node, Area) for node in model.nodes())
+            warnings += (_HIDES_LAMPS,) * hides_lamps
+        return dataclasses.replace(
+            self.replaced(model),
+            warnings=warnings,
+            transparent=transparent or self.transparent,
+            _own_max_depth=self.own_max_depth,
+        )
 
 
 def load(path: str | Path, /, *, substitute: bool = False, **defines: object) -> Scene:

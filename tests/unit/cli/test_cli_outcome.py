@@ -6,6 +6,7 @@ import json
 import tempfile
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -125,10 +126,10 @@ def test_a_render_whose_folder_is_gone_is_kept_elsewhere(
     folder.mkdir()
     elsewhere.mkdir()
 
-    def late(result: et.Result, path: str | Path, small: bool = False) -> tuple[Path, ...]:
+    def late(result: et.Result, path: str | Path, small: bool = False, **more: Any) -> tuple[Path, ...]:
         if folder.exists():
             folder.rmdir()
-        return save(result, path, small)
+        return save(result, path, small, **more)
 
     monkeypatch.setattr(et.Result, "save", late)
     monkeypatch.setattr(tempfile, "tempdir", str(elsewhere))

@@ -16,8 +16,9 @@ from equaltime.errors import ImageError
 from equaltime.images import image_files as images
 from equaltime.images import preview
 from equaltime.images.image_files import Window
+from equaltime.rendering.origin import Origin
 from equaltime.rendering.render_file import RenderFile, read_picture
-from equaltime.rendering.result import Origin, Result, Stats
+from equaltime.rendering.result import Result, Stats
 from equaltime.statistics.intervals import Interval
 
 HEIGHT, WIDTH = 5, 7
@@ -84,7 +85,7 @@ def test_the_preview_follows_the_srgb_curve() -> None:
 
 
 def test_the_preview_holds_the_encoded_pixels(result: Result, tmp_path: Path) -> None:
-    preview.write_png(tmp_path / "out.png", result.image)
+    preview.write(tmp_path / "out.png", result.image)
     stored = np.round(images.read(tmp_path / "out.png").image * 255).astype(np.uint8)
     np.testing.assert_array_equal(stored, preview.srgb_bytes(result.image))
 

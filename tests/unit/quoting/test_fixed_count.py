@@ -9,6 +9,7 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
+from equaltime.cli.messages import Written
 from equaltime.cli.render_outcome import outcome
 from equaltime.film.focus import Focus
 from equaltime.quoting import fixed_count
@@ -285,7 +286,8 @@ def test_a_stop_that_selects_says_so_where_light_may_not_have_been_met(
     lamp: float, bsdf: str, limits: dict[str, Any], said: bool
 ) -> None:
     result = et.render(lit_ball(lamp, {"type": bsdf}), threads=1, **limits)
-    assert any("favours images that have not met rare light" in line for line in outcome(result, (), None)) is said
+    lines = [*outcome(result, Written(()), None)]
+    assert any("favours images that have not met rare light" in line for line in lines) is said
 
 
 def test_many_samples_have_met_what_is_rare() -> None:

@@ -150,7 +150,7 @@ def within(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[Path]:
     listed: list[Path] = []
     save = et.Result.save
 
-    def keep(self: et.Result, path: Any) -> tuple[Path, ...]:
+    def keep(self: et.Result, path: Any, **_: Any) -> tuple[Path, ...]:
         assert self.position is not None
         done, _, next_block = self.position
         if self.stopped_by != "unfinished":

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from equaltime.images.image_files import Window
-from equaltime.rendering.result import Origin
+from equaltime.rendering.origin import Origin
 from equaltime.rendering.stated import different_problems, other_depth, shorter, stated
 
 ALL, UP_TO_8 = "the scene asks for all paths", "the scene asks for paths up to depth 8"

@@ -18,10 +18,11 @@ from equaltime.experiments.model.summary import SceneResult, StrategyResult, Sum
 from equaltime.experiments.report.charts import curve_gid, draw_curves, draw_dots, point_titles
 from equaltime.experiments.report.gallery import Window
 from equaltime.experiments.report.looks import GRID, INK, LIGHT, MUTED, Style
-from equaltime.experiments.report.pictures import Pictures, exposed
+from equaltime.experiments.report.pictures import Pictures
 from equaltime.experiments.report.words import error_cell, percent, seconds
 from equaltime.extras import optional
 from equaltime.files import replacing
+from equaltime.images.preview import srgb_bytes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -212,7 +213,7 @@ def draw_comparison(scene: SceneResult, pictures: Pictures, crops: Sequence[Wind
     figure: Figure = optional("matplotlib.figure").Figure(figsize=size, layout="constrained")
     grid = figure.add_gridspec(len(crops), 1 + columns, width_ratios=[left] + [1.0] * columns, wspace=0.02, hspace=0.02)
     whole = figure.add_subplot(grid[:, 0])
-    _show(whole, exposed(pictures.reference.mean, pictures.stops))
+    _show(whole, srgb_bytes(pictures.reference.mean, pictures.stops))
     for (x, y, w, h), colour in zip(crops, _cycle(len(crops)), strict=True):
         rectangle = optional("matplotlib.patches").Rectangle((x, y), w, h, fill=False, edgecolor=colour, linewidth=1.5)
         whole.add_patch(rectangle)
@@ -221,7 +222,7 @@ def draw_comparison(scene: SceneResult, pictures: Pictures, crops: Sequence[Wind
         image = pictures.reference.mean if column == 0 else pictures.runs[shown[column - 1].label][0]
         for row, ((x, y, w, h), colour) in enumerate(zip(crops, _cycle(len(crops)), strict=True)):
             axes = figure.add_subplot(grid[row, 1 + column])
-            _show(axes, exposed(image[y : y + h, x : x + w], pictures.stops), colour)
+            _show(axes, srgb_bytes(image[y : y + h, x : x + w], pictures.stops), colour)
             if row == 0:
                 _title(axes, "reference" if column == 0 else _heading(shown[column - 1]))
     return figure

@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from equaltime.errors import EqualtimeError
 from equaltime.experiments.model.summary import SceneResult
 from equaltime.experiments.report.looks import Style
-from equaltime.experiments.report.pictures import exposed
 from equaltime.experiments.report.words import percent, seconds
 from equaltime.experiments.run.forming import Film, read_film
 from equaltime.extras import optional
 from equaltime.files import replacing
+from equaltime.images.preview import srgb_bytes
 
 __all__ = ["FilmView", "Reel", "film_view", "write_animation"]
 
@@ -67,7 +67,7 @@ class FilmView:
     """Width and height of the pictures as CSS text, such as ``16 / 9``."""
 
 
-def film_view(scene: SceneResult, looks: Mapping[str, Style], stops: int) -> FilmView | None:
+def film_view(scene: SceneResult, looks: Mapping[str, Style], stops: float) -> FilmView | None:
     """Return the films of a scene for a page; None if the scene has no films.
 
     All pictures are multiplied by 2 to the power ``stops``. ``looks`` gives colour, marker and line style by label.
@@ -80,7 +80,7 @@ def film_view(scene: SceneResult, looks: Mapping[str, Style], stops: int) -> Fil
     return FilmView(reels, _end(films), f"{width} / {height}")
 
 
-def write_animation(folder: Path, slug: str, scene: SceneResult, stops: int) -> tuple[str, ...]:
+def write_animation(folder: Path, slug: str, scene: SceneResult, stops: float) -> tuple[str, ...]:
     """Write all films of a scene side by side into one animated WebP file.
 
     Returns the file as ``FOLDER/SLUG-forming.webp``; () without films. All pictures are multiplied by 2 to the
@@ -128,7 +128,7 @@ def _end(films: Mapping[str, Film]) -> float:
     return max(float(film.seconds[-1]) for film in films.values())
 
 
-def _reel(label: str, film: Film, look: Style, scene: str, stops: int) -> Reel:
+def _reel(label: str, film: Film, look: Style, scene: str, stops: float) -> Reel:
     count = len(film.frames)
     columns = min(_COLUMNS, count)
     rows = math.ceil(count / columns)
@@ -143,13 +143,13 @@ def _said(film: Film, number: int) -> str:
     return f"{seconds(float(film.seconds[number]))}, {int(film.spp[number])} spp{known}"
 
 
-def _sheet(film: Film, columns: int, rows: int, stops: int) -> str:
+def _sheet(film: Film, columns: int, rows: int, stops: float) -> str:
     """Put all pictures of a film onto one sheet, and return the sheet as a data URI."""
     count, height, width = film.frames.shape[:3]
     sheet = np.zeros((rows * height, columns * width, 3), np.uint8)
     for number in range(count):
         y, x = number // columns * height, number % columns * width
-        sheet[y : y + height, x : x + width] = exposed(film.frames[number], stops)
+        sheet[y : y + height, x : x + width] = srgb_bytes(film.frames[number], stops)
     buffer = io.BytesIO()
     optional("PIL.Image").fromarray(sheet).save(buffer, "WEBP", quality=_QUALITY, method=4)
     return "data:image/webp;base64," + base64.b64encode(buffer.getvalue()).decode()
@@ -165,7 +165,7 @@ def _moments(films: Mapping[str, Film]) -> list[float]:
     return kept if kept[-1] == times[-1] else [*kept[:-1], times[-1]]
 
 
-def _side_by_side(films: Mapping[str, Film], time: float, stops: int) -> Any:
+def _side_by_side(films: Mapping[str, Film], time: float, stops: float) -> Any:
     """Return all films at one time, each with its label above and its caption below."""
     image, draw, font = optional("PIL.Image"), optional("PIL.ImageDraw"), optional("PIL.ImageFont")
     height, width = next(iter(films.values())).frames.shape[1:3]
@@ -181,6 +181,6 @@ def _side_by_side(films: Mapping[str, Film], time: float, stops: int) -> Any:
         pen.text((x, _MARGIN - 4), label, fill="#1b1f24", font=letters)
         said = "no sample yet" if number < 0 else _said(film, number).replace("\N{NARROW NO-BREAK SPACE}", " ")
         pen.text((x, _MARGIN + line + tall + 2), said, fill="#5c6470", font=letters)
-        pixels = np.zeros((height, width, 3), np.uint8) if number < 0 else exposed(film.frames[number], stops)
+        pixels = np.zeros((height, width, 3), np.uint8) if number < 0 else srgb_bytes(film.frames[number], stops)
         page.paste(image.fromarray(pixels).resize((wide, tall), image.Resampling.NEAREST), (x, _MARGIN + line))
     return page

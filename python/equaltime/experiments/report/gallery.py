@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,11 +19,11 @@ from equaltime.experiments.report.pictures import (
     coloured,
     data_uri,
     error_map,
-    exposed,
     spread_map,
 )
 from equaltime.experiments.report.words import error_cell, percent, seconds
-from equaltime.images.preview import reduced
+from equaltime.images.log_scale import LogScale
+from equaltime.images.preview import reduced, srgb_bytes
 
 __all__ = ["Crop", "Frame", "Series", "Window", "choose_crops", "kinds_of"]
 
@@ -32,6 +32,8 @@ Window = tuple[int, int, int, int]
 
 _LONGEST_CROP = 160
 _ERRORS = "magma"
+_DECADES = 2.0
+"""Length of the scale of errors, in powers of ten."""
 _COUNTS = "cividis"
 
 
@@ -90,11 +92,11 @@ def kinds_of(scene: SceneResult, pictures: Pictures, looks: Mapping[str, Style],
     errors = {label: error_map(own) for label, own in pixels.items()}
     spreads = {label: spread_map(runs, pictures.own[label]) for label, runs in pictures.runs.items()}
     found = [_images(scene, shown, pictures, looks, crops, longest)]
-    low, high = _range(errors.values())
-    bar = Bar(colour_bar(_ERRORS), (percent(low), percent((low * high) ** 0.5), percent(high)))
+    scale = LogScale.of(errors.values(), _DECADES)
+    bar = Bar(colour_bar(_ERRORS), (percent(scale.low), percent(scale.middle), percent(scale.high)))
 
     def paint(values: Floats) -> NDArray[np.uint8]:
-        return coloured(np.sqrt(reduced(values**2, longest)), low, high, _ERRORS)
+        return coloured(np.sqrt(reduced(values**2, longest)), scale.low, scale.high, _ERRORS)
 
     found.append(_maps("Error", _ERROR_WORDS, bar, shown, errors, paint, looks))
     known = {label: spread for label, spread in spreads.items() if spread is not None}
@@ -169,16 +171,6 @@ def _window_means(values: Floats, side: int) -> Floats:
     return np.asarray(np.maximum(total / side**2, 0.0))
 
 
-def _range(maps: Iterable[Floats]) -> tuple[float, float]:
-    """Return the range of the colours: two decades below the 99th percentile, rounded up to half a decade."""
-    values = np.concatenate([values.ravel() for values in maps])
-    positive = values[np.isfinite(values) & (values > 0.0)]
-    if positive.size == 0:
-        return 1e-3, 1e-1
-    high = float(10.0 ** (np.ceil(np.log10(np.percentile(positive, 99.0)) * 2.0) / 2.0))
-    return high / 100.0, high
-
-
 def _images(
     scene: SceneResult,
     shown: Sequence[StrategyResult],
@@ -193,8 +185,8 @@ def _images(
 
     def frame(label: str, look: Style | None, image: NDArray[Any], alt: str, caption: str) -> Frame:
         cut = ((image[y : y + h, x : x + w], (x, y, w, h)) for x, y, w, h in crops)
-        shown_crops = tuple(Crop(data_uri(exposed(part, pictures.stops)), window) for part, window in cut)
-        uri = data_uri(exposed(reduced(image, longest), pictures.stops))
+        shown_crops = tuple(Crop(data_uri(srgb_bytes(part, pictures.stops)), window) for part, window in cut)
+        uri = data_uri(srgb_bytes(reduced(image, longest), pictures.stops))
         return Frame(label, look, uri, alt, caption, shown_crops)
 
     frames = [frame("reference", None, reference, f"{scene.name}: reference", caption)]
@@ -203,7 +195,7 @@ def _images(
         frames.append(frame(strategy.label, looks[strategy.label], image, alt, _ended(strategy)))
     words = [
         "One run of each strategy, at equal time, with the same exposure"
-        + (f" ({pictures.stops:+d} stops)." if pictures.stops else ".")
+        + (f" ({pictures.stops:+g} stops)." if pictures.stops else ".")
     ]
     if max(width, height) > longest:
         words.append("The whole image is shown reduced, which hides noise; the crops have every pixel.")

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.experiments.report.looks import Style
-from equaltime.experiments.report.pictures import Bar, Pictures, colour_bar, coloured, data_uri, exposed
+from equaltime.experiments.report.pictures import Bar, Pictures, colour_bar, coloured, data_uri
 from equaltime.experiments.report.words import percent
-from equaltime.images.preview import reduced
+from equaltime.images.preview import reduced, srgb_bytes
 
 __all__ = ["INTRODUCTION", "LEVEL", "LossView", "Losses", "losing", "losses"]
 
@@ -174,7 +174,7 @@ def _ratio_map(found: Losses, grey: Floats, most: float) -> Floats | None:
 
 def _grey(pictures: Pictures) -> Floats:
     """Return the reference in grey with reduced contrast (H, W, 3), so that marks stand out."""
-    shown = exposed(pictures.reference.mean, pictures.stops).astype(np.float64).mean(axis=2, keepdims=True)
+    shown = srgb_bytes(pictures.reference.mean, pictures.stops).astype(np.float64).mean(axis=2, keepdims=True)
     return np.repeat(60.0 + 0.5 * shown, 3, axis=2)
 
 

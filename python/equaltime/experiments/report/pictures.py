@@ -19,7 +19,8 @@ from equaltime.experiments.run.folder import read_array
 from equaltime.experiments.run.reference import read
 from equaltime.extras import optional
 from equaltime.images import image_files as images
-from equaltime.images import preview
+from equaltime.images.exposure import automatic_stops
+from equaltime.images.log_scale import LogScale
 from equaltime.images.metrics import Reference, contributions
 
 __all__ = [
@@ -29,7 +30,6 @@ __all__ = [
     "coloured",
     "data_uri",
     "error_map",
-    "exposed",
     "load_pictures",
     "spread_map",
     "squares",
@@ -51,7 +51,7 @@ class Pictures:
     """Final images of each strategy's K repeats, (K, H, W, 3), by label; float32 saves memory."""
     samples: Mapping[str, Floats]
     """Sample counts of each strategy's pixels, (H, W), by label."""
-    stops: int
+    stops: float
     """Exposure of all images: linear values are multiplied by 2 to this power."""
     missing: tuple[str, ...]
     """One sentence for each strategy whose images could not be read."""
@@ -83,7 +83,7 @@ def load_pictures(scene: SceneResult) -> Pictures | str:
             runs[label] = _read_runs(strategy, shape)
         except EqualtimeError as error:
             missing.append(f"Of {label} there is no picture: {error}")
-    return Pictures(reference, own, runs, samples, _stops(reference.mean), tuple(missing))
+    return Pictures(reference, own, runs, samples, automatic_stops(reference.mean), tuple(missing))
 
 
 def squares(runs: NDArray[Any], reference: Reference) -> Floats:
@@ -116,19 +116,13 @@ def spread_map(runs: NDArray[Any], reference: Reference) -> Floats | None:
     return np.asarray(np.sqrt(np.nan_to_num(relative, posinf=0.0).mean(axis=2)))
 
 
-def exposed(image: NDArray[Any], stops: int) -> Bytes:
-    """Convert a linear RGB image to sRGB bytes (H, W, 3), after multiplying the values by 2 to the power ``stops``."""
-    return preview.srgb_bytes(image.astype(np.float64) * 2.0**stops)
-
-
 def coloured(values: Floats, low: float, high: float, colours: str) -> Bytes:
     """Colour values (H, W) by the Matplotlib colour map named ``colours``, and return bytes (H, W, 3).
 
     The scale is logarithmic from ``low`` to ``high``.
     """
-    position = np.log(np.maximum(values, low) / low) / math.log(high / low)
     # 64 colours: noise in full colour compresses badly, and a hundredth of the range is invisible
-    steps = np.round(np.clip(np.nan_to_num(position, nan=0.0), 0.0, 1.0) * 63.0) / 63.0
+    steps = np.round(LogScale(low, high).position(values) * 63.0) / 63.0
     return np.asarray(optional("matplotlib").colormaps[colours](steps, bytes=True)[..., :3])
 
 
@@ -176,10 +170,3 @@ def _read_image(path: Path, shape: tuple[int, ...]) -> Images:
     if image.shape != shape:
         raise ImageError(f"{path}: has shape {image.shape}, not {shape}")
     return np.asarray(image, np.float32)
-
-
-def _stops(mean: Floats) -> int:
-    """Choose the exposure in stops: 0, unless the bright parts of the reference would be nearly black or white."""
-    bright = float(np.percentile(mean.mean(axis=2), 90.0))
-    wanted = -math.log2(bright) - 0.5 if bright > 0.0 and math.isfinite(bright) else 0.0
-    return 0 if abs(wanted) < 2.0 else round(wanted)

@@ -1,0 +1,58 @@
+"""Exposure of pictures for viewing, in stops: linear values are multiplied by 2 to the power of the stops.
+
+The automatic exposure has whole stops, so that two previews of one scene mostly have the same, and it is 0 unless the
+picture would be nearly black or white. Files with linear data (EXR) are never scaled.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["AUTO", "MOST_STOPS", "Exposure", "automatic_stops", "checked_exposure", "exposure_in_words"]
+
+Exposure = float | Literal["auto"]
+"""Stops, positive for brighter, or ``auto``: chosen from the picture."""
+AUTO: Final = "auto"
+MOST_STOPS: Final = 150.0
+"""Largest exposure in stops, of either sign: it lifts the smallest float32 above 1."""
+_TOLERANCE: Final = 2.0
+"""Stops by which a picture may be too dark or too bright without a change of its exposure."""
+_BRIGHT: Final = 90.0
+"""Percentile of the pixels that are to be bright, but not white: half a stop below 1."""
+
+
+def automatic_stops(pixels: NDArray[Any], shown: float = 0.0) -> float:
+    """Return whole stops for linear RGB pixels of shape (..., 3).
+
+    ``shown`` is returned if it suits the pixels: their bright ones would be neither nearly black nor nearly white.
+    Pixels without light also give ``shown``. Pixels that are not finite are left out.
+    """
+    grey = np.asarray(pixels, np.float64).mean(axis=-1)
+    grey = grey[np.isfinite(grey)]
+    bright = float(np.percentile(grey, _BRIGHT)) if grey.size else 0.0
+    if bright <= 0.0:
+        return shown
+    wanted = -math.log2(bright) - 0.5
+    return shown if abs(wanted - shown) < _TOLERANCE else float(np.clip(round(wanted), -MOST_STOPS, MOST_STOPS))
+
+
+def checked_exposure(exposure: Exposure) -> Exposure:
+    """Return ``exposure``; raise ValueError if it is neither ``auto`` nor a number of at most `MOST_STOPS` stops."""
+    if exposure == AUTO:
+        return exposure
+    if isinstance(exposure, str | bool) or not isinstance(exposure, int | float | np.number):
+        raise ValueError(f"exposure is 'auto' or a number of stops, found {exposure!r}")
+    if not abs(exposure) <= MOST_STOPS:
+        raise ValueError(f"an exposure has at most {MOST_STOPS:g} stops, found {exposure:g}")
+    return float(exposure)
+
+
+def exposure_in_words(stops: float) -> str:
+    """Return such words as ``2 stops brighter`` or ``1 stop darker``; empty for 0."""
+    if stops == 0.0:
+        return ""
+    return f"{abs(stops):g} stop{'' if abs(stops) == 1.0 else 's'} {'brighter' if stops > 0.0 else 'darker'}"

@@ -1,0 +1,45 @@
+"""Logarithmic scales of maps, such as errors or variances of pixels."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["LogScale"]
+
+
+@dataclass(frozen=True)
+class LogScale:
+    """Logarithmic scale from ``low`` to ``high``, both above 0."""
+
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, maps: Iterable[NDArray[Any]], decades: float) -> LogScale:
+        """Return a common scale of ``maps``: it ends at their 99th percentile, rounded up to half a decade.
+
+        Numbers that are not finite or not above 0 are left out. The scale begins ``decades`` factors of ten lower.
+        """
+        values = np.concatenate([np.ravel(values) for values in maps])
+        positive = values[np.isfinite(values) & (values > 0.0)]
+        end = np.ceil(np.log10(np.percentile(positive, 99.0)) * 2.0) / 2.0 if positive.size else -1.0
+        return cls(float(10.0 ** (end - decades)), float(10.0**end))
+
+    @property
+    def middle(self) -> float:
+        """Value at the middle of the scale: the geometric mean of its ends."""
+        return math.sqrt(self.low) * math.sqrt(self.high)
+
+    def position(self, values: NDArray[Any]) -> NDArray[np.float64]:
+        """Return the positions of ``values`` on the scale, in [0, 1]; values beyond an end, and NaN, are put at one.
+
+        Infinite values are at 1, and NaN at 0.
+        """
+        place = np.log(np.maximum(values, self.low) / self.low) / math.log(self.high / self.low)
+        return np.asarray(np.clip(np.nan_to_num(place, nan=0.0), 0.0, 1.0), np.float64)

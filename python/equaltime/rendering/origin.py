@@ -1,0 +1,98 @@
+"""Origin of a render: everything that decides its bits except the sample counts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from equaltime.images.image_files import Window
+from equaltime.rendering.film_picture import FilmPicture
+from equaltime.strict_json import to_json
+
+__all__ = ["Origin"]
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Everything that decides the bits of a render except the sample counts."""
+
+    scene: str | None
+    """The scene's file, as an absolute path; None for a scene made in memory."""
+    digest: str
+    """SHA-256 of the scene's content."""
+    window: Window
+    """Position of the image in the full film."""
+    max_depth: int
+    """Length of the longest paths of the problem; -1 if there is no limit."""
+    strategy: str
+    """The strategy's name; `Strategy.parse` reads it."""
+    biased: bool
+    seed: int
+    replicates: int
+    backend: str
+    without: tuple[str, ...] = ()
+    """Effects that were left out, as for `equaltime.pricing.leave_out`; the render is biased if there are any."""
+    substitutions: tuple[str, ...] = ()
+    """Parts of the scene that were replaced because they cannot be rendered."""
+    sources: tuple[Mapping[str, Any], ...] = field(default=(), hash=False)
+    """Merged renders: sample counts, seconds and build of each seed; empty for a render that was not merged."""
+    nets: int = 2
+    """Independent nets of a pixel's samples: one, or as many as replicates, which then are independent."""
+    second_net: int = 0
+    """k, if one of k pixels has a second net (`equaltime.film.second_nets`); 0 if there are none."""
+    scene_max_depth: int | None = None
+    """The ``max_depth`` that the scene asks for, which may differ from ``max_depth`` here; None if unknown."""
+    transparent: bool = False
+    """Whether the render was asked to make the background transparent (`Scene.with_`)."""
+    picture: FilmPicture = field(default_factory=FilmPicture, compare=False)
+    """Form of the picture that the film asks for; the bits of the render do not depend on it."""
+
+    @classmethod
+    def from_record(cls, record: Mapping[str, Any]) -> Origin:
+        """Return the origin of a render from its record (JSON data that tell how it was made).
+
+        The record must be complete, as `equaltime.rendering.render_record.checked` returns it.
+        """
+        return cls(
+            scene=record["scene"],
+            digest=record["digest"],
+            window=Window(*record["crop"][:2], *record["size"]),
+            max_depth=record["max_depth"],
+            strategy=record["strategy"],
+            biased=record["biased"],
+            seed=record["seed"],
+            replicates=record["replicates"],
+            backend=record["backend"],
+            without=tuple(record["without"]),
+            substitutions=tuple(record["substitutions"]),
+            sources=tuple(record["sources"]),
+            nets=record["nets"],
+            second_net=record["second_net"],
+            scene_max_depth=record["scene_max_depth"],
+            transparent=record["transparent"],
+            picture=FilmPicture.from_dict(record["picture"]),
+        )
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """Return the origin as JSON data, for the record of a result."""
+        return {
+            "scene": self.scene,
+            "digest": self.digest,
+            "size": [self.window.full_width, self.window.full_height],
+            "max_depth": self.max_depth,
+            "scene_max_depth": self.scene_max_depth,
+            "strategy": self.strategy,
+            "biased": self.biased,
+            "seed": self.seed,
+            "replicates": self.replicates,
+            "nets": self.nets,
+            **({"second_net": self.second_net} if self.second_net else {}),
+            "backend": self.backend,
+            **({"without": list(self.without)} if self.without else {}),
+            **({"transparent": True} if self.transparent else {}),
+            "substitutions": list(self.substitutions),
+            "sources": [dict(source) for source in self.sources],
+            **({} if self.picture == FilmPicture() else {"picture": to_json(self.picture)}),
+        }
