@@ -12,6 +12,7 @@ import typer
 
 from equaltime.images.exposure import AUTO, MOST_STOPS, Exposure
 from equaltime.rendering.job import MOST_SECONDS, MOST_THREADS
+from equaltime.scene.frames import parse_frames
 from equaltime.words import seconds_of
 
 __all__ = [
@@ -38,6 +39,8 @@ __all__ = [
     "parse_definitions",
     "parse_duration",
     "parse_exposure",
+    "parse_frame_numbers",
+    "parse_number",
     "parse_percent",
     "parse_pixel",
     "parse_size",
@@ -114,6 +117,29 @@ def parse_whole(least: int, most: int) -> Callable[[str | int], int]:
         return int(text)
 
     return parse
+
+
+def parse_number(least: float, most: float) -> Callable[[str | float], float]:
+    """Return a parser of texts for numbers in [least, most]; it also accepts a number, as `parse_whole` does."""
+
+    def parse(value: str | float) -> float:
+        try:
+            number = float(value)
+        except ValueError:
+            number = math.nan
+        if not least <= number <= most:
+            raise typer.BadParameter(f"'{value}' is no number from {least:g} to {most:g}")
+        return number
+
+    return parse
+
+
+def parse_frame_numbers(text: str | tuple[int, ...]) -> tuple[int, ...]:
+    """Parse frame numbers such as ``0-47`` or ``1,5,9`` (`equaltime.scene.frames.parse_frames`)."""
+    try:
+        return parse_frames(text) if isinstance(text, str) else text
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from None
 
 
 def parse_size(text: str) -> tuple[int, int]:

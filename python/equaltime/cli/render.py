@@ -3,31 +3,11 @@
 from __future__ import annotations
 
 import os
-import time as clock
-from collections.abc import Sequence
-from contextlib import ExitStack
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, cast
+from typing import Annotated, Any
 
 import typer
 
-from equaltime.api import render as render_scene
-from equaltime.cli.lint import print_hazards
-from equaltime.cli.messages import (
-    Written,
-    doubts,
-    kept_elsewhere,
-    left_by_interrupt,
-    print_error,
-    print_json,
-    print_lines,
-    print_no_quote,
-    print_quote,
-    print_warning,
-    print_warnings,
-    while_heard,
-)
 from equaltime.cli.options import (
     Crop,
     Define,
@@ -48,28 +28,24 @@ from equaltime.cli.options import (
     Without,
     parse_definitions,
     parse_duration,
+    parse_frame_numbers,
+    parse_number,
     parse_percent,
     parse_whole,
 )
-from equaltime.cli.progress import progress_bar
-from equaltime.cli.render_outcome import details, outcome
-from equaltime.errors import BrightImage, ImageError, RenderError, SampleError
-from equaltime.interrupts import held_back
-from equaltime.quoting.observer import Observer
-from equaltime.quoting.pilot import Quote
-from equaltime.rendering.black_picture import black_picture, reasons, unwarned
+from equaltime.cli.render_picture import Order, render_frames, render_picture
+from equaltime.examples import example_of
 from equaltime.rendering.budget import StopRule
 from equaltime.rendering.job import Backend, Traps
-from equaltime.rendering.output_files import check_output, check_replaceable, check_spares
-from equaltime.rendering.passes import ProgressCallback
-from equaltime.rendering.result import Result
-from equaltime.rendering.tev import Viewer
-from equaltime.scene import Scene, load_file
-from equaltime.scene.lint import Finding
+from equaltime.rendering.output_files import check_output
+from equaltime.scene import load_file
+from equaltime.scene.frames import Frame, frame_files, frames_of
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
 
 __all__ = ["render"]
+
+_FPS = 24.0
 
 
 def render(
@@ -112,6 +88,30 @@ def render(
     threads: Threads = 0,
     define: Define = None,
     substitute: Substitute = False,
+    frames: Annotated[
+        Any,
+        typer.Option(
+            parser=parse_frame_numbers,
+            metavar="A-B",
+            show_default=False,
+            help="Frames of an animation: 0-47, 0-47:2 (every second) or 1,5,9. Each gets a file: FILE_0012.exr, or "
+            "the number in place of ####. Frame n has the seed --seed + n.",
+        ),
+    ] = None,
+    fps: Annotated[
+        float,
+        typer.Option(
+            parser=parse_number(1e-3, 1e6), metavar="N", help="Frames a second: frame n is at n / fps seconds."
+        ),
+    ] = _FPS,
+    blur: Annotated[
+        float,
+        typer.Option(
+            parser=parse_number(0.0, 1.0),
+            metavar="SHARE",
+            help="Share of a frame for which the shutter is open: 0 makes stills, 0.5 is usual for films.",
+        ),
+    ] = 0.0,
     transparent: Transparent = False,
     resume: Annotated[
         bool, typer.Option("--resume", help="Continue FILE.exr, if it is there, towards the limits given now.")
@@ -191,137 +191,44 @@ def render(
     """
     if stop == "fixed" and error is None:
         raise typer.BadParameter("needs an error to reach: give --error, such as --error 2%, too", param_hint="--stop")
-    chosen = Strategy.parse(strategy)
-    paths = check_output(output)
-    if transparent and paths.exr is None and output.suffix.lower() != ".png":
+    exr = check_output(output).exr
+    if transparent and exr is None and output.suffix.lower() != ".png":
         raise typer.BadParameter("a JPEG has no transparency: write FILE.png or FILE.exr", param_hint="--transparent")
-    loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute).with_(transparent=transparent)
-    check_spares(paths.all, loaded.files, "the scene is made of this file")
-    findings: tuple[Finding, ...] = ()
-    if not quiet:
-        print_warnings(loaded)
-        findings = print_hazards(loaded)
-    loaded = loaded.with_(size=size, crop=crop, max_depth=max_depth)
-    if not overwrite:
-        check_replaceable((paths.preview,) if resume else paths.all, os.path.abspath(scene), loaded.digest)
-    failure: SampleError | BrightImage | None = None
-    exr = paths.exr
     if resume and exr is None:
         raise typer.BadParameter("only FILE.exr can be continued: write FILE.exr", param_hint="--resume")
-    viewer = None if tev is None else _viewer(tev, output)
-    teller = _Teller({} if as_json else None, quiet, verbose, findings, resumable=exr is not None and not small)
-    # hold back a second Ctrl-C from the last sample to the last line: it must not lose the samples that the first kept
-    with ExitStack() as ending:
-        try:
-            with progress_bar(quiet) as progress, unwarned():  # a black picture is reported below
-                result = render_scene(
-                    loaded,
-                    spp=spp,
-                    time=time,
-                    error=error,
-                    strategy=chosen,
-                    seed=seed,
-                    threads=threads,
-                    observer=teller.observer(progress),
-                    resume=exr if resume and output.exists() else None,
-                    checkpoint=exr if backend == "core" else None,
-                    checkpoint_every=checkpoint or 60.0,
-                    checkpoint_exposure=exposure,
-                    without=without or (),
-                    within=within,
-                    stop=stop,
-                    show=viewer,
-                    traps=traps,
-                    backend=backend,
-                )
-                signals = ending.enter_context(held_back())
-        except (SampleError, BrightImage) as found:
-            if found.result is None:  # raised by a pilot
-                raise
-            failure, result = found, cast(Result, found.result)
-            signals = ending.enter_context(held_back())
-        begin, stops = clock.perf_counter(), result.stops(exposure)
-        try:
-            files = result.save(output, small, exposure=stops)
-        except ImageError as problem:
-            print_error(f"{problem}{kept_elsewhere(result)}")
-            return 1
-        writing = clock.perf_counter() - begin
-        if isinstance(failure, BrightImage):
-            raise failure.with_result(result, str(output))
-        if viewer is not None and viewer.problem is not None:
-            print_warning(viewer.problem)
-        teller.tell(result, loaded, writing, Written(files, stops))
-    if failure is not None:
-        raise failure.with_words(
-            *(word for pair in define or () for word in ("-D", pair)), *(["--substitute"] * substitute)
-        )
-    return 130 if signals or result.stopped_by == "interrupt" else 0
-
-
-def _warn_of_checkpoints(why: str) -> None:
-    print_warning(f"what is done so far cannot be saved, and the render goes on: {why}")
-
-
-def _viewer(address: str, output: Path) -> Viewer:
+    order = Order(
+        spp=spp,
+        time=time,
+        error=error,
+        stop=stop,
+        strategy=Strategy.parse(strategy),
+        threads=threads,
+        without=without or (),
+        within=within,
+        exposure=exposure,
+        resume=resume,
+        checkpoint=checkpoint or 60.0,
+        small=small,
+        overwrite=overwrite,
+        backend=backend,
+        traps=traps,
+        tev=tev,
+        as_json=as_json,
+        quiet=quiet,
+        verbose=verbose,
+        words=(*(word for pair in define or () for word in ("-D", pair)), *(["--substitute"] * substitute)),
+    )
+    definitions = parse_definitions(define or ())
+    changes = {"size": size, "crop": crop, "max_depth": max_depth, "transparent": transparent}
+    if frames is None:
+        if (fps, blur) != (_FPS, 0.0):
+            raise typer.BadParameter("--fps and --blur belong to --frames: give --frames too")
+        loaded = load_file(scene, definitions, substitute=substitute)
+        return render_picture(loaded, changes, output, order, seed)
     try:
-        return Viewer(address, output.name)
-    except RenderError as problem:
-        raise typer.BadParameter(str(problem), param_hint="--tev") from problem
-
-
-@dataclass
-class _Teller:
-    """Printer of what a render tells: a JSON record if there is one, else lines, or nothing if quiet.
-
-    Checkpoints that cannot be saved are always reported on stderr.
-    """
-
-    record: dict[str, Any] | None = field(hash=False)
-    """Quotes and decisions, which are printed with the record of the result."""
-    quiet: bool
-    verbose: bool
-    findings: Sequence[Finding]
-    resumable: bool
-    """Whether the saved render can be continued."""
-    quote: Quote | None = None
-    """Quote that the render gave of itself, once there is one."""
-
-    def observer(self, progress: ProgressCallback | None) -> Observer:
-        """Return the observer of the render."""
-        unsaved = while_heard(_warn_of_checkpoints)
-        if (record := self.record) is not None:
-            return Observer.of(
-                progress=progress,
-                quoted=lambda quote: record.update(quote=quote.as_dict()),
-                unquoted=lambda why: record.update(unquoted=why),
-                decided=lambda lines: record.update(decisions=list(lines)),
-                unsaved=unsaved,
-            )
-        if self.quiet:
-            return Observer.of(progress=progress, unsaved=unsaved)
-        return Observer.of(
-            progress=progress,
-            quoted=while_heard(self._quoted),
-            unquoted=while_heard(print_no_quote),
-            decided=while_heard(print_lines),
-            unsaved=unsaved,
-        )
-
-    def _quoted(self, quote: Quote) -> None:
-        self.quote = quote
-        print_quote(quote)
-
-    def tell(self, result: Result, scene: Scene, writing: float, written: Written) -> None:
-        """Print the outcome; ``writing`` is the seconds that it took to write the files."""
-        phases = {**result.stats.phases, "write": writing}
-        if self.record is not None:
-            told = {"phases": phases, "files": written.files, "exposure": written.stops}
-            print_json({**result.record, **told, **self.record})
-        elif not self.quiet:
-            print_lines(
-                [*outcome(result, written, self.quote if self.resumable else None), *doubts(result, self.findings)]
-            )
-            print_lines([*left_by_interrupt(result, scene), *(details(result, phases) if self.verbose else ())])
-        if not self.quiet and not reasons(self.findings) and (black := black_picture(result, scene, self.findings)):
-            print_warning(black)
+        files = dict(zip(frames, frame_files(output, frames), strict=True))
+    except ValueError as wrong:
+        raise typer.BadParameter(str(wrong), param_hint="-o") from None
+    shown = [Frame.of(number, fps, blur) for number in frames]
+    scenes = frames_of(scene, shown, definitions, substitute=substitute)
+    return render_frames(os.path.abspath(example_of(scene) or scene), scenes, changes, files, order, seed)

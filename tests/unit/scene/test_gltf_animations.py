@@ -227,3 +227,12 @@ def test_a_pose_that_is_none_is_told(inside: str, message: str, tmp_path: Path) 
     shape = {"type": "gltf", "filename": f"{file}#/{inside}"}
     with pytest.raises(et.SceneError, match=message):
         et.load_dict({"type": "scene", "sensor": {"type": "perspective"}, "it": shape})
+
+
+def test_all_frames_of_an_animation_have_one_camera(tmp_path: Path) -> None:
+    """The camera that is added has everything in view at every time, also where the mesh goes."""
+    path = animated("translation", [0, 1], [[0, 0, 0], [40, 0, 0]]).gltf(tmp_path / "a.gltf")
+    cameras = [et.load(path, time=time).model.sensor.to_world for time in (0.0, 0.5, 1.0)]
+    assert cameras[0] == cameras[1] == cameras[2]
+    away = float(np.linalg.norm(np.array(cameras[0])[:3, 3] - np.array(et.load(path).model.sensor.to_world)[:3, 3]))
+    assert away > 20.0

@@ -110,11 +110,11 @@ class Clip:
         return (begin, end) if straight else self.even
 
 
-def played(document: Document, number: int, shutter: tuple[float, float]) -> Clip:
+def played(document: Document, number: int, shutter: tuple[float, float] | None) -> Clip:
     """Return the section of animation `number` while the shutter is open, as a `Clip`.
 
-    The pair `shutter` has the times of opening and closing, in seconds; for a still they are equal. Raises `Malformed`
-    if the data of the animation is not valid.
+    The pair `shutter` has the times of opening and closing, in seconds; for a still they are equal. None stands for the
+    whole animation. Raises `Malformed` if the data of the animation is not valid.
     """
     animation = document.gltf.animations[number]
     channels: dict[tuple[int, str], _Channel] = {}
@@ -131,6 +131,9 @@ def played(document: Document, number: int, shutter: tuple[float, float]) -> Cli
         sampler = animation.samplers[channel.sampler]
         found = _channel(document, sampler, channel.target.path, targets, place)
         channels[channel.target.node, channel.target.path] = found
+    if shutter is None:
+        times = np.concatenate([np.zeros(1), *(channel.times for channel in channels.values())])
+        shutter = float(times.min()), float(times.max())
     return Clip(_moments(list(channels.values()), shutter), number, channels)
 
 

@@ -132,7 +132,12 @@ class _GltfScene:
                 )
             return sensor(self._document, cameras[0], self._place, times)
         self._document.note("the file has no camera: one is added that has everything in view", "")
-        return default_camera(self._shapes.corners(), self._place, self._defined(view_of, "view", "front"))
+        if self._clip is None:
+            corners = self._shapes.corners()
+        else:  # all frames of an animation have one camera
+            whole = played(self._document, self._clip.number, None)
+            corners = self._shapes.reach(placed(self._document, self._chosen_scene(), whole))
+        return default_camera(corners, self._place, self._defined(view_of, "view", "front"))
 
     def _daylight(self, lights: list[Object], shapes: list[Object]) -> list[Object]:
         """Return the requested sky and sun, or default ones if the file has no lights.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Final
@@ -101,6 +101,24 @@ class GltfShapes:
             if (corners := boxes[source]) is not None
         ]
         return np.concatenate(standing) if standing else np.zeros((0, 3))
+
+    def reach(self, nodes: Iterable[Placed]) -> Array:
+        """Return the corners (N, 3), in world space, of the boxes of all meshes at all times of a clip.
+
+        ``nodes`` are the nodes placed in that clip. Meshes with a skin count as they are in the file.
+        """
+        found = [np.zeros((0, 3))]
+        for at in nodes:
+            if at.node.mesh is None:
+                continue
+            skinned = at.node.skin is not None
+            moves = np.eye(4)[None] if skinned else np.stack(at.moving or (at.to_world,))
+            for p, _ in self._drawn(at.node.mesh):
+                source = Source("nodes", at.index, p) if skinned else Source("meshes", at.node.mesh, p)
+                corners = box(self._document, source)
+                if corners is not None:
+                    found.append((corners @ np.swapaxes(moves[:, :3, :3], 1, 2) + moves[:, None, :3, 3]).reshape(-1, 3))
+        return np.concatenate(found)
 
     def _split(self, mesh: int, p: int) -> list[_Part]:
         """Return the parts of a primitive that become a shape each: two if only a part mirrors its normal map."""

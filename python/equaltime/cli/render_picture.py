@@ -1,0 +1,245 @@
+"""Renders one picture, or the frames of an animation, as ``equaltime render`` was asked to, and tells what came out."""
+
+from __future__ import annotations
+
+import os
+import time as clock
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, cast
+
+import typer
+
+from equaltime.api import render
+from equaltime.cli.lint import print_hazards
+from equaltime.cli.messages import (
+    Written,
+    doubts,
+    kept_elsewhere,
+    left_by_interrupt,
+    print_error,
+    print_json,
+    print_lines,
+    print_no_quote,
+    print_quote,
+    print_warning,
+    print_warnings,
+    while_heard,
+)
+from equaltime.cli.progress import progress_bar
+from equaltime.cli.render_outcome import details, outcome
+from equaltime.errors import BrightImage, ImageError, RenderError, SampleError
+from equaltime.images.exposure import Exposure
+from equaltime.interrupts import held_back
+from equaltime.quoting.observer import Observer
+from equaltime.quoting.pilot import Quote
+from equaltime.rendering.black_picture import black_picture, reasons, unwarned
+from equaltime.rendering.budget import StopRule
+from equaltime.rendering.job import Backend, Traps
+from equaltime.rendering.output_files import check_output, check_replaceable, check_spares
+from equaltime.rendering.passes import ProgressCallback
+from equaltime.rendering.result import Result
+from equaltime.rendering.tev import Viewer
+from equaltime.scene import Scene
+from equaltime.scene.lint import Finding
+from equaltime.strategy import Strategy
+from equaltime.words import duration
+
+__all__ = ["Order", "render_frames", "render_picture"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Order:
+    """Options of ``equaltime render`` that all frames share, mostly the arguments of `equaltime.render`."""
+
+    spp: int | None
+    time: float | None
+    error: float | None
+    stop: StopRule
+    strategy: Strategy
+    threads: int
+    without: Sequence[str]
+    within: float | None
+    exposure: Exposure
+    resume: bool
+    checkpoint: float
+    """Seconds between two checkpoints."""
+    small: bool
+    overwrite: bool
+    backend: Backend
+    traps: Traps
+    tev: str | None
+    """Address of the viewer tev, if the picture is shown there."""
+    as_json: bool
+    quiet: bool
+    verbose: bool
+    words: Sequence[str]
+    """Words of the command line that made the scene, for commands that repeat it."""
+
+
+def render_frames(
+    source: str, scenes: Iterable[Scene], changes: Mapping[str, Any], files: Mapping[int, Path], order: Order, seed: int
+) -> int:
+    """Render frames, each into its file, and return the exit code.
+
+    ``source`` is the absolute path of the scene's file, and ``scenes`` yields the scene of each frame. ``files`` gives
+    the files by the frames' numbers. Frame n has the seed ``seed + n``. ``changes`` are as for `render_picture`. The
+    first frame that fails, or that Ctrl-C ends, is the last.
+    """
+    if not order.overwrite:
+        for file in files.values():
+            paths = check_output(file)
+            check_replaceable((paths.preview,) if order.resume else paths.all, source)
+    begin, done = clock.perf_counter(), 0
+    for scene, (number, file) in zip(scenes, files.items(), strict=True):
+        code = render_picture(scene, changes, file, order, seed + number, first=done == 0)
+        if code != 0:
+            return code
+        done += 1
+    if not (order.quiet or order.as_json):
+        print_lines([f"{done} frames in {duration(clock.perf_counter() - begin)}"])
+    return 0
+
+
+def render_picture(
+    scene: Scene, changes: Mapping[str, Any], output: Path, order: Order, seed: int, first: bool = True
+) -> int:
+    """Render a scene into a file, tell what came out, and return the exit code.
+
+    ``changes`` are keywords of `Scene.with_`. ``first`` tells whether to print what is noteworthy of the scene.
+    """
+    paths = check_output(output)
+    check_spares(paths.all, scene.files, "the scene is made of this file")
+    findings: tuple[Finding, ...] = ()
+    if first and not order.quiet:
+        print_warnings(scene.with_(transparent=changes.get("transparent", False)))
+        findings = print_hazards(scene)
+    scene = scene.with_(**changes)
+    if not order.overwrite:
+        source = None if scene.source is None else os.path.abspath(scene.source)
+        check_replaceable((paths.preview,) if order.resume else paths.all, source, scene.digest)
+    viewer = None if order.tev is None else _viewer(order.tev, output)
+    resumable = paths.exr is not None and not order.small
+    teller = _Teller({} if order.as_json else None, order.quiet, order.verbose, findings, resumable)
+    failure: SampleError | BrightImage | None = None
+    # hold back a second Ctrl-C from the last sample to the last line: it must not lose the samples that the first kept
+    with ExitStack() as ending:
+        try:
+            with progress_bar(order.quiet) as progress, unwarned():  # a black picture is reported below
+                result = _rendered(scene, paths.exr, order, seed, teller.observer(progress), viewer)
+                signals = ending.enter_context(held_back())
+        except (SampleError, BrightImage) as found:
+            if found.result is None:  # raised by a pilot
+                raise
+            failure, result = found, cast(Result, found.result)
+            signals = ending.enter_context(held_back())
+        begin, stops = clock.perf_counter(), result.stops(order.exposure)
+        try:
+            files = result.save(output, order.small, exposure=stops)
+        except ImageError as problem:
+            print_error(f"{problem}{kept_elsewhere(result)}")
+            return 1
+        writing = clock.perf_counter() - begin
+        if isinstance(failure, BrightImage):
+            raise failure.with_result(result, str(output))
+        if viewer is not None and viewer.problem is not None:
+            print_warning(viewer.problem)
+        teller.tell(result, scene, writing, Written(files, stops))
+    if failure is not None:
+        raise failure.with_words(*order.words)
+    return 130 if signals or result.stopped_by == "interrupt" else 0
+
+
+def _rendered(
+    scene: Scene, exr: Path | None, order: Order, seed: int, observer: Observer, viewer: Viewer | None
+) -> Result:
+    return render(
+        scene,
+        spp=order.spp,
+        time=order.time,
+        error=order.error,
+        strategy=order.strategy,
+        seed=seed,
+        threads=order.threads,
+        observer=observer,
+        resume=exr if order.resume and exr is not None and exr.exists() else None,
+        checkpoint=exr if order.backend == "core" else None,
+        checkpoint_every=order.checkpoint,
+        checkpoint_exposure=order.exposure,
+        without=order.without,
+        within=order.within,
+        stop=order.stop,
+        show=viewer,
+        traps=order.traps,
+        backend=order.backend,
+    )
+
+
+def _warn_of_checkpoints(why: str) -> None:
+    print_warning(f"what is done so far cannot be saved, and the render goes on: {why}")
+
+
+def _viewer(address: str, output: Path) -> Viewer:
+    try:
+        return Viewer(address, output.name)
+    except RenderError as problem:
+        raise typer.BadParameter(str(problem), param_hint="--tev") from problem
+
+
+@dataclass
+class _Teller:
+    """Printer of what a render tells: a JSON record if there is one, else lines, or nothing if quiet.
+
+    Checkpoints that cannot be saved are always reported on stderr.
+    """
+
+    record: dict[str, Any] | None = field(hash=False)
+    """Quotes and decisions, which are printed with the record of the result."""
+    quiet: bool
+    verbose: bool
+    findings: Sequence[Finding]
+    resumable: bool
+    """Whether the saved render can be continued."""
+    quote: Quote | None = None
+    """Quote that the render gave of itself, once there is one."""
+
+    def observer(self, progress: ProgressCallback | None) -> Observer:
+        """Return the observer of the render."""
+        unsaved = while_heard(_warn_of_checkpoints)
+        if (record := self.record) is not None:
+            return Observer.of(
+                progress=progress,
+                quoted=lambda quote: record.update(quote=quote.as_dict()),
+                unquoted=lambda why: record.update(unquoted=why),
+                decided=lambda lines: record.update(decisions=list(lines)),
+                unsaved=unsaved,
+            )
+        if self.quiet:
+            return Observer.of(progress=progress, unsaved=unsaved)
+        return Observer.of(
+            progress=progress,
+            quoted=while_heard(self._quoted),
+            unquoted=while_heard(print_no_quote),
+            decided=while_heard(print_lines),
+            unsaved=unsaved,
+        )
+
+    def _quoted(self, quote: Quote) -> None:
+        self.quote = quote
+        print_quote(quote)
+
+    def tell(self, result: Result, scene: Scene, writing: float, written: Written) -> None:
+        """Print the outcome; ``writing`` is the seconds that it took to write the files."""
+        phases = {**result.stats.phases, "write": writing}
+        if self.record is not None:
+            told = {"phases": phases, "files": written.files, "exposure": written.stops}
+            print_json({**result.record, **told, **self.record})
+        elif not self.quiet:
+            print_lines(
+                [*outcome(result, written, self.quote if self.resumable else None), *doubts(result, self.findings)]
+            )
+            print_lines([*left_by_interrupt(result, scene), *(details(result, phases) if self.verbose else ())])
+        if not self.quiet and not reasons(self.findings) and (black := black_picture(result, scene, self.findings)):
+            print_warning(black)
