@@ -86,11 +86,12 @@ py::tuple arrays_of(const std::map<std::uint32_t, LampsOfPixel>& found) {
   return py::make_tuple(pixels, moments, made_of);
 }
 
-py::tuple in_sight(const Scene& scene, const Settings& settings, std::uint64_t seed, std::uint64_t points) {
+py::tuple in_sight(const Scene& scene, const Settings& settings, std::uint64_t seed, std::uint64_t points,
+                   bool whole_film) {
   std::map<std::uint32_t, LampsOfPixel> found;
   {
     const py::gil_scoped_release release;
-    found = lamps_in_sight(scene, settings, seed, points);
+    found = lamps_in_sight(scene, settings, seed, points, whole_film);
   }
   return arrays_of(found);
 }
@@ -129,10 +130,11 @@ void bind_split(py::module_& m) {
         "(N, 3): what the first sample of each of these pixels (y * width + x of the crop) would be if nothing stood "
         "between surfaces and the lights that it aims at.");
   m.def(
-      "lamps_in_sight", &in_sight, "scene"_a, "settings"_a, "seed"_a = 0, "points"_a = 1,
-      "What samples see of lamps themselves, by so many points of them: N pixels (y * width + x of the crop) that see "
-      "any, the mean and the mean square of a sample of each, (N, 2, 3), and how many points these are made of. None "
-      "are found by cameras other than pinholes and lenses that stand still.");
+      "lamps_in_sight", &in_sight, "scene"_a, "settings"_a, "seed"_a = 0, "points"_a = 1, "whole_film"_a = false,
+      "What samples see of lamps themselves, by so many points of them: N pixels (y * width + x of the crop, or of the "
+      "whole film) that see any, the mean and the mean square of a sample of each, (N, 2, 3), and how many points "
+      "these "
+      "are made of. None are found by cameras other than pinholes and lenses that stand still.");
   m.def("mirrored_lamps", &in_mirrors, "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "samples"_a = 1,
         "What samples see of emitters by specular reflection and refraction alone, by so many chains in all, as "
         "lamps_in_sight tells it.");

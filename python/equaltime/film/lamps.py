@@ -88,6 +88,19 @@ class Lamps:
         found = [lamps_in_sight(scene, settings, seed, _POINTS)]
         if mirrors:
             found.append(mirrored_lamps(scene, settings, seed, threads, _CHAINS))
+        return cls._made_of(found)
+
+    @classmethod
+    def in_plain_sight(cls, scene: Any, settings: Any) -> Lamps:
+        """Return the lamps that the camera of the core's scene sees directly, in the whole film.
+
+        Pixels are ``y * width + x`` of the whole film, and neither crop nor seed takes part.
+        """
+        return cls._made_of([lamps_in_sight(scene, settings, 0, _POINTS, whole_film=True)])
+
+    @classmethod
+    def _made_of(cls, found: list[tuple[NDArray[Any], Floats, NDArray[Any]]]) -> Lamps:
+        """Return lamps from pixels, moments and numbers of points, as the core's searches return them."""
         lit, each = np.unique(np.concatenate([pixels for pixels, _, _ in found]), return_inverse=True)
         points, moments = np.zeros(len(lit)), np.zeros((len(lit), 2, 3))
         np.add.at(points, each, np.concatenate([number for _, _, number in found]))
@@ -113,6 +126,14 @@ class Lamps:
         The arguments are the fields of the same names.
         """
         return cls(pixels, light, share, pixels, light)
+
+    @property
+    def mostly_small(self) -> bool:
+        """Whether most pixels that see a lamp see one that they have met only in few samples: tiny bulbs, say.
+
+        Large lamps have such pixels too, along their edges, but fewer of them.
+        """
+        return 2 * self.pixels.size > self.lit.size
 
     def least(self, height: int, width: int) -> Floats | None:
         """Return the light of lamps that is certainly in each pixel's mean, (H, W, 3); None if no lamp is in sight."""

@@ -19,6 +19,7 @@ from equaltime._core import MOST_PIXELS_A_SECOND_NET, build_info
 from equaltime.errors import FaultySample, NonFiniteSample, Problem, RenderError, SampleError, SceneError
 from equaltime.film.adaptive import METRICS, PILOT, pilot_statistics
 from equaltime.film.focus import Focus
+from equaltime.film.lamps import Lamps
 from equaltime.machine import memory_bytes, worker_threads
 from equaltime.rendering.decision import Counts, Decision
 from equaltime.rendering.result import Result
@@ -51,8 +52,8 @@ ONE_NET = 2**16
 too many second nets for their error to be known."""
 _SECOND_NETS = 2048
 """Least number of pixels with a second net, unless the crop has fewer: they give the image's error to 2 to 3 %."""
-_RARE_FOCUS: WeakKeyDictionary[Scene, bool] = WeakKeyDictionary()
-"""Whether a scene focuses light that is rarely met: found once for each scene."""
+_RARE_LIGHT: WeakKeyDictionary[Scene, bool] = WeakKeyDictionary()
+"""Whether a scene has light that few pixels meet: found once for each scene."""
 MOMENTS_BYTES = 40
 """Bytes of one pixel's moments in a film of the core."""
 _RESULT_BYTES = 100
@@ -78,17 +79,19 @@ def make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int, **o
 def nets(scene: Scene, strategy: Strategy) -> int:
     """Return the number of nets (low-discrepancy point sets) that the samples of a pixel form: 1 or 2.
 
-    Two nets of a pixel are independent. The number is 1 for the lattice sampler on a film of at least 2^16 pixels,
-    unless specular surfaces focus the light of very small emitters; else 2. Few pixels meet such light, and second nets
-    in a 32nd of the pixels would not tell its noise. Neither the crop nor the seed takes part in the choice.
+    Two nets of a pixel are independent. The number is 1 for the lattice sampler on a film of at least 2^16 pixels, else
+    2. It is also 2 if specular surfaces focus the light of very small emitters, or if the lamps in sight are smaller
+    than a pixel: few pixels meet such light, and second nets in a 32nd of the pixels would not tell its noise. Neither
+    the crop nor the seed takes part in the choice.
     """
     width, height = scene.model.sensor.film.size
     if strategy.sampler != "lattice" or width * height < ONE_NET:
         return REPLICATES
-    if scene not in _RARE_FOCUS:
-        anyhow = core_settings(scene, Strategy())  # the focused light is the scene's, whatever samples it
-        _RARE_FOCUS[scene] = Focus.of(scene.core, anyhow, seed=0, threads=0, whole_film=True).rarely_met
-    return REPLICATES if _RARE_FOCUS[scene] else 1
+    if scene not in _RARE_LIGHT:
+        anyhow = core_settings(scene, Strategy())  # such light is the scene's, whatever samples it
+        focus = Focus.of(scene.core, anyhow, seed=0, threads=0, whole_film=True)
+        _RARE_LIGHT[scene] = focus.rarely_met or Lamps.in_plain_sight(scene.core, anyhow).mostly_small
+    return REPLICATES if _RARE_LIGHT[scene] else 1
 
 
 def second_net(scene: Scene, strategy: Strategy) -> int:

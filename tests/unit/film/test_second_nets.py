@@ -211,7 +211,7 @@ def test_a_render_with_one_net_is_saved_and_taken_up(one_net: None, tmp_path: Pa
     )
 
 
-def table(bsdf: dict[str, Any], radius: float) -> et.Scene:
+def table(bsdf: dict[str, Any], radius: float, **more: Any) -> et.Scene:
     """Return a ball on a table, and a lamp beside the camera."""
     look = {"look_at": {"origin": [0, 2, 4], "target": [0, 0, 0], "up": [0, 1, 0]}}
     film = {"type": "hdrfilm", "width": 24, "height": 20}
@@ -223,6 +223,7 @@ def table(bsdf: dict[str, Any], radius: float) -> et.Scene:
             "table": {"type": "rectangle", "to_world": [{"rotate": {"axis": [1, 0, 0], "angle": -90}}, {"scale": 4}]},
             "ball": {"type": "sphere", "center": [0, 0.5, 0], "radius": 0.5, "bsdf": bsdf},
             "lamp": lamp,
+            **more,
         }
     )
 
@@ -239,6 +240,13 @@ def test_rarely_met_light_takes_two_nets(one_net: None, bsdf: dict[str, Any], ra
     """At 256x256, one net of Veach's plates stated too low an error, and second nets in a few pixels did not see it."""
     strategy = et.Strategy.parse(LATTICE)
     assert nets(table(bsdf, radius), strategy) == expected
+
+
+@pytest.mark.parametrize(("radius", "expected"), [(0.002, 2), (0.5, 1)], ids=["a bulb", "a lamp of many pixels"])
+def test_lamps_smaller_than_a_pixel_take_two_nets(one_net: None, radius: float, expected: int) -> None:
+    """Even a large lamp has pixels along its edge that few samples meet, but more that all do."""
+    bulb = {"type": "sphere", "center": [0, 1.5, 0], "radius": radius, "emitter": {"type": "area", "radiance": 10.0}}
+    assert nets(table(MATTE, 0.05, bulb=bulb), et.Strategy.parse(LATTICE)) == expected
 
 
 def test_a_crop_has_as_many_nets_as_the_whole_film(one_net: None) -> None:
