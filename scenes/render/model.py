@@ -74,7 +74,7 @@ class Windmill:
         self.add_node("tower", self.mesh("plaster", turned([(0.26, 1.55), (0.30, 1.1), (0.36, 0.6), (0.45, 0.12)])))
         dome = [(0.34 * math.sin(a), 1.55 + 0.36 * math.cos(a)) for a in np.linspace(0, math.pi / 2, SIDES // 4)]
         self.add_node("cap", self.mesh("red lacquer", turned(dome, [(0.34, 1.55), (0.25, 1.55)])))
-        self.add_node("door", self.mesh("wood", box(0.2, 0.36, 0.1)), translation=[0.0, 0.3, 0.385])
+        self.add_node("door", self.mesh("wood", box(0.2, 0.36, 0.1)), translation=[0.0, 0.3, 0.41])
         self.add_node("ball", self.mesh("ball", ball(0.28)), translation=[1.1, 0.28, 0.55])
 
     def add_sails(self) -> None:
