@@ -77,9 +77,9 @@ def edit(block: str) -> None:
     path = Path(first.removeprefix("# "))
     text = path.read_text(encoding="utf-8")
     for table in re.findall(r"^\[\w+\]\n.*?(?=^\[|\Z)", changed, re.DOTALL | re.MULTILINE):
-        heading = re.escape(table.split("\n", 1)[0])
+        heading = table.split("\n", 1)[0]
         text, count = re.subn(
-            rf"^{heading}\n.*?(?=^\[|\Z)", f"{table.strip()}\n\n", text, flags=re.DOTALL | re.MULTILINE
+            rf"^{re.escape(heading)}\n.*?(?=^\[|\Z)", f"{table.strip()}\n\n", text, flags=re.DOTALL | re.MULTILINE
         )
         if not count:
             raise SystemExit(f"{path} has no block {heading}")

@@ -81,25 +81,30 @@ class Windmill:
         """Add the axle with its four sails, and the animation that turns them."""
         arm, cloth = self.mesh("wood", box(1.0, 0.05, 0.04)), self.mesh("sail", box(0.78, 0.24, 0.012))
         hub = self.mesh("brass", ball(0.09))
-        turned_by = [0.0, 90.0, 180.0, 270.0]
-        blades = []
-        for angle in turned_by:
-            pitched = about([math.cos(math.radians(angle)), math.sin(math.radians(angle)), 0.0], 14.0)
-            rotation = (pitched * about([0, 0, 1], angle)).as_quat()
-            along, beside = rotated(rotation, (0.52, 0.0, 0.0)), rotated(rotation, (0.62, 0.14, 0.0))
-            blades.append(self.add_node("arm", arm, root=False, translation=along, rotation=rotation.tolist()))
-            blades.append(self.add_node("cloth", cloth, root=False, translation=beside, rotation=rotation.tolist()))
+        blades = [node for angle in (0.0, 90.0, 180.0, 270.0) for node in self.blade(arm, cloth, angle)]
         tilt = about([0, 0, 1], TILT).as_quat().tolist()
         sails = self.add_node("sails", hub, children=blades, translation=[0.0, 1.62, 0.5], rotation=tilt)
         axle = self.mesh("brass", turned([(0.0, 0.34), (0.035, 0.34)], [(0.035, 0.34), (0.035, 0.0)]))
         forward = about([1, 0, 0], 90.0).as_quat().tolist()
         self.add_node("axle", axle, translation=[0.0, 1.62, 0.2], rotation=forward)
+        self.add_turn(sails)
+
+    def blade(self, arm: int, cloth: int, angle: float) -> tuple[int, int]:
+        """Add an arm with its cloth, at an angle in degrees and pitched about its length; return their nodes."""
+        pitched = about([math.cos(math.radians(angle)), math.sin(math.radians(angle)), 0.0], 14.0)
+        rotation = (pitched * about([0, 0, 1], angle)).as_quat()
+        along, beside = rotated(rotation, (0.52, 0.0, 0.0)), rotated(rotation, (0.62, 0.14, 0.0))
+        first = self.add_node("arm", arm, root=False, translation=along, rotation=rotation.tolist())
+        return first, self.add_node("cloth", cloth, root=False, translation=beside, rotation=rotation.tolist())
+
+    def add_turn(self, node: int) -> None:
+        """Add the animation: one turn of a node about z, clockwise as seen from the front."""
         keys = np.linspace(0.0, 1.0, 9)
         rotations = [about([0, 0, 1], TILT - 360.0 * key).as_quat() for key in keys]
         sampler = gltf.AnimationSampler(
             input=self.accessor(TURN * keys, gltf.SCALAR, bounds=True), output=self.accessor(rotations, gltf.VEC4)
         )
-        channel = gltf.AnimationChannel(sampler=0, target=gltf.AnimationChannelTarget(node=sails, path="rotation"))
+        channel = gltf.AnimationChannel(sampler=0, target=gltf.AnimationChannelTarget(node=node, path="rotation"))
         self.document.animations = [gltf.Animation(name="turn", samplers=[sampler], channels=[channel])]
 
     def add_camera(self, name: str, origin: Sequence[float], target: Sequence[float], yfov: float) -> None:
