@@ -76,7 +76,7 @@ def edit(block: str) -> None:
     first, changed = block.split("\n", 1)
     path = Path(first.removeprefix("# "))
     text = path.read_text(encoding="utf-8")
-    for table in re.findall(r"^\[\w+\]\n.*?(?=^\[|\Z)", changed, re.DOTALL | re.MULTILINE):
+    for table in re.findall(r"^\[.+?\]\n.*?(?=^\[|\Z)", changed, re.DOTALL | re.MULTILINE):
         heading = table.split("\n", 1)[0]
         text, count = re.subn(
             rf"^{re.escape(heading)}\n.*?(?=^\[|\Z)", f"{table.strip()}\n\n", text, flags=re.DOTALL | re.MULTILINE
