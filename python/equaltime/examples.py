@@ -12,7 +12,7 @@ __all__ = ["copy_to", "example_of", "experiment_names", "experiments_of", "scene
 
 _LEFT_OUT: Final = shutil.ignore_patterns("gallery", "learn", "__pycache__", "*.png", "*.jpg")
 """Pages with pictures, which a copy of the scenes does without."""
-_KINDS: Final = (".toml", ".xml")
+_KINDS: Final = (".toml", ".xml", ".glb")
 
 
 def scenes_folder() -> Path:

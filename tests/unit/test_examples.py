@@ -16,7 +16,8 @@ NEEDS_A_CHOICE = {"mitsuba/cornell-box", "mitsuba/veach-mis"}
 
 
 def test_every_scene_and_experiment_has_a_name() -> None:
-    assert {"cornell-box", "veach-mis", "montelight/simple", "mitsuba/veach-mis", "hard/glass"} <= set(scene_names())
+    named = {"cornell-box", "veach-mis", "montelight/simple", "mitsuba/veach-mis", "hard/glass", "render/windmill"}
+    assert named <= set(scene_names())
     assert {f"experiments/x{number}-" for number in range(1, 11)} <= {
         name.rstrip("abcdefghijklmnopqrstuvwxyz") for name in experiment_names()
     }
@@ -63,6 +64,7 @@ def test_examples_are_listed_and_copied(tmp_path: Path, capsys: pytest.CaptureFi
     copies = tmp_path / "mine"
     assert main(["examples", str(copies)]) == 0
     assert (copies / "terrain" / "terrain.ply").is_file()
+    assert (copies / "render" / "windmill.glb").is_file()
     assert not (copies / "gallery").exists()
     assert main(["examples", str(copies)]) == 2
     assert "exists already" in capsys.readouterr().err

@@ -129,11 +129,12 @@ class Lamps:
 
     @property
     def mostly_small(self) -> bool:
-        """Whether most pixels that see a lamp see one that they have met only in few samples: tiny bulbs, say.
+        """Whether more than three quarters of the pixels that see a lamp meet it with few of their samples only.
 
-        Large lamps have such pixels too, along their edges, but fewer of them.
+        That holds where lamps are smaller than a pixel. Large lamps have such pixels too, along their edges, but fewer:
+        at most 44 % in films of 256x256 of five scenes.
         """
-        return 2 * self.pixels.size > self.lit.size
+        return 4 * self.pixels.size > 3 * self.lit.size
 
     def least(self, height: int, width: int) -> Floats | None:
         """Return the light of lamps that is certainly in each pixel's mean, (H, W, 3); None if no lamp is in sight."""

@@ -299,6 +299,8 @@ class Pilot:
         """Return the law through the results of a probe, which renders some pixels as far as the render will go."""
         law, probed, sampler = pilot, list[Probed](), self._session.job.strategy.sampler
         begin, spare, passes = clock.perf_counter(), self._share * self.left, self._session.passes
+        if self.strategy.adaptive != "none" and passes.samples < FIRST_LOOK:  # uneven counts follow from that many
+            return law
         draws = min(_MOST_DRAWS, math.floor(_PROBE_SHARE * spare / self._work))
         if draws < _LEAST_DRAWS or not self._probes:
             return law

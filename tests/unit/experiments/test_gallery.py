@@ -1,4 +1,4 @@
-"""Every plugin that changes a picture has one in the gallery, and the page shows it."""
+"""Pages with pictures: every plugin that changes a picture has one; scripts make the pictures; pages show them."""
 
 import re
 import shutil
@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import equaltime as et
 from equaltime.images.image_files import read as read_picture
 from equaltime.scene.model import PLUGINS
 
@@ -46,6 +47,28 @@ def test_the_pictures_are_made_by_their_scripts(tmp_path: Path) -> None:
     assert before[0] != made[0].read_bytes()
     assert before[1] != made[2].read_bytes()
     assert read_picture(made[1]).image.shape == (16, 32, 3)
+
+
+def test_the_commands_and_edits_of_the_page_on_rendering_work_and_make_its_pictures(tmp_path: Path) -> None:
+    folder = tmp_path / "scenes" / "render"
+    shutil.copytree(GALLERY.parent / "render", folder)
+    page, pictures = (folder / "README.md").read_text(), sorted(folder.glob("*.jpg"))
+    assert set(re.findall(r"\]\((\w+\.jpg)\)", page)) == {path.name for path in pictures}
+    assert sum(path.stat().st_size for path in pictures) < 1e6
+    assert max(path.stat().st_size for path in pictures) < 150e3
+    before = [path.read_bytes() for path in pictures]
+    done = subprocess.run([sys.executable, folder / "make.py", "--quick"], capture_output=True, text=True, check=True)
+    assert all(path.read_bytes() != old for path, old in zip(pictures, before, strict=True))
+    commands = re.findall(r"^equaltime .*$", page, re.MULTILINE)
+    assert done.stdout.count("$ equaltime ") >= len(commands) > 10
+
+
+def test_the_model_of_the_page_on_rendering_is_made_by_its_script(tmp_path: Path) -> None:
+    kept, made = GALLERY.parent / "render" / "windmill.glb", tmp_path / "windmill.glb"
+    subprocess.run([sys.executable, kept.with_name("model.py"), made], check=True)
+    old, new = et.load(kept), et.load(made)
+    assert [shape.type for shape in old.model.shapes] == [shape.type for shape in new.model.shapes]
+    assert made.stat().st_size == kept.stat().st_size
 
 
 def test_the_page_to_learn_from_has_a_table_below_every_picture() -> None:

@@ -37,6 +37,14 @@ def test_a_pilot_of_long_work_ends_after_its_time(
     assert et.quote(scene, why=False, **target).law.samples > 8
 
 
+def test_a_pilot_too_short_for_uneven_counts_makes_no_probe(scene: et.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pilot.Pilot, "_is_slow", True)
+    even = et.quote(scene, why=False, error=0.1, strategy="best,adaptive=none")
+    uneven = et.quote(scene, why=False, error=0.1)
+    assert even.law.samples > 2
+    assert uneven.law.samples == 2
+
+
 def test_an_error_beyond_all_samples_is_refused_at_once(scene: et.Scene) -> None:
     with pytest.raises(et.RenderError, match=r"beyond reach: it takes .* samples a pixel or more, and 4294967296 are"):
         et.quote(scene, error=1e-8)
