@@ -245,7 +245,7 @@ def test_rarely_met_light_takes_two_nets(one_net: None, bsdf: dict[str, Any], ra
 @pytest.mark.parametrize(("radius", "expected"), [(0.002, 2), (0.5, 1)], ids=["a bulb", "a lamp of many pixels"])
 def test_lamps_smaller_than_a_pixel_take_two_nets(one_net: None, radius: float, expected: int) -> None:
     """Even a large lamp has pixels along its edge that few samples meet, but more that all do."""
-    bulb = {"type": "sphere", "center": [0, 1.5, 0], "radius": radius, "emitter": {"type": "area", "radiance": 1e5}}
+    bulb = {"type": "sphere", "center": [0, 1.1, 0], "radius": radius, "emitter": {"type": "area", "radiance": 1e5}}
     assert nets(table(MATTE, 0.05, bulb=bulb), et.Strategy.parse(LATTICE)) == expected
 
 
