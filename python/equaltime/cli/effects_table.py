@@ -10,6 +10,7 @@ from rich.table import Table
 
 from equaltime.cli.messages import MOST_LINES, WAYS, plain_console
 from equaltime.pricing import Price, PriceList
+from equaltime.quoting.light_parts import lamp
 from equaltime.rendering.stated import other_depth
 from equaltime.statistics.intervals import Interval
 from equaltime.words import percent
@@ -109,9 +110,7 @@ def _short(found: PriceList, left: int) -> Iterator[str]:
     if always:
         yield f"Always there: {', '.join(always)}."
     lights = [
-        f"{_place(what)} {percent(share.value)}"
-        for what, share in _largest(found.shares["light"])
-        if _measurable(share)
+        f"{_lamp(what)} {percent(share.value)}" for what, share in _largest(found.shares["light"]) if _measurable(share)
     ]
     direct = found.shares["length"].get("2")
     said = [f"direct light {percent(direct.value)}"] if direct is not None and _measurable(direct) else []
@@ -161,10 +160,10 @@ def _largest(shares: Mapping[str, Interval]) -> list[tuple[str, Interval]]:
     return sorted(shares.items(), key=lambda item: -item[1].value)
 
 
-def _place(what: str) -> str:
-    """Return the name of a light without the folders of its file: ``light 0 (truck.toml:12)``."""
-    light, colon, place = what.partition(": ")
-    return f"{light} ({place.rsplit('/', 1)[-1]})" if colon else what
+def _lamp(what: str) -> str:
+    """Return the name of a light with its place: ``sun (truck.toml:12)``."""
+    name, place = lamp(what)
+    return f"{name} ({place})" if place else name
 
 
 def _brief(share: Interval | None) -> str:

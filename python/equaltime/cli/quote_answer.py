@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
+from equaltime.quoting.light_parts import lamp
 from equaltime.quoting.noise_light import NoiseLight
 from equaltime.quoting.noise_places import NoisePlaces
 from equaltime.quoting.pilot import Quote
@@ -101,7 +101,7 @@ def _light(light: NoiseLight) -> str:
     if not light.direct.known:
         return "too few paths to tell"
     ways = {"direct": light.direct, "indirect": light.indirect, "seen by the camera": light.seen}
-    lamps = {_lamp(what): share for what, share in light.kinds["light"].items()}
+    lamps = {lamp(what)[0]: share for what, share in light.kinds["light"].items()}
     told = "; ".join(filter(None, (_largest(ways), _largest(lamps) if len(lamps) > 1 else "")))
     return f"{told} (in doubt, see -v)" if light.doubt else told
 
@@ -111,12 +111,3 @@ def _largest(shares: Mapping[str, Interval]) -> str:
     ordered = sorted(shares.items(), key=lambda item: -item[1].value)[:_MOST_LIGHTS]
     told = [f"{what} {min(share.value, 1.0):.0%}".replace("%", " %") for what, share in ordered]
     return ", ".join(words for words, (_, share) in zip(told, ordered, strict=True) if share.value >= _WORTH_SAYING)
-
-
-def _lamp(what: str) -> str:
-    """Return a lamp's own name, or its number and its file."""
-    number, _, place = what.partition(": ")
-    name = place.rpartition(": ")[2]
-    if not name:
-        return {"environment": "the sky"}.get(number, number)
-    return f"{number} of {Path(name).name}" if "/" in name or Path(name).suffix else name

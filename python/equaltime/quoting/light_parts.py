@@ -29,7 +29,7 @@ from equaltime.scene.model import Directional, Point, Spot
 from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 
-__all__ = ["KINDS_OF_PARTS", "LightParts", "measure_parts", "measure_parts_by"]
+__all__ = ["KINDS_OF_PARTS", "LightParts", "lamp", "measure_parts", "measure_parts_by"]
 
 Floats = NDArray[np.float64]
 
@@ -166,6 +166,19 @@ def measure_parts_by(
         )
 
 
+def lamp(what: str) -> tuple[str, str]:
+    """Return the name of a part's light source, and the file with the line that describe it, without folders.
+
+    ``what`` is the name of a part of the kind ``light``, such as ``light 0: sun (/tmp/scene.toml:12)``; a part that no
+    file describes has an empty second text.
+    """
+    _, colon, said = what.partition(": ")
+    if not colon:
+        return ("the sky" if what == "environment" else what), ""
+    name, found, place = said.rpartition(" (")
+    return (name, place.rpartition("/")[2].removesuffix(")")) if found else (said, "")
+
+
 def _named(names: Iterable[tuple[str, str]], scene: Scene) -> Iterable[tuple[str, str]]:
     """Name the scene's element of each light."""
     model = scene.model
@@ -176,8 +189,8 @@ def _named(names: Iterable[tuple[str, str]], scene: Scene) -> Iterable[tuple[str
         word, _, number = what.partition(" ")
         if kind == "light" and word in ("shape", "light"):
             node = shapes[int(number)] if word == "shape" else points[int(number)]
-            place = scene.place_of(node)
-            what = f"{word} {number}: {place or node.title}"
+            place = scene.place_of(node).partition(": ")[0]
+            what = f"{word} {number}: {node.id or f'{node.title} {number}'}" + (f" ({place})" if place else "")
         elif kind == "length" and number == "" and int(word) == LONGEST:
             what = f"{LONGEST} and more"
         yield kind, what

@@ -93,7 +93,7 @@ def test_a_share_that_is_not_above_zero_is_none_and_large_memory_is_in_mb(capsys
         ),
         Price(KINDS["principled"], reasons, None, variance=Interval(0.9, 0.8, 1.0)),
     )
-    shares = {"length": {}, "way": {}, "bsdf": {}, "light": {"light 0: /tmp/a/b.toml:3: sun": Interval(0.6, 0.5, 0.7)}}
+    shares = {"length": {}, "way": {}, "bsdf": {}, "light": {"light 0: sun (/tmp/a/b.toml:3)": Interval(0.6, 0.5, 0.7)}}
     found = PriceList(prices, ("lens", "media"), shares, {}, {}, (8, 8), 8, 6, "best", 0, -1, -1)
     print_effects(found, "b.toml", verbose=False)
     lines = capsys.readouterr().out.splitlines()
