@@ -28,7 +28,7 @@ PANELS: Final = {
     ),
     "How": ("strategy", "strategies", "seed", "threads"),
     "Output": (
-        *("output", "exposure", "resume", "checkpoint", "small", "overwrite", "copy"),
+        *("output", "exposure", "aov", "resume", "checkpoint", "small", "overwrite", "copy"),
         *("why", "as_json", "quiet", "verbose", "help"),
     ),
     "For experts": ("backend", "traps", "tev", "peer"),

@@ -29,6 +29,7 @@ from equaltime.cli.messages import (
     while_heard,
 )
 from equaltime.cli.options import (
+    AovNames,
     Crop,
     Define,
     ErrorTarget,
@@ -54,13 +55,14 @@ from equaltime.cli.options import (
 from equaltime.cli.progress import progress_bar
 from equaltime.cli.render_outcome import details, outcome
 from equaltime.errors import BrightImage, ImageError, RenderError, SampleError
+from equaltime.images.variance_picture import is_known, scale_in_words
 from equaltime.interrupts import held_back
 from equaltime.quoting.observer import Observer
 from equaltime.quoting.pilot import Quote
 from equaltime.rendering.black_picture import black_picture, reasons, unwarned
 from equaltime.rendering.budget import StopRule
 from equaltime.rendering.job import Backend, Traps
-from equaltime.rendering.output_files import check_output, check_replaceable, check_spares
+from equaltime.rendering.output_files import AovPicture, check_output, check_replaceable, check_spares
 from equaltime.rendering.passes import ProgressCallback
 from equaltime.rendering.result import Result
 from equaltime.rendering.tev import Viewer
@@ -126,6 +128,7 @@ def render(
         ),
     ] = None,
     exposure: ExposureStops = "auto",
+    aov: AovNames = None,
     small: Small = False,
     overwrite: Overwrite = False,
     backend: Annotated[
@@ -192,7 +195,10 @@ def render(
     if stop == "fixed" and error is None:
         raise typer.BadParameter("needs an error to reach: give --error, such as --error 2%, too", param_hint="--stop")
     chosen = Strategy.parse(strategy)
-    paths = check_output(output)
+    pictures = cast(set[AovPicture], {*(aov or ())})
+    if pictures and backend != "core":
+        raise typer.BadParameter(f"the backend {backend} knows no variance of its samples", param_hint="--aov")
+    paths = check_output(output, aov=pictures)
     if transparent and paths.exr is None and output.suffix.lower() != ".png":
         raise typer.BadParameter("a JPEG has no transparency: write FILE.png or FILE.exr", param_hint="--transparent")
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute).with_(transparent=transparent)
@@ -203,7 +209,7 @@ def render(
         findings = print_hazards(loaded)
     loaded = loaded.with_(size=size, crop=crop, max_depth=max_depth)
     if not overwrite:
-        check_replaceable((paths.preview,) if resume else paths.all, os.path.abspath(scene), loaded.digest)
+        check_replaceable(paths.pictures if resume else paths.all, os.path.abspath(scene), loaded.digest)
     failure: SampleError | BrightImage | None = None
     exr = paths.exr
     if resume and exr is None:
@@ -241,8 +247,9 @@ def render(
             failure, result = found, cast(Result, found.result)
             signals = ending.enter_context(held_back())
         begin, stops = clock.perf_counter(), result.stops(exposure)
+        scale = _scale(result) if "variance" in pictures else ""
         try:
-            files = result.save(output, small, exposure=stops)
+            files = result.save(output, small, exposure=stops, aov=pictures if scale else ())
         except ImageError as problem:
             print_error(f"{problem}{kept_elsewhere(result)}")
             return 1
@@ -251,12 +258,21 @@ def render(
             raise failure.with_result(result, str(output))
         if viewer is not None and viewer.problem is not None:
             print_warning(viewer.problem)
-        teller.tell(result, loaded, writing, Written(files, stops))
+        teller.tell(result, loaded, writing, Written(files, stops, scale))
     if failure is not None:
         raise failure.with_words(
             *(word for pair in define or () for word in ("-D", pair)), *(["--substitute"] * substitute)
         )
     return 130 if signals or result.stopped_by == "interrupt" else 0
+
+
+def _scale(result: Result) -> str:
+    """Return the scale of the variance picture in words; without any variance, warn, and return an empty text."""
+    variance = result.variance
+    if variance is None or not is_known(variance):
+        print_warning("there is no picture of the variance: no pixel has the 3 samples that a variance needs")
+        return ""
+    return scale_in_words(variance)
 
 
 def _warn_of_checkpoints(why: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -19,14 +19,14 @@ from equaltime.film.moments import sample_variance
 from equaltime.film.second_nets import SecondNets
 from equaltime.film.unseen import FAR_APART, Unseen, stated_error
 from equaltime.images import image_files as images
-from equaltime.images import preview
+from equaltime.images import preview, variance_picture
 from equaltime.images.exposure import AUTO, Exposure, automatic_stops, checked_exposure
 from equaltime.images.float32 import as_float32, beyond_float32
 from equaltime.rendering.budget import Look, Stop, StoppedBy
 from equaltime.rendering.decision import Decision
 from equaltime.rendering.film_picture import ALPHA
 from equaltime.rendering.origin import Origin
-from equaltime.rendering.output_files import check_output, keep_work
+from equaltime.rendering.output_files import AovPicture, check_output, keep_work
 from equaltime.rendering.render_file import FORMAT, RenderFile
 from equaltime.rendering.stated import paths_up_to, stated
 from equaltime.statistics.intervals import Interval
@@ -229,6 +229,7 @@ class Result:
         small: bool = False,
         *,
         exposure: Exposure = AUTO,
+        aov: Collection[AovPicture] = (),
     ) -> tuple[Path, ...]:
         """Write the result and return the files written.
 
@@ -247,27 +248,42 @@ class Result:
         exposure
             Exposure of the preview in stops: 1 is twice as bright. ``auto`` chooses whole stops from the image, see
             `stops`. If it is not 0, the description in the preview tells it. Data in the EXR are never scaled.
+        aov
+            Further pictures. ``variance`` writes ``NAME.variance.png``, the variance of one sample in grey, darker
+            where it is higher, on a logarithmic scale that its description tells.
 
         Raises
         ------
         ImageError
             If a file cannot be written; an earlier file stays unchanged.
         ValueError
-            If ``exposure`` is out of range.
+            If ``exposure`` is out of range, or ``aov`` asks for a variance that is not known.
         """
-        paths, stops = check_output(Path(path)), self.stops(exposure)
+        paths, stops = check_output(Path(path), aov=aov), self.stops(exposure)
+        variance = None if paths.variance is None else self._known_variance()
         description = f"{self._summary()}; {self.origin.strategy}"
         kept = None
         if paths.exr is not None:
             kept = keep_work(paths.exr, self.record)
             self.file.write(paths.exr, description, small)
         preview.write(paths.preview, self.image, description, self.origin.scene, self._alpha, stops)
+        if paths.variance is not None and variance is not None:
+            variance_picture.write_variance(paths.variance, variance, description, self.origin.scene)
         return paths.all if kept is None else (*paths.all, kept)
 
     @property
     def _alpha(self) -> NDArray[np.float32] | None:
         """Return the alpha of pictures: None if the film asks for none, or if it was not rendered."""
         return self.alpha if self.origin.picture.alpha else None
+
+    def _known_variance(self) -> NDArray[np.float64]:
+        """Return the variance; raise ValueError if no pixel has one."""
+        variance = self.variance
+        if variance is None:
+            raise ValueError("this result has no moments, so that the variance of its samples is not known")
+        if not variance_picture.is_known(variance):
+            raise ValueError("no pixel has the 3 samples that a variance needs")
+        return variance
 
     @property
     def file(self) -> RenderFile:
