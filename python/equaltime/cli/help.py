@@ -14,17 +14,8 @@ __all__ = ["Command", "Group"]
 PANELS: Final = {
     "How long": ("time", "error", "spp", "stop", "quick", "budget", "repeats"),
     "What": (
-        "size",
-        "crop",
-        "max_depth",
-        "define",
-        "substitute",
-        "transparent",
-        "without",
-        "within",
-        "pixel",
-        "sample",
-        "only",
+        *("size", "crop", "max_depth", "define", "substitute", "transparent", "without", "within"),
+        *("pixel", "sample", "only"),
     ),
     "How": ("strategy", "strategies", "seed", "threads"),
     "Output": (

@@ -246,7 +246,7 @@ def render(
                 raise
             failure, result = found, cast(Result, found.result)
             signals = ending.enter_context(held_back())
-        begin, stops = clock.perf_counter(), result.stops(exposure)
+        begin, stops = clock.perf_counter(), result.exposure(exposure)
         scale = _scale(result) if "variance" in pictures else ""
         try:
             files = result.save(output, small, exposure=stops, aov=pictures if scale else ())

@@ -7,7 +7,7 @@ import shutil
 from collections.abc import Collection, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Final, Literal, NamedTuple
+from typing import Any, Final, Literal, NamedTuple, get_args
 
 from equaltime.errors import ImageError
 from equaltime.files import replacing
@@ -51,8 +51,12 @@ def check_output(
 ) -> OutputPaths:
     """Return the paths of the files that a result saved as ``path`` writes.
 
-    Raises `ImageError` if one of the files cannot be written, or if ``path`` has none of the ``extensions``.
+    Raises `ImageError` if one of the files cannot be written, or if ``path`` has none of the ``extensions``. Raises
+    ValueError if ``aov`` names an unknown picture.
     """
+    known = get_args(AovPicture)
+    if wrong := next((name for name in aov if name not in known), None):
+        raise ValueError(f"aov lists pictures to write, of {', '.join(known)}; found {wrong!r}")
     images.check_writable(path, extensions)
     exr = path if path.suffix.lower() == ".exr" else None
     preview = path if exr is None else path.with_suffix(".png")

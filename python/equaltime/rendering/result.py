@@ -208,13 +208,14 @@ class Result:
             "build": dict(self.stats.build) if self.stats.build else None,
         }
 
-    def stops(self, exposure: Exposure = AUTO, shown: float = 0.0) -> float:
+    def exposure(self, wanted: Exposure = AUTO, shown: float = 0.0) -> float:
         """Return the exposure of previews of the image, in stops; positive numbers make it brighter.
 
-        ``exposure`` is a number of stops, which is returned, or ``auto``: whole stops, chosen from the pixels that have
-        samples, and ``shown`` unless that would be too dark or too bright. Raises ValueError for other values.
+        ``wanted`` is returned if it is a number of stops. For ``auto``, whole stops are chosen from the pixels that
+        have samples; ``shown`` is kept if the picture would be neither too dark nor too bright with it. Raises
+        ValueError for other values.
         """
-        given = checked_exposure(exposure)
+        given = checked_exposure(wanted)
         if given != AUTO:
             return given
         seen, alpha = self.samples > 0, self._alpha
@@ -246,8 +247,9 @@ class Result:
             Leave out of the EXR the data for resuming and merging, and the outputs beside the image. Round the image to
             11 significant bits (0.02 %).
         exposure
-            Exposure of the preview in stops: 1 is twice as bright. ``auto`` chooses whole stops from the image, see
-            `stops`. If it is not 0, the description in the preview tells it. Data in the EXR are never scaled.
+            Exposure of the preview in stops: 1 is twice as bright. ``auto`` chooses whole stops from the image
+            (`Result.exposure`). The preview's description tells an exposure that is not 0. Data in the EXR are never
+            scaled.
         aov
             Further pictures. ``variance`` writes ``NAME.variance.png``, the variance of one sample in grey, darker
             where it is higher, on a logarithmic scale that its description tells.
@@ -257,9 +259,9 @@ class Result:
         ImageError
             If a file cannot be written; an earlier file stays unchanged.
         ValueError
-            If ``exposure`` is out of range, or ``aov`` asks for a variance that is not known.
+            If ``exposure`` is out of range, or ``aov`` names an unknown picture or a variance that is not known.
         """
-        paths, stops = check_output(Path(path), aov=aov), self.stops(exposure)
+        paths, stops = check_output(Path(path), aov=aov), self.exposure(exposure)
         variance = None if paths.variance is None else self._known_variance()
         description = f"{self._summary()}; {self.origin.strategy}"
         kept = None
@@ -314,7 +316,7 @@ class Result:
         return f"Result({self._summary()})"
 
     def _repr_png_(self) -> bytes:
-        return preview.png_bytes(self.image, self._alpha, self.stops())
+        return preview.png_bytes(self.image, self._alpha, self.exposure())
 
 
 def make_result(

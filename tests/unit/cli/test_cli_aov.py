@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import OpenImageIO as oiio  # noqa: N813
 import pytest
@@ -43,6 +44,13 @@ def test_a_file_that_keeps_no_moments_has_the_picture_too(tmp_path: Path) -> Non
     with pytest.raises(ValueError, match="no moments"):
         et.read(tmp_path / "a.exr").save(tmp_path / "b.exr", aov=["variance"])
     assert not (tmp_path / "b.exr").exists()
+
+
+@pytest.mark.parametrize("wrong", [["albedo"], "variance"])
+def test_python_refuses_what_is_not_known(wrong: Any, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="aov lists pictures to write, of variance; found '"):
+        et.render(et.load(SCENE).with_(size=(4, 4)), spp=4).save(tmp_path / "a.exr", aov=wrong)
+    assert [*tmp_path.iterdir()] == []
 
 
 def test_too_few_samples_lose_the_picture_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

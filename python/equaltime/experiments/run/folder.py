@@ -240,7 +240,9 @@ def replacing(path: Path) -> Iterator[IO[bytes]]:
 
 
 def read_array(path: Path, shape: tuple[int, ...], *, infinite: bool = False) -> NDArray[Any]:
-    """Return the array of an ``.npy`` file, which must have this ``shape``; numbers may be ``infinite`` or not.
+    """Return the array of an ``.npy`` file, which must have this ``shape``.
+
+    With ``infinite``, numbers may be positive infinity.
 
     Raises
     ------
