@@ -12,6 +12,7 @@ from equaltime.experiments.model.summary import SceneResult
 from equaltime.experiments.report.gallery import Series, kinds_of
 from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.pictures import Pictures, load_pictures
+from equaltime.statistics.in_words import figure
 
 from .fake_summary import CONSTANTS, scene_result
 
@@ -32,7 +33,7 @@ def test_the_variances_stand_after_the_images_on_one_scale(scene: SceneResult) -
     assert (images.name, variances.name) == ("Image", "Variance")
     assert [frame.label for frame in variances.frames] == [frame.label for frame in images.frames[1:]]
     assert {frame.label: frame.caption for frame in variances.frames} == {
-        label: f"mean {constant**2:.2g}" for label, constant in CONSTANTS.items()
+        label: f"mean {figure(constant**2)}" for label, constant in CONSTANTS.items()
     }
     assert variances.bar is not None
     assert variances.bar.colours[0] == "#ffffff"
@@ -53,7 +54,7 @@ def test_variances_are_means_of_repeats_and_may_be_unknown(scene: SceneResult) -
     best = next(each for each in scene.strategies if each.label == "best")
     np.save(best.variances[0], 3.0 * np.load(best.variances[0]))
     repeats = len(best.variances)
-    caption = f"mean {CONSTANTS['best'] ** 2 * (repeats + 2) / repeats:.2g}"
+    caption = f"mean {figure(CONSTANTS['best'] ** 2 * (repeats + 2) / repeats)}"
     assert caption in [frame.caption for frame in series(scene)[1].frames]
     np.save(best.variances[0], np.full_like(np.load(best.variances[0]), np.inf))
     assert "not known" in [frame.caption for frame in series(scene)[1].frames]

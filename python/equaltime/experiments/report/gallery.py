@@ -25,6 +25,7 @@ from equaltime.experiments.report.words import error_cell, percent, seconds
 from equaltime.images.log_scale import LogScale
 from equaltime.images.preview import reduced, srgb_bytes
 from equaltime.images.variance_picture import scale_of
+from equaltime.statistics.in_words import figure
 
 __all__ = ["Crop", "Frame", "Series", "Window", "choose_crops", "kinds_of"]
 
@@ -247,7 +248,8 @@ def _variances(shown: Sequence[StrategyResult], pictures: Pictures, looks: Mappi
     for strategy in shown:
         if (values := pictures.variances.get(strategy.label)) is None:
             continue
-        caption = f"mean {np.mean(values[np.isfinite(values)]):.2g}" if np.isfinite(values).any() else "not known"
+        known = values[np.isfinite(values)]
+        caption = f"mean {figure(float(known.mean()))}" if known.size else "not known"
         uri = data_uri(coloured(reduced(values, longest), scale.low, scale.high, _VARIANCES))
         alt = f"Variance map of {strategy.label}: {caption}"
         frames.append(Frame(strategy.label, looks[strategy.label], uri, alt, caption))
