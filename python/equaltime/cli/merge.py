@@ -47,7 +47,7 @@ def merge(
     result = merge_files(files)
     if not overwrite:
         check_replaceable(paths.all, result.origin.scene, result.origin.digest)
-    stops = result.stops(exposure)
+    stops = result.exposure(exposure)
     written = Written(result.save(output, small, exposure=stops), stops)
     if as_json:
         print_json({**result.record, "files": written.files, "exposure": stops})

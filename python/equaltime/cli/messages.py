@@ -89,10 +89,13 @@ def selects_images(result: Result) -> bool:
 
 @dataclass(frozen=True)
 class Written:
-    """Files that `Result.save` wrote, and the exposure of the preview in stops."""
+    """Files that `Result.save` wrote, and how its pictures are to be read."""
 
     files: Sequence[Path]
     stops: float = 0.0
+    """Exposure of the preview."""
+    scale: str = ""
+    """Scale of the picture of the variance, in words; empty if there is none."""
 
     def __str__(self) -> str:
         """Return the names of the files, with the exposure of the preview if it is not 0."""

@@ -6,16 +6,18 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
 import typer
 
 from equaltime.images.exposure import AUTO, MOST_STOPS, Exposure
 from equaltime.rendering.job import MOST_SECONDS, MOST_THREADS
+from equaltime.rendering.output_files import AovPicture
 from equaltime.scene.frames import parse_frames
 from equaltime.words import seconds_of
 
 __all__ = [
+    "AovNames",
     "AsJson",
     "Crop",
     "Define",
@@ -35,6 +37,7 @@ __all__ = [
     "Transparent",
     "Verbose",
     "Without",
+    "parse_aov",
     "parse_crop",
     "parse_definitions",
     "parse_duration",
@@ -102,6 +105,15 @@ def parse_exposure(text: str) -> Exposure:
     if not abs(stops) <= MOST_STOPS:
         raise typer.BadParameter(f"'{text}' is no exposure; write auto, or stops such as 1.5 or -2")
     return stops
+
+
+def parse_aov(text: str) -> str:
+    """Parse the name of a picture beside the image: ``variance``; raises typer.BadParameter for other names."""
+    if text not in (known := get_args(AovPicture)):
+        raise typer.BadParameter(
+            f"'{text}' is not known here, only {', '.join(known)}; integrator 'aov' of the scene makes others"
+        )
+    return text
 
 
 def parse_whole(least: int, most: int) -> Callable[[str | int], int]:
@@ -226,6 +238,17 @@ ExposureStops = Annotated[
         metavar="auto|EV",
         help="Brightness of the preview in stops, such as 1.5 or -2; auto: whole stops, if it would be too dark or too "
         "bright. The EXR is never scaled.",
+    ),
+]
+
+AovNames = Annotated[
+    list[str] | None,
+    typer.Option(
+        parser=parse_aov,
+        metavar="variance",
+        show_default=False,
+        help="Write FILE.variance.png too: the variance of one sample of each pixel, darker where it is higher, on a "
+        "log scale that is printed.",
     ),
 ]
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import typer
 
 from equaltime.cli.options import (
+    AovNames,
     Crop,
     Define,
     ErrorTarget,
@@ -37,7 +38,7 @@ from equaltime.cli.render_picture import Order, render_frames, render_picture
 from equaltime.examples import example_of
 from equaltime.rendering.budget import StopRule
 from equaltime.rendering.job import Backend, Traps
-from equaltime.rendering.output_files import check_output
+from equaltime.rendering.output_files import AovPicture, check_output
 from equaltime.scene import load_file
 from equaltime.scene.frames import Frame, frame_files, frames_of
 from equaltime.scene.model import MOST_SAMPLES
@@ -126,6 +127,7 @@ def render(
         ),
     ] = None,
     exposure: ExposureStops = "auto",
+    aov: AovNames = None,
     small: Small = False,
     overwrite: Overwrite = False,
     backend: Annotated[
@@ -191,7 +193,10 @@ def render(
     """
     if stop == "fixed" and error is None:
         raise typer.BadParameter("needs an error to reach: give --error, such as --error 2%, too", param_hint="--stop")
-    exr = check_output(output).exr
+    pictures = cast(set[AovPicture], {*(aov or ())})
+    if pictures and backend != "core":
+        raise typer.BadParameter(f"the backend {backend} knows no variance of its samples", param_hint="--aov")
+    exr = check_output(output, aov=pictures).exr
     if transparent and exr is None and output.suffix.lower() != ".png":
         raise typer.BadParameter("a JPEG has no transparency: write FILE.png or FILE.exr", param_hint="--transparent")
     if resume and exr is None:
@@ -206,6 +211,7 @@ def render(
         without=without or (),
         within=within,
         exposure=exposure,
+        aov=pictures,
         resume=resume,
         checkpoint=checkpoint or 60.0,
         small=small,

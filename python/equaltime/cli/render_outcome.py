@@ -45,6 +45,8 @@ def outcome(result: Result, written: Written, quote: Quote | None) -> Iterator[s
         yield missed
     if result.stopped_by == "error" and selects_images(result):
         yield _SELECTS
+    if written.scale:
+        yield f"{written.files[-1 - bool(written.kept)]}: {written.scale}"
     if written.kept:
         yield written.kept
     if quote is not None:

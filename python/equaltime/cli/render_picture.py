@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time as clock
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Set
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -32,13 +32,14 @@ from equaltime.cli.progress import progress_bar
 from equaltime.cli.render_outcome import details, outcome
 from equaltime.errors import BrightImage, ImageError, RenderError, SampleError
 from equaltime.images.exposure import Exposure
+from equaltime.images.variance_picture import is_known, scale_in_words
 from equaltime.interrupts import held_back
 from equaltime.quoting.observer import Observer
 from equaltime.quoting.pilot import Quote
 from equaltime.rendering.black_picture import black_picture, reasons, unwarned
 from equaltime.rendering.budget import StopRule
 from equaltime.rendering.job import Backend, Traps
-from equaltime.rendering.output_files import check_output, check_replaceable, check_spares
+from equaltime.rendering.output_files import AovPicture, check_output, check_replaceable, check_spares
 from equaltime.rendering.passes import ProgressCallback
 from equaltime.rendering.result import Result
 from equaltime.rendering.tev import Viewer
@@ -63,6 +64,8 @@ class Order:
     without: Sequence[str]
     within: float | None
     exposure: Exposure
+    aov: Set[AovPicture]
+    """Further pictures to write beside the image."""
     resume: bool
     checkpoint: float
     """Seconds between two checkpoints."""
@@ -90,8 +93,8 @@ def render_frames(
     """
     if not order.overwrite:
         for file in files.values():
-            paths = check_output(file)
-            check_replaceable((paths.preview,) if order.resume else paths.all, source)
+            paths = check_output(file, aov=order.aov)
+            check_replaceable(paths.pictures if order.resume else paths.all, source)
     begin, done = clock.perf_counter(), 0
     for scene, (number, file) in zip(scenes, files.items(), strict=True):
         code = render_picture(scene, changes, file, order, seed + number, first=done == 0)
@@ -110,7 +113,7 @@ def render_picture(
 
     ``changes`` are keywords of `Scene.with_`. ``first`` tells whether to print what is noteworthy of the scene.
     """
-    paths = check_output(output)
+    paths = check_output(output, aov=order.aov)
     check_spares(paths.all, scene.files, "the scene is made of this file")
     findings: tuple[Finding, ...] = ()
     if first and not order.quiet:
@@ -119,7 +122,7 @@ def render_picture(
     scene = scene.with_(**changes)
     if not order.overwrite:
         source = None if scene.source is None else os.path.abspath(scene.source)
-        check_replaceable((paths.preview,) if order.resume else paths.all, source, scene.digest)
+        check_replaceable(paths.pictures if order.resume else paths.all, source, scene.digest)
     viewer = None if order.tev is None else _viewer(order.tev, output)
     resumable = paths.exr is not None and not order.small
     teller = _Teller({} if order.as_json else None, order.quiet, order.verbose, findings, resumable)
@@ -135,9 +138,10 @@ def render_picture(
                 raise
             failure, result = found, cast(Result, found.result)
             signals = ending.enter_context(held_back())
-        begin, stops = clock.perf_counter(), result.stops(order.exposure)
+        begin, stops = clock.perf_counter(), result.exposure(order.exposure)
+        scale = _scale(result) if "variance" in order.aov else ""
         try:
-            files = result.save(output, order.small, exposure=stops)
+            files = result.save(output, order.small, exposure=stops, aov=order.aov if scale else ())
         except ImageError as problem:
             print_error(f"{problem}{kept_elsewhere(result)}")
             return 1
@@ -146,7 +150,7 @@ def render_picture(
             raise failure.with_result(result, str(output))
         if viewer is not None and viewer.problem is not None:
             print_warning(viewer.problem)
-        teller.tell(result, scene, writing, Written(files, stops))
+        teller.tell(result, scene, writing, Written(files, stops, scale))
     if failure is not None:
         raise failure.with_words(*order.words)
     return 130 if signals or result.stopped_by == "interrupt" else 0
@@ -175,6 +179,15 @@ def _rendered(
         traps=order.traps,
         backend=order.backend,
     )
+
+
+def _scale(result: Result) -> str:
+    """Return the scale of the variance picture in words; without any variance, warn, and return an empty text."""
+    variance = result.variance
+    if variance is None or not is_known(variance):
+        print_warning("there is no picture of the variance: no pixel has the 3 samples that a variance needs")
+        return ""
+    return scale_in_words(variance)
 
 
 def _warn_of_checkpoints(why: str) -> None:

@@ -21,20 +21,30 @@ class LogScale:
     high: float
 
     @classmethod
-    def of(cls, maps: Iterable[NDArray[Any]], decades: float) -> LogScale:
+    def of(cls, maps: Iterable[NDArray[Any]], decades: float, most: float = 0.0) -> LogScale:
         """Return a common scale of ``maps``: it ends at their 99th percentile, rounded up to half a decade.
 
-        Numbers that are not finite or not above 0 are left out. The scale begins ``decades`` factors of ten lower.
+        Numbers that are not finite or not above 0 are left out. The scale is ``decades`` factors of ten long. If
+        ``most`` is larger, the scale may be as long as that, to begin at the 1st percentile.
         """
         values = np.concatenate([np.ravel(values) for values in maps])
         positive = values[np.isfinite(values) & (values > 0.0)]
-        end = np.ceil(np.log10(np.percentile(positive, 99.0)) * 2.0) / 2.0 if positive.size else -1.0
-        return cls(float(10.0 ** (end - decades)), float(10.0**end))
+        if not positive.size:
+            return cls(float(10.0 ** (-1.0 - decades)), 0.1)
+        least, largest = 2.0 * np.log10(np.percentile(positive, (1.0, 99.0)))
+        end, begin = np.ceil(largest) / 2.0, np.floor(least) / 2.0
+        return cls(float(10.0 ** (end - np.clip(end - begin, decades, max(decades, most)))), float(10.0**end))
 
     @property
     def middle(self) -> float:
         """Value at the middle of the scale: the geometric mean of its ends."""
         return math.sqrt(self.low) * math.sqrt(self.high)
+
+    @property
+    def ticks(self) -> tuple[str, str, str]:
+        """Labels of low end, middle and high end, each with one digit."""
+        low, middle, high = (f"{float(f'{value:.1g}'):g}" for value in (self.low, self.middle, self.high))
+        return low, middle, high
 
     def position(self, values: NDArray[Any]) -> NDArray[np.float64]:
         """Return the positions of ``values`` on the scale, in [0, 1]; values beyond an end, and NaN, are put at one.

@@ -18,7 +18,7 @@ from equaltime.images import image_files as images
 from equaltime.images.exposure import exposure_in_words
 from equaltime.statistics.agreement import block_means
 
-__all__ = ["EXTENSIONS", "SOURCE", "png_bytes", "reduced", "srgb_bytes", "write"]
+__all__ = ["EXTENSIONS", "SOURCE", "png_bytes", "reduced", "srgb_bytes", "write", "write_grey"]
 
 SOURCE: Final = "equaltime:scene"
 """Name of the attribute in which a preview names the scene's file."""
@@ -87,6 +87,17 @@ def write(
         channels, pixels = (*images.RGB, "A"), np.dstack([srgb_bytes(image / weight, stops), opaque])
         attributes["oiio:UnassociatedAlpha"] = 1  # colours are already unmultiplied
     images.write(path, file_format, [images.Layer(channels, pixels, attributes)])
+
+
+def write_grey(path: Path, grey: NDArray[np.uint8], description: str = "", scene: str | None = None) -> None:
+    """Write bytes (H, W) as a grey PNG file, with attributes as `write` has them.
+
+    Raises
+    ------
+    ImageError
+        If the file cannot be written; an earlier file stays unchanged.
+    """
+    images.write(path, "png", [images.Layer(("Y",), grey[..., None], _attributes(description, scene))])
 
 
 def _attributes(description: str, scene: str | None) -> dict[str, Any]:

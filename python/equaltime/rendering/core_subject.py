@@ -10,9 +10,11 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from equaltime.film.moments import sample_variance
 from equaltime.film.second_nets import statistics_so_far
 from equaltime.film.unseen import Unseen, stated_error
 from equaltime.images.float32 import as_float32, beyond_float32
+from equaltime.images.variance_picture import of_colours
 from equaltime.rendering.core import bad_sample, core_settings, make_renderer
 from equaltime.scene import Scene
 from equaltime.statistics.intervals import Interval
@@ -42,6 +44,8 @@ class Point:
     """Counts so far of paths, rays and shadow rays; None if the renderer does not count them."""
     samples: NDArray[np.int64] | None = None
     """(H, W): samples of each pixel; None if all have ``spp``."""
+    variance: NDArray[np.float32] | None = None
+    """(H, W): variance of one sample of each pixel, mean of R, G and B; None if the renderer does not tell it."""
 
 
 class Subject(Protocol):
@@ -152,6 +156,7 @@ class CoreSubject:
                 rays=counters["rays"],
                 shadow_rays=counters["shadow_rays"],
                 samples=None if (pixels.samples == spp).all() else pixels.samples,
+                variance=as_float32(of_colours(sample_variance(renderer.moments))),
             )
             if seconds is not None and wall >= seconds:
                 return

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, Literal, NamedTuple, get_args
 
 from equaltime.errors import ImageError
 from equaltime.files import replacing
@@ -16,10 +16,14 @@ from equaltime.images.preview import EXTENSIONS, SOURCE
 from equaltime.images.reading import utf8
 from equaltime.rendering.render_file import read_record
 
-__all__ = ["OutputPaths", "check_output", "check_replaceable", "check_spares", "keep_work"]
+__all__ = ["AovPicture", "OutputPaths", "check_output", "check_replaceable", "check_spares", "keep_work"]
 
 _WORTH_KEEPING: Final = 60.0
 """Seconds of rendering from which a replaced render is kept."""
+
+
+AovPicture = Literal["variance"]
+"""Pictures that `Result.save` can write beside the preview."""
 
 
 class OutputPaths(NamedTuple):
@@ -28,23 +32,38 @@ class OutputPaths(NamedTuple):
     exr: Path | None
     """File with all data; None if only pictures are written."""
     preview: Path
+    variance: Path | None = None
+    """Picture of the variance; None if it is not asked for."""
+
+    @property
+    def pictures(self) -> tuple[Path, ...]:
+        """Paths of the pictures."""
+        return tuple(path for path in self[1:] if path is not None)
 
     @property
     def all(self) -> tuple[Path, ...]:
         """Paths of all files, the EXR first."""
-        return (self.preview,) if self.exr is None else (self.exr, self.preview)
+        return self.pictures if self.exr is None else (self.exr, *self.pictures)
 
 
-def check_output(path: Path, extensions: tuple[str, ...] = (".exr", *EXTENSIONS)) -> OutputPaths:
+def check_output(
+    path: Path, extensions: tuple[str, ...] = (".exr", *EXTENSIONS), aov: Collection[AovPicture] = ()
+) -> OutputPaths:
     """Return the paths of the files that a result saved as ``path`` writes.
 
-    Raises `ImageError` if one of the files cannot be written, or if ``path`` has none of the ``extensions``.
+    Raises `ImageError` if one of the files cannot be written, or if ``path`` has none of the ``extensions``. Raises
+    ValueError if ``aov`` names an unknown picture.
     """
+    known = get_args(AovPicture)
+    if wrong := next((name for name in aov if name not in known), None):
+        raise ValueError(f"aov lists pictures to write, of {', '.join(known)}; found {wrong!r}")
     images.check_writable(path, extensions)
     exr = path if path.suffix.lower() == ".exr" else None
     preview = path if exr is None else path.with_suffix(".png")
-    images.check_writable(preview, EXTENSIONS)
-    return OutputPaths(exr, preview)
+    paths = OutputPaths(exr, preview, path.with_suffix(".variance.png") if "variance" in aov else None)
+    for picture in paths.pictures:
+        images.check_writable(picture, EXTENSIONS)
+    return paths
 
 
 def check_spares(places: Iterable[Path], files: Iterable[Path], why: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -19,14 +19,14 @@ from equaltime.film.moments import sample_variance
 from equaltime.film.second_nets import SecondNets
 from equaltime.film.unseen import FAR_APART, Unseen, stated_error
 from equaltime.images import image_files as images
-from equaltime.images import preview
+from equaltime.images import preview, variance_picture
 from equaltime.images.exposure import AUTO, Exposure, automatic_stops, checked_exposure
 from equaltime.images.float32 import as_float32, beyond_float32
 from equaltime.rendering.budget import Look, Stop, StoppedBy
 from equaltime.rendering.decision import Decision
 from equaltime.rendering.film_picture import ALPHA
 from equaltime.rendering.origin import Origin
-from equaltime.rendering.output_files import check_output, keep_work
+from equaltime.rendering.output_files import AovPicture, check_output, keep_work
 from equaltime.rendering.render_file import FORMAT, RenderFile
 from equaltime.rendering.stated import paths_up_to, stated
 from equaltime.statistics.intervals import Interval
@@ -208,13 +208,14 @@ class Result:
             "build": dict(self.stats.build) if self.stats.build else None,
         }
 
-    def stops(self, exposure: Exposure = AUTO, shown: float = 0.0) -> float:
+    def exposure(self, wanted: Exposure = AUTO, shown: float = 0.0) -> float:
         """Return the exposure of previews of the image, in stops; positive numbers make it brighter.
 
-        ``exposure`` is a number of stops, which is returned, or ``auto``: whole stops, chosen from the pixels that have
-        samples, and ``shown`` unless that would be too dark or too bright. Raises ValueError for other values.
+        ``wanted`` is returned if it is a number of stops. For ``auto``, whole stops are chosen from the pixels that
+        have samples; ``shown`` is kept if the picture would be neither too dark nor too bright with it. Raises
+        ValueError for other values.
         """
-        given = checked_exposure(exposure)
+        given = checked_exposure(wanted)
         if given != AUTO:
             return given
         seen, alpha = self.samples > 0, self._alpha
@@ -229,6 +230,7 @@ class Result:
         small: bool = False,
         *,
         exposure: Exposure = AUTO,
+        aov: Collection[AovPicture] = (),
     ) -> tuple[Path, ...]:
         """Write the result and return the files written.
 
@@ -245,29 +247,45 @@ class Result:
             Leave out of the EXR the data for resuming and merging, and the outputs beside the image. Round the image to
             11 significant bits (0.02 %).
         exposure
-            Exposure of the preview in stops: 1 is twice as bright. ``auto`` chooses whole stops from the image, see
-            `stops`. If it is not 0, the description in the preview tells it. Data in the EXR are never scaled.
+            Exposure of the preview in stops: 1 is twice as bright. ``auto`` chooses whole stops from the image
+            (`Result.exposure`). The preview's description tells an exposure that is not 0. Data in the EXR are never
+            scaled.
+        aov
+            Further pictures. ``variance`` writes ``NAME.variance.png``, the variance of one sample in grey, darker
+            where it is higher, on a logarithmic scale that its description tells.
 
         Raises
         ------
         ImageError
             If a file cannot be written; an earlier file stays unchanged.
         ValueError
-            If ``exposure`` is out of range.
+            If ``exposure`` is out of range, or ``aov`` names an unknown picture or a variance that is not known.
         """
-        paths, stops = check_output(Path(path)), self.stops(exposure)
+        paths, stops = check_output(Path(path), aov=aov), self.exposure(exposure)
+        variance = None if paths.variance is None else self._known_variance()
         description = f"{self._summary()}; {self.origin.strategy}"
         kept = None
         if paths.exr is not None:
             kept = keep_work(paths.exr, self.record)
             self.file.write(paths.exr, description, small)
         preview.write(paths.preview, self.image, description, self.origin.scene, self._alpha, stops)
+        if paths.variance is not None and variance is not None:
+            variance_picture.write_variance(paths.variance, variance, description, self.origin.scene)
         return paths.all if kept is None else (*paths.all, kept)
 
     @property
     def _alpha(self) -> NDArray[np.float32] | None:
         """Return the alpha of pictures: None if the film asks for none, or if it was not rendered."""
         return self.alpha if self.origin.picture.alpha else None
+
+    def _known_variance(self) -> NDArray[np.float64]:
+        """Return the variance; raise ValueError if no pixel has one."""
+        variance = self.variance
+        if variance is None:
+            raise ValueError("this result has no moments, so that the variance of its samples is not known")
+        if not variance_picture.is_known(variance):
+            raise ValueError("no pixel has the 3 samples that a variance needs")
+        return variance
 
     @property
     def file(self) -> RenderFile:
@@ -298,7 +316,7 @@ class Result:
         return f"Result({self._summary()})"
 
     def _repr_png_(self) -> bytes:
-        return preview.png_bytes(self.image, self._alpha, self.stops())
+        return preview.png_bytes(self.image, self._alpha, self.exposure())
 
 
 def make_result(

@@ -173,7 +173,7 @@ class Session:
         An automatic exposure stays that of the checkpoint before while it suits, so that a preview that is watched does
         not flicker with the noise. The exposure of the finished picture depends on that picture alone.
         """
-        self._shown = result.stops(checkpoints.exposure, self._shown)
+        self._shown = result.exposure(checkpoints.exposure, self._shown)
         result.save(checkpoints.path, exposure=self._shown)
 
     def error(self, lasting: bool = False) -> Interval:

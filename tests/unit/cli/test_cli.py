@@ -77,7 +77,8 @@ def test_a_render_writes_picture_and_preview_and_says_what_it_did(
     assert main(["render", scene, "-o", str(output), "--spp", "4", "--exposure", "0"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("Done: error ")
-    assert lines[0].endswith(f", 4 samples a pixel, unbiased -> {output}, {output.with_suffix('.png')}")
+    preview = output.with_suffix(".png")
+    assert lines[0].endswith(f", 4 samples a pixel, unbiased -> {output}, {preview} (3 stops brighter)")
     assert "rays/s" not in "".join(lines)
     assert images.read(output).image.shape == (16, 24, 3)
     assert images.read(output.with_suffix(".png")).image.shape == (16, 24, 3)

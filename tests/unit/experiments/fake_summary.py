@@ -43,6 +43,9 @@ def strategy(label: str, folder: Path, scene: str) -> StrategyResult:
         if label == "best":
             pixels[:8, :8] += 0.5 * random.standard_normal((8, 8, 3))  # where it loses
         np.save(path, pixels.astype(np.float32))
+    variances = tuple(folder / f"{scene}-{label}-{repeat}-variance.npy" for repeat in range(REPEATS))
+    for path in variances:
+        np.save(path, np.full(SHAPE[:2], constant**2, np.float32))
     return StrategyResult(
         label=label,
         name=f"best,technique={label}",
@@ -60,6 +63,7 @@ def strategy(label: str, folder: Path, scene: str) -> StrategyResult:
         notes=("its paths are cut",) if label == "cut" else (),
         image=images[0],
         images=images,
+        variances=variances,
     )
 
 

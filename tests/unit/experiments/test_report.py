@@ -95,7 +95,7 @@ def test_every_part_that_the_page_promises_is_there(page: Page) -> None:
     assert headings.count("Error against time") == headings.count("Where the noise is") == 2
     for heading in ("At equal time", "All scenes", "How to read this page", "What next", "How this was made"):
         assert headings.count(heading) == 1
-    for heading in ("box0", "box1", "Image", "Error", "Standard error", "Time to an error", "Checks"):
+    for heading in ("box0", "box1", "Image", "Variance", "Error", "Standard error", "Time to an error", "Checks"):
         assert headings.count(heading) == 2
     assert "What is compared, what to see, why." in page.visible
     assert "Same picture" in page.visible

@@ -162,6 +162,7 @@ class Clockwork:
     asked: list[tuple[int, ...]] = field(default_factory=list)
     closed: bool = False
     samples: NDArray[np.int64] | None = None
+    variance: NDArray[np.float32] | None = None
     rounded: Callable[[Iterable[int]], Iterable[int]] | None = None
 
     def prepare(self, scene: Scene, threads: int) -> float:
@@ -174,7 +175,7 @@ class Clockwork:
         for spp in ladder if self.rounded is None else self.rounded(ladder):
             taken.append(spp)
             image = np.full((8, 12, 3), 0.1, np.float32)
-            yield Point(spp, spp / self.rate, spp / self.rate, image, samples=self.samples)
+            yield Point(spp, spp / self.rate, spp / self.rate, image, samples=self.samples, variance=self.variance)
         self.asked.append(tuple(taken))
 
     def close(self) -> None:
@@ -203,6 +204,30 @@ def test_sample_counts_that_differ_are_kept_for_the_report(folder: Path, clockwo
     assert even.samples is None
     assert uneven.samples is not None
     np.testing.assert_array_equal(np.load(uneven.samples), clockworks[1].samples)
+
+
+def test_variances_are_kept_for_the_report_where_a_renderer_tells_them(
+    folder: Path, clockworks: list[Clockwork]
+) -> None:
+    clockworks[1].variance = np.arange(96, dtype=np.float32).reshape(8, 12)
+    run(experiment(), folder)
+    silent, telling = summarise(experiment(), load(folder / "records.csv"), folder).scenes[0].strategies
+    assert silent.variances == ()
+    assert len(telling.variances) == telling.repeats
+    np.testing.assert_array_equal(np.load(telling.variances[0]), clockworks[1].variance)
+
+
+def test_the_core_tells_the_variance_of_a_sample() -> None:
+    scene = load_scene(CORNELL).with_(size=(8, 8))
+    subject = CoreSubject("mis", Strategy.parse("mis"))
+    subject.prepare(scene, 1)
+    few, many = subject.run(1, (2, 64))
+    assert few.variance is not None
+    assert many.variance is not None
+    assert np.isinf(few.variance).all(), "two samples are one in each replicate"
+    assert many.variance.shape == (8, 8)
+    assert np.isfinite(many.variance).all()
+    assert many.variance.dtype == np.float32
 
 
 def test_the_core_tells_how_many_samples_each_pixel_had() -> None:

@@ -43,7 +43,7 @@ def description(path: Path) -> str:
 
 def test_a_dark_picture_is_shown_brighter_and_its_data_stay(scene: Path, tmp_path: Path) -> None:
     result = et.render(scene, spp=2)
-    assert result.stops() == 4.0
+    assert result.exposure() == 4.0
     result.save(tmp_path / "a.exr")
     assert shade(tmp_path / "a.png") == 209  # 0.64
     assert description(tmp_path / "a.png").endswith("; shown 4 stops brighter")
@@ -66,7 +66,7 @@ def test_pixels_without_a_sample_have_no_say(scene: Path) -> None:
     result = et.render(scene, spp=2)
     image, samples = result.image.copy(), result.samples.copy()
     image[1:], samples[1:] = 0.0, 0
-    assert replace(result, image=image, samples=samples).stops() == 4.0
+    assert replace(result, image=image, samples=samples).exposure() == 4.0
 
 
 def test_a_transparent_background_has_no_say(scene: Path) -> None:
@@ -77,7 +77,7 @@ def test_a_transparent_background_has_no_say(scene: Path) -> None:
     origin = replace(result.origin, picture=replace(result.origin.picture, alpha=True))
     samples = np.full((10, 10), 2)
     seen = replace(result, image=image, samples=samples, aovs={"A": alpha}, origin=origin)
-    assert seen.stops() == 4.0
+    assert seen.exposure() == 4.0
 
 
 def test_the_preview_of_checkpoints_keeps_its_exposure(
@@ -93,12 +93,12 @@ def test_the_preview_of_checkpoints_keeps_its_exposure(
 
     monkeypatch.setattr(preview, "write", watched)
     brighter = iter([1.0, 1.0])
-    plain = et.Result.stops
+    plain = et.Result.exposure
 
     def stops(result: et.Result, exposure: Any = "auto", before: float = 0.0) -> float:
         return plain(replace(result, image=result.image * np.float32(next(brighter, 1.6))), exposure, before)
 
-    monkeypatch.setattr(et.Result, "stops", stops)
+    monkeypatch.setattr(et.Result, "exposure", stops)
     path = tmp_path / "a.exr"
     large = et.load(scene).with_(size=(64, 64))
     result = et.render(large, spp=64, checkpoint=path, checkpoint_every=1e-6)

@@ -148,6 +148,11 @@ class _Scene:
         last = strategy.last
         return _existing(self.place.samples(self.name, strategy.label, last[0].repeat)) if last else None
 
+    def _variances(self, strategy: StrategyRuns) -> tuple[Path, ...]:
+        """Return the files with the variances of all repeats; none if a repeat lacks it."""
+        files = [self.place.variance(self.name, strategy.label, row.repeat) for row in strategy.last]
+        return tuple(files) if all(file.exists() for file in files) else ()
+
     def _reference_file(self, label: str | None) -> Path | None:
         return _existing(self.place.reference(self.name, label))
 
@@ -190,6 +195,7 @@ class _Scene:
             image=self.place.path / last[0].image if last and last[0].image else None,
             images=tuple(self.place.path / row.image for row in last if row.image),
             samples=self._samples(strategy),
+            variances=self._variances(strategy),
             reference=self._reference_file(strategy.label),
             film=_existing(self.place.film(self.name, strategy.label)) if self.experiment.animate else None,
         )

@@ -80,6 +80,8 @@ class StrategyResult:
     """Whether ``equality_p`` is below the level of the experiment's tests."""
     samples: Path | None = None
     """Samples of each pixel of ``image`` (.npy, (H, W)); None if all pixels have equal counts."""
+    variances: tuple[Path, ...] = ()
+    """Variance of one sample of each pixel in each repeat (float32 .npy, (H, W)); empty if the renderer tells none."""
     reference: Path | None = None
     """File of the strategy's own reference, if it has one; format as `SceneResult.reference`."""
     film: Path | None = None

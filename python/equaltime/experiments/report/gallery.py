@@ -1,4 +1,4 @@
-"""Pictures of a scene at equal time: images with crops, error maps, standard-error maps, sample counts."""
+"""Pictures of a scene at equal time: images with crops, maps of variances, errors, standard errors, sample counts."""
 
 from __future__ import annotations
 
@@ -24,6 +24,8 @@ from equaltime.experiments.report.pictures import (
 from equaltime.experiments.report.words import error_cell, percent, seconds
 from equaltime.images.log_scale import LogScale
 from equaltime.images.preview import reduced, srgb_bytes
+from equaltime.images.variance_picture import scale_of
+from equaltime.statistics.in_words import figure
 
 __all__ = ["Crop", "Frame", "Series", "Window", "choose_crops", "kinds_of"]
 
@@ -35,6 +37,7 @@ _ERRORS = "magma"
 _DECADES = 2.0
 """Length of the scale of errors, in powers of ten."""
 _COUNTS = "cividis"
+_VARIANCES = "gray_r"
 
 
 @dataclass(frozen=True)
@@ -66,7 +69,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class Series:
-    """A series of pictures, one per strategy: all are images, error maps, standard-error maps, or sample counts."""
+    """A series of pictures, one per strategy: all are images, or all are maps of one quantity."""
 
     name: str
     slug: str
@@ -76,12 +79,12 @@ class Series:
 
 
 def kinds_of(scene: SceneResult, pictures: Pictures, looks: Mapping[str, Style], longest: int) -> tuple[Series, ...]:
-    """Return the series of pictures of a scene: images, error maps, standard-error maps, sample counts.
+    """Return the series of pictures of a scene: images, maps of variances, errors, standard errors, sample counts.
 
     Each series has one picture per strategy, the best strategy first; the series of images begins with the reference.
-    Sample counts are left out if every strategy has the same count in all pixels. Pictures with a side longer than
-    ``longest`` pixels are reduced by averaging blocks of pixels. Crops are never reduced. ``looks`` gives colour,
-    marker and line style by label.
+    Variances are left out if no renderer tells them, and sample counts if each strategy has one count in all pixels.
+    Pictures with a side longer than ``longest`` pixels are reduced by averaging blocks of pixels. Crops are never
+    reduced. ``looks`` gives colour, marker and line style by label.
     """
     shown = [strategy for strategy in _best_first(scene) if strategy.label in pictures.runs]
     if not shown:
@@ -92,6 +95,8 @@ def kinds_of(scene: SceneResult, pictures: Pictures, looks: Mapping[str, Style],
     errors = {label: error_map(own) for label, own in pixels.items()}
     spreads = {label: spread_map(runs, pictures.own[label]) for label, runs in pictures.runs.items()}
     found = [_images(scene, shown, pictures, looks, crops, longest)]
+    if any(np.isfinite(variance).any() for variance in pictures.variances.values()):
+        found.append(_variances(shown, pictures, looks, longest))
     scale = LogScale.of(errors.values(), _DECADES)
     bar = Bar(colour_bar(_ERRORS), (percent(scale.low), percent(scale.middle), percent(scale.high)))
 
@@ -125,6 +130,10 @@ _ERROR_WORDS = (
 _SPREAD_WORDS = (
     "How far a pixel of one run typically is from the mean of all runs, relative as the error is and in its colours. "
     "Where the error is larger than the standard error, a strategy is biased."
+)
+_VARIANCE_WORDS = (
+    "Variance of one sample of each pixel, in squared units of the image: darker is higher, on one scale for all "
+    "strategies. It is the mean of all repeats, and shows where light is hard to find, whatever the number of samples."
 )
 _COUNT_WORDS = "Samples of each pixel at the end of a run."
 
@@ -230,6 +239,22 @@ def _maps(
         caption = f"root mean square {whole}"
         frames.append(Frame(strategy.label, looks[strategy.label], data_uri(paint(values)), alt, caption))
     return Series(name, name.lower().replace(" ", "-"), words, bar, tuple(frames))
+
+
+def _variances(shown: Sequence[StrategyResult], pictures: Pictures, looks: Mapping[str, Style], longest: int) -> Series:
+    """Return maps of the variance of one sample, of the strategies that tell it."""
+    scale = scale_of(pictures.variances.values())
+    frames = []
+    for strategy in shown:
+        if (values := pictures.variances.get(strategy.label)) is None:
+            continue
+        known = values[np.isfinite(values)]
+        caption = f"mean {figure(float(known.mean()))}" if known.size else "not known"
+        uri = data_uri(coloured(reduced(values, longest), scale.low, scale.high, _VARIANCES))
+        alt = f"Variance map of {strategy.label}: {caption}"
+        frames.append(Frame(strategy.label, looks[strategy.label], uri, alt, caption))
+    bar = Bar(colour_bar(_VARIANCES), scale.ticks)
+    return Series("Variance", "variance", _VARIANCE_WORDS, bar, tuple(frames))
 
 
 def _counts(shown: Sequence[StrategyResult], pictures: Pictures, looks: Mapping[str, Style], longest: int) -> Series:

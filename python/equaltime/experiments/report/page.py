@@ -204,7 +204,7 @@ _SHORTEST, _LONGEST = 128, 640
 _PIXELS = 12_000_000
 """Limit on the pixels of all pictures of a page; a pixel takes about two bytes."""
 
-_MAPS = 6
+_MAPS = 7
 """Pictures per strategy and scene on a page."""
 
 

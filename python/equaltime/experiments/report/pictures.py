@@ -51,6 +51,9 @@ class Pictures:
     """Final images of each strategy's K repeats, (K, H, W, 3), by label; float32 saves memory."""
     samples: Mapping[str, Floats]
     """Sample counts of each strategy's pixels, (H, W), by label."""
+    variances: Mapping[str, Floats]
+    """Variance of one sample of each pixel, (H, W), by label: mean of the repeats, infinite where one does not know it;
+    of strategies that tell it."""
     stops: float
     """Exposure of all images: linear values are multiplied by 2 to this power."""
     missing: tuple[str, ...]
@@ -73,6 +76,7 @@ def load_pictures(scene: SceneResult) -> Pictures | str:
     shape = reference.mean.shape
     runs: dict[str, Images] = {}
     samples: dict[str, Floats] = {}
+    variances: dict[str, Floats] = {}
     own: dict[str, Reference] = {}
     missing = []
     for strategy in scene.strategies:
@@ -80,10 +84,12 @@ def load_pictures(scene: SceneResult) -> Pictures | str:
         try:
             own[label] = reference if strategy.reference is None else read(strategy.reference).reference
             samples[label] = _read_samples(strategy, shape[:2])
+            if strategy.variances:
+                variances[label] = _read_variance(strategy, shape[:2])
             runs[label] = _read_runs(strategy, shape)
         except EqualtimeError as error:
             missing.append(f"Of {label} there is no picture: {error}")
-    return Pictures(reference, own, runs, samples, automatic_stops(reference.mean), tuple(missing))
+    return Pictures(reference, own, runs, samples, variances, automatic_stops(reference.mean), tuple(missing))
 
 
 def squares(runs: NDArray[Any], reference: Reference) -> Floats:
@@ -160,6 +166,14 @@ def _read_samples(strategy: StrategyResult, shape: tuple[int, ...]) -> Floats:
     if strategy.samples is None:
         return np.full(shape, float(strategy.curve.spp[-1]) if strategy.curve.spp else math.nan)
     return _read_image(strategy.samples, shape).astype(np.float64)
+
+
+def _read_variance(strategy: StrategyResult, shape: tuple[int, ...]) -> Floats:
+    try:
+        repeats = [read_array(path, shape, infinite=True) for path in strategy.variances]
+    except FileNotFoundError as error:
+        raise ImageError(f"{error.filename}: {error.strerror}") from error
+    return np.asarray(np.mean(repeats, axis=0, dtype=np.float64))
 
 
 def _read_image(path: Path, shape: tuple[int, ...]) -> Images:

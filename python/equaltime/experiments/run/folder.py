@@ -8,8 +8,9 @@
     provenance.json  machines and builds by their keys in the records; references; agreements; sessions; own_depths
     references/      SCENE.npz (`reference`); SCENE--PEER.npz for a peer with another expected image
     images/          SCENE/STRATEGY-r0.npy: the last image of each run, float32 (H, W, 3); STRATEGY-r0-samples.npy:
-                     sample counts (H, W) if they differ between pixels; on request SCENE/STRATEGY-film.npz (`forming`)
-                     and directions.npz (`directions`)
+                     sample counts (H, W) if they differ between pixels; STRATEGY-r0-variance.npy: variance of one
+                     sample of each pixel (H, W), float32, if the renderer tells it; on request SCENE/STRATEGY-film.npz
+                     (`forming`) and directions.npz (`directions`)
     failure.txt      traceback of an unexpected error, if one ended this experiment in a run of many experiments
 """
 
@@ -95,6 +96,14 @@ class ExperimentFolder:
         """
         image = self.image(scene, strategy, repeat)
         return image.with_name(f"{image.stem}-samples.npy")
+
+    def variance(self, scene: str, strategy: str, repeat: int) -> Path:
+        """Return the path of the variance of one sample of each pixel in a run.
+
+        The file exists only if the renderer tells it.
+        """
+        image = self.image(scene, strategy, repeat)
+        return image.with_name(f"{image.stem}-variance.npy")
 
     def film(self, scene: str, strategy: str) -> Path:
         """Return the path of the film that shows how a strategy's image converges."""
@@ -230,15 +239,17 @@ def replacing(path: Path) -> Iterator[IO[bytes]]:
         yield file
 
 
-def read_array(path: Path, shape: tuple[int, ...]) -> NDArray[Any]:
+def read_array(path: Path, shape: tuple[int, ...], *, infinite: bool = False) -> NDArray[Any]:
     """Return the array of an ``.npy`` file, which must have this ``shape``.
+
+    With ``infinite``, numbers may be positive infinity.
 
     Raises
     ------
     FileNotFoundError
         If the file is missing.
     ImageError
-        If the file is damaged, or its array has another shape or a number that is not finite.
+        If the file is damaged, or its array has another shape or a number that it may not have.
     """
     try:
         # memory-mapped, so that a damaged header cannot allocate more memory than the file's size
@@ -251,7 +262,7 @@ def read_array(path: Path, shape: tuple[int, ...]) -> NDArray[Any]:
         raise ImageError(f"{path}: is damaged: it holds no array of numbers; {_RESTORE}")
     if found.shape != shape:
         raise ImageError(f"{path}: is damaged: it has shape {found.shape}, not {shape}; {_RESTORE}")
-    if not np.isfinite(found).all():
+    if not (np.isfinite(found) | (infinite & np.isposinf(found))).all():
         raise ImageError(f"{path}: is damaged: it has numbers that are not finite; {_RESTORE}")
     return np.array(found)
 

@@ -205,4 +205,7 @@ class SingleRun:
         if checkpoint.samples is not None:
             with replacing(folder.samples(*self.key)) as file:
                 np.save(file, checkpoint.samples)
+        if checkpoint.variance is not None:
+            with replacing(folder.variance(*self.key)) as file:
+                np.save(file, checkpoint.variance)
         return path.relative_to(folder.path).as_posix()
