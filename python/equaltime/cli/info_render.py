@@ -109,6 +109,10 @@ def _options(record: Record) -> Iterator[str]:
         yield from ("--max-depth", str(record["max_depth"]))
     if record["strategy"] != "best":
         yield from ("--strategy", record["strategy"])
+    for name, value in record["defines"].items():
+        yield from ("-D", f"{name}={value}")
+    if record["substitutions"]:
+        yield "--substitute"
     if record["transparent"]:
         yield "--transparent"
     for effect in record.get("without") or ():
@@ -125,11 +129,11 @@ def _changed(record: Record) -> str:
     if record.get("without"):  # the record's digest is that of the scene without them
         return ""
     try:
-        scene = load_file(Path(record["scene"]), {}, substitute=bool(record["substitutions"]))
+        scene = load_file(Path(record["scene"]), record["defines"], substitute=bool(record["substitutions"]))
         same = any(each.digest == record["digest"] for each in _as_asked(scene, record))
     except EqualtimeError:
-        return "that file cannot be read as it is; it may need -D"
-    return "" if same else "the scene has changed since, or was given -D"
+        return "that file cannot be read as it is"
+    return "" if same else "the scene has changed since"
 
 
 def _as_asked(scene: Scene, record: Record) -> Iterator[Scene]:

@@ -45,6 +45,8 @@ class Origin:
     """The ``max_depth`` that the scene asks for, which may differ from ``max_depth`` here; None if unknown."""
     transparent: bool = False
     """Whether the render was asked to make the background transparent (`Scene.with_`)."""
+    defines: Mapping[str, str] = field(default_factory=dict, compare=False)
+    """Values for the variables of the scene's file, as text; the digest tells what they made of it."""
     picture: FilmPicture = field(default_factory=FilmPicture, compare=False)
     """Form of the picture that the film asks for; the bits of the render do not depend on it."""
 
@@ -71,6 +73,7 @@ class Origin:
             second_net=record["second_net"],
             scene_max_depth=record["scene_max_depth"],
             transparent=record["transparent"],
+            defines=record["defines"],
             picture=FilmPicture.from_dict(record["picture"]),
         )
 
@@ -92,6 +95,7 @@ class Origin:
             "backend": self.backend,
             **({"without": list(self.without)} if self.without else {}),
             **({"transparent": True} if self.transparent else {}),
+            **({"defines": dict(self.defines)} if self.defines else {}),
             "substitutions": list(self.substitutions),
             "sources": [dict(source) for source in self.sources],
             **({} if self.picture == FilmPicture() else {"picture": to_json(self.picture)}),

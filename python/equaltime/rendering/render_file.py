@@ -39,6 +39,7 @@ seed, replicates, backend    with the strategy, these decide the bits
 nets, second_net             independent nets of a pixel's samples: with 2 the replicates are two independent halves,
                              with 1 they are not; k, if one of k pixels has a second net
 transparent                  true if the background was made transparent, beside what the scene's film asks for
+defines                      values of -D, by name, with which the scene's file was read
 substitutions                parts of the scene that were replaced since they cannot be rendered
 sources                      of a merged render: seed, samples, seconds and build of each part
 picture                      colors, alpha and half of the first part, if it is not R, G, B in 32 bits (`FilmPicture`)

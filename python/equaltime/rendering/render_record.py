@@ -113,6 +113,7 @@ class _Record(_Facts):
     backend: str
     without: list[str] = []
     transparent: bool = False
+    defines: dict[str, str] = {}
     substitutions: list[str]
     sources: list[_Source]
     picture: _Picture | None = None

@@ -313,6 +313,7 @@ def origin_of(
         without=without,
         scene_max_depth=scene.own_max_depth,
         transparent=scene.transparent,
+        defines=scene.defines,
         picture=FilmPicture.of(film),
     )
 

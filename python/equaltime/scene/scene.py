@@ -7,7 +7,7 @@ import hashlib
 import json
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -122,6 +122,8 @@ class Scene(Shown):
     _seconds: dict[str, float] = field(default_factory=dict, repr=False)
     _own_max_depth: int | None = field(default=None, repr=False)
     """The value of `own_max_depth`, once `with_` has changed the path length."""
+    defines: Mapping[str, str] = field(default_factory=dict, repr=False, hash=False)
+    """Values for the variables of the file, as text, with which it was read."""
     transparent: bool = False
     """Whether `with_` made the background transparent; False if only the scene's film asks for alpha."""
 
@@ -350,7 +352,14 @@ def load_file(path: str | Path, defines: Mapping[str, object], *, substitute: bo
         path = example
     search = Search(path.parent)
     root = _read(path, defines, report, search)
-    return _finish(root, report, path, search, started, substitute=substitute)
+    scene = _finish(root, report, path, search, started, substitute=substitute)
+    return dataclasses.replace(scene, defines={name: _text(value) for name, value in defines.items()})
+
+
+def _text(value: object) -> str:
+    """Return the value of a definition as the command line would give it."""
+    several = isinstance(value, Iterable) and not isinstance(value, str)
+    return ",".join(map(str, value)) if several else str(value)  # type: ignore[call-overload]
 
 
 def load_dict(scene: Mapping[str, object], *, substitute: bool = False) -> Scene:

@@ -74,7 +74,7 @@ def render_record(arguments: Sequence[str], capsys: pytest.CaptureFixture[str]) 
 def test_a_render_writes_picture_and_preview_and_says_what_it_did(
     scene: str, output: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["render", scene, "-o", str(output), "--spp", "4", "--exposure", "0"]) == 0
+    assert main(["render", scene, "-o", str(output), "--spp", "4"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("Done: error ")
     preview = output.with_suffix(".png")

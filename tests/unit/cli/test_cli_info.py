@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import equaltime as et
 from equaltime.cli import main
 from equaltime.images import image_files as images
 
@@ -110,3 +112,30 @@ def test_it_says_that_a_scene_has_changed_since_only_if_it_has(
     scene.write_text(TEXT.replace("0.1", "0.2"))
     assert main(["info", output]) == 0
     assert "but the scene has changed since" in capsys.readouterr().out
+
+
+def test_the_command_that_repeats_a_render_has_its_definitions(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It runs as it is printed, and gives the same picture."""
+    motion = str(SCENES / "experiments" / "motion.toml")
+    words = ["--spp", "2", "--size", "8x8", "-D", "ball=24", "-D", "shutter=0.5"]
+    assert main(["render", motion, "-o", str(tmp_path / "a.exr"), *words]) == 0
+    capsys.readouterr()
+    assert main(["info", str(tmp_path / "a.exr")]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    (again,) = [line for line in lines if line.startswith("again")]
+    assert "-D ball=24 -D shutter=0.5" in again
+    assert not any(line.strip().startswith("but ") for line in lines)
+    _, _, *command = shlex.split(again)
+    command[command.index("-o") + 1] = str(tmp_path / "b.exr")
+    assert main(command) == 0
+    a, b = (et.read(tmp_path / name) for name in ("a.exr", "b.exr"))
+    assert (a.image == b.image).all()
+    assert a.origin.defines == {"ball": "24", "shutter": "0.5"}
+
+
+def test_definitions_from_python_are_recorded_as_text() -> None:
+    motion = et.load(SCENES / "experiments" / "motion.toml", ball=24.0)
+    assert motion.defines == {"ball": "24.0"}
+    assert motion.with_(size=(8, 8)).defines == {"ball": "24.0"}
