@@ -58,7 +58,7 @@ def headline(result: Result) -> str:
     height, width = result.samples.shape
     origin, number = result.origin, stated(result.origin)
     seeds = f" of {len(origin.sources)} seeds" if origin.sources else ""
-    said = ", ".join([f"{number.noun} {result.error:%}{number.of_paths}", *bias(result)])
+    said = ", ".join([f"{number.noun} {error_range(result.error)}{number.of_paths}", *bias(result)])
     missing = f"; {number.missing}" if number.missing else ""
     return f"{width}x{height}, {result.spp:.4g} spp{seeds}, {said}{missing}"
 
@@ -70,7 +70,11 @@ def bias(result: Result) -> list[str]:
     favours images without rare light.
     """
     origin, number = result.origin, stated(result.origin)
-    by = [] if result.bias is None else [f"without {', '.join(origin.without)}, which makes {result.bias:%} of it"]
+    by = (
+        []
+        if result.bias is None
+        else [f"without {', '.join(origin.without)}, which makes {error_range(result.bias)} of it"]
+    )
     if number.by_strategy or (origin.biased and not by):
         by.append(origin.strategy)
     if by:
