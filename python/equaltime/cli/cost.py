@@ -8,14 +8,15 @@ from typing import Annotated
 import typer
 
 from equaltime.cli.cost_table import print_summary
-from equaltime.cli.messages import print_error, print_json, print_warning
+from equaltime.cli.messages import print_aside, print_error, print_json, print_warning
 from equaltime.cli.options import Define, Size, Substitute, Verbose, parse_definitions, parse_duration, parse_whole
 from equaltime.cli.progress import progress_bar
 from equaltime.errors import ExperimentError
 from equaltime.examples import example_of, experiments_of
 from equaltime.experiments import cost as measure_cost
-from equaltime.experiments.model.experiment import MOST_REPEATS
-from equaltime.experiments.model.reader import check_installed, split_strategies
+from equaltime.experiments.model.experiment import MOST_REPEATS, Experiment
+from equaltime.experiments.model.plan import planned
+from equaltime.experiments.model.reader import check_installed, make_experiment, split_strategies
 from equaltime.experiments.report.index import Card
 from equaltime.experiments.run.collection import Changes, run_all
 from equaltime.experiments.run.folder import ExperimentFolder
@@ -143,22 +144,22 @@ def cost(
             )
         changes = Changes(quick, size, budget, repeats, threads)
         return _cost_of_all(source, output, changes, context.obj, as_json)
+    check_installed()
+    experiment = make_experiment(
+        source,
+        quick=quick,
+        size=size,
+        budget=budget,
+        repeats=repeats,
+        threads=threads,
+        strategies=split_strategies(strategies) if strategies is not None else (),
+        define=parse_definitions(define or ()),
+        substitute=substitute,
+    )
+    print_aside(planned(experiment))
     try:
         with progress_bar() as progress:
-            summary = measure_cost(
-                source,
-                output,
-                quick=quick,
-                size=size,
-                budget=budget,
-                repeats=repeats,
-                threads=threads,
-                strategies=split_strategies(strategies) if strategies is not None else (),
-                define=parse_definitions(define or ()),
-                substitute=substitute,
-                progress=progress,
-                command=context.obj,
-            )
+            summary = measure_cost(experiment, output, progress=progress, command=context.obj)
     except KeyboardInterrupt:
         print_error(f"interrupted; {_recorded(output)}")
         return 130
@@ -177,6 +178,9 @@ def _cost_of_all(source: Path, output: Path, changes: Changes, command: str, as_
     """
     check_installed()
 
+    def announce(name: str, experiment: Experiment) -> None:
+        print_aside(f"{name}: {planned(experiment)}")
+
     def tell(card: Card) -> None:
         if card.state == "failed":
             print_error(f"{card.name}: {card.problem}")
@@ -185,7 +189,7 @@ def _cost_of_all(source: Path, output: Path, changes: Changes, command: str, as_
 
     try:
         with progress_bar() as progress:
-            cards = run_all(source, output, changes, progress, tell, command)
+            cards = run_all(source, output, changes, progress, tell, command, announce)
     except KeyboardInterrupt:
         print_error(f"interrupted; {_recorded(output)}")
         return 130

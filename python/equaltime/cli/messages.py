@@ -35,6 +35,7 @@ __all__ = [
     "kept_elsewhere",
     "left_by_interrupt",
     "plain_console",
+    "print_aside",
     "print_error",
     "print_json",
     "print_lines",
@@ -193,6 +194,11 @@ def print_warnings(scene: Scene) -> None:
 def print_warning(text: str) -> None:
     """Print the text to stderr as ``warning: …``."""
     print(f"warning: {_visible(text)}", file=sys.stderr)
+
+
+def print_aside(text: str) -> None:
+    """Print a line to stderr that is no warning, such as how long something will take."""
+    print(_visible(text), file=sys.stderr, flush=True)
 
 
 def print_lines(lines: Sequence[str]) -> None:

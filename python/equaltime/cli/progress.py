@@ -25,13 +25,17 @@ _REFRESHES_PER_SECOND = 2
 _SECONDS_A_LINE = 60.0
 """Seconds between two lines where there is no terminal, such as in a log file."""
 
+_FIRST_LINE = 20.0
+"""Seconds until the first of these lines."""
+
 
 @contextmanager
 def progress_bar(quiet: bool = False) -> Iterator[Callable[[Progress | RunProgress | float], None] | None]:
     """Show progress on stderr during the context, and yield the function that updates it.
 
-    A terminal gets a bar, and another file a line a minute. The function takes the progress of a render or of an
-    experiment, or the fraction of the work that is done, in [0, 1]. Yields None if ``quiet``.
+    A terminal gets a bar, and another file a line after 20 seconds, then a line a minute. The function takes the
+    progress of a render or of an experiment, or the fraction of the work that is done, in [0, 1]. Yields None if
+    ``quiet``.
     """
     console = Console(stderr=True)
     if quiet:
@@ -60,19 +64,22 @@ def _bar(console: Console) -> Iterator[Callable[[Progress | RunProgress | float]
 
 
 class _Lines:
-    """Printer of a line of progress every minute."""
+    """Printer of a line of progress after 20 seconds, and then every minute."""
 
     def __init__(self) -> None:
-        self._begin = self._said = time.monotonic()
+        self._begin = time.monotonic()
+        self._next = self._begin + _FIRST_LINE
 
     def __call__(self, progress: Progress | RunProgress | float) -> None:
         now = time.monotonic()
-        if now - self._said < _SECONDS_A_LINE:
+        if now < self._next:
             return
-        self._said = now
+        self._next = now + _SECONDS_A_LINE
         fraction, left = _fraction_and_left(progress, now - self._begin)
         words = filter(None, (describe(progress), "" if left is None else time_left(left)))
-        said = ", ".join([f"{(now - self._begin) / 60.0:.0f} min", f"{100.0 * fraction:.0f} %", *words])
+        since = now - self._begin
+        ago = f"{since:.0f} s" if since < 60.0 else f"{since / 60.0:.0f} min"
+        said = ", ".join([ago, f"{100.0 * fraction:.0f} %", *words])
         with suppress(OSError):  # nobody reads it any more
             print(said, file=sys.stderr, flush=True)
 

@@ -338,14 +338,17 @@ def test_the_progress_line_shows_samples_and_error() -> None:
     assert describe(Progress(0, None, 0.1, 0.0, None, None)) == "0 spp"
 
 
-def test_a_log_file_gets_a_line_a_minute(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_log_file_gets_a_line_soon_and_then_every_minute(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     now = 1000.0
     monkeypatch.setattr(time, "monotonic", lambda: now)
     with progress_bar() as show:
         assert show is not None
-        for now in (1001.0, 1061.0, 1100.0, 1122.0):
+        for now in (1001.0, 1021.0, 1061.0, 1082.0, 1122.0, 1143.0):
             show(Progress(24, 64, now - 1000.0, 0.375, 67.4, None))
     assert capsys.readouterr().err.splitlines() == [
+        "21 s, 38 %, 24/64 spp, 1:08 left",
         "1 min, 38 %, 24/64 spp, 1:08 left",
         "2 min, 38 %, 24/64 spp, 1:08 left",
     ]

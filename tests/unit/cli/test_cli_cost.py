@@ -104,7 +104,7 @@ def test_an_experiment_begins_and_ends_with_the_verdict(
 ) -> None:
     assert main(["cost", str(experiment), "-o", str(folder)]) == 0
     captured = capsys.readouterr()
-    assert captured.err == ""
+    assert captured.err == "references of up to 200 ms each, then 4 runs of 4 samples a pixel\n"
     lines = captured.out.splitlines()
     assert lines[0] == lines[-1] == VERDICT
     assert [line.split()[0] for line in lines[1:4]] == ["strategy", "bsdf", "best"]

@@ -63,6 +63,7 @@ def run_all(
     progress: ProgressCallback | None = None,
     told: Callable[[Card], object] = lambda card: None,
     command: str = "",
+    begins: Callable[[str, Experiment], object] = lambda name, experiment: None,
 ) -> tuple[Card, ...]:
     """Run or continue every experiment of a folder, and write the index page ``output/index.html``.
 
@@ -77,6 +78,8 @@ def run_all(
         Folder of results; the experiment NAME.toml goes to ``output/NAME``.
     told
         Called with the card of each experiment when it has ended.
+    begins
+        Called with the name of each experiment and the experiment before it begins.
 
     Returns
     -------
@@ -99,6 +102,8 @@ def run_all(
     output.mkdir(parents=True, exist_ok=True)
     write_index(cards, output, changes.quick, command)
     for number, (card, experiment) in enumerate(zip(cards, experiments, strict=True)):
+        if not _missing(experiment):
+            begins(card.name, experiment)
         cards[number] = _run(card, experiment, output / card.name, progress, command)
         told(cards[number])
         write_index(cards, output, changes.quick, command)

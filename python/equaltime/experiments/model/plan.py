@@ -1,0 +1,28 @@
+"""What an experiment is going to run, and about how long that takes: told before it begins."""
+
+from __future__ import annotations
+
+from equaltime.experiments.model.experiment import DEFAULT_BUDGET, Experiment
+from equaltime.words import duration
+
+__all__ = ["planned"]
+
+_REPORT_SECONDS = 5.0
+"""Seconds that loading and the report take, for a small experiment."""
+
+
+def planned(experiment: Experiment) -> str:
+    """Return a sentence on references and runs, with their time in all where a time budget decides it.
+
+    References may end earlier, and what a folder holds already is not run again, so that the time is mostly an upper
+    limit.
+    """
+    runs = experiment.repeats * len(experiment.scenes) * len(experiment.strategies)
+    said = f"{runs} run{'s' * (runs != 1)}"
+    references = 0.0 if experiment.reference.file is not None else experiment.reference.seconds
+    before = f"references of up to {duration(references)} each, then " if references else ""
+    if experiment.spp is not None:
+        return f"{before}{said} of {experiment.spp[-1]:,} samples a pixel"
+    budget = experiment.budget or DEFAULT_BUDGET
+    whole = references * len(experiment.scenes) + runs * budget + _REPORT_SECONDS
+    return f"about {duration(round(whole))}: {before}{said} of {duration(budget)}"
