@@ -252,10 +252,12 @@ def start(arguments: Sequence[str]) -> subprocess.Popen[str]:
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_keeps_what_is_finished(scene: str, output: Path, number: signal.Signals) -> None:
-    process = start(["render", scene, "-o", str(output), "--time", "1h", "--json"])
-    time.sleep(1.0)
+    process = start(["render", scene, "-o", str(output), "--time", "1h", "--checkpoint", "200ms", "--json"])
+    deadline = time.monotonic() + 60.0
+    while time.monotonic() < deadline and not output.exists():  # a checkpoint: it renders
+        time.sleep(0.05)
     process.send_signal(number)
-    printed, complaints = process.communicate(timeout=10)  # of an hour
+    printed, complaints = process.communicate(timeout=30)  # of an hour
     assert process.returncode == 130
     assert complaints == ""
     record = json.loads(printed)
