@@ -237,7 +237,7 @@ def test_nothing_moves_for_who_asked_for_no_motion(opened: Open) -> None:
 def test_without_javascript_every_picture_and_table_is_there(opened: Open) -> None:
     page = opened(java_script_enabled=False)
     book = page.locator("[data-flip]").first
-    assert visible_frames(book) == [*LABELS, *STRATEGIES * 2]
+    assert visible_frames(book) == [*LABELS, *STRATEGIES * 3]
     assert not book.locator("input").is_visible()
 
 
@@ -245,7 +245,7 @@ def test_on_paper_every_picture_table_and_number_is_there(opened: Open) -> None:
     page = opened(viewport={"width": 760, "height": 1000}, color_scheme="dark")
     page.emulate_media(media="print")
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
-    assert visible_frames(page.locator("[data-flip]").first) == [*LABELS, *STRATEGIES * 2]
+    assert visible_frames(page.locator("[data-flip]").first) == [*LABELS, *STRATEGIES * 3]
     assert all(panel.is_visible() for panel in page.locator("[data-panel]").all())
     assert all(table.is_visible() for table in page.locator("table").all())
     assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"

@@ -33,7 +33,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def looks(scene: et.Scene) -> tuple[Any, ...]:
     """Return what is seen of the mesh."""
-    (shape,), (surface,) = scene.model.shapes, scene.surfaces()
+    (shape, *_), (surface, *_) = scene.model.shapes, scene.surfaces()  # then the ground and the sun
     assert isinstance(shape, m.Ply)
     assert isinstance(surface, MeshSurface)
     arrays = (surface.vertices, surface.faces, surface.normals, surface.uvs, surface.attributes["vertex_color"])
@@ -84,7 +84,7 @@ def test_a_colour_does_not_depend_on_those_of_others(folder: Path) -> None:
         return colors / 255 if colors.max() > 1.0 else colors
 
     def as_read(colors: Any) -> Any:
-        (shape,) = et.load(folder / "a.ply").model.shapes
+        shape, *_ = et.load(folder / "a.ply").model.shapes
         reflectance = shape.bsdf.bsdf[0].reflectance  # type: ignore[union-attr, index]
         assert isinstance(reflectance, m.MeshAttribute)
         return reflectance.numbers(colors)

@@ -90,7 +90,7 @@ def test_what_a_module_exports_is_there(name: str) -> None:
 def test_the_library_prints_nothing() -> None:
     folder = Path(et.__file__).parent
     for path in folder.rglob("*.py"):
-        if path.relative_to(folder).parts[0] in ("cli", "cli.py"):
+        if path.relative_to(folder).parts[0] in ("cli", "scenes"):  # scripts of the pages are among the scenes
             continue
         calls = [node.func for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)]
         assert not [call for call in calls if isinstance(call, ast.Name) and call.id == "print"], path

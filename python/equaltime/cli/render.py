@@ -219,7 +219,7 @@ def render(
         backend=backend,
         traps=traps,
         tev=tev,
-        as_json=as_json,
+        json=as_json,
         quiet=quiet,
         verbose=verbose,
         words=(*(word for pair in define or () for word in ("-D", pair)), *(["--substitute"] * substitute)),

@@ -75,7 +75,8 @@ class Order:
     traps: Traps
     tev: str | None
     """Address of the viewer tev, if the picture is shown there."""
-    as_json: bool
+    json: bool
+    """Whether to print the record, and nothing else."""
     quiet: bool
     verbose: bool
     words: Sequence[str]
@@ -101,7 +102,7 @@ def render_frames(
         if code != 0:
             return code
         done += 1
-    if not (order.quiet or order.as_json):
+    if not (order.quiet or order.json):
         print_lines([f"{done} frames in {duration(clock.perf_counter() - begin)}"])
     return 0
 
@@ -111,7 +112,7 @@ def render_picture(
 ) -> int:
     """Render a scene into a file, tell what came out, and return the exit code.
 
-    ``changes`` are keywords of `Scene.with_`. ``first`` tells whether to print what is noteworthy of the scene.
+    ``changes`` are keywords of `Scene.with_`. ``first`` tells whether to print warnings and hazards of the scene.
     """
     paths = check_output(output, aov=order.aov)
     check_spares(paths.all, scene.files, "the scene is made of this file")
@@ -125,7 +126,7 @@ def render_picture(
         check_replaceable(paths.pictures if order.resume else paths.all, source, scene.digest)
     viewer = None if order.tev is None else _viewer(order.tev, output)
     resumable = paths.exr is not None and not order.small
-    teller = _Teller({} if order.as_json else None, order.quiet, order.verbose, findings, resumable)
+    teller = _Teller({} if order.json else None, order.quiet, order.verbose, findings, resumable)
     failure: SampleError | BrightImage | None = None
     # hold back a second Ctrl-C from the last sample to the last line: it must not lose the samples that the first kept
     with ExitStack() as ending:

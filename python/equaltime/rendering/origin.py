@@ -45,7 +45,7 @@ class Origin:
     """The ``max_depth`` that the scene asks for, which may differ from ``max_depth`` here; None if unknown."""
     transparent: bool = False
     """Whether the render was asked to make the background transparent (`Scene.with_`)."""
-    defines: Mapping[str, str] = field(default_factory=dict, compare=False)
+    defines: Mapping[str, str] = field(default_factory=dict, compare=False, hash=False)
     """Values for the variables of the scene's file, as text; the digest tells what they made of it."""
     picture: FilmPicture = field(default_factory=FilmPicture, compare=False)
     """Form of the picture that the film asks for; the bits of the render do not depend on it."""

@@ -28,8 +28,8 @@ __all__ = ["MESHES", "read_mesh"]
 
 MESHES: Final = (".obj", ".ply")
 DEFINITIONS: Final[Mapping[str, object]] = {"ground": 0.6, "sky": 0.3, "sun": 2.2, "view": "front"}
-"""What ``-D`` may set, with the defaults: the reflectance of the ground, the radiance of the sky, the irradiance of the
-sun (a white surface that faces the sun is white in the image), and the side from which the camera looks."""
+"""Names that ``-D`` may set, with the defaults. The ground has a reflectance, the sky a radiance and the sun an
+irradiance: a white surface that faces the sun is white in the image. The view is a side of `VIEWS`."""
 _COLORS: Final = ("vertex_color", "face_color")
 
 

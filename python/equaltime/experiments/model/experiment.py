@@ -295,7 +295,7 @@ class Experiment(Value):
     """
     reference: ReferenceWish = ReferenceWish()
     quick: QuickWish = QuickWish()
-    """What ``--quick`` keeps of the experiment."""
+    """The first look at the experiment, ``--quick``."""
     threads: Annotated[int, Field(ge=0, le=MOST_THREADS)] = 0
     """Worker threads; 0 for one per processor."""
 

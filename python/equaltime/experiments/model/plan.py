@@ -1,4 +1,4 @@
-"""What an experiment is going to run, and about how long that takes: told before it begins."""
+"""The runs of an experiment and about how long they take, told before the first one begins."""
 
 from __future__ import annotations
 
