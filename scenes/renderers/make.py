@@ -1,7 +1,7 @@
 """Measures renderers side by side, and writes the tables of scenes/renderers/README.md.
 
 Usage: ``python scenes/renderers/make.py [DIR]``: runs ``scenes/experiments/against-mitsuba.toml`` into DIR (by default
-``build/renderers``), or goes on there, for some 20 minutes on a machine with nothing else to do. Needs the extras
+``build/renderers``), or goes on there, for some 8 minutes on a machine with nothing else to do. Needs the extras
 ``report`` and ``peers``, and a libLLVM for Mitsuba.
 """
 

@@ -21,6 +21,7 @@ from equaltime.experiments.report.index import Card
 from equaltime.experiments.run.collection import Changes, run_all
 from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.record import load
+from equaltime.experiments.run.runner import ProgressCallback, RunProgress
 from equaltime.rendering.job import MOST_THREADS
 
 __all__ = ["cost"]
@@ -156,10 +157,11 @@ def cost(
         define=parse_definitions(define or ()),
         substitute=substitute,
     )
-    print_aside(planned(experiment))
     try:
         with progress_bar() as progress:
-            summary = measure_cost(experiment, output, progress=progress, command=context.obj)
+            summary = measure_cost(
+                experiment, output, progress=_announced(planned(experiment), progress), command=context.obj
+            )
     except KeyboardInterrupt:
         print_error(f"interrupted; {_recorded(output)}")
         return 130
@@ -168,6 +170,21 @@ def cost(
     else:
         print_summary(summary, output, verbose, quick)
     return 0
+
+
+def _announced(text: str, progress: ProgressCallback | None) -> ProgressCallback:
+    """Return a callback that prints a text once, when the work begins and its folder is known to be good."""
+    begun = False
+
+    def show(told: RunProgress) -> None:
+        nonlocal begun
+        if not begun:
+            begun = True
+            print_aside(text)
+        if progress is not None:
+            progress(told)
+
+    return show
 
 
 def _cost_of_all(source: Path, output: Path, changes: Changes, command: str, as_json: bool) -> int:
