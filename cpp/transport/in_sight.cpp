@@ -40,7 +40,7 @@ struct Outlook {
   }
 };
 
-/// The pixels that count: those of the crop, or of the whole film.
+/// Rectangle of pixels in which lamps are looked for: the crop, or the whole film.
 struct Window {
   std::uint32_t x, y, width, height;
 

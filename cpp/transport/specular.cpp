@@ -113,7 +113,7 @@ struct Chains {
     const std::size_t x = pixel % scene.film.crop_width, y = pixel / scene.film.crop_width;
     return film_sample(x + scene.film.crop_x, y + scene.film.crop_y, index, probe);
   }
-  /// The same of a pixel of the whole film.
+  /// Traces one sample of a pixel, whose place is in the whole film.
   template <class Probe>
   Spectrum film_sample(std::size_t x, std::size_t y, std::uint64_t index, Probe& probe) const {
     const BlockTask task{scene, settings, seed, {}, 0, 1, 1};

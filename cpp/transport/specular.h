@@ -18,7 +18,7 @@ struct FocusedLight {
   double solid_angle = 0;      // steradians, effective: (∫L dω)² / ∫L² dω; 0 if there is no light
 };
 
-/// Traces so many paths, over all pixels of the crop, or of the whole film.
+/// Traces `paths` paths, spread evenly over the crop or over the whole film.
 [[nodiscard]] FocusedLight focused_light(const Scene& scene, const Settings& settings, const RenderOptions& options,
                                          std::uint64_t paths, bool whole_film = false);
 

@@ -16,12 +16,11 @@ from equaltime.examples import example_of, experiments_of
 from equaltime.experiments import cost as measure_cost
 from equaltime.experiments.model.experiment import MOST_REPEATS, Experiment
 from equaltime.experiments.model.plan import planned
-from equaltime.experiments.model.reader import check_installed, make_experiment, split_strategies
+from equaltime.experiments.model.reader import check_installed, split_strategies
 from equaltime.experiments.report.index import Card
 from equaltime.experiments.run.collection import Changes, run_all
 from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.record import load
-from equaltime.experiments.run.runner import ProgressCallback, RunProgress
 from equaltime.rendering.job import MOST_THREADS
 
 __all__ = ["cost"]
@@ -145,22 +144,22 @@ def cost(
             )
         changes = Changes(quick, size, budget, repeats, threads)
         return _cost_of_all(source, output, changes, context.obj, as_json)
-    check_installed()
-    experiment = make_experiment(
-        source,
-        quick=quick,
-        size=size,
-        budget=budget,
-        repeats=repeats,
-        threads=threads,
-        strategies=split_strategies(strategies) if strategies is not None else (),
-        define=parse_definitions(define or ()),
-        substitute=substitute,
-    )
     try:
         with progress_bar() as progress:
             summary = measure_cost(
-                experiment, output, progress=_announced(planned(experiment), progress), command=context.obj
+                source,
+                output,
+                quick=quick,
+                size=size,
+                budget=budget,
+                repeats=repeats,
+                threads=threads,
+                strategies=split_strategies(strategies) if strategies is not None else (),
+                define=parse_definitions(define or ()),
+                substitute=substitute,
+                progress=progress,
+                command=context.obj,
+                begins=lambda experiment: print_aside(planned(experiment)),
             )
     except KeyboardInterrupt:
         print_error(f"interrupted; {_recorded(output)}")
@@ -170,21 +169,6 @@ def cost(
     else:
         print_summary(summary, output, verbose, quick)
     return 0
-
-
-def _announced(text: str, progress: ProgressCallback | None) -> ProgressCallback:
-    """Return a callback that prints a text once, when the work begins and its folder is known to be good."""
-    begun = False
-
-    def show(told: RunProgress) -> None:
-        nonlocal begun
-        if not begun:
-            begun = True
-            print_aside(text)
-        if progress is not None:
-            progress(told)
-
-    return show
 
 
 def _cost_of_all(source: Path, output: Path, changes: Changes, command: str, as_json: bool) -> int:

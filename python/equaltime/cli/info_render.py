@@ -133,7 +133,7 @@ def _changed(record: Record) -> str:
         same = any(each.digest == record["digest"] for each in _as_asked(scene, record))
     except EqualtimeError:
         return "that file cannot be read as it is"
-    return "" if same else "the scene has changed since"
+    return "" if same else "the scene has changed since, or was read with options that the record does not have"
 
 
 def _as_asked(scene: Scene, record: Record) -> Iterator[Scene]:

@@ -71,11 +71,9 @@ def bias(result: Result) -> list[str]:
     favours images without rare light.
     """
     origin, number = result.origin, stated(result.origin)
-    by = (
-        []
-        if result.bias is None
-        else [f"without {', '.join(origin.without)}, which makes {error_range(result.bias)} of it"]
-    )
+    by = []
+    if result.bias is not None:
+        by.append(f"without {', '.join(origin.without)}, which makes {error_range(result.bias)} of it")
     if number.by_strategy or (origin.biased and not by):
         by.append(origin.strategy)
     if by:

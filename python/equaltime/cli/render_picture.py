@@ -103,7 +103,7 @@ def render_frames(
             return code
         done += 1
     if not (order.quiet or order.json):
-        print_lines([f"{done} frames in {duration(clock.perf_counter() - begin)}"])
+        print_lines([f"{done} frame{'s' * (done != 1)} in {duration(clock.perf_counter() - begin)}"])
     return 0
 
 

@@ -6,7 +6,7 @@ Every number in a report comes from recorded runs. It has an interval, or the re
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -34,6 +34,7 @@ def cost(
     substitute: bool = False,
     progress: ProgressCallback | None = None,
     command: str = "",
+    begins: Callable[[Experiment], object] = lambda experiment: None,
 ) -> Summary:
     """Measure how long several strategies take to reach an error, and write a report.
 
@@ -65,6 +66,8 @@ def cost(
         Called with an `equaltime.experiments.run.runner.RunProgress` as the experiment goes on.
     command
         Command line that started the experiment, for the report's provenance.
+    begins
+        Called with the experiment, as the options changed it, before its first run.
 
     Returns
     -------
@@ -105,5 +108,5 @@ def cost(
         define=define,
         substitute=substitute,
     )
-    run(experiment, Path(folder), progress, command=command)
+    run(experiment, Path(folder), progress, command=command, begins=begins)
     return conclude(experiment, Path(folder), command)

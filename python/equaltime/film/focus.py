@@ -26,8 +26,7 @@ _SMALL = 0.25
 _MANY = 10.0
 """Expected meetings of a pixel's samples with focused light from which its variance shows that light."""
 _RARELY = 1.0 / 64.0
-"""Share of a diffuse surface's samples for a small emitter from which, in most pixels, the halves of one net of 64
-samples differ by that light."""
+"""Share of a diffuse surface's samples at which 64 of them meet a small emitter once on average."""
 _MATTERS = 0.5
 """Least share of the stated error that light without a variance must be able to make to be a reason for doubt."""
 

@@ -122,7 +122,7 @@ class Scene(Shown):
     _seconds: dict[str, float] = field(default_factory=dict, repr=False)
     _own_max_depth: int | None = field(default=None, repr=False)
     """The value of `own_max_depth`, once `with_` has changed the path length."""
-    defines: Mapping[str, str] = field(default_factory=dict, repr=False, hash=False)
+    defines: Mapping[str, str] = field(default_factory=dict, repr=False)
     """Values for the variables of the file, as text, with which it was read."""
     transparent: bool = False
     """Whether `with_` made the background transparent; False if only the scene's film asks for alpha."""

@@ -101,3 +101,10 @@ def test_ids_differ() -> None:
 def test_very_many_equal_names_take_no_time() -> None:
     ids = Ids()
     assert len({ids.take("a") for _ in range(100_000)}) == 100_000
+
+
+def test_names_that_are_numbered_already_are_passed_over() -> None:
+    ids = Ids()
+    for number in range(2, 50_000):
+        ids.take(f"a_{number}")
+    assert [ids.take("a"), ids.take("a"), ids.take("a")] == ["a", "a_50000", "a_50001"]

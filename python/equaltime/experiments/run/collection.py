@@ -7,6 +7,7 @@ import re
 import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -102,21 +103,26 @@ def run_all(
     output.mkdir(parents=True, exist_ok=True)
     write_index(cards, output, changes.quick, command)
     for number, (card, experiment) in enumerate(zip(cards, experiments, strict=True)):
-        if not _missing(experiment):
-            begins(card.name, experiment)
-        cards[number] = _run(card, experiment, output / card.name, progress, command)
+        cards[number] = _run(card, experiment, output / card.name, progress, command, partial(begins, card.name))
         told(cards[number])
         write_index(cards, output, changes.quick, command)
     return tuple(cards)
 
 
-def _run(card: Card, experiment: Experiment, folder: Path, progress: ProgressCallback | None, command: str) -> Card:
+def _run(
+    card: Card,
+    experiment: Experiment,
+    folder: Path,
+    progress: ProgressCallback | None,
+    command: str,
+    begins: Callable[[Experiment], object],
+) -> Card:
     """Run one experiment, and return its outcome."""
     if missing := _missing(experiment):
         return replace(card, state="left out", problem=missing)
     failure = ExperimentFolder(folder).failure
     try:
-        run(experiment, folder, _named(card.name, progress), command=command)
+        run(experiment, folder, _named(card.name, progress), command=command, begins=begins)
         return replace(card, state="done", summary=conclude(experiment, folder, command))
     except (EqualtimeError, OSError) as error:
         return replace(card, state="failed", problem=str(error))

@@ -64,6 +64,7 @@ def run(
     progress: ProgressCallback | None = None,
     cache: Path | None = None,
     command: str = "",
+    begins: Callable[[Experiment], object] = lambda experiment: None,
 ) -> None:
     """Run the missing runs of an experiment, and write records and images to ``folder``.
 
@@ -76,6 +77,8 @@ def run(
         Folder where references are kept for other experiments; by default `reference.cache_folder`.
     command
         Command line that started the runs, for their provenance.
+    begins
+        Called with the experiment once it and its folder are known to be good, before the first run.
 
     Raises
     ------
@@ -95,6 +98,7 @@ def run(
         with place.locked():
             place.claim(identity, experiment)
             place.failure.unlink(missing_ok=True)
+            begins(experiment)
             with Recorder(place.records) as recorder:
                 place.tidy()
                 _Session(experiment, scenes, subjects, threads, place, recorder, progress, cache, command).run()

@@ -16,7 +16,7 @@ class Ids:
 
     def __init__(self) -> None:
         self._taken: set[str] = set()
-        self._asked: Counter[str] = Counter()
+        self._asked: Counter[str] = Counter()  # how often each was taken: no number is tried twice
 
     def take(self, name: str) -> str:
         """Return an id that was not given before: ``name``, or with ``_2``, ``_3`` and so on after it.
@@ -24,9 +24,9 @@ class Ids:
         Characters that cannot be printed, which XML and terminals cannot have, become underscores.
         """
         name = "".join(letter if letter.isprintable() else "_" for letter in name[:_LONGEST])
-        self._asked[name] += 1
-        found = name if self._asked[name] == 1 else f"{name}_{self._asked[name]}"
-        if found in self._taken:
-            return self.take(name)
+        found = name
+        while found in self._taken:
+            self._asked[name] += 1
+            found = f"{name}_{self._asked[name] + 1}"
         self._taken.add(found)
         return found

@@ -112,7 +112,8 @@ class GltfShapes:
             if at.node.mesh is None:
                 continue
             skinned = at.node.skin is not None
-            moves = np.eye(4)[None] if skinned else np.stack(at.moving or (at.to_world,))
+            places = (np.eye(4),) if skinned else instances(self._document, at) or at.moving or (at.to_world,)
+            moves = np.stack(places)
             for p, _ in self._drawn(at.node.mesh):
                 source = Source("nodes", at.index, p) if skinned else Source("meshes", at.node.mesh, p)
                 corners = box(self._document, source)
