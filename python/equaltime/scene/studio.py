@@ -64,18 +64,30 @@ def film(aspect: float, place: Place) -> Object:
 
 
 def default_camera(points: Array, place: Place, view: str = "front") -> Object:
-    """Return a perspective camera of the scene tree that has all ``points`` (N, 3) in view, from a side of `VIEWS`."""
+    """Return a perspective camera of the scene tree from a side of `VIEWS`, which sees all ``points`` (N, 3).
+
+    They fill the width or the height of its image, up to a margin, and stand about the middle of the other.
+    """
     if len(points) == 0:
         points = np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]])
-    middle = 0.5 * points.min(axis=0) + 0.5 * points.max(axis=0)
     back = _turned(_CAMERA, view) / math.hypot(*_CAMERA)
     right = np.cross((0.0, 1.0, 0.0), back) / math.hypot(back[0], back[2])
-    x, y, z = ((points - middle) @ np.column_stack([right, np.cross(back, right), back])).T
-    half = math.tan(math.radians(_FOV) / 2.0)
-    distance = _MARGIN * float(np.max(z + np.maximum(np.abs(x) / (half * ASPECT), np.abs(y) / half)))
-    origin = middle + (distance or 1.0) * back
-    to_world = transforms.look_at(origin.tolist(), middle.tolist(), (0.0, 1.0, 0.0))
+    axes = np.column_stack([right, np.cross(back, right), back])
+    middle = 0.5 * points.min(axis=0) + 0.5 * points.max(axis=0)
+    x, y, z = ((points - middle) @ axes).T
+    half = math.tan(math.radians(_FOV) / 2.0) / _MARGIN
+    (across, far), (up, high) = _nearest(x, z, half * ASPECT), _nearest(y, z, half)
+    distance = max(far, high) - float(z.max())
+    target = middle + axes @ (across, up, z.max())
+    origin = target + (distance or 1.0) * back
+    to_world = transforms.look_at(origin.tolist(), target.tolist(), (0.0, 1.0, 0.0))
     return plant("sensor", "perspective", place, to_world=to_world, fov=_FOV, fov_axis="y", film=film(ASPECT, place))
+
+
+def _nearest(x: Array, z: Array, half: float) -> tuple[float, float]:
+    """Return the apex (x, z) that is nearest to points in a plane and has them within ``half`` of z on either side."""
+    right, left = float(np.max(x + half * z)), float(np.max(half * z - x))
+    return 0.5 * (right - left), 0.5 * (right + left) / half
 
 
 def sky(radiance: float, place: Place, name: str = "sky") -> Object | None:

@@ -118,13 +118,13 @@ def test_a_ply_has_the_colours_of_its_vertices(
 
 
 def test_everything_is_in_view_and_lit(tmp_path: Path) -> None:
-    """Without a ground and a sun, edges are the sky, and the mesh fills at least three quarters of one direction."""
+    """Without a ground and a sun, edges are the sky, and the mesh fills one direction, up to a margin of 9 %."""
     scene = et.load(written(tmp_path), ground=0, sun=0).with_(size=(192, 144))
     image = et.render(scene, spp=4).image
     edges = (image[0], image[-1], image[:, 0], image[:, -1])
     assert all(edge == pytest.approx(0.3, rel=1e-3) for edge in edges)
     seen = np.abs(image[..., 0] - 0.3) > 0.01
-    assert max(seen.any(axis=0).mean(), seen.any(axis=1).mean()) > 0.75
+    assert max(seen.any(axis=0).mean(), seen.any(axis=1).mean()) > 0.9
 
 
 @pytest.mark.parametrize("view", studio.VIEWS)

@@ -88,6 +88,22 @@ def test_a_gltf_file_moves_from_frame_to_frame(blur: float, tmp_path: Path) -> N
     np.testing.assert_allclose(places, [0, 1])
 
 
+def test_the_camera_of_all_frames_sees_copies_and_the_whole_way(tmp_path: Path) -> None:
+    """A triangle goes 4 to the right; copies of a second node stand up to 40 to the right."""
+    builder = animated("translation", [0, 1], [[0, 0, 0], [4, 0, 0]])
+    copies = {"attributes": {"TRANSLATION": builder.accessor([[0, 0, 0], [40, 0, 0]])}}
+    last = builder.node(mesh=0, extensions={"EXT_mesh_gpu_instancing": copies})
+    builder.json["scenes"][0]["nodes"].append(last)
+    builder.json["extensionsUsed"] = ["EXT_mesh_gpu_instancing"]
+    scenes = list(frames_of(builder.gltf(tmp_path / "a.gltf"), [Frame.of(number, 4.0, 0.0) for number in (0, 4)], {}))
+    cameras = [np.asarray(scene.model.sensor.to_world) for scene in scenes]
+    np.testing.assert_array_equal(cameras[0], cameras[1])
+    for x in (0.0, 40.0):
+        seen = np.linalg.inv(cameras[0]) @ (x, 0.0, 0.0, 1.0)
+        half = np.tan(np.radians(scenes[0].model.sensor.fov) / 2.0) * np.array([4 / 3, 1.0])
+        assert np.all(np.abs(seen[:2]) < half * seen[2])
+
+
 def test_frames_of_what_stands_still_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.toml"
     path.write_text(STANDING)
