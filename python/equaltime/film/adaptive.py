@@ -5,24 +5,26 @@ the metric ``error`` the number is a function of the pilot samples of *other* pi
 random numbers. Neighbours enter by the 5x5 around the pixel without the pixel itself. Three image-wide numbers would
 make a pixel's count depend on its own samples, so each is computed without that pixel. Tiles are coloured like a
 chessboard. A pixel on a black tile takes the image's mean from the white tiles. It takes the gain, which decides
-whether rates are used at all, from pixels within white tiles. It takes the mean of all weights, which keeps the total,
-from pixels whose neighbourhoods do not reach into its tile. No sample is discarded, and no later sample changes a rate.
-With adaptive sampling a crop does not reproduce the bits of the full image, because its means differ.
+whether rates are used at all, from pixels within white tiles. It takes the mean of all weights, which keeps the total
+sample count, from pixels whose neighbourhoods do not reach into its tile. No sample is discarded, and no later sample
+changes a rate. With adaptive sampling a crop does not reproduce the bits of the full image, because its image-wide
+means differ.
 
 **Best rates.** A pixel contributes ``v / (n D)`` to error² (`equaltime.film.error`), with v the variance of one sample,
 n the number of samples and D the denominator. If a sample takes c rays, the sum is smallest for a given number of rays
-where n grows as ``sqrt(v / (D c))``. Rays are counted, since a clock would make every rerun another image. sqrt(v) is
-the average of the neighbours' standard deviations of single samples, with larger weights for nearer neighbours.
-Differences of replicates are not used for v, since they give one number per pixel instead of eight. Squared deviations
-are not averaged either: one rare bright sample would draw all other samples to its neighbourhood, even if there is no
-other noise there.
+where n grows as ``sqrt(v / (D c))``. The cost is a number of rays and not a measured time, so that a rerun gives the
+same image. The estimate of sqrt(v) is the average of the neighbours' standard deviations of single samples, with larger
+weights for nearer neighbours. Differences of replicates are not used for v, since they give one number per pixel
+instead of eight. Squared deviations are not averaged either: one rare bright sample would draw all other samples to its
+neighbourhood, even if there is no other noise there.
 
 **Whether rates pay.** Low-discrepancy points reduce the noise more than single samples show, and a pilot with few
-bright paths tells little. So the pilot judges the counts before they are used, by numbers that did not choose them: a
-pixel's counts follow from its neighbours, and its noise from the difference of its own replicates. Over tiles of one
+bright paths tells little. So the pilot judges the counts before they are used. The test is independent of the choice: a
+pixel's count follows from its neighbours, and its noise from the difference of its own replicates. Over tiles of one
 colour this gives the gain in error² times rays (`Gain`). If the gain is above its standard error, pixels of the other
 colour get their own rates. Otherwise they all get the same rate. Where a caustic's rare paths make most of the noise,
-only the mean over many images gains: most images meet none of these paths, and have spent their samples elsewhere.
+rates reduce the error only on average over many images. In most images the pilot meets none of these paths, and the
+rates send the samples elsewhere.
 
 The other metrics exist for comparison. They use the pixel's own samples, so they are biased, and their results say so.
 """
@@ -45,7 +47,7 @@ __all__ = ["METRICS", "PILOT", "Gain", "pilot_statistics"]
 Floats = NDArray[np.float64]
 
 PILOT = 8
-"""Samples that every pixel gets before anything is decided."""
+"""Number of samples per pixel in the pilot, which every pixel gets before its rate is chosen."""
 _TILE = 16
 """Side of a tile, in pixels."""
 _LEAST = 0.1
@@ -110,8 +112,8 @@ class Gain:
 
         The arrays have one element for each judged pixel. ``noise`` is the pixel's contribution to error² in the pilot,
         ``rays`` is its number of rays there, and ``rates`` is its sampling rate. No pixel's rate may depend on its own
-        samples. ``samples`` is the mean sample count for which the gain is predicted. The standard error treats all
-        pixels as independent (the influence function).
+        samples. ``samples`` is the mean sample count for which the gain is predicted. The standard error comes from the
+        influence function, with all pixels taken as independent.
         """
         counts = PILOT / samples + rates * (1.0 - PILOT / samples)
         even, uneven = (noise, rays), (noise / counts, rays * counts)
@@ -159,7 +161,7 @@ def _tiles(weights: Floats) -> Iterator[tuple[tuple[slice, slice], float]]:
 
 
 def history_rates(pilot: PixelStatistics, _: Floats) -> Floats:
-    """Return sampling rates (H, W) that are proportional to each pixel's own relative standard error in the pilot.
+    """Return sampling rates (H, W) that grow linearly with each pixel's own relative standard error in the pilot.
 
     A pixel's own samples decide its rate, so the image is biased.
     """
@@ -168,7 +170,7 @@ def history_rates(pilot: PixelStatistics, _: Floats) -> Floats:
 
 
 def neighbours_rates(pilot: PixelStatistics, _: Floats) -> Floats:
-    """Return sampling rates (H, W), proportional to the relative standard deviation of the 7x7 pixels around each.
+    """Return sampling rates (H, W) that grow linearly with the relative standard deviation of the 7x7 pixels around.
 
     Both noise and edges contribute to that deviation. A pixel's own samples contribute to its rate, so the image is
     biased.

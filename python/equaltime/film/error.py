@@ -80,7 +80,7 @@ class PixelStatistics:
     factors: Floats | None = None
     """(H, W): factor from the spread of replicates to the variance; None if none was applied."""
     common_doubt: float = 0.0
-    """Relative standard deviation of the factor that all variances have in common."""
+    """Relative standard deviation of the correction factor that all variances share; 0 without ``factors``."""
 
     @property
     def spread(self) -> Floats:
@@ -100,8 +100,8 @@ def pixel_statistics(moments: NDArray[Any]) -> PixelStatistics:
 
     Where ``Var(M_r) = v / n_r``, ``E Σ n_r M_r² = N μ² + K v`` and ``E N I² = N μ² + v``: the difference of these two
     is ``E Σ n_r (M_r - I)² = (K - 1) v``, and ``Var(I) = v / N``. So the estimate is unbiased for unequal counts when
-    the samples of a replicate are independent. It is also unbiased for equal counts under any sampler, where it is the
-    plain variance of K equal means, over K. If each replicate is a net (low-discrepancy point set) of its own, counts
+    the samples of a replicate are independent. It is also unbiased for equal counts under any sampler: it is then the
+    sample variance of K means, divided by K. If each replicate is a net (low-discrepancy point set) of its own, counts
     differ by at most one, so the remaining bias of low-discrepancy samples is O(1/N) of the estimate.
 
     Parameters
@@ -131,11 +131,11 @@ def image_error(
 ) -> Interval:
     """Return the relative error of the image, as this module defines it, with its interval.
 
-    The interval is meant to hold the *realised* error of this very image in 95 % of renders (or another ``level``).
-    Each limit is formed on the logarithm of the error, around the error by the limit's own reference (see the module).
-    The width comes from the variance of the estimate and from the variance of the realised error. (The variance of a
-    squared Gaussian is twice the square of its mean. It is no less than the variance of its estimate from two
-    replicates.) The quantile is Student's t, for the effective number of contributions.
+    The interval is meant to hold the *realised* error of this very image in 95 % of renders (or another ``level``). The
+    logarithm of each limit is half a width away from log(error), with the error by the limit's own reference (see the
+    module). The width comes from the variance of the estimate and from the variance of the realised error. (The
+    variance of a squared Gaussian is twice the square of its mean. It is no less than the variance of its estimate from
+    two replicates.) The quantile is Student's t, for the effective number of contributions.
 
     The error is `UNKNOWN_ERROR` while a pixel has samples in fewer than two replicates. A black image has value 0 and
     the upper limit ``inf``, because no light was seen and so nothing is known. The upper limit is 0 if no light can be
@@ -145,7 +145,8 @@ def image_error(
     ----------
     hidden
         Callable of (pixels, level) that returns the error² due to light that no sample has found. Black pixels and
-        small lamps may hide such light (`equaltime.film.unseen`). The square of the upper limit is larger by it.
+        small lamps may hide such light (`equaltime.film.unseen`). That amount is added to the square of the upper
+        limit.
     least
         (H, W, 3): light that is certainly in a pixel's mean; no reference is below this light.
     """
@@ -244,7 +245,7 @@ def _quantile(level: float, degrees: float) -> float:
 
 
 def load_quantiles() -> None:
-    """Import SciPy's quantiles, which limits of errors may need, so that the import (0.1 s) is not timed later."""
+    """Import SciPy's quantiles, which limits of errors may need, so that a later timing does not include the 0.1 s."""
     import scipy.special  # noqa: F401
 
 
@@ -267,8 +268,8 @@ def error_parts(pixels: PixelStatistics, m: float, least: Floats | None = None) 
 
     ``m`` is the mean of the image over pixels and channels. ``least`` (H, W, 3) is light that is certainly in each
     pixel. The noise of the references adds variance (`ErrorParts.moved`), which is found by the delta method. The noise
-    of pixel j moves the mean of the image and the local means around j, and so all contributions there at once. Both
-    derivatives have one sign, so their absolute values are added.
+    of pixel j moves the mean of the image and the local means around j, and so several contributions at once. The
+    derivatives by the two kinds of means have the same sign, so their absolute values are added.
     """
     contributions, sums = error_contributions(pixels.mean, pixels.variance, pixels.samples, error_floor(m), least)
     influence = 0.02 * m * sums["slopes"] / pixels.mean.size

@@ -1,10 +1,11 @@
 """Light that specular surfaces focus: a reason to doubt an error, known from the scene before the first sample.
 
-Light that a small lamp sends through glass, or by way of a mirror, is met by chance alone: no sample can aim at it. A
-diffuse surface meets a lamp of solid angle ``Ω`` with at most the share ``p = Ω / π`` of its samples. Let n be the
-samples of a pixel. While ``n p`` is small, most pixels have met none of that light, and their variance does not show
-that it is missing. The error is then higher than its interval says. Two numbers tell whether the missing light can
-matter: the radiance of a white surface in that light, and the share of paths that meet specular surfaces.
+If a small lamp shines through glass or by way of a mirror, paths meet its light by chance alone: no sampling technique
+aims at the lamp. A diffuse surface meets a lamp of solid angle ``Ω`` with at most the share ``p = Ω / π`` of its
+samples. Let n be the samples of a pixel. While ``n p`` is small, most pixels have met none of that light, and their
+variance does not show that it is missing. The error is then higher than its interval says. Two numbers tell whether the
+missing light can matter: the radiance of a white surface in that light, and the share of paths that meet specular
+surfaces.
 """
 
 from __future__ import annotations
@@ -35,23 +36,23 @@ _MATTERS = 0.5
 class Focus:
     """Light that specular surfaces of a scene focus, in three numbers.
 
-    The first is the share of paths that meet such surfaces. The second is the radiance of a white surface lit by the
-    focused emitters. The third is the largest share of a surface's samples that meet these emitters.
+    ``paths`` tells how often paths meet such surfaces. ``light`` bounds the radiance of a white surface in the focused
+    light. ``share`` bounds the share of a surface's samples that meet the focused emitters.
     """
 
     paths: float
     """Share of paths that meet a specular surface."""
     light: float
-    """Radiance of a white diffuse surface that such a place would light from all sides, in the units of the image."""
+    """Bound of the radiance that emitters, without occlusion, give a white diffuse surface at the specular vertices.
+
+    It is the mean over these vertices of ``∫ L dω / π``, with L the emitters' luminance, in the units of the image.
+    """
     share: float
     """Largest share of a diffuse surface's samples that meet the emitters: their effective solid angle over π."""
 
     @classmethod
     def of(cls, scene: Any, settings: Any, seed: int, threads: int, whole_film: bool = False) -> Focus:
-        """Return the three numbers of this class, estimated from 4096 paths over the crop, or over the whole film.
-
-        They tell how much light small emitters send through glass or mirrors onto other surfaces.
-        """
+        """Return the three numbers of this class, estimated from 4096 paths over the crop, or over the whole film."""
         vertices, radiance, solid_angle = focused_light(
             scene, settings, seed, worker_threads(threads), _PATHS, whole_film
         )

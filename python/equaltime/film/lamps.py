@@ -6,23 +6,24 @@ found by chains of specular vertices from the camera's side.
 A lamp that fills a thousandth of a pixel is met by one sample of a thousand. Until then the pixel's samples agree that
 it is dark. With low-discrepancy samples both replicates (halves of the samples) soon agree again, once each has met the
 lamp once. In both cases the pixel's variance seems to be zero. But the positions of lamps are known. Points on the
-lamps are projected onto the film. They tell the share ``a`` of a pixel's samples that meet a lamp, and the mean light
-``l`` that the lamp adds. 4096 points take milliseconds.
+lamps are projected onto the film. They tell the share ``a`` of a pixel's samples that meet a lamp, and the light ``l``
+that the lamp adds to the pixel's mean. 4096 points take milliseconds.
 
-Of the ``n`` samples of a replicate, ``x = n a`` should meet the lamp, and some whole number ``k`` of them does. Where
-all R replicates agree on k, their common error is ``(k/x - 1) l``. The chance of that is ``p(k)^R``. p is Poisson's
-chance, restricted to the three ``k`` nearest ``x`` (samples may be more even, but are less so where a pixel sees a
-sliver). A pixel has met no more lamps than its brightness allows, so for a dark pixel ``k`` is known. The mean of that
-error over all ``k`` stays hidden while replicates agree.
+A replicate of ``n`` samples is expected to meet the lamp ``x = n a`` times, and meets it ``k`` times, a whole number.
+If all R replicates have the same ``k``, their common error is ``(k/x - 1) l``. The probability of this case is
+``p(k)^R``. Here p is Poisson's distribution, restricted to the three ``k`` nearest ``x``. Low-discrepancy samples may
+be more even than that, but are less even where a pixel sees a thin sliver of a lamp. The brightness of a pixel limits
+``k``; in a dark pixel ``k`` is 0. While replicates agree, the square of the error, averaged over all ``k``, stays
+hidden.
 
-Replicates that differ show more error than there is. On average this excess equals the hidden error, since their
-variance is unbiased. The excess is subtracted. Over many pixels excess and hidden error balance, and the remainder is
-due to the few pixels that make much of the error. For the pixel that contributes most, use the worst ``k`` with a
-chance of at least 2.5 % instead of the mean over ``k``.
+Replicates with different ``k`` show more error than there is. On average this excess equals the hidden error, since the
+estimated variance is unbiased. The excess is subtracted. Over many pixels excess and hidden error balance, and the
+remainder is due to the few pixels that make much of the error. For the pixel that contributes most, use the worst ``k``
+with a chance of at least 2.5 % instead of the mean over ``k``.
 
-A lamp that one replicate has met much too soon shows in the variance. But the lamp also makes its neighbourhood, by
-which errors are divided, too bright. With the true brightness of such lamps the estimate would be higher. That rise is
-added too. All this widens the upper limit of the error, and never moves the estimate.
+If one replicate has met a lamp much too soon, the variance shows it. But the lamp also makes its neighbourhood too
+bright, and errors are divided by this brightness. With the true brightness of such lamps the estimate would be higher.
+That rise is added too. The hidden error and the rise widen the upper limit of the error, and never move the estimate.
 """
 
 from __future__ import annotations
@@ -50,8 +51,8 @@ _LARGEST = 0.25
 _SURELY = 3.0
 """Standard deviations, from its points, by which a share must be below `_LARGEST`: few points tell little."""
 _LEAST, _MANY = 1e-9, 20.0
-"""Range of the expected meetings of a replicate with a lamp: below it there are as good as none, and above it the
-replicates' variance shows the lamp."""
+"""Range of the expected number of times that a replicate meets a lamp. Fewer count as none; with more, the replicates'
+variance shows the lamp."""
 _ROUNDING = 0.05
 """Largest relative error of the light of meetings: it is estimated from few points."""
 _RARE = 0.025
@@ -64,8 +65,8 @@ _DOUBTED = 2.0
 class Lamps:
     """Lamps that the camera sees, by pixel.
 
-    For small lamps, which samples may miss: their light, and the share of the pixel's samples that meet them. For lamps
-    of any size: the light that is certainly in the pixel.
+    The fields ``pixels``, ``light`` and ``share`` describe small lamps, which fill less than a quarter of a pixel, so
+    that its samples may miss them. The fields ``lit`` and ``surely`` describe lamps of any size.
     """
 
     pixels: NDArray[np.intp]
@@ -75,15 +76,16 @@ class Lamps:
     share: Floats
     """(N,): share of each pixel's samples that meet a small lamp."""
     lit: NDArray[np.intp]
-    """(M,): pixels that see lamps of any size, in the same order."""
+    """(M,): pixels that see lamps of any size, as ``y * width + x``, in ascending order."""
     surely: Floats
-    """(M, 3): light of lamps that is certainly in the mean of each, however few points or chains found it."""
+    """(M, 3): light of lamps that is certainly in the mean of each pixel of ``lit``: the estimate minus 2 standard
+    deviations."""
 
     @classmethod
     def of(cls, scene: Any, settings: Any, seed: int, threads: int, mirrors: bool) -> Lamps:
         """Return the lamps that the camera of the core's scene sees.
 
-        With ``mirrors``, lamps that it sees in mirrors or through glass are included.
+        With ``mirrors``, lamps that the camera sees in mirrors or through glass are included.
         """
         found = [lamps_in_sight(scene, settings, seed, _POINTS)]
         if mirrors:
@@ -94,7 +96,7 @@ class Lamps:
     def in_plain_sight(cls, scene: Any, settings: Any) -> Lamps:
         """Return the lamps that the camera of the core's scene sees directly, in the whole film.
 
-        Pixels are ``y * width + x`` of the whole film, and neither crop nor seed takes part.
+        Pixels are ``y * width + x`` of the whole film. Neither the crop nor a seed has an effect.
         """
         return cls._made_of([lamps_in_sight(scene, settings, 0, _POINTS, whole_film=True)])
 
@@ -116,12 +118,12 @@ class Lamps:
 
     @classmethod
     def none(cls) -> Lamps:
-        """Return a set of no lamps."""
+        """Return an empty set of lamps."""
         return cls.small(np.zeros(0, np.intp), np.zeros((0, 3)), np.zeros(0))
 
     @classmethod
     def small(cls, pixels: NDArray[np.intp], light: Floats, share: Floats) -> Lamps:
-        """Return a set of small lamps alone, with their light taken as exact.
+        """Return a set that has only small lamps, with their light taken as exact.
 
         The arguments are the fields of the same names.
         """
@@ -129,10 +131,10 @@ class Lamps:
 
     @property
     def mostly_small(self) -> bool:
-        """Whether more than three quarters of the pixels that see a lamp meet it with few of their samples only.
+        """Whether lamps fill less than a quarter of the pixel in more than three quarters of the pixels that see one.
 
-        That holds where lamps are smaller than a pixel. Large lamps have such pixels too, along their edges, but fewer:
-        at most 44 % in films of 256x256 of five scenes.
+        This holds for lamps that are smaller than a pixel. Large lamps have such pixels along their edges, but fewer:
+        at most 44 % of their pixels, in films of 256x256 of five scenes.
         """
         return 4 * self.pixels.size > 3 * self.lit.size
 
@@ -167,7 +169,7 @@ class Lamps:
         return planes.reshape(height, width, 4)
 
     def missed(self, pixels: PixelStatistics) -> float:
-        """Return the amount of error² that stays hidden because all replicates met the small lamps equally often."""
+        """Return the error² that stays hidden because all replicates met the small lamps equally often."""
         replicates = pixels.degrees + 1.0
         lacking, x = self._lacking(pixels, _MANY)
         if not lacking.any():
@@ -188,7 +190,7 @@ class Lamps:
     def outshone(self, pixels: PixelStatistics) -> float:
         """Return the rise of the estimated error² if lamps that a replicate met too soon had their true brightness.
 
-        A lamp that was met too soon is too bright in the image, by which errors are divided.
+        A lamp that was met too soon is too bright in the image, and errors are divided by the image's brightness.
         """
         replicates = pixels.degrees + 1.0
         lacking, x = self._lacking(pixels, 1.0 / replicates)  # beyond, a single meeting is not too soon

@@ -1,13 +1,14 @@
 """Moments (count, mean, deviation) of a film's pixels: their array types, and how files store them without loss.
 
 EXR has no float64, and its compression gains nothing on numbers whose last digits are noise. So an array (L, H, W) of a
-NumPy type is stored byte by byte: byte k of all numbers of a row is a channel. A uint32 word holds four pixels, so the
-channel has ceil(W / 4) words in a row. The high bytes of neighbours are alike, and the low bytes of whole numbers are
-zero.
+NumPy type is stored byte by byte: byte k of all numbers of a layer is a channel. A uint32 word holds four pixels, so
+the channel has ceil(W / 4) words in a row. Such channels compress well: the high bytes of neighbours are alike, and the
+low bytes of whole numbers are zero.
 
 The means of a film are close to the image, which is in the file anyway. So a mean is stored as the count of float64
 numbers between the mean and its prediction from the image. The prediction is nearly exact for the last replicate that
-has samples, as the image is the mean of all replicates. A film with one sample a pixel costs nothing beside its image.
+has samples, as the image is the mean of all replicates. The moments of a film with one sample per pixel therefore take
+almost no space beside the image.
 """
 
 from __future__ import annotations
@@ -39,15 +40,15 @@ DTYPE: Final = np.dtype([("mean", "<f8", (3,)), ("count", "<u4"), ("deviation", 
 the mean (over n, not n - 1), by channel. A deviation is the upper half of a float64 (`deviations`). A film of the core
 is a (R, H, W) array of this type."""
 MOST: Final = 2**32 - 1
-"""Most samples of a pixel in one replicate."""
+"""Largest number of samples of a pixel in one replicate: the limit of uint32."""
 PARTS: Final = np.dtype(
     [
         *((name, "<u8") for name in ("parts", "uneven", "squares")),
         *((name, "<f8", (3,)) for name in ("within", "between")),
     ]
 )
-"""Sums over the parts that have samples in a pixel: the number of parts; the number of parts whose replicates have
-unequal counts; ``n²``, ``n² V`` and ``n (I_k - I)²`` (`equaltime.film.parts_of_merge`)."""
+"""Sums over the parts (merged renders) that have samples in a pixel. They are the number of parts; the number of parts
+whose replicates have unequal counts; ``n²``, ``n² V`` and ``n (I_k - I)²`` (`equaltime.film.parts_of_merge`)."""
 
 
 _ROWS: Final = 64

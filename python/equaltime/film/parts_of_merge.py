@@ -13,10 +13,10 @@ replicates of a part have samples, there is an estimate ``V_k`` of the variance 
 
 If the samples of a part's pixel are one net (low-discrepancy point set), ``V_k`` comes from second nets
 (`equaltime.film.second_nets`). It is then unbiased for any counts. Both estimates are pooled by their degrees of
-freedom. If parts are of one size and their replicates are not (an odd count), ``between`` stands alone: for points of a
-net the variance of the mean of 2 samples is less than half of the variance of 1. So every ``V_k`` of 3 samples is too
-large by the same factor. If both parts and replicates differ in size, the variance comes from the joined replicates, by
-the formula of `pixel_statistics`.
+freedom. If all parts have the same odd count, their replicates differ in size, and only ``between`` is used. The reason
+is that for points of a net the variance of the mean of 2 samples is less than half of the variance of 1. So every
+``V_k`` of 3 samples is too large by the same factor. If both parts and replicates differ in size, the variance comes
+from the joined replicates, by the formula of `pixel_statistics`.
 
 The sums over parts are stored, not the estimates. The sums are additive (``Σ n_k (I_k - I)²`` by Chan, Golub & LeVeque
 1983), so files can be merged again, in any order.

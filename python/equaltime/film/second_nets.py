@@ -6,16 +6,16 @@ In large pictures a pixel's samples are one net (`equaltime.rendering.core.nets`
 its size except for a factor. The true variance is between half of the variance from the halves and all of it, depending
 on the scene and the count.
 
-So some pixels, drawn at random, have a second net with its own random numbers, which is not in the image. There two
-variances are known: ``V``, from the halves of a net, and the true one, from the difference of the nets' means ``I₁``
-and ``I₂``. The ratio of the true one to ``V`` is
+So some pixels, drawn at random, have a second net with its own random numbers. Its samples are not in the image. In
+these pixels two variances are known: ``V``, from the halves of a net, and the true variance, from the difference of the
+nets' means ``I₁`` and ``I₂``. The ratio of the true variance to ``V`` is
 
     ``F = Σ w (I₁ - I₂)² / Σ w (V₁ + V₂)``.
 
 The weights ``w`` are close to the weights of the image's error (`equaltime.film.error`): a geometric mean of ``1 / (R²
-+ (0.1 m)²)`` with the pixel for R and with its neighbours. ``F V`` is the variance everywhere. A pixel's contribution
-to error² that is beyond the largest measured one is not corrected, since rare bright paths are as wrong in one net as
-in two.
++ (0.1 m)²)`` with the pixel for R and with its neighbours. ``F V`` is then the variance of every pixel. If F is below
+1, a pixel's contribution to error² is reduced only up to the largest measured contribution. The excess stays, since a
+net does not reduce the noise of rare bright paths.
 
 F is a ratio of sums over many pixels, so the delta method gives its standard deviation (Cochran 1977, 6.3). F is one
 number for all pixels, so the variances of all pixels are off together, which widens the interval of the image's error.

@@ -1,4 +1,4 @@
-"""Array operations on films and images, most of them in the core, and the core's searches for light that was missed."""
+"""Array operations on films and images, most of them in C++, and searches for light that samples may miss."""
 
 from __future__ import annotations
 

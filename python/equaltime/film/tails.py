@@ -10,7 +10,7 @@ from the squared errors c of all pixels of all repeats:
   Esseen 1942). It falls as one over the root of the number of events: a light that was found N times, by chance but
   with similar brightness, has about ``1 / sqrt(N)``. Where squared errors have a power tail of index below 2, it does
   not fall at all.
-- The share of the largest c in the sum of all. With a power tail, values that are larger still and were not seen make a
+- The share of the largest c in the sum of all. With a power tail, still larger values that were not seen make up a
   multiple of that share of the true sum.
 
 If the ratio is small, intervals from the spread over repeats hold. If the ratio is large but the largest share is
@@ -41,12 +41,15 @@ __all__ = ["MOST_RATIO", "Tail", "averaged_out", "outstanding", "tail_of"]
 Floats = NDArray[np.float64]
 
 MOST_RATIO = 0.1
-"""Largest Lyapunov ratio at which intervals are trusted as they are; a hundred rare events of one size have it."""
+"""Largest Lyapunov ratio at which intervals are trusted as they are; a hundred rare events of equal size have this
+ratio."""
 MOST_SHARE = 0.015
+"""Largest share of one squared error in the sum at which intervals with a larger ratio are still trusted, once their
+upper end is moved out."""
 UNSEEN = 20.0
-"""Multiple of the largest share by which unseen squared errors may raise the mean square error. Index 1.2 of squared
-errors is the least with which these limits hold. There about six times the largest share is unseen on average, and
-three times as much in bad cases."""
+"""Multiple of the largest share by which unseen squared errors may raise the mean square error. The limits hold for
+power tails of squared errors with an index of at least 1.2. At this index the unseen part is about six times the
+largest share on average, and three times as much in bad cases."""
 _LARGEST = 2.5
 """Factor on log(number of squares) and on their mean; for squares of normal differences the largest needs about 2."""
 _AVERAGED_OUT = 0.5
@@ -61,7 +64,7 @@ class Tail:
     """
 
     ratio: float
-    """Lyapunov's ratio."""
+    """Lyapunov's ratio ``sum |e|³ / (sum e²)^(3/2)`` of the squared errors' deviations e (see the module)."""
     share: float
     """Share of the largest squared error in the sum of all."""
 

@@ -1,15 +1,15 @@
 """Light that no sample has found: the light that black pixels may hide, and small lamps (`equaltime.film.lamps`).
 
 A pixel whose samples were all black has no variance, so its error bar would say that it is certainly black. But an
-event that N samples have not met may still happen once in N/3 (the rule of three: ``(1 - 3/N)^N`` is 5 %). The light of
-that event is at most what next-event estimation would return if nothing stood between the surfaces that were met and
-the lights aimed at. That bound takes no shadow ray. So the radiance of such a pixel is below ``-ln(p) · bound / N``
-with a confidence of 1 - p, and from that follows the error that it may make of the image.
+event that N samples have not met may still have a probability of 3/N (the rule of three: ``(1 - 3/N)^N`` is 5 %). The
+light of such an event is at most the result of next-event estimation without shadow rays. So the radiance of a black
+pixel is below ``-ln(p) · bound / N`` with a confidence of 1 - p. This limit tells the largest amount that the pixel may
+add to the image's error².
 
 N is the number of samples in the whole 7x7 neighbourhood, and the bound is the largest in it. Pixels count only if the
-whole neighbourhood is black: elsewhere the neighbours that saw light have a variance, which covers the black ones too.
-A pixel is certainly dark, and exempt, where no light faces the surfaces that are met, or no surface is met. Light that
-may be hidden widens the upper limit of an image's error, and never moves the estimate.
+whole neighbourhood is black. Elsewhere some neighbours have met light, and their variance covers the black pixels too.
+A pixel is certainly dark, and does not count, if its paths meet no surface, or only surfaces that no light faces. Light
+that may be hidden widens the upper limit of an image's error, and never moves the estimate.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from equaltime.statistics.intervals import Interval
 __all__ = ["FAR_APART", "Unseen", "stated", "stated_error"]
 
 FAR_APART = 1e12
-"""Largest ratio of radiances for which the tests of dim lights hold (S22)."""
+"""Largest ratio of radiances for which dim lights beside bright ones are tested (``tests/hard``, S22)."""
 
 Floats = NDArray[np.float64]
 
@@ -169,7 +169,7 @@ def stated_error(
     lasting: bool = False,
     brightest: float = 0.0,
 ) -> Interval:
-    """Return the error that a render states of itself, wherever the error is shown, stored or compared with a target.
+    """Return the render's estimate of its own error, which is shown, stored and compared with the wanted error.
 
     ``unseen`` is the light that samples may have missed; None leaves it out. With ``lasting`` the limits leave out
     effects that a few more samples undo (`Unseen.lasting`). ``brightest`` is the largest brightness that `stated`
