@@ -1,1 +1,1 @@
-"""Statistics: intervals from repeats, error curves over time, and tests of agreement; independent of images."""
+"""Statistics: intervals from repeats, error curves over time, and tests whether two renderers agree."""

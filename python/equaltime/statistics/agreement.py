@@ -2,7 +2,7 @@
 
 Both render the same scene with a box filter, many times with independent seeds (64 for a full comparison). Means over
 square blocks of pixels are compared, since they are nearly normally distributed. Each block and channel gives a Welch
-statistic, which is converted to a normal deviate z. Four tests of the z's, called looks, share the false-alarm rate:
+statistic, which is converted to a normal deviate z. Four tests of the z's share the false-alarm rate:
 
 - *worst*: the largest |z| of all blocks and channels, which sees a mistake in one place;
 - *mean*: the mean z of a channel, which sees a small bias with one sign everywhere;
@@ -10,9 +10,9 @@ statistic, which is converted to a normal deviate z. Four tests of the z's, call
   its signs, and standard errors that are too small;
 - *shape*: the Anderson-Darling distance of a channel's z's from the normal distribution, the test behind a Q-Q plot.
 
-All looks share one level by Šidák's formula, which is exact for independent looks and errs on the safe side for the
-dependent ones here. A comparison of many scenes gives each the level `share(level, scenes)`, fixed before any result is
-seen.
+The tests share one level by Šidák's formula, which is exact for independent tests. The tests here are dependent, so
+their false-alarm rate is at most the level. A comparison of many scenes gives each the level `share(level, scenes)`,
+fixed before any result is seen.
 """
 
 from __future__ import annotations
@@ -43,11 +43,11 @@ Array = NDArray[np.float64]
 LEVEL = 0.001
 """False-alarm rate of a whole family of comparisons."""
 ROUNDING = 2e-6
-"""Relative error that float32 may cause in a mean without noise."""
+"""Largest relative error that float32 may cause in a mean without noise."""
 MOST_SKEWNESS = 0.1
 """Largest skewness of a block's mean over all repeats. By simulation with six repeats of sums of 20 to 130 rare events,
-Welch's p-values of 0.001 to 1e-5 are then true within a third. With ten events, p-values of 1e-5 come a thousand times
-as often as they should."""
+Welch's p-values of 0.001 to 1e-5 are then accurate within a third. With ten events, p-values of 1e-5 occur a thousand
+times as often as they should."""
 
 
 def sidak(p: float, looks: int) -> float:
@@ -115,11 +115,11 @@ class Agreement:
     """Outcome of a comparison of two images; small p-values speak against equal expected images."""
 
     z: Array
-    """(rows, columns, channels): excess of the first image as a normal deviate; NaN where there is no noise."""
+    """(rows, columns, channels): excess of the first image over the second as a normal deviate; NaN without noise."""
     looks: Mapping[str, float]
-    """P-value of each look."""
+    """P-value of each of the four tests, by its name in the module's list, such as ``worst``."""
     unequal: int
-    """Number of blocks and channels without noise in which the images differ: one is proof enough."""
+    """Number of blocks and channels without noise in which the images differ; a single one refutes equality."""
 
     @property
     def p(self) -> float:
@@ -196,8 +196,9 @@ def _look(channels: list[Array]) -> dict[str, float]:
 def near_normal(first: ArrayLike, second: ArrayLike, block: int) -> bool:
     """Tell whether the block means of two sets of images (K >= 3, H, W, C) are near enough to normal for a test.
 
-    The answer is False if few pixels make a block's noise, or if one set has no noise where the other has some. Then
-    the spread over repeats does not show how far a mean is off. A set without any noise is taken as exact.
+    The answer is False if a block's noise comes from few pixels of few images, or if one set has no noise where the
+    other has some. In both cases the spread over repeats does not show how far a mean is off. A set without any noise
+    is taken as exact.
     """
     both = [_skewed(np.asarray(images, np.float64), block) for images in (first, second)]
     if any(skewed.any() for _, skewed in both):

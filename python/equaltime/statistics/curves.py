@@ -1,20 +1,21 @@
 """Error against time: the time to a wanted error, the error at a given time, the slope.
 
-A strategy's curve shows the *expected* squared error: at each checkpoint the mean of relMSE over repeats. The
-reference's noise is subtracted in relMSE. It averages away in the mean even where relMSE of single repeats falls below
-0. Between checkpoints the curve is straight in log-log, through the block means of its isotonic regression (errors
-fall; noise may make them rise). Every number read off the curve is a smooth function of means over repeats, formed on
-the logarithm. Its interval comes from the jackknife over repeats. The jackknife accounts for samples that checkpoints
-of one run share, and for a drifting machine that two strategies' repeats share. The reference's noise affects all
-repeats alike, so their spread does not show it. So every number is computed again with relMSE moved by its standard
-error, for two strategies by the same amount.
+A strategy's curve shows the *expected* squared error: at each checkpoint the mean of relMSE over repeats. The variance
+of the reference is already subtracted from relMSE. The relMSE of a single repeat may therefore be below 0, but the mean
+is unbiased. Errors fall with time, though noise may make measured ones rise. So an isotonic regression is made, and the
+curve runs through the means of its blocks, straight in log-log axes. Every number read off the curve is a smooth
+function of means over repeats, computed on the logarithm. Its interval comes from the jackknife over repeats. The
+jackknife accounts for samples that checkpoints of one run share, and for a drifting machine that two strategies'
+repeats share. The reference's noise affects all repeats alike, so their spread does not show it. So every number is
+computed again with relMSE moved by its standard error. If two strategies are compared, both are moved by the same
+amount.
 
-Where a few events make most of the error (`Runs.tail`), the mean over repeats comes from the runs that had them. The
-spread does not tell how often they come. Times are then times of typical runs: medians over repeats, where each repeat
-has its own curve. Their interval is from the sign test, which holds for any distribution. Beyond its end every curve
-continues with the slope of the median curve, even where samples are independent. 1 / sqrt(time) is the law of the mean
-error, but a run that has not met the rare light still lacks it after twice the time. Where tails are light, mean and
-median are the same number, and the mean is known better.
+Where a few events make most of the error (`Runs.tail`), the mean over repeats is decided by the runs that met such
+events. The spread over repeats does not tell the frequency of these events. Times are then times of typical runs:
+medians over repeats, where each repeat has its own curve. Their interval is from the sign test, which holds for any
+distribution. Beyond its end every curve continues with the slope of the median curve, even where samples are
+independent. 1 / sqrt(time) is the law of the mean error, but a run that has not met the rare light still lacks it after
+twice the time. Where tails are light, mean and median are the same number, and the mean has the narrower interval.
 """
 
 from __future__ import annotations
@@ -60,7 +61,7 @@ __all__ = [
 Floats = NDArray[np.float64]
 
 INDEPENDENT = -0.5
-"""Slope of error against time for independent samples: variance falls as 1 / n."""
+"""Slope of log error against log time for independent samples, whose variance falls as 1 / n for n samples."""
 TRUSTED_REACH = 10.0
 """Largest factor of time beyond the longest run for which a fitted slope is trusted."""
 FARTHEST_REACH = 100.0
@@ -77,7 +78,7 @@ _TELLING = 10.0
 _MOST_OF_ONE = 0.5
 """Largest share of one repeat in the squared errors of all for which it counts as a run like the others."""
 TYPICAL = "typical runs: the median of repeats"
-"""Note on times that are medians, not times of the mean error."""
+"""Note on a time that is the median over repeats, and not the time at which the mean error is reached."""
 _FEWEST_POINTS = 3
 
 
@@ -92,15 +93,16 @@ class Runs:
     independent: bool = False
     """Whether samples are known to be independent, so that error falls as time to the power -1/2 for ever."""
     biased: bool = False
-    """Whether the error may stop falling: then nothing is extrapolated."""
+    """Whether the strategy is biased, so that the error may stop falling; then nothing is extrapolated."""
     doubt: str = ""
-    """Reason why the mean over repeats is not that of typical runs, by the final images (`equaltime.film.tails`)."""
+    """Reason, found in the final images (`equaltime.film.tails`), why the mean over repeats is not typical; or
+    empty."""
     missing: str = ""
-    """Reason why later errors may exceed all repeats, so that upper ends of errors and times do not hold."""
+    """Reason why the true error may exceed that of all repeats, so that upper ends do not hold; empty if none."""
     unseen: float = 0.0
     """Relative amount by which relMSE may be larger because of light that no repeat met."""
     shared: float = 0.0
-    """Standard error of relMSE that all repeats share: the reference's."""
+    """Standard error of relMSE due to the reference's noise, which all repeats share."""
 
     @property
     def repeats(self) -> int:
@@ -193,7 +195,7 @@ def interval_of(statistic: Callable[[Floats, float], float], repeats: int) -> In
 
 
 def falling(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Return the blocks of a decreasing regression of y on x, as their mean x and mean y; ``x`` is ascending."""
+    """Return the blocks of the decreasing isotonic regression of y on x: mean x, mean y; ``x`` must be ascending."""
     from scipy.optimize import isotonic_regression  # late: slow to import
 
     fitted = isotonic_regression(y, increasing=False)
@@ -306,7 +308,7 @@ def slope_doubt(runs: Runs, value: float) -> float:
     """Return the uncertainty of an extrapolated log time due to the slope of the median curve.
 
     ``value`` is the log time. The result is half the width of a 95 % interval, and 0 between the curve's ends. The
-    jackknife's variance of a median is too large on average, and never tends to the right one.
+    jackknife overestimates the variance of a median on average, however many repeats there are.
     """
     x, _ = runs.typical(np.ones(runs.repeats))
     beyond = max(value - x[-1], x[0] - value, 0.0)
@@ -380,7 +382,7 @@ def _no_less(mean: Interval, median: Interval) -> Interval:
 
 
 def least_error_at(runs: Runs, seconds: float) -> float:
-    """Return the relative error after ``seconds`` seconds; 0 if it is below the reference's noise, NaN if unknown."""
+    """Return the value of `error_at`, or 0 if the error is below the reference's noise; NaN if the error is unknown."""
     found, last = error_at(runs, seconds).value, float(runs.relmse[:, -1].mean())
     return 0.0 if math.isnan(found) and last <= _CLEAR * runs.shared else found
 

@@ -1,6 +1,6 @@
 """Intervals in words, such as ``2.1 s (1.9 to 2.4)``: one unit for the number and both ends.
 
-Sentences that say how a render went have two digits (`error_range`, `time_range`). Results of measurements have three
+Sentences about a render have two significant digits (`error_range`, `time_range`). Results of measurements have three
 (`in_percent`, `in_time`).
 """
 
@@ -50,7 +50,7 @@ def in_time(interval: Interval) -> str:
 
 
 def about(interval: Interval) -> str:
-    """Return the number with two digits if the rounded number is within the interval, else with three."""
+    """Return the value with two significant digits if the rounded value is within the interval, else with three."""
     rounded = float(f"{interval.value:.2g}")
     return figure(rounded if interval.low <= rounded <= interval.high else interval.value)
 

@@ -44,11 +44,11 @@ Z95 = 1.959964
 """Two-sided quantile of the normal distribution: a deviate is within ± `Z95` with a probability of 95 %."""
 
 FEWEST_REPEATS = 3
-"""Least number of repeats for a trusted interval. With two, Student's interval is 12.7 standard errors wide, and the
-tails cannot be seen."""
+"""Least number of repeats for a trusted interval. With two, Student's interval reaches 12.7 standard errors to each
+side, and heavy tails cannot be detected."""
 FEWEST_FOR_MEDIAN = 6
-"""Least number of repeats for a trusted median. The extremes of six hold their median between them in 1 - 2 / 2^6 = 97
-% of cases; of five, in 94 %."""
+"""Least number of repeats for a trusted median. The true median is between the smallest and the largest of six values
+with a probability of 1 - 2 / 2^6 = 97 %; with five values, of 94 %."""
 
 
 Unit = Literal["", "%", "s", "spp", "MB"]
@@ -69,7 +69,7 @@ class Interval(Shown):
     """
 
     value: float
-    """The estimate. NaN where nothing is known; ``inf`` is a statement, such as a time that never comes."""
+    """The estimate; NaN if it is unknown. ``inf`` is a result, such as the time of an event that never happens."""
     low: float
     high: float
     trusted: bool = True
@@ -106,8 +106,8 @@ class Interval(Shown):
     def telling(self, within: float) -> Interval:
         """Return a copy in which a lower end that is far below the value no longer counts as valid.
 
-        It concerns intervals of which only the lower end is valid. The end is far if the value is more than ``within``
-        times as large. For an infinite value, every lower end above 0 counts.
+        Only an interval whose lower end alone is valid changes. The lower end is far below if the value is more than
+        ``within`` times as large. The lower end of an infinite value stays valid if it is above 0.
         """
         if self.bound != "low" or (math.isinf(self.value) and self.low > 0.0) or self.low * within >= self.value:
             return self
@@ -116,7 +116,7 @@ class Interval(Shown):
     def deciding(self) -> Interval:
         """Return a copy of this interval of a ratio, in which a single valid end counts only if it excludes 1.
 
-        If it includes 1, it does not decide which of the two numbers is larger.
+        An interval that includes 1 does not decide which of the two numbers of the ratio is larger.
         """
         lost = (self.bound == "low" and not self.low > 1.0) or (self.bound == "high" and not self.high < 1.0)
         return replace(self, bound="") if lost else self
@@ -158,7 +158,7 @@ class Interval(Shown):
     def as_dict(self) -> dict[str, Any]:
         """Return the interval as JSON data; numbers that are not finite are None.
 
-        The keys are ``value``, ``low``, ``high`` and ``trusted``. There are others only if they say something:
+        The keys are ``value``, ``low``, ``high`` and ``trusted``. Further keys are present only if they apply:
         ``never`` (true if the value is infinite), ``doubt`` (`doubt`), ``note`` (the note of a trusted interval),
         ``bound`` and ``reach``.
         """
@@ -205,7 +205,7 @@ class Interval(Shown):
 
 
 Estimate = Interval
-"""Second name of `Interval`, as the face exports it for numbers that a render states of itself."""
+"""Second name of `Interval`, which ``equaltime`` exports for the estimates that a render makes of itself."""
 
 UNKNOWN = Interval(math.nan, math.nan, math.nan, trusted=False)
 

@@ -44,9 +44,10 @@ def pairs_variance(products: Floats) -> tuple[float, float]:
 
     A pair's product is decomposed as mean + a_r + a_s + e_rs (Hoeffding 1948). The mean over pairs has the variance 4
     var(a) / K + 2 var(e) / (K (K - 1)). The jackknife has the first term right, but gives 4 var(e) / (K (K - 2)) for
-    the second. That is more than twice too much, which matters where there is no bias and so no a. With four renders or
-    more var(e) is known from the residuals of a_r + a_s; with fewer the jackknife stands. The degrees are by
-    Satterthwaite (1946); the first term, a difference, is noisier than its size says.
+    the second. That is more than twice the right value, which matters where there is no bias, so that a is 0. With four
+    renders or more, var(e) is estimated from the residuals of a_r + a_s. With three, the jackknife's variance is
+    returned, and with fewer, infinity. The degrees of freedom are by Satterthwaite (1946). The first term is a
+    difference and therefore noisier than others of its size, so its variance is increased.
     """
     repeats = len(products)
     if repeats < 3:
