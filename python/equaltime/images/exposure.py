@@ -1,7 +1,7 @@
 """Exposure of pictures for viewing, in stops: linear values are multiplied by 2 to the power of the stops.
 
-The automatic exposure has whole stops, so that two previews of one scene mostly have the same, and it is 0 unless the
-picture would be nearly black or white. Files with linear data (EXR) are never scaled.
+The automatic exposure is a whole number of stops, so that two previews of one scene mostly have the same exposure. It
+is 0 unless the picture would then be nearly black or nearly white. Files with linear data (EXR) are never scaled.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 __all__ = ["AUTO", "MOST_STOPS", "Exposure", "automatic_stops", "checked_exposure", "exposure_in_words"]
 
 Exposure = float | Literal["auto"]
-"""Stops, positive for brighter, or ``auto``: chosen from the picture."""
+"""Exposure in stops, positive for brighter; or ``auto``, which chooses the stops from the picture."""
 AUTO: Final = "auto"
 MOST_STOPS: Final = 150.0
 """Largest exposure in stops, of either sign: it lifts the smallest float32 above 1."""
@@ -26,10 +26,11 @@ _BRIGHT: Final = 90.0
 
 
 def automatic_stops(pixels: NDArray[Any], shown: float = 0.0) -> float:
-    """Return whole stops for linear RGB pixels of shape (..., 3).
+    """Return the automatic exposure of linear RGB pixels (..., 3), in whole stops.
 
-    ``shown`` is returned if it suits the pixels: their bright ones would be neither nearly black nor nearly white.
-    Pixels without light also give ``shown``. Pixels that are not finite are left out.
+    The exposure makes the 90th percentile of the pixels bright but not white. ``shown``, an exposure in stops, is
+    returned if it is within 2 stops of that exposure, or if the pixels have no light. Pixels that are not finite are
+    left out.
     """
     grey = np.asarray(pixels, np.float64).mean(axis=-1)
     grey = grey[np.isfinite(grey)]
@@ -52,7 +53,7 @@ def checked_exposure(exposure: Exposure) -> Exposure:
 
 
 def exposure_in_words(stops: float) -> str:
-    """Return such words as ``2 stops brighter`` or ``1 stop darker``; empty for 0."""
+    """Return an exposure as text, such as ``2 stops brighter`` or ``1 stop darker``; empty for 0."""
     if stops == 0.0:
         return ""
     return f"{abs(stops):g} stop{'' if abs(stops) == 1.0 else 's'} {'brighter' if stops > 0.0 else 'darker'}"

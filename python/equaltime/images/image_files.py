@@ -207,8 +207,8 @@ def write(path: Path, file_format: str, parts: Sequence[Layer], window: Window |
 def check_writable(path: Path, extensions: tuple[str, ...]) -> None:
     """Raise `ImageError` if ``path`` cannot be written, or does not end in one of the ``extensions``.
 
-    An extension has a dot and lower-case letters, such as ``.exr``. Call this before a render, because a failure after
-    an hour of rendering costs more.
+    An extension has a dot and lower-case letters, such as ``.exr``. Call this before a render, so that a wrong path
+    does not waste the time of the render.
     """
     if path.suffix.lower() not in extensions:
         found = f"extension '{path.suffix}'" if path.suffix else "no extension"

@@ -22,10 +22,11 @@ class LogScale:
 
     @classmethod
     def of(cls, maps: Iterable[NDArray[Any]], decades: float, most: float = 0.0) -> LogScale:
-        """Return a common scale of ``maps``: it ends at their 99th percentile, rounded up to half a decade.
+        """Return a common scale of ``maps``, whose high end is their 99th percentile, rounded up to half a decade.
 
-        Numbers that are not finite or not above 0 are left out. The scale is ``decades`` factors of ten long. If
-        ``most`` is larger, the scale may be as long as that, to begin at the 1st percentile.
+        Numbers that are not finite or not above 0 are left out. The scale spans ``decades`` factors of ten. If ``most``
+        is larger than ``decades``, the scale reaches down to the 1st percentile, but spans at most ``most`` factors of
+        ten.
         """
         values = np.concatenate([np.ravel(values) for values in maps])
         positive = values[np.isfinite(values) & (values > 0.0)]
@@ -47,9 +48,9 @@ class LogScale:
         return low, middle, high
 
     def position(self, values: NDArray[Any]) -> NDArray[np.float64]:
-        """Return the positions of ``values`` on the scale, in [0, 1]; values beyond an end, and NaN, are put at one.
+        """Return the positions of ``values`` on the scale: 0 at the low end and 1 at the high end.
 
-        Infinite values are at 1, and NaN at 0.
+        Values below the low end, and NaN, are put at 0. Values above the high end, and infinite ones, are put at 1.
         """
         place = np.log(np.maximum(values, self.low) / self.low) / math.log(self.high / self.low)
         return np.asarray(np.clip(np.nan_to_num(place, nan=0.0), 0.0, 1.0), np.float64)

@@ -1,7 +1,7 @@
 """Previews of linear images for viewing: sRGB with eight bits per channel, clipped to [0, 1], as PNG or JPEG.
 
 The exposure is given in stops and written in the file's description (`equaltime.images.exposure`). A JPEG has no alpha:
-it shows the image as it is, which is over black.
+it shows the image over a black background.
 """
 
 from __future__ import annotations

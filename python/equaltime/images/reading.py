@@ -16,9 +16,9 @@ from equaltime.errors import ImageError
 __all__ = ["complaint", "excess", "opened", "read_part", "reason", "started"]
 
 MOST_INFLATED: Final = 1032
-"""Largest compression factor of zlib, which is about what any image format reaches."""
+"""Largest compression factor of zlib; other image formats reach about the same factor."""
 ALWAYS: Final = 1 << 22
-"""Bytes of pixels that any file may declare, however small it is."""
+"""Size of pixels, in bytes, that a file of any size may declare."""
 
 
 def excess(spec: Any, path: str | os.PathLike[str]) -> str | None:
