@@ -60,8 +60,8 @@ def render(
 ) -> Result:
     """Render a scene until a number of samples, a time or an error is reached.
 
-    For one build, the pixels depend on the scene, the strategy, the seed and the sample counts. They do not depend on
-    ``threads``, and on ``time`` only through the sample counts.
+    The pixels depend on the scene, the strategy, the seed, the sample counts and the build of equaltime. They do not
+    depend on ``threads``. They depend on ``time`` only through the sample counts.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def render(
     time
         Seconds from the first sample of this run to the final film. If the limit falls within a pass, the pass is not
         completed: some pixels then have fewer samples, or none. Outputs that the scene asks for beside the image take
-        additional time, ``stats.phases["outputs"]``.
+        additional time, which ``stats.phases["outputs"]`` holds in seconds.
     strategy
         A `Strategy`, or text for `Strategy.parse`.
     observer
@@ -109,11 +109,11 @@ def render(
         changes the time, but no bit of the image.
     stop
         Rule by which ``error`` ends the render. ``look`` ends it when the upper limit of the image's own error,
-        examined between passes, has reached ``error`` (`equaltime.rendering.budget`). This rule selects images without
-        rare bright paths, which are too dark on average. ``fixed`` lets a pilot with separate samples choose the sample
-        count beforehand (`equaltime.quoting.fixed_count`). The image gets that count whatever it shows, and is
-        unbiased. The pilot's seconds are a phase of their own, and count towards ``time``. A resumed render keeps the
-        count that was chosen for the same error.
+        examined between passes, has reached ``error`` (`equaltime.rendering.budget`). Images that lack rare bright
+        paths reach ``error`` sooner, so the images that this rule ends are too dark on average. ``fixed`` lets a pilot
+        with separate samples choose the sample count beforehand (`equaltime.quoting.fixed_count`). The image gets that
+        count whatever it shows, and is unbiased. The pilot's seconds are a phase of their own, and count towards
+        ``time``. A resumed render keeps the count that was chosen for the same error.
 
     Returns
     -------

@@ -46,7 +46,7 @@ class EqualtimeWarning(UserWarning):
 
 
 class EqualtimeError(Exception):
-    """Base class of all errors that equaltime raises on purpose. The message is meant for people."""
+    """Base class of all errors that equaltime raises on purpose. The message is written for the user."""
 
 
 @dataclass(frozen=True)

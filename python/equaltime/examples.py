@@ -32,7 +32,7 @@ def experiment_names() -> Mapping[str, Path]:
 
 
 def example_of(path: Path) -> Path | None:
-    """Return the example that a path names, if there is no such file and the name has no suffix; else None.
+    """Return the file of the example that ``path`` names; None if it names no example, has a suffix, or exists.
 
     `scene_names` and `experiment_names` list the names. The last part of a name is enough if only one example has it:
     ``simple`` for ``montelight/simple``.
@@ -47,7 +47,7 @@ def example_of(path: Path) -> Path | None:
 
 
 def experiments_of(path: Path) -> Path | None:
-    """Return the folder of the example experiments, if a path is their folder's name and there is no such file."""
+    """Return the folder of the example experiments if ``path`` is ``experiments`` and does not exist, else None."""
     folder = scenes_folder() / "experiments"
     return folder if path == Path(folder.name) and not path.exists() else None
 

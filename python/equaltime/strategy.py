@@ -1,9 +1,9 @@
-"""Strategies: the methods by which a render samples paths, as one immutable value that every output names.
+"""Strategies: the methods by which a render samples paths, as one immutable value; every output names its strategy.
 
 A strategy changes the cost of an image, but not the expected image. Two fields of `Strategy` are exceptions:
-``truncate`` cuts paths, and some rules of ``adaptive`` are biased; see `Strategy.biased`. To add a word to a field, add
-the word to the field's ``Literal`` and to the compiled core. Some fields only have a meaning for certain values of
-another field. Without a meaning such a field is None, and giving it a value is an error.
+``truncate`` cuts paths, and some rules of ``adaptive`` are biased; see `Strategy.biased`. To add a value to a field,
+add it to the field's ``Literal`` and to the compiled core. Some fields only have a meaning for certain values of
+another field. Otherwise such a field is None, and setting it is an error.
 """
 
 from __future__ import annotations
@@ -47,14 +47,14 @@ class Strategy(BaseModel):
     uniform or drawn from the BSDF. ``light`` adds a ray to a light source, which finds all direct light. ``mis`` traces
     both rays, and combines the direct light that they find by weights. ``mixture`` draws one of the two rays at random
     and follows that ray; the weight divides by the mean of both densities. All techniques follow perfect mirrors and
-    glass, and sample point lights directly. If lights fill little of a point's view, weights of ``mixture`` double with
-    every bounce."""
+    glass, and sample point lights directly. If lights cover a small solid angle at every vertex, the weights of
+    ``mixture`` double with every bounce."""
     heuristic: Literal["balance", "power"] | None = None
     """Weights that combine the two rays of ``mis``: balance or power heuristic (default). None for other techniques."""
     lights: Literal["uniform", "power", "tree"] = "tree"
     """Probability of choosing a light source. ``uniform`` gives all sources the same probability. ``power`` uses the
-    power of the source. ``tree`` uses a bound of the light that the source sends to the point, by a tree of lights
-    (Conty Estevez & Kulla 2018, without splitting). A tree takes longer the more lights there are."""
+    power of the source. ``tree`` uses an upper bound of the light that reaches the point from the source, by a tree of
+    lights (Conty Estevez & Kulla 2018, without splitting). Its time grows with the number of lights."""
     environment: Literal["plain", "compensated"] | None = None
     """Density by which directions of an environment image are drawn. ``plain`` uses the radiance. ``compensated``
     (default) uses the radiance above the mean, and leaves the rest to the BSDF's rays (Karlík et al. 2019). None for
@@ -74,9 +74,10 @@ class Strategy(BaseModel):
     truncate: int | None = Field(default=None, ge=1, lt=2**31)
     """Depth at which every path is cut, counted like the scene's ``max_depth``, which applies too. Biased."""
     sampler: Literal["independent", "stratified", "sobol", "lattice"] = "lattice"
-    """Kind of random numbers. ``independent`` numbers have no structure. ``stratified`` uses jittered strata, as many
-    as samples at powers of four. ``sobol`` uses Owen-scrambled Sobol points, a pair for each random choice. ``lattice``
-    uses one lattice with random shifts for all choices at the first eight vertices (Cools, Kuo & Nuyens 2006)."""
+    """Kind of random numbers. ``independent`` numbers have no structure. ``stratified`` uses jittered strata: one for
+    each sample, if the sample count is a power of four. ``sobol`` uses Owen-scrambled Sobol points, a pair for each
+    random choice. ``lattice`` uses one lattice with random shifts for all choices at the first eight vertices (Cools,
+    Kuo & Nuyens 2006)."""
     adaptive: Literal["none", "error", "neighbours", "history", "cutoff"] = "error"
     """Rule by which pixels get more samples after a pilot (`equaltime.film.adaptive`). ``none`` gives all pixels the
     same number. ``error`` prefers pixels whose neighbours showed a large error, if the pilot shows a gain. ``error`` is

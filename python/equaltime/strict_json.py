@@ -58,8 +58,8 @@ def _finite(data: object) -> object:
 def to_json(value: object) -> Any:
     """Return a value as JSON data; a dataclass or a model becomes an object of its fields.
 
-    A value with a method ``as_dict`` becomes what that returns. Numbers that are not finite become None, and objects
-    that are no data become their text.
+    A value with a method ``as_dict`` becomes the result of this method. Numbers that are not finite become None. An
+    object of any other type becomes its text, ``str(value)``.
     """
     if isinstance(value, _HasData):
         return value.as_dict()
@@ -75,7 +75,7 @@ def to_json(value: object) -> Any:
 
 
 def fields_to_json(value: DataclassInstance, *, without: Collection[str] = ()) -> dict[str, Any]:
-    """Return the fields of a dataclass as JSON data, as `to_json` does; without the fields that are named."""
+    """Return the fields of a dataclass as JSON data, converted by `to_json`; ``without`` names fields to leave out."""
     names = [field.name for field in dataclasses.fields(value) if field.name not in without]
     return {name: to_json(getattr(value, name)) for name in names}
 

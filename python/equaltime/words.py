@@ -12,7 +12,8 @@ __all__ = ["Shown", "a", "duration", "nearest", "percent", "seconds_of", "shorte
 
 MOST_NAMES: Final = 512
 LONGEST_NAME: Final = 100
-"""Limits of `nearest`: names in `MOST_NAMES`, letters in `LONGEST_NAME`. The time grows with their product."""
+"""Limits of `nearest`, whose time grows with their product: `MOST_NAMES` known names, `LONGEST_NAME` letters in a
+word."""
 _BRACKETS: Mapping[type[object], tuple[str, str]] = {list: ("[", "]"), tuple: ("(", ")"), dict: ("{", "}")}
 _UNITS = [("ms", 1e-3, 0.9995), ("s", 1.0, 299.5), ("min", 60.0, 1.8e4), ("h", 3600.0, 3.6e5)]
 """Units of time: name, seconds, and the number of seconds from which the next unit serves better."""
@@ -72,7 +73,7 @@ def a(noun: str) -> str:
 def nearest(word: str, known: Iterable[str]) -> str | None:
     """Return the name in `known` that is most similar to `word`, or None if no name is similar.
 
-    Return None too for a word above `LONGEST_NAME` letters or for more than `MOST_NAMES` names, which would take long.
+    Return None too for a word of more than `LONGEST_NAME` letters, or for more than `MOST_NAMES` names, to save time.
     """
     names = sorted(known)
     if len(names) > MOST_NAMES or len(word) > LONGEST_NAME:
