@@ -109,7 +109,7 @@ class Assets:
         return self._images[path]
 
     def told_of_image(self, emitter: EnvMap) -> tuple[str, ...]:
-        """Return remarks for the user on the image file of `emitter`, such as unused channels.
+        """Return the warnings about the image file of `emitter`, such as unused channels, as text.
 
         The image is read if needed.
         """

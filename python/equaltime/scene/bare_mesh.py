@@ -28,8 +28,9 @@ __all__ = ["MESHES", "read_mesh"]
 
 MESHES: Final = (".obj", ".ply")
 DEFINITIONS: Final[Mapping[str, object]] = {"ground": 0.6, "sky": 0.3, "sun": 2.2, "view": "front"}
-"""Names that ``-D`` may set, with the defaults. The ground has a reflectance, the sky a radiance and the sun an
-irradiance: a white surface that faces the sun is white in the image. The view is a side of `VIEWS`."""
+"""Names that ``-D`` may set, with the defaults: the ground's reflectance, the sky's radiance, the sun's irradiance and
+the camera's side (`equaltime.scene.studio.VIEWS`). With the defaults, a white surface that faces the sun is white in
+the image."""
 _COLORS: Final = ("vertex_color", "face_color")
 
 

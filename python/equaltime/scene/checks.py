@@ -1,7 +1,8 @@
 """Reads the files that a valid scene names, and collects warnings about odd but harmless parameters and files.
 
-A plain number outside the range of its parameter is an error. Values of textures and mesh attributes are only counted
-for a warning. Sharpening, for example, may have raised one pixel of a photograph in a million beyond white.
+A plain number outside the range of its parameter is an error. For values of textures and mesh attributes, a warning
+tells how many are outside. Sharpening, for example, may have raised one pixel in a million of a photograph beyond
+white.
 """
 
 from __future__ import annotations

@@ -142,8 +142,8 @@ def _filter(rfilter: Filter) -> tuple[str, float] | tuple[str, float, float]:
 def compile_scene(model: SceneModel, assets: Assets, builder: SceneBuilder) -> CoreScene:
     """Build `model` with `builder`, and return the core's scene.
 
-    Raises ValueError if a file or the scene cannot be used. For a plugin that the core does not support, this is the
-    subclass `Unsupported` with the plugin.
+    Raises ValueError if a file or the scene cannot be used. For a plugin that the core does not support, the error is
+    of the subclass `Unsupported`, and holds the plugin.
     """
     _refuse_other_images(model, assets)
     model = _unlit(in_shutters(model)) if model.integrator.max_depth == 0 else in_shutters(model)

@@ -121,7 +121,7 @@ def _number(value: Texture | float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Bend:
-    """The bump or normal map `by`, which bends the normals of a leaf BSDF; for `turned`, see `BsdfCompiler.index`."""
+    """A bump or normal map, `by`, that bends the normals of a leaf BSDF; `BsdfCompiler.index` explains `turned`."""
 
     by: BumpMap | NormalMap
     turned: bool
@@ -139,7 +139,7 @@ class BsdfCompiler:
         """Add the BSDF of one side of a surface if it is new, and return its index in the core.
 
         Return None if `bsdf` is None, for a side that absorbs all light. If `turned`, a bent normal on the back is the
-        negative of the front's bent normal; else it is the mirror image. see `wrappers.turns`.
+        negative of the front's bent normal; otherwise it is the mirror image (see `wrappers.turns`).
         """
         return None if bsdf is None else self._index(bsdf, turned, None)
 

@@ -1,7 +1,7 @@
 """Frames of an animated scene: their numbers, the times at which their shutter opens and closes, and their files.
 
-Frame n begins n / fps seconds after the animation's time 0. Its shutter opens then, and stays open for a share of the
-frame: 0 makes a still, 0.5 is the 180 degrees of film cameras.
+Frame n begins n / fps seconds after the animation's time 0. The shutter opens at this time, and stays open for a share
+of the frame's duration. A share of 0 makes a still; 0.5 is the 180-degree shutter of film cameras.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ class Frame:
 
     number: int
     shutter: tuple[float, float]
-    """When the shutter opens and closes, in seconds; equal for a still."""
+    """Times at which the shutter opens and closes, in seconds; equal for a still."""
 
     @classmethod
     def of(cls, number: int, fps: float, blur: float) -> Frame:
         """Return frame ``number`` of an animation with ``fps`` frames a second.
 
-        ``blur`` is the share of a frame for which the shutter is open, from 0 to 1.
+        ``blur`` is the share of the frame's duration for which the shutter is open, from 0 to 1.
         """
         return cls(number, (number / fps, (number + blur) / fps))
 
@@ -61,10 +61,10 @@ def parse_frames(text: str) -> tuple[int, ...]:
 
 
 def frame_files(output: Path, numbers: Sequence[int]) -> tuple[Path, ...]:
-    """Return the file of each frame: ``####`` in the name of ``output`` becomes the frame's number, in as many digits.
+    """Return the file of each frame: ``####`` in the name of ``output`` becomes the frame's number.
 
-    Without ``#`` the number follows the name, in four digits: ``film.exr`` becomes ``film_0012.exr``. Raises ValueError
-    if the name has several groups of ``#``.
+    The number has at least as many digits as there are ``#``. Without ``#`` it follows the name, with four digits:
+    ``film.exr`` becomes ``film_0012.exr``. Raises ValueError if the name has several groups of ``#``.
     """
     name = output.name if "#" in output.name else f"{output.stem}_####{output.suffix}"
     before, *places = re.split("(#+)", name)
@@ -77,7 +77,7 @@ def frame_files(output: Path, numbers: Sequence[int]) -> tuple[Path, ...]:
 def frames_of(
     path: str | Path, frames: Sequence[Frame], defines: Mapping[str, object], *, substitute: bool = False
 ) -> Iterator[Scene]:
-    """Yield the scene of a file as each of the frames shows it.
+    """Yield the scene in the file ``path`` once for each frame, with the frame's shutter.
 
     ``defines`` and ``substitute`` are as for `equaltime.scene.load_file`. glTF files are read anew for each frame,
     since their animations are sampled while the shutter is open.

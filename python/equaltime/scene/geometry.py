@@ -83,7 +83,8 @@ class MeshSurface:
     faces: NDArray[np.uint32]
     """Indices (M, 3) of vertices."""
     normals: Array | None = None
-    """Shading normals (N, 3) on the front side; None for flat faces. A pose blended from two may have shorter ones."""
+    """Shading normals (N, 3) on the front side; None for flat faces. A blend of two poses may have normals shorter than
+    1."""
     uvs: Array | None = None
     """Texture coordinates (N, 2)."""
     attributes: Mapping[str, Array] = field(default_factory=dict)

@@ -43,7 +43,7 @@ _COLORS: Final = frozenset({"map_kd", "map_ke"})
 
 
 class ObjMaterials:
-    """The materials in the libraries (MTL files) that an OBJ file names; true if there are any."""
+    """The materials in the libraries (MTL files) that an OBJ file names; False in a condition if there are none."""
 
     def __init__(self, path: Path, libraries: list[tuple[bytes, int]], account: Account, search: Search) -> None:
         self._path = path

@@ -66,7 +66,7 @@ class PictureAccount:
         return None if value in harmless else value
 
     def note(self, message: str) -> None:
-        """Add a remark for the user about the picture file; an equal remark is kept once."""
+        """Add a remark for the user about the picture file, unless an equal one was added before."""
         self._notes[message] = None
 
     def told(self) -> tuple[str, ...]:

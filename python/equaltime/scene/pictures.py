@@ -57,7 +57,7 @@ class Texels:
     srgb: bool
     """Whether uint8 texels are encoded as sRGB; other texels are linear."""
     told: tuple[str, ...] = ()
-    """Remarks for the user on content of the file that is not used."""
+    """Warnings about content of the file that is not used, as text."""
 
     @property
     def linear(self) -> NDArray[np.float32]:
@@ -336,7 +336,7 @@ def _decoded(colors: Array, curve: float | str) -> NDArray[np.float32]:
 
 MAGIC: Final = (b"#?RADIANCE", b"#?RGBE")
 LONGEST: Final = 1 << 16
-"""Largest size of a header in bytes; real headers have some hundred."""
+"""Largest size of a header in bytes; real headers have a few hundred bytes."""
 ORIENTATIONS: Final = {
     **{"-Y +X": 1, "-Y -X": 2, "+Y -X": 3, "+Y +X": 4},
     **{"+X -Y": 5, "-X -Y": 6, "-X +Y": 7, "+X +Y": 8},

@@ -114,7 +114,7 @@ class Scene(Shown):
     assets: Assets = field(repr=False)
     """The meshes and images that the scene names."""
     warnings: tuple[str, ...] = ()
-    """Warnings about harmless oddities of the files, and about replaced plugins."""
+    """Warnings, as text, about harmless oddities of the files and about replaced plugins."""
     substitutions: tuple[Substitution, ...] = ()
     """Plugins and parameters that were replaced or left out, as the argument ``substitute`` of `load` allowed."""
     places: Places = field(default=NOWHERE, repr=False)
@@ -268,9 +268,9 @@ class Scene(Shown):
     ) -> Scene:
         """Return the scene with another film size, crop window (x, y, width, height), path length or shutter.
 
-        A shutter is when it opens and when it closes, in the units of the scene's animations; equal times make a still.
-        A new size without a crop renders the whole film. A new `max_depth` changes the exact image. The error of a
-        render is then the distance from the new exact image, not from the image with `own_max_depth`. With
+        `shutter` holds the times of opening and closing, in the units of the scene's animations; equal times make a
+        still. A new size without a crop renders the whole film. A new `max_depth` changes the exact image. The error of
+        a render is then the distance from the new exact image, not from the image with `own_max_depth`. With
         `transparent`, images get alpha, and the camera does not see the sky (`equaltime.scene.changes.transparent`).
 
         Raises

@@ -53,7 +53,7 @@ def _exists(path: Path) -> bool:
 MOST_DEEP: Final = 15
 """Largest depth of files that include files, as in Mitsuba."""
 MOST_READ_AGAIN: Final = 1 << 19
-"""Largest total size, in bytes, of repeated readings of included files; includes can double with each level."""
+"""Largest total size, in bytes, of repeated readings of included files. Their number can double with each level."""
 A_FILE: Final = 1 << 10
 """Bytes that each repeated reading counts in addition to the file's size, for the work of opening the file."""
 

@@ -37,7 +37,8 @@ LONG_SIDE: Final = 768
 ASPECT: Final = 4.0 / 3.0
 """Width divided by height of the image, for cameras that do not set this ratio."""
 VIEWS: Final = ("front", "right", "back", "left")
-"""Sides from which the default camera may look, each a quarter turn further to the right; ``front`` is +z."""
+"""Sides of the model from which the default camera may look, each a quarter turn to the right of the one before. The
+side ``front`` is +z."""
 SKY: Final = 0.5
 SUN: Final = 1.5
 """Default radiance of the sky (`SKY`) and irradiance of the sun (`SUN`) of glTF files. With both, white surfaces that
@@ -66,7 +67,7 @@ def film(aspect: float, place: Place) -> Object:
 def default_camera(points: Array, place: Place, view: str = "front") -> Object:
     """Return a perspective camera of the scene tree from a side of `VIEWS`, which sees all ``points`` (N, 3).
 
-    They fill the width or the height of its image, up to a margin, and stand about the middle of the other.
+    The points fill the width or the height of the image, up to a margin, and are centred along the other.
     """
     if len(points) == 0:
         points = np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]])
@@ -106,7 +107,7 @@ def sun(irradiance: float, place: Place, name: str = "sun") -> Object | None:
 
 
 def soft_sun(irradiance: float, bounds: Array, place: Place, view: str = "front") -> Object | None:
-    """Return a far, shining sphere with irradiance ``irradiance`` in W/m² at the model; None if that is 0.
+    """Return a far, emitting sphere that gives the model ``irradiance`` in W/m²; None if ``irradiance`` is 0.
 
     ``bounds`` (2, 3) are the least and the largest coordinates of the model. The light comes from above the camera's
     left shoulder.
@@ -132,7 +133,10 @@ def ground(reflectance: float, bounds: Array, place: Place, name: str = "ground"
 
 
 def strength(given: object, name: str, most: float = math.inf) -> float:
-    """Return the value of a definition as a number from 0 to ``most``; raise ValueError if it is none."""
+    """Return ``given``, the value of the definition ``name``, as a number.
+
+    Raises ValueError unless it is a finite number in [0, ``most``].
+    """
     try:
         value = float(str(given))
     except ValueError:
@@ -144,7 +148,7 @@ def strength(given: object, name: str, most: float = math.inf) -> float:
 
 
 def view_of(given: object) -> str:
-    """Return the value of the definition ``view``, one of `VIEWS`; raise ValueError if it is none."""
+    """Return ``given``, the value of the definition ``view``; raise ValueError unless it is one of `VIEWS`."""
     if given not in VIEWS:
         found = f"found {shortened(given, 40)}{suggestion(str(given), VIEWS)}"
         raise ValueError(f"'view' must be {', '.join(VIEWS[:-1])} or {VIEWS[-1]}, {found}")

@@ -35,7 +35,8 @@ MAX_DEPTH = 64
 FREE_ENTRIES = 4096
 
 USES_OF_EACH = 64
-"""Limit on objects or entries once sharing is expanded: `FREE_ENTRIES`, plus `USES_OF_EACH` for each in the file."""
+"""Limit on objects or entries, a shared one counted at each use: `FREE_ENTRIES`, plus this number for each in the
+file."""
 
 
 class Place(NamedTuple):

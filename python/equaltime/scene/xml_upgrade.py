@@ -41,7 +41,8 @@ WITHOUT_EFFECT: Final = {
     "shape": {"collapse"},
     "texture": {"cache", "max_anisotropy"},
 }
-"""Parameters, by family, that do not change the radiance of the image, or only in ways that no longer exist."""
+"""Parameters, by family, that do not change the radiance in the image, or that only changed features which no longer
+exist."""
 OF_THE_FILE: Final = {"digits", "file_format", "variable"}
 """Parameters of old films for the format of the output file, which the output's name now decides."""
 PIXELS: Final = {"luminancealpha": "luminance_alpha", "spectrum": "rgb", "spectrumalpha": "rgba"}

@@ -133,7 +133,7 @@ def _srgb(text: str) -> Vec3:
 NAMED = ("name", "value")
 XYZ = ("value", "x", "y", "z")
 INTENT = ("intent",)
-"""Attribute of Mitsuba 0.x: tells a reflectance from light, so that a spectrum could be made from a colour."""
+"""Attribute of Mitsuba 0.x that says whether a colour is a reflectance or emission; here without effect."""
 
 VALUES: Final[dict[str, Rule[object]]] = {
     "boolean": Rule(NAMED, (), lambda a: _boolean(a["value"])),

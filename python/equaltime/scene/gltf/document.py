@@ -60,9 +60,11 @@ class Document:
     size: int
     """Size of the file, in bytes."""
     notes: dict[str, dict[str, None]] = field(default_factory=dict)
-    """Notes on parts of the file that are changed or not used, in order of discovery, each with paths in the JSON."""
+    """Notes on parts of the file that are changed or not used, in order of discovery; each has its paths in the
+    JSON."""
     uses: dict[int, dict[str, int]] = field(default_factory=dict)
-    """Uses of each image, by index: names of material parameters decoded from the image, with numbers of texels."""
+    """Uses of each image, by its index: a dict from the names of material parameters decoded from it to numbers of
+    texels."""
     _buffers: dict[int, memoryview] = field(default_factory=dict)
 
     @property

@@ -29,8 +29,9 @@ __all__ = ["read_gltf"]
 
 DEFINITIONS: Final = ("animation", "camera", "ground", "scene", "shutter", "sky", "sun", "time", "view")
 """Names that ``-D`` may set. Animation, camera and scene are chosen by name or number. The shutter is two times, of
-opening and closing, in seconds of the animation; the time is that of a still. The sky has a radiance as value, the sun
-an irradiance, the ground a reflectance. The view is a side of `VIEWS`, for files without a camera."""
+opening and closing, in seconds of the animation; ``time`` shows a still at one time. The value of the sky is its
+radiance, of the sun its irradiance, and of the ground its reflectance. The view is the camera's side, one of
+`equaltime.scene.studio.VIEWS`, for files without a camera."""
 PLACES_SHOWN: Final = 3
 Value = TypeVar("Value")
 

@@ -105,7 +105,7 @@ class GltfShapes:
     def reach(self, nodes: Iterable[Placed]) -> Array:
         """Return the corners (N, 3), in world space, of the boxes of all meshes at all times of a clip.
 
-        ``nodes`` are the nodes placed in that clip. Meshes with a skin count as they are in the file.
+        ``nodes`` are the nodes placed in that clip. Meshes with a skin count with the pose that is stored in the file.
         """
         found = [np.zeros((0, 3))]
         for at in nodes:

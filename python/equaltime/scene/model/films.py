@@ -26,7 +26,7 @@ MAX_SIDE = 1_000_000
 """Largest width or height of the film, in pixels: libpng's limit, since the preview of an image is a PNG file."""
 MAX_PIXELS = 2**28
 PIXEL_BYTES = 112
-"""Bytes per pixel of the film: count, mean and second moment of two replicates (independent images), in float64."""
+"""Bytes of memory per pixel that the error about too large a film states; two replicates alone take 80."""
 
 
 class Box(Plugin):

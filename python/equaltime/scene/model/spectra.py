@@ -187,11 +187,11 @@ TABLE: Final = tuple(
 830 1.25114e-06 4.5181e-07 0 60.3125
 """.splitlines()
 )
-
-
-Color = tuple[float, float, float]
-Array = NDArray[np.float64]
 """The CIE 1931 standard observer and the standard illuminant D65, every 5 nm (CIE 015:2004, tables 1 and 4).
 
 Columns: wavelength in nm, the colour matching functions x, y, z, and the relative power of D65.
 """
+
+
+Color = tuple[float, float, float]
+Array = NDArray[np.float64]
