@@ -24,8 +24,8 @@ def last_held_back() -> float:
 def held_back() -> Iterator[list[int]]:
     """Catch Ctrl-C and SIGTERM inside the block, without calling their handlers.
 
-    The yielded list gets the number of each caught signal. If the first Ctrl-C began a saving, a second Ctrl-C
-    therefore cannot interrupt this saving. A signal is caught only if it has a Python handler, and only in the main
+    The yielded list gets the number of each caught signal. If a result is saved because of a first Ctrl-C, a second
+    Ctrl-C does not interrupt the block. A signal is caught only if it has a Python handler, and only in the main
     thread. Other signals act as usual.
     """
 

@@ -269,7 +269,7 @@ def error_parts(pixels: PixelStatistics, m: float, least: Floats | None = None) 
     ``m`` is the mean of the image over pixels and channels. ``least`` (H, W, 3) is light that is certainly in each
     pixel. The noise of the references adds variance (`ErrorParts.moved`), which is found by the delta method. The noise
     of pixel j moves the mean of the image and the local means around j, and so several contributions at once. The
-    derivatives by the two kinds of means have the same sign, so their absolute values are added.
+    derivatives with respect to both kinds of means have the same sign, so their absolute values are added.
     """
     contributions, sums = error_contributions(pixels.mean, pixels.variance, pixels.samples, error_floor(m), least)
     influence = 0.02 * m * sums["slopes"] / pixels.mean.size

@@ -47,8 +47,9 @@ PARTS: Final = np.dtype(
         *((name, "<f8", (3,)) for name in ("within", "between")),
     ]
 )
-"""Sums over the parts (merged renders) that have samples in a pixel. They are the number of parts; the number of parts
-whose replicates have unequal counts; ``n²``, ``n² V`` and ``n (I_k - I)²`` (`equaltime.film.parts_of_merge`)."""
+"""Sums over the parts (merged renders) that have samples in a pixel. ``parts`` counts the parts, and ``uneven`` the
+parts whose replicates have unequal counts. ``squares``, ``within`` and ``between`` are the sums of ``n²``, ``n² V`` and
+``n (I_k - I)²`` (`equaltime.film.parts_of_merge`)."""
 
 
 _ROWS: Final = 64

@@ -48,7 +48,7 @@ MOST_SHARE = 0.015
 upper end is moved out."""
 UNSEEN = 20.0
 """Multiple of the largest share by which unseen squared errors may raise the mean square error. The limits hold for
-power tails of squared errors with an index of at least 1.2. At this index the unseen part is about six times the
+power tails, ``P(c > x) ~ x^-a``, with an index a of at least 1.2. At this index the unseen part is about six times the
 largest share on average, and three times as much in bad cases."""
 _LARGEST = 2.5
 """Factor on log(number of squares) and on their mean; for squares of normal differences the largest needs about 2."""
@@ -76,7 +76,7 @@ class Tail:
         """
         if not self.ratio > MOST_RATIO or self.share <= MOST_SHARE:
             return ""
-        return f"heavy tail: one pixel of one render makes {100 * self.share:.3g} % of the error, and others may more"
+        return f"heavy tail: one pixel of one render makes {100 * self.share:.3g} % of the error; others may make more"
 
     @property
     def unseen(self) -> float:

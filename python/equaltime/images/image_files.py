@@ -188,7 +188,7 @@ def write(path: Path, file_format: str, parts: Sequence[Layer], window: Window |
     specs = tuple(part.spec(window) for part in parts)
     output = started(lambda: oiio.ImageOutput.create(file_format))
     if output is None:
-        said = complaint(oiio) or "OpenImageIO does not start, as where memory or threads are short"
+        said = complaint(oiio) or "OpenImageIO does not start; memory or threads may be short"
         raise ImageError(f"{path}: cannot write: {said}")
     try:
         with replacing(path) as temporary:
@@ -212,7 +212,7 @@ def check_writable(path: Path, extensions: tuple[str, ...]) -> None:
     """
     if path.suffix.lower() not in extensions:
         found = f"extension '{path.suffix}'" if path.suffix else "no extension"
-        raise ImageError(f"{path}: {found}; known are {', '.join(extensions)}")
+        raise ImageError(f"{path}: {found}; expected {', '.join(extensions)}")
     try:
         if path.is_dir():
             raise ImageError(f"{path}: is a folder")

@@ -13,7 +13,7 @@ both errors on other scenes.
 """
 
 CAVEAT = (
-    f"a reference by Mitsuba 3 is worth no more than {100 * FLOOR:g} % where gaps or edges are small against the "
+    f"a reference by Mitsuba 3 may be wrong by {100 * FLOOR:g} % where gaps or edges are small against the "
     "scene's extent from the origin, because Mitsuba moves the origin of each ray by 8.9e-5 (1 + its largest "
     "coordinate) along the normal; equaltime measured 0.18 % on Sponza"
 )

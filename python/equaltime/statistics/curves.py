@@ -189,7 +189,7 @@ def interval_of(statistic: Callable[[Floats, float], float], repeats: int) -> In
     if moved == 0.0 or not math.isfinite(found.value):
         return found
     if not math.isfinite(moved):
-        return found.doubted("the noise of the reference leaves it open")
+        return found.doubted("the noise of the reference is too large to tell")
     half = math.hypot(0.5 * (found.high - found.low), Z95 * moved)
     return replace(found, low=found.value - half, high=found.value + half)
 
@@ -298,7 +298,7 @@ def typical_interval(logs: Callable[[float], Floats], more: float) -> Interval:
         return found
     moved = 0.5 * abs(float(np.median(logs(1.0)) - np.median(logs(-1.0))))
     if not math.isfinite(moved):
-        return found.doubted("the noise of the reference leaves it open")
+        return found.doubted("the noise of the reference is too large to tell")
     more = math.hypot(Z95 * moved, more)
     down, up = math.hypot(found.value - found.low, more), math.hypot(found.high - found.value, more)
     return replace(found, low=found.value - down, high=found.value + up)

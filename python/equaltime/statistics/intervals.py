@@ -79,7 +79,7 @@ class Interval(Shown):
     bound: Literal["", "low", "high"] = ""
     """The end that is still valid (97.5 %, one-sided) when the interval as a whole is not trusted."""
     reach: float = 1.0
-    """Distance from the measured range, as a factor: above 1 the number is extrapolated."""
+    """Factor by which the time lies outside the measured times; above 1 the value is extrapolated."""
 
     @property
     def known(self) -> bool:
@@ -318,7 +318,7 @@ def jackknife(statistic: Callable[[Floats], float], repeats: int) -> Interval:
         return Interval(whole, -math.inf, math.inf).doubted("one repeat has no spread")
     left_out = np.array([statistic(np.where(np.arange(repeats) == r, 0.0, everything)) for r in range(repeats)])
     if not np.isfinite(left_out).all():
-        return Interval(whole, -math.inf, math.inf).doubted("without one of the repeats there is no value")
+        return Interval(whole, -math.inf, math.inf).doubted("the value is unknown without one of the repeats")
     return mean_interval(repeats * whole - (repeats - 1) * left_out)
 
 

@@ -158,7 +158,7 @@ def test_a_link_stays_and_what_it_leads_to_is_replaced(result: Result, tmp_path:
     ("name", "message"),
     [
         ("lost.exr", "the folder .*nowhere does not exist"),
-        ("out.jpg", r"extension '\.jpg'; known are \.exr, \.png"),
+        ("out.jpg", r"extension '\.jpg'; expected \.exr, \.png"),
         ("out", "no extension"),
         ("nowhere/out.exr", "the folder .*nowhere does not exist"),
         ("folder.exr", "is a folder"),
