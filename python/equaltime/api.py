@@ -34,7 +34,7 @@ __all__ = ["render"]
 _DEFAULT_SPP = 64
 _LEFT_FOR_BIAS = 0.5
 """Largest bias from left-out effects, as a fraction of the error asked for; the noise may then be 87 % of it."""
-_CROSS_CHECK_ALONE = "the embreex backend has one strategy, its own, and no limit but spp: give spp and seed only"
+_CROSS_CHECK_ALONE = "the embreex backend accepts no strategy and no limit except spp: give only spp and seed"
 
 
 def render(
@@ -176,7 +176,9 @@ def render(
             raise StrategyError(_CROSS_CHECK_ALONE)
         return warn_if_black(_cross_checked(loaded, limits, chosen, seed), loaded, stacklevel=2)
     if checkpoint is not None:
-        check_spares({Path(checkpoint), Path(checkpoint).with_suffix(".png")}, loaded.files, "the scene is made of it")
+        check_spares(
+            {Path(checkpoint), Path(checkpoint).with_suffix(".png")}, loaded.files, "the scene is made of this file"
+        )
     resumed = None if resume is None else as_checkpoint(resume)
     if show is not None:
         show.connect()  # before any clock runs: it may have to be waited for
@@ -242,7 +244,7 @@ def _left_out(job: Job, without: tuple[str, ...], within: float | None) -> left_
     if within is None:
         return left_out.measured(job.scene, job.strategy, without, job.seed, job.threads)
     if without:
-        raise EffectError("give effects to leave out, or the error within which to choose them, not both")
+        raise EffectError("give either effects to leave out, or the largest bias within which to choose them, not both")
     if job.limits.error is not None:
         within = min(within, _LEFT_FOR_BIAS * job.limits.error)
     return left_out.choose(job.scene, job.strategy, within, job.seed, job.threads)
@@ -265,14 +267,14 @@ def _rest(error: float | None, bias: Interval) -> float | None:
     if error is None:
         return None
     if bias.high >= error:
-        raise EffectError(f"an error of {100.0 * error:.3g} % cannot be reached: what is left out makes {bias:%}")
+        raise EffectError(f"an error of {100.0 * error:.3g} % cannot be reached: the effects left out make {bias:%}")
     return math.sqrt(error**2 - bias.high**2)
 
 
 def _cross_checked(scene: Scene, limits: Limits, strategy: Strategy, seed: int) -> Result:
     """Render with `equaltime.crosscheck`, which has one strategy, its own, and no clock."""
     if scene.transparent:
-        raise RenderError("the embreex backend makes no alpha: leave transparent out")
+        raise RenderError("the embreex backend makes no alpha: omit transparent")
     if limits != Limits(spp=limits.spp) or limits.spp is None or strategy != Strategy():
         raise StrategyError(_CROSS_CHECK_ALONE)
     try:

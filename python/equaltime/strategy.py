@@ -62,9 +62,9 @@ class Strategy(BaseModel):
     roulette: Literal["none", "constant", "albedo", "throughput", "efficiency", "automatic"] = "automatic"
     """Survival probability of Russian roulette, which is unbiased. ``none`` uses no roulette. ``constant`` uses
     `survival`. ``albedo`` uses the largest component of the surface's albedo. ``throughput`` uses the path's
-    throughput. ``efficiency`` uses the throughput too, and splits a path at its first scattering, into as many copies
-    as are worth their rays. ``automatic`` is ``efficiency`` if a pilot shows that splitting pays, else
-    ``throughput``."""
+    throughput. ``efficiency`` uses the throughput too, and splits a path at its first scattering. A pilot chooses the
+    number of copies for the least variance times rays. ``automatic`` is ``efficiency`` if a pilot shows that splitting
+    pays, else ``throughput``."""
     roulette_depth: int | None = Field(default=None, ge=1, lt=2**31)
     """First depth at which the roulette may end a path. The default is 5, and None without roulette."""
     survival: float | None = Field(default=None, gt=0.0, lt=1.0)
@@ -72,7 +72,8 @@ class Strategy(BaseModel):
     If the albedo is above p, weights grow from bounce to bounce. If the albedo's square is above p, paths without a
     limit have infinite variance."""
     truncate: int | None = Field(default=None, ge=1, lt=2**31)
-    """Depth at which every path is cut, counted like the scene's ``max_depth``, which applies too. Biased."""
+    """Depth at which every path is cut, counted like the scene's ``max_depth``; the smaller of the two counts. The
+    image is biased."""
     sampler: Literal["independent", "stratified", "sobol", "lattice"] = "lattice"
     """Kind of random numbers. ``independent`` numbers have no structure. ``stratified`` uses jittered strata: one for
     each sample, if the sample count is a power of four. ``sobol`` uses Owen-scrambled Sobol points, a pair for each
@@ -186,12 +187,12 @@ class _Condition:
 _CONDITIONS: Mapping[str, _Condition] = {
     "heuristic": _Condition("technique", ("mis",), "power", "only mis weights the samples of two techniques"),
     "environment": _Condition(
-        "technique", ("mis", "mixture"), "compensated", "the BSDF's rays find what it leaves out"
+        "technique", ("mis", "mixture"), "compensated", "only mis and mixture trace the BSDF's rays too"
     ),
     "roulette_depth": _Condition(
-        "roulette", ("constant", "albedo", "throughput", "efficiency", "automatic"), 5, "there is none to begin"
+        "roulette", ("constant", "albedo", "throughput", "efficiency", "automatic"), 5, "there is no roulette"
     ),
-    "survival": _Condition("roulette", ("constant",), 0.75, "only the constant roulette has one"),
+    "survival": _Condition("roulette", ("constant",), 0.75, "only the constant roulette uses it"),
 }
 _LOOK_AT_THEMSELVES = ("neighbours", "history", "cutoff")
 """"Adaptive metrics by which the number of a pixel's samples depends on these samples."""

@@ -209,5 +209,5 @@ def _read_sky(path: Path) -> tuple[NDArray[np.float32], tuple[str, ...]]:
         return image, picture.told
     # negative values come from resampling or from another gamut
     least = f"the least is {image.min():.3g}, the largest {image.max():.3g}"
-    dark = f"{count} pixels are negative somewhere, and 0 there: {least}"
+    dark = f"{count} pixels have negative values, which count as 0: {least}"
     return np.maximum(image, 0.0), (*picture.told, dark)

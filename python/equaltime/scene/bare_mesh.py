@@ -59,7 +59,7 @@ def read_mesh(
         return None
     for line in account:
         report.note(line)
-    report.note("the file is a mesh alone: a camera, a sky, a sun and a ground are added; -D view=back turns them")
+    report.note("the file is only a mesh: a camera, a sky, a sun and a ground are added; -D view=back shows its back")
     try:
         around = _studio([mesh.vertices for mesh in parts.values()], {**DEFINITIONS, **defines}, place)
     except ValueError as error:
@@ -90,7 +90,7 @@ def _painted(
     materials = ObjMaterials(path, first.files, account, search)
     if not materials:
         if any(parts):
-            account.tell("the materials of the file are in no library: they have no colours", path.name)
+            account.tell("no library has the materials of the file: they have no colours", path.name)
         yield _shape("obj", path, place, _both(_reflectance(first, path, place, account), place))
         return
     for name, mesh in parts.items():
@@ -145,7 +145,7 @@ def _reflectance(mesh: MeshData, path: Path, place: Place, account: Account, *, 
     low, high = float(values.min()) / full, float(values.max()) / full
     beyond = low < 0.0 or high > 1.0
     if beyond:
-        account.tell(f"{name} goes beyond [0, 1] and is cut to it", path.name)
+        account.tell(f"{name} has values outside [0, 1], which are clamped", path.name)
     return plant("texture", "mesh_attribute", place, name=name, scale=1.0 / full, cut=beyond or None)
 
 

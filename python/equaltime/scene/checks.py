@@ -73,19 +73,19 @@ def _check_part(node: Object, part: Plugin, assets: Assets) -> Iterator[tuple[st
     elif isinstance(part, Solid):
         geometry.surface(part, assets)
         if isinstance(part, Sphere) and part.is_stretched:
-            along = f"its radius is that along x, {part.world_radius:g}"
-            yield str(node.place), f"a sphere is not stretched, here as in Mitsuba: {along}"
+            along = f"its radius is scaled as along x, to {part.world_radius:g}"
+            yield str(node.place), f"a sphere is not stretched, as in Mitsuba: {along}"
     elif isinstance(part, EnvMap):
         yield from ((str(assets.path(part.filename)), text) for text in assets.told_of_image(part))
     elif isinstance(part, Bitmap):
         yield from ((str(assets.path(part.filename)), text) for text in assets.texture(part).told)
     elif isinstance(part, Spot) and part.beam_width is not None and part.beam_width > part.cutoff_angle:
-        wide = "beam_width is beyond cutoff_angle: the light falls nowhere in the cone"
+        wide = "beam_width is larger than cutoff_angle: the intensity is constant in the cone"
         yield str(node.place_of("beam_width")), wide
     elif isinstance(part, Path) and part.max_depth == 0:
         yield str(node.place_of("max_depth")), "a max_depth of 0 sees nothing: the image is black"
     elif isinstance(part, HdrFilm) and part.component_format == "uint32":
-        yield str(node.place_of("component_format")), "whole numbers are not written: the picture has 32-bit floats"
+        yield str(node.place_of("component_format")), "integers are not written: the image has 32-bit floats"
     elif isinstance(part, Mask | BlendBsdf):
         yield from _cut(node, part, "opacity" if isinstance(part, Mask) else "weight")
 
@@ -134,7 +134,7 @@ class Outside:
     def __str__(self) -> str:
         allowed = "lies in [0, 1]" if self.name in FACTORS else "is not negative"
         what = "texels" if isinstance(self.texture, Bitmap) else f"values of {self.texture.name}"
-        numbers = f"{self.count:,} {what} are beyond it; all reach from {self.least:.4g} to {self.most:.4g}"
+        numbers = f"{self.count:,} {what} are outside; all values range from {self.least:.4g} to {self.most:.4g}"
         return f"used as {self.name}, which {allowed}: {numbers}"
 
 

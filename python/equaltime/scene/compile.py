@@ -81,7 +81,7 @@ def add_emitter(builder: SceneBuilder, emitter: FreeEmitter, assets: Assets, tex
 
 def _add_spot(builder: SceneBuilder, spot: Spot, textures: Textures) -> None:
     if isinstance(spot.texture, MeshAttribute):
-        raise Unsupported(spot.texture, "a spot light has no mesh whose attribute it could project")
+        raise Unsupported(spot.texture, "a spot light cannot project a mesh attribute, because it has no mesh")
     if not any(spot.intensity):
         return
     x, y, z, position = as_array(spot.to_world)[:3].T.tolist()

@@ -34,7 +34,7 @@ def parse(value: Mapping[str, object]) -> Deformation:
     """
     keys = value["animation"]
     if not set(value) <= {"animation", "time"} or not isinstance(keys, list | tuple):
-        raise ValueError("an animation of files is a table with a list of keys, and a time if it is held there")
+        raise ValueError("an animation of files is a table with a list of keys, and perhaps a time to hold")
     pairs = [_key(key) for key in keys]
     held = numbers(value["time"], 1)[0] if "time" in value else None
     return Deformation(tuple(time for time, _ in pairs), tuple(name for _, name in pairs), held)
@@ -60,7 +60,7 @@ def check(shape: MeshFile, assets: Assets) -> Iterator[tuple[str, str]]:
     for name in later:
         other = assets.mesh(shape.replace(filename=name))
         if wrong := _difference(other, mesh):
-            raise ValueError(f"{assets.absolute(name)}: {wrong} {first}, whose pose it should be another of")
+            raise ValueError(f"{assets.absolute(name)}: {wrong} {first}, but both must be poses of one mesh")
         yield from ((name, text) for text in other.warnings)
 
 

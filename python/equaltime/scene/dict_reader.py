@@ -234,7 +234,7 @@ class _Extent:
     def complaint(self) -> str:
         """Error message for a scene whose entries exceed the limit, with the limit's value."""
         most = FREE_ENTRIES + USES_OF_EACH * self._own
-        return f"its dictionaries and lists are used again and again; the limit for this scene is {most} entries"
+        return f"its dictionaries and lists are repeated too often; the limit for this scene is {most} entries"
 
     def check(self, table: Container, depth: int) -> None:
         """Count the entries of a list or dictionary at nesting level `depth`.

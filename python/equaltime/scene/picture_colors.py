@@ -136,7 +136,7 @@ def to_srgb(chromaticities: Sequence[float]) -> NDArray[np.float64] | None:
     except np.linalg.LinAlgError:
         matrix = np.full((3, 3), np.nan)
     if not np.isfinite(matrix).all():
-        raise ValueError(f"its header has chromaticities that no colours have: {[round(c, 6) for c in chromaticities]}")
+        raise ValueError(f"its header has impossible chromaticities: {[round(c, 6) for c in chromaticities]}")
     return matrix
 
 

@@ -40,7 +40,7 @@ class Report:
         """
         self._problems[place, message] = None
         if len(self._problems) >= MOST_TOLD:
-            last = Problem(place.file, f"{MOST_TOLD} problems are told; the rest of the scene was not looked at")
+            last = Problem(place.file, f"{MOST_TOLD} problems are listed; the rest of the scene was not checked")
             raise SceneError((*self._ordered(), last))
 
     def note(self, message: str) -> None:

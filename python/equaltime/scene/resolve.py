@@ -170,7 +170,7 @@ class _Resolver:
                 fields[kind] = part
             if kind == "sensor" and not nodes and shapes:
                 fields[kind] = Perspective()  # replaced once all files are read
-                self._report.note("the scene has no sensor: one is added that has everything in view")
+                self._report.note("the scene has no sensor: a camera that sees the whole scene is added")
             elif kind == "sensor" and not nodes and None not in self._built.values():
                 self._report.add(self._root.place, "the scene has no sensor; expected one of type 'perspective'")
         return SceneModel(shapes=tuple(shapes), emitters=tuple(emitters), **fields) if "sensor" in fields else None
@@ -182,7 +182,7 @@ class _Resolver:
             return False
         unknown = next((n for n in node.objects() if n.type not in PLUGINS and mitsuba_kind(n.type)), None)
         if unknown is not None:
-            self._report.note(f"{unknown.place}: nothing refers to '{unknown.type}', which is {NOT_YET}: passed over")
+            self._report.note(f"{unknown.place}: nothing refers to '{unknown.type}', which is {NOT_YET}: ignored")
         return unknown is not None
 
     def _free(self, emitters: list[tuple[Object, Any]]) -> list[tuple[Object, Any]]:
@@ -309,7 +309,7 @@ class _Resolver:
             role = child.name
         has_surface = plugin.kind == "shape" and "bsdf" in plugin.roles
         if role is None and has_surface and self._is_spare(child.name or "", nested):
-            self._report.note(f"{place}: nothing looks at the texture {shown(nested)} of the shape: passed over")
+            self._report.note(f"{place}: the texture {shown(nested)} of the shape has no effect: ignored")
         elif role is None:
             names = [name for name, kinds in plugin.slots().items() if nested.kind in kinds]
             message = f"'{_title(plugin)}' cannot contain {a(nested.kind)} ({shown(nested)})"

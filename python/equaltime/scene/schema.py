@@ -130,7 +130,7 @@ def _animation(number: Schema) -> Schema:
         "properties": {"animation": {"type": "array", "items": key, "minItems": 2}},
         "required": ["animation"],
         "additionalProperties": False,
-        "description": "Where it is at two times or more; an extension to Mitsuba.",
+        "description": "Transforms at two times or more; an extension to Mitsuba.",
     }
 
 
@@ -147,7 +147,7 @@ def _deformation(number: Schema) -> Schema:
         "properties": {"animation": {"type": "array", "items": key, "minItems": 2}, "time": number},
         "required": ["animation"],
         "additionalProperties": False,
-        "description": "The same triangles at two times or more, or at one between; an extension to Mitsuba.",
+        "description": "Mesh files at two times or more, or the mesh at a time between them; an extension to Mitsuba.",
     }
 
 
@@ -181,7 +181,7 @@ def _merge() -> Schema:
     part: Schema = {"anyOf": [{"$ref": "#/$defs/shape"}, REFERENCE]}
     return {
         "type": "object",
-        "description": "Shapes, any number of them, each as if it stood in the place of all.",
+        "description": "Any number of shapes, which take the place of this one.",
         "properties": {"type": {"const": MERGE}, "id": {"type": "string"}},
         "required": ["type"],
         "additionalProperties": {"anyOf": [part, {"type": "array", "items": part}]},

@@ -209,9 +209,9 @@ class _Interpreter:
             data = self._read(element, self._values[tag])
             return None if data is None else Plain(place, data)
         if tag == "path":
-            self._report.add(place, "<path> belongs into the scene itself")
+            self._report.add(place, "<path> belongs in <scene>, not deeper")
         elif tag in STEPS:
-            self._report.add(place, f"<{tag}> belongs into a <transform>")
+            self._report.add(place, f"<{tag}> belongs in a <transform>")
         else:
             self._report.add(place, f"unknown element <{tag}>{suggestion(tag, ELEMENTS)}")
         return None
@@ -383,7 +383,7 @@ def _parsed(file: str, content: bytes, report: Report) -> Element:
 
     def text(data: str) -> None:
         if data.strip():
-            report.note(f"{here()}: the text {data.strip()[:40]!r} is passed over: values belong into attributes")
+            report.note(f"{here()}: the text {data.strip()[:40]!r} is ignored: values belong in attributes")
 
     def doctype(_name: str, _system: str | None, _public: str | None, declares: bool) -> None:
         if declares:

@@ -32,7 +32,7 @@ def test_the_command_ends_with_1_for_warnings_and_0_for_notes(
     assert main(["lint", str(file), "-D", "power=1", "-D", "glass=dielectric"]) == 1
     answer, warning, more = capsys.readouterr().out.splitlines()
     assert answer == "Problems in scene.toml that may make the image wrong or slow: 1 warning (open-dielectrics)."
-    found = "warning: refracting shapes that do not close: 1; edges of one triangle alone: 4"
+    found = "warning: refracting shapes with gaps: 1; edges with only one triangle: 4"
     assert warning.startswith(f"{found}, at 'pane' (rectangle, {file}:9: pane). You can: ")
     assert more == "-v shows all places, and what equaltime does about them"
     assert main(["lint", str(file), "-D", "power=1", "-D", "glass=dielectric", "-v"]) == 1

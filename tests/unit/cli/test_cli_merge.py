@@ -115,5 +115,5 @@ def test_a_file_that_cannot_hold_moments_is_refused(
     files = saved(parts, tmp_path)
     before = contents(tmp_path)
     assert main(["merge", *files, "-o", str(tmp_path / output)]) == 2
-    assert capsys.readouterr().err.endswith("; known are .exr\n")
+    assert capsys.readouterr().err.endswith("; expected .exr\n")
     assert contents(tmp_path) == before

@@ -110,7 +110,7 @@ def test_the_choice_is_the_same_whenever_it_is_made(box: et.Scene, within: LeftO
 
 
 def test_an_error_below_the_bias_is_refused_before_rendering(box: et.Scene) -> None:
-    with pytest.raises(et.EffectError, match="an error of 5 % cannot be reached: what is left out makes"):
+    with pytest.raises(et.EffectError, match="an error of 5 % cannot be reached: the effects left out make"):
         et.render(box, error=0.05, without=["long_paths"], threads=1)
 
 

@@ -188,7 +188,7 @@ def test_the_render_itself_is_read_again(pixel_format: str, tmp_path: Path) -> N
 def test_numbers_that_are_not_written_are_told() -> None:
     assert scene({"component_format": "float16"}, sky=SKY).warnings == ()
     (warning,) = scene({"component_format": "uint32"}, sky=SKY).warnings
-    assert warning.endswith("film.component_format: whole numbers are not written: the picture has 32-bit floats")
+    assert warning.endswith("film.component_format: integers are not written: the image has 32-bit floats")
 
 
 def test_merged_renders_have_the_alpha_of_all_their_samples(tmp_path: Path) -> None:

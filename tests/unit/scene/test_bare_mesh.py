@@ -77,7 +77,7 @@ def test_each_material_with_faces_is_a_shape_of_its_colour(tmp_path: Path) -> No
         "a.mtl:3: 'Kd' is cut to [0, 1]",
         "a.mtl:4: 'Ks' is not used: surfaces are diffuse",
         "a.obj: the material 'lost' is in no library",
-        "the file is a mesh alone: a camera, a sky, a sun and a ground are added; -D view=back turns them",
+        "the file is only a mesh: a camera, a sky, a sun and a ground are added; -D view=back shows its back",
     )
 
 

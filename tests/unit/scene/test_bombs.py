@@ -397,9 +397,7 @@ def _doubled(leaf: Any, join: Callable[[Any], Any]) -> Any:
 )
 def test_dictionaries_and_lists_that_share_parts(part: dict[str, Any]) -> None:
     started = process_time()
-    with pytest.raises(
-        et.SceneError, match=r"dictionaries and lists are used again and again; the limit for this"
-    ) as e:
+    with pytest.raises(et.SceneError, match=r"dictionaries and lists are repeated too often; the limit for this") as e:
         et.load_dict({"type": "scene", "sensor": {"type": "perspective"}, "part": part})
     assert process_time() - started < SECONDS
     assert len(str(e.value)) < 1000

@@ -247,7 +247,7 @@ def test_what_a_scene_does_not_have_leaves_it_as_it_is() -> None:
     ("name", "message"),
     [
         ("lense", "unknown effect 'lense'; did you mean 'lens'?"),
-        ("specular", "the effect 'specular' cannot be left out; those that can are environment, lens, "),
+        ("specular", "the effect 'specular' cannot be left out; expected one of environment, lens, "),
         ("long_paths=0", "'long_paths=0': expected the name alone, or long_paths=K with a depth K of at least 1"),
     ],
 )

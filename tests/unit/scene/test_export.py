@@ -134,7 +134,7 @@ def test_files_can_be_copied_and_none_is_overwritten(with_mesh: Path) -> None:
 
 def test_what_is_there_is_not_overwritten_and_unknown_kinds_are_refused(with_mesh: Path) -> None:
     loaded = et.load(with_mesh / "scene.toml")
-    for name, problem in (("scene.toml", "there is such a file already"), ("x.json", r"expected \.toml or \.xml")):
+    for name, problem in (("scene.toml", "this file exists already"), ("x.json", r"expected \.toml or \.xml")):
         with pytest.raises(et.SceneError, match=problem):
             loaded.write(with_mesh / name)
     (with_mesh / "data" / "a $mesh.ply").write_bytes(TRIANGLE + b" ")
@@ -201,7 +201,7 @@ def test_a_scene_is_converted_on_the_command_line(with_mesh: Path, capsys: pytes
     assert main(["info", str(out), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["triangles"] == 1
     assert main(["convert", str(with_mesh / "scene.toml"), str(out)]) == 2
-    assert "there is such a file already" in capsys.readouterr().err
+    assert "this file exists already" in capsys.readouterr().err
 
 
 # -- meshes that a PLY file cannot hold ------------------------------------------------------------------------------

@@ -61,11 +61,11 @@ PROPERTIES: dict[str, tuple[Callable[[Json], Any], str]] = {
     "extras": (lambda d: d["meshes"][0].update(extras={"targetNames": []}), "extras are not used (meshes[0])"),
     "a part": (
         lambda d: d["materials"].append({"name": "spare"}),
-        "nothing refers to some materials (materials[1])",
+        "some materials are not used: nothing refers to them (materials[1])",
     ),
     "a node of no scene": (
         lambda d: d.update(scenes=[{"nodes": [0]}], nodes=[*d["nodes"], {"mesh": 0}]),
-        "nothing refers to some nodes (nodes[1])",
+        "some nodes are not used: nothing refers to them (nodes[1])",
     ),
     "a scene": (
         lambda d: d.update(scenes=[{"nodes": [0]}, {"nodes": [0]}]),

@@ -99,7 +99,7 @@ def test_a_file_without_animations_is_the_same_at_all_times(tmp_path: Path) -> N
     [
         ({"time": "late"}, "'time' must be a time in seconds, such as 1.5, found 'late'"),
         ({"time": (1, 2)}, "'time' must be a time in seconds, such as 1.5"),
-        ({"time": 1, "shutter": (0, 1)}, "'time' shows one moment, and 'shutter' all between two: give one of them"),
+        ({"time": 1, "shutter": (0, 1)}, "give either 'time', for a still, or 'shutter', for motion blur, not both"),
         ({"shutter": "soon"}, "'shutter' must be two times in seconds, such as 0.5,0.54, found 'soon'"),
         ({"shutter": (1, 0)}, "'shutter' must be two times in seconds"),
         ({"shutter": (0, 1), "animation": "spun"}, "the file has no animation 'spun'; did you mean 'spin'"),
@@ -205,7 +205,7 @@ def test_what_glows_keeps_its_form_and_that_is_told(tmp_path: Path) -> None:
     builder = morphing([0, 1], [0, 0, 1, 1], emissiveFactor=[1, 1, 1])
     loaded = et.load(builder.gltf(tmp_path / "a.gltf"), shutter=(0.5, 1))
     assert first_vertex(loaded, 1) == [1, 0, 5.5]
-    assert any("what glows is not bent: it stays as it is when the shutter opens" in w for w in loaded.warnings)
+    assert any("emitting meshes do not deform: the first pose is kept" in w for w in loaded.warnings)
 
 
 def test_weights_that_are_too_few_are_told(tmp_path: Path) -> None:

@@ -210,7 +210,7 @@ def test_a_file_without_lights_gets_a_sky_and_a_sun(tmp_path: Path) -> None:
 def test_glowing_surfaces_get_them_too_unless_they_are_left_out(tmp_path: Path) -> None:
     builder = one_triangle(emissiveFactor=[1, 1, 1])
     scene = loaded(builder, tmp_path)
-    assert any("no light but glowing surfaces" in warning for warning in scene.warnings)
+    assert any("no lights except emitting surfaces" in warning for warning in scene.warnings)
     assert len(scene.model.emitters) == 2
     assert loaded(builder, tmp_path, sky=0).model.emitters == ()
 

@@ -266,7 +266,7 @@ def test_values_of_a_mesh_beyond_what_a_factor_may_be_are_counted(tmp_path: Path
     count = 2 if scale == 4.0 else 3
     assert found(subject)["textures-out-of-range"].count == count
     assert len(told) == 1
-    assert f"a.ply: used as reflectance, which lies in [0, 1]: {count} values of vertex_color are beyond" in told[0]
+    assert f"a.ply: used as reflectance, which lies in [0, 1]: {count} values of vertex_color are outside" in told[0]
 
 
 @pytest.mark.parametrize(("texel", "told"), [(1.5, True), (-0.5, True), (1.0, False), (0.0, False)])
@@ -280,7 +280,7 @@ def test_texels_beyond_what_a_factor_may_be_are_told_when_a_scene_is_loaded(
     wall = {"type": "sphere", "bsdf": {"type": "mask", "bsdf": {"type": "diffuse", "reflectance": texture}}}
     warnings = scene(ball=wall).warnings
     least, most = sorted((0.5, texel))
-    expected = f"1 texels are beyond it; all reach from {least:g} to {most:g}"
+    expected = f"1 texels are outside; all values range from {least:g} to {most:g}"
     assert [line for line in warnings if expected in line] == list(warnings)
     assert len(warnings) == told
 

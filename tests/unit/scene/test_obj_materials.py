@@ -15,7 +15,7 @@ from equaltime.scene import model as m
 SQUARE = b"v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
 FACE = b"f 1/1 2/2 3/3 4/4\n"
 RED = (0.8, 0.1, 0.1)
-ADDED = "the file is a mesh alone"
+ADDED = "the file is only a mesh"
 
 
 def load(folder: Path, mesh: bytes, **libraries: bytes) -> et.Scene:
@@ -124,7 +124,7 @@ def test_a_library_that_is_not_there_is_told_with_its_line(tmp_path: Path) -> No
 
 def test_materials_that_no_library_has_are_told(tmp_path: Path) -> None:
     parts = b"usemtl a\nf 1 2 3\nusemtl z\nf 1 3 4\n"
-    in_none = "a.obj: the materials of the file are in no library: they have no colours"
+    in_none = "a.obj: no library has the materials of the file: they have no colours"
     assert told(load(tmp_path, SQUARE + parts)) == [in_none]
     assert told(load(tmp_path, b"mtllib a.mtl\n" + SQUARE + parts, a=b"# empty\n")) == [in_none]
     assert told(load(tmp_path, b"mtllib\n" + SQUARE + parts)) == ["a.obj:1: 'mtllib' names no file", in_none]
@@ -296,7 +296,7 @@ def test_a_colour_of_a_material_comes_before_those_of_vertices(tmp_path: Path) -
 def test_colours_beyond_1_are_cut_and_told(tmp_path: Path) -> None:
     scene = load(tmp_path, colored(b"f 1 2 3 4\n", b"1.5 0.1 -0.1"))
     assert reflectances(scene) == [m.MeshAttribute(name="vertex_color", cut=True)]
-    assert told(scene) == ["a.obj: vertex_color goes beyond [0, 1] and is cut to it"]
+    assert told(scene) == ["a.obj: vertex_color has values outside [0, 1], which are clamped"]
     cut = et.render(scene.with_(size=(16, 12)), spp=4).image
     whole = load(tmp_path, colored(b"f 1 2 3 4\n", b"1 0.1 0"))
     assert np.array_equal(et.render(whole.with_(size=(16, 12)), spp=4).image, cut)

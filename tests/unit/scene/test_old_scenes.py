@@ -114,7 +114,9 @@ def test_vertex_colours_are_an_attribute(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("integrator", ["bdpt", "pssmlt", "ao", "photonmapper"])
 def test_an_integrator_of_old_is_refused_by_name_and_replaced_on_request(integrator: str, tmp_path: Path) -> None:
-    told = rf"scene\.xml:3: the integrator '{integrator}' is one of Mitsuba 0\.6, .* have not; --substitute replaces it"
+    told = (
+        rf"scene\.xml:3: the integrator '{integrator}' is one of Mitsuba 0\.6, .* do not have; --substitute replaces it"
+    )
     with pytest.raises(SceneError, match=told):
         read(tmp_path, "", integrator=integrator)
     loaded = read(tmp_path, "", integrator=integrator, substitute=True)
@@ -142,7 +144,7 @@ def test_parameters_that_mitsuba_3_has_no_more_are_refused_by_name_or_left_out_o
     )
     with pytest.raises(SceneError) as refused:
         read(tmp_path, body)
-    words = "is one of Mitsuba 0.6, which Mitsuba 3 and equaltime have not; --substitute leaves it out"
+    words = "is one of Mitsuba 0.6, which Mitsuba 3 and equaltime do not have; --substitute leaves it out"
     named = ("'channel' of 'bitmap'", "'gamma' of 'bitmap'", "'max_smooth_angle' of 'obj'")
     assert sorted(problem.message for problem in refused.value.problems) == [f"{name} {words}" for name in named]
     loaded = read(tmp_path, body, substitute=True)

@@ -24,7 +24,7 @@ LARGEST: Final = {
     **{"char": 127, "uchar": 255, "short": 32767, "ushort": 65535, "int": 2**31 - 1, "uint": 2**32 - 1},
     **{"float": 1, "double": 1},
 }
-ADDED = "the file is a mesh alone"
+ADDED = "the file is only a mesh"
 Properties = Sequence[tuple[str, str]]
 
 
@@ -102,7 +102,7 @@ def test_a_dark_file_stays_dark(tmp_path: Path) -> None:
 def test_what_is_beyond_is_cut_and_told(value: float, shown: float, tmp_path: Path) -> None:
     path = ply(tmp_path / "a.ply", rgb("float"), (value, 0.2, 0.2))
     assert color(path) == pytest.approx([shown, 0.2, 0.2])
-    assert seen(path)[1] == ["a.ply: vertex_color goes beyond [0, 1] and is cut to it"]
+    assert seen(path)[1] == ["a.ply: vertex_color has values outside [0, 1], which are clamped"]
     cut = et.render(et.load(path).with_(size=(16, 12)), spp=4).image
     path = ply(tmp_path / "b.ply", rgb("float"), (shown, 0.2, 0.2))
     assert np.array_equal(et.render(et.load(path).with_(size=(16, 12)), spp=4).image, cut)

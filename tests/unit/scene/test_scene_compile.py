@@ -234,7 +234,7 @@ def test_light_below_zero_is_none_and_told(tmp_path: Path) -> None:
     assert environment(tmp_path / "sky.exr")[1, 2].tolist() == [0, 0, 8]
     sky = {"type": "envmap", "filename": str(tmp_path / "sky.exr")}
     (told,) = load_dict({"type": "scene", "sensor": {"type": "perspective"}, "sky": sky}).warnings
-    assert "sky.exr: 1 pixels are negative somewhere, and 0 there: the least is -0.25, the largest 8" in told
+    assert "sky.exr: 1 pixels have negative values, which count as 0: the least is -0.25, the largest 8" in told
 
 
 def test_an_image_that_is_none_or_too_small_is_refused(tmp_path: Path) -> None:

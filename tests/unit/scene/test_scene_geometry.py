@@ -114,7 +114,7 @@ def test_a_sphere_is_not_stretched_as_in_mitsuba() -> None:
     assert sphere.center == pytest.approx([1, 0, 0])
     assert sphere.radius == pytest.approx(6)
     scene = load_dict({"type": "scene", "sensor": {"type": "perspective"}, "a": {"type": "sphere", "to_world": steps}})
-    assert scene.warnings == ("a: a sphere is not stretched, here as in Mitsuba: its radius is that along x, 2",)
+    assert scene.warnings == ("a: a sphere is not stretched, as in Mitsuba: its radius is scaled as along x, to 2",)
 
 
 @pytest.mark.parametrize(

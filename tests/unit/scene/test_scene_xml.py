@@ -158,7 +158,7 @@ def test_an_unknown_integrator_from_a_variable_says_how_to_choose_another(tmp_pa
 
 IN_THE_SCENE = [
     ("<blob/>", "unknown element <blob>; expected one of"),
-    ("<lookAt/>", "<lookAt> belongs into a <transform>"),
+    ("<lookAt/>", "<lookAt> belongs in a <transform>"),
     ('<srgb name="x" value="1"/>', "unknown element <srgb>; did you mean 'rgb'?"),
     ('<alias id="x" as="y"/>', "no object has the name 'x'"),
     ('<path value="nowhere"/>', "no such folder: "),
@@ -171,7 +171,7 @@ IN_THE_SCENE = [
     ('<emitter type="spott"/>', "unknown emitter 'spott'; did you mean 'spot'?"),
     ("<shape/>", "<shape> needs the attribute 'type'"),
     ('<shape type="sphere" nam="x"/>', "unknown attribute 'nam' of <shape>; did you mean 'name'?"),
-    ('<scale value="2"/>', "<scale> belongs into a <transform>"),
+    ('<scale value="2"/>', "<scale> belongs in a <transform>"),
     ('<bsdf type="diffuse" id="x"/><bsdf type="diffuse" id="x"/>', "the name 'x' is already taken (at "),
     ("&lol;", "not well-formed XML: undefined entity"),
     ("<shape <", "not well-formed XML: not well-formed (invalid token)"),

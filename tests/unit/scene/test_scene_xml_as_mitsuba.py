@@ -58,7 +58,7 @@ def test_text_means_nothing_and_is_told_of_as_is_a_document_type_that_declares_n
     loaded = load(file)
     assert len(loaded.model.shapes) == 1
     assert [warning.removeprefix(f"{tmp_path}/") for warning in loaded.warnings] == [
-        "scene.xml:2: the text '>' is passed over: values belong into attributes"
+        "scene.xml:2: the text '>' is ignored: values belong in attributes"
     ]
 
 

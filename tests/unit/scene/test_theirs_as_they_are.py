@@ -29,7 +29,7 @@ def test_a_scene_without_a_sensor_is_seen_from_before_it() -> None:
     distance = 3.0 / np.tan(np.radians(22.5))
     assert np.allclose(sensor.to_world, [[1, 0, 0, 5], [0, 1, 0, 1], [0, 0, 1, -1 - distance], [0, 0, 0, 1]])
     assert loaded.size == (768, 576)
-    assert loaded.warnings == ("the scene has no sensor: one is added that has everything in view",)
+    assert loaded.warnings == ("the scene has no sensor: a camera that sees the whole scene is added",)
 
 
 def test_it_has_instances_and_meshes_of_files_in_view(tmp_path: Path) -> None:
@@ -113,7 +113,7 @@ def test_an_attribute_of_a_shape_that_nothing_looks_at_is_passed_over() -> None:
     """Mitsuba takes every texture there for an attribute, but mesh_attribute looks up names of vertices and faces."""
     squares = {"type": "checkerboard"}
     loaded = read(a={"type": "sphere", "vertex_color": squares})
-    assert loaded.warnings == ("a.vertex_color: nothing looks at the texture 'checkerboard' of the shape: passed over",)
+    assert loaded.warnings == ("a.vertex_color: the texture 'checkerboard' of the shape has no effect: ignored",)
     assert loaded.model.shapes == read(a={"type": "sphere"}).model.shapes
     looking = {"type": "diffuse", "reflectance": {"type": "mesh_attribute", "name": "vertex_color"}}
     with pytest.raises(SceneError, match="'sphere' cannot contain a texture"):
@@ -127,5 +127,5 @@ def test_a_beam_beyond_its_cone_fills_it() -> None:
     (spot,) = loaded.model.emitters
     assert isinstance(spot, model.Spot)
     assert spot.beam == 20.0
-    said = "a.beam_width: beam_width is beyond cutoff_angle: the light falls nowhere in the cone"
+    said = "a.beam_width: beam_width is larger than cutoff_angle: the intensity is constant in the cone"
     assert loaded.warnings == (said,)

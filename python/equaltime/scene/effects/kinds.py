@@ -117,7 +117,7 @@ KINDS: Final[Mapping[str, Effect]] = {
             lambda node: isinstance(node, MeshFile) and not node.face_normals,
         ),
         Effect("rough_conductors", "rough metals", _one_of(RoughConductor), bsdfs=("roughconductor",)),
-        Effect("anisotropy", "roughness that differs with the direction", _is_anisotropic),
+        Effect("anisotropy", "roughness that depends on the direction", _is_anisotropic),
         Effect(
             "specular", "mirrors and clear glass", _is_specular, bsdfs=("conductor", "dielectric", "thindielectric")
         ),
@@ -126,20 +126,18 @@ KINDS: Final[Mapping[str, Effect]] = {
         Effect("principled", "the principled model", _one_of(Principled), bsdfs=("principled",)),
         Effect("point_lights", "points, spots and directional lights", _one_of(Point, Spot, Directional)),
         Effect("environment", "light from all around", _one_of(Constant, EnvMap), "black"),
-        Effect("lens", "a camera that is no pinhole", _one_of(ThinLens, Orthographic, Spherical), "a pinhole"),
+        Effect("lens", "any camera except a pinhole", _one_of(ThinLens, Orthographic, Spherical), "a pinhole"),
         Effect("textures", "textures", lambda node: isinstance(node, TexturePlugin), "their means"),
         Effect("normal_maps", "normal and bump maps", _one_of(NormalMap, BumpMap), "none"),
-        Effect("instances", "shapes that are seen more than once", _one_of(Instance)),
-        Effect("masks", "holes, blends and nothing", _one_of(Mask, BlendBsdf, Null, ThinDielectric), "opaque"),
+        Effect("instances", "copies of groups of shapes", _one_of(Instance)),
+        Effect("masks", "masks, blends and null BSDFs", _one_of(Mask, BlendBsdf, Null, ThinDielectric), "opaque"),
         Effect(
-            "media", "what fills the space, and bodies that overlap", _fills, "vacuum", bsdfs=("phase", "blendphase")
+            "media", "media, and shapes that overlap with priorities", _fills, "vacuum", bsdfs=("phase", "blendphase")
         ),
-        Effect(
-            "phase_blends", "air's way to scatter, and blends", _one_of(Rayleigh, BlendPhase), bsdfs=("blendphase",)
-        ),
-        Effect("motion", "what moves while the shutter is open", _is_animated, "the shutter's centre"),
-        Effect("hidden_emitters", "lights that the camera does not see", _hides, "lights in sight"),
-        Effect("many_lights", "a choice among lights", _shines),
+        Effect("phase_blends", "Rayleigh scattering, and blends", _one_of(Rayleigh, BlendPhase), bsdfs=("blendphase",)),
+        Effect("motion", "motion while the shutter is open", _is_animated, "the shutter's centre"),
+        Effect("hidden_emitters", "lights hidden from the camera", _hides, "visible lights"),
+        Effect("many_lights", "a choice among several lights", _shines),
         Effect("long_paths", "light that was scattered more than once", lambda _: False, "truncate=2"),
         Effect("outputs", "outputs beside the image", _one_of(Aov, Depth)),
     )

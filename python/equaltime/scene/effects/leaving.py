@@ -68,7 +68,7 @@ def parse_names(names: Iterable[str]) -> dict[str, int | None]:
         if name not in KINDS:
             raise EffectError(f"unknown effect '{name}'{suggestion(name, KINDS)}")
         if name not in known:
-            raise EffectError(f"the effect '{name}' cannot be left out; those that can are {', '.join(known)}")
+            raise EffectError(f"the effect '{name}' cannot be left out; expected one of {', '.join(known)}")
         if equals and not (name == "long_paths" and depth.isascii() and depth.isdigit() and 0 < int(depth) < 2**31):
             raise EffectError(f"'{text}': expected the name alone, or long_paths=K with a depth K of at least 1")
         read[name] = int(depth) if equals else SHORTEST if name == "long_paths" else None

@@ -42,7 +42,7 @@ def convert(model: SceneModel, assets: Assets, file: Path, *, copy: bool = False
         known = " or ".join(FORMATS)
         raise SceneError((Problem(str(file), f"cannot write a scene as '{file.suffix}'; expected {known}"),))
     if file.exists():
-        raise SceneError((Problem(str(file), "there is such a file already; choose another name"),))
+        raise SceneError((Problem(str(file), "this file exists already; choose another name"),))
     folder = Folder(file.parent / f"{file.stem}_files")
     if copy or file.suffix.lower() == ".xml":
         model = portable(model, assets, folder)

@@ -170,7 +170,7 @@ def mitsuba_dict(model: SceneModel, assets: Assets) -> Dict:
     if still(model) is not model:
         raise ValueError("Mitsuba 3 has no transforms that change with time, nor meshes")
     if any(isinstance(getattr(node, "filename", None), Deformation) for node in model.nodes()):
-        raise ValueError("Mitsuba 3 has no meshes that are held between two")
+        raise ValueError("Mitsuba 3 cannot hold a mesh between two poses")
     writer = PlainWriter(lambda filename: str(assets.path(filename).absolute()))
     sensor = _sensor(model.sensor, writer)
     shapes = {f"shape_{i:06}": _shape(shape, writer) for i, shape in enumerate(model.shapes)}

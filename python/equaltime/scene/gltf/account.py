@@ -97,4 +97,4 @@ def _note_spare(document: Document, referred: set[tuple[str, int]]) -> None:
             continue
         for i in range(len(document.json.get(name, ()))):
             if (name, i) not in referred:
-                document.note(f"nothing refers to some {name}", f"{name}[{i}]")
+                document.note(f"some {name} are not used: nothing refers to them", f"{name}[{i}]")

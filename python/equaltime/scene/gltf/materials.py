@@ -115,11 +115,11 @@ class GltfMaterials:
         if slot.texture is None and ((seen.unlit and variant.colored) or variant.faded):
             radiance = plant("texture", "mesh_attribute", place, name="vertex_radiance")
             if variant.faded and seen.slots["opacity"].cutoff is not None:
-                told.append("light is emitted by vertices that are not cut out, and less and less towards others")
+                told.append("emission is interpolated: it fades towards vertices with an opacity below the cutoff")
         elif seen.unlit and variant.colored:
             told.append("the colours of vertices are not used where an unlit material has a texture")
         elif variant.faded:
-            told.append("light that a texture gives does not fade with the opacity of vertices")
+            told.append("emission from a texture does not fade with the opacity of vertices")
         for message in told:
             self._document.note(message, place.path)
         return plant("emitter", "area", place, radiance=radiance)

@@ -69,7 +69,7 @@ def _roots(document: Document, scene: int | None, parents: dict[int, int]) -> li
         waiting.extend((child, below or node in listed) for child in document.gltf.nodes[node].children or [])
     for node in listed:
         if node not in nested:
-            raise Malformed((place, f"node {node} is, or hangs on, a descendant of itself"))
+            raise Malformed((place, f"node {node} is, or hangs below, its own descendant"))
         if node in parents and not nested[node]:
             raise Malformed((place, f"node {node} is no root: it is a child of node {parents[node]}"))
     roots = [node for node in listed if not nested[node]]

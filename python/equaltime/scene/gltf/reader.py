@@ -132,7 +132,7 @@ class _GltfScene:
                     f"of {len(cameras)} cameras the first is used; -D camera=... takes another of {known}", ""
                 )
             return sensor(self._document, cameras[0], self._place, times)
-        self._document.note("the file has no camera: one is added that has everything in view", "")
+        self._document.note("the file has no camera: a camera that sees the whole scene is added", "")
         if self._clip is None:
             corners = self._shapes.corners()
         else:  # all frames of an animation have one camera
@@ -152,7 +152,7 @@ class _GltfScene:
         else:
             radiance, irradiance = SKY, SUN
             glowing = any(child.name == "emitter" for shape in shapes for child in shape.children)
-            known = "no light but glowing surfaces" if glowing else "no light"
+            known = "no lights except emitting surfaces" if glowing else "no light"
             added = f"a sky of radiance {SKY:g} and a sun of irradiance {SUN:g} are added"
             self._document.note(f"the file has {known}: {added}; -D sky=... and -D sun=... set them", "")
         take = self._ids.take
@@ -195,7 +195,7 @@ class _GltfScene:
         """Return when the shutter opens and closes, in seconds, by ``shutter`` or ``time``; None without either."""
         asked = [name for name in ("shutter", "time") if name in self._defines]
         if len(asked) == 2:
-            raise Malformed(("", "'time' shows one moment, and 'shutter' all between two: give one of them"))
+            raise Malformed(("", "give either 'time', for a still, or 'shutter', for motion blur, not both"))
         if not asked:
             return None
         (name,) = asked

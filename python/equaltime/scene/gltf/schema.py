@@ -30,7 +30,7 @@ __all__ = ["DOCUMENT", "MAPPING", "MATERIAL_EXTENSIONS", "UNREADABLE", "typed"]
 
 MAPPING: Final = {
     "EXT_mesh_gpu_instancing": "instances",
-    "EXT_texture_webp": "read as it is, where there is no other image",
+    "EXT_texture_webp": "read, if the texture has no other image",
     "KHR_lights_punctual": "point, directional, spot, in candela and lux; "
     "approximation: a spot falls linearly with the angle, and a light's range is not used",
     "KHR_materials_anisotropy": "principled's anisotropic; "
@@ -45,11 +45,11 @@ MAPPING: Final = {
     "KHR_materials_specular": "principled's eta with the same reflection at normal incidence; "
     "approximation: no colour, no textures",
     "KHR_materials_transmission": "blendbsdf with thindielectric, or principled's spec_trans where there is a volume; "
-    "approximation: what passes a thin wall is not blurred by its roughness",
+    "approximation: roughness does not blur light that passes a thin wall",
     "KHR_materials_unlit": "area of the base colour; approximation: it shines on its surroundings",
-    "KHR_materials_volume": "homogeneous, inside what has a thickness, whatever that is",
-    "KHR_mesh_quantization": "read as it is",
-    "KHR_node_visibility": "what is not visible is left out",
+    "KHR_materials_volume": "homogeneous, inside materials with a thickness above 0, whose value is not used",
+    "KHR_mesh_quantization": "supported in full",
+    "KHR_node_visibility": "invisible nodes are left out",
     "KHR_texture_transform": "to_uv; approximation: all textures of a material use one set of texture coordinates",
 }
 """Counterpart of each supported extension, by the extension's name."""

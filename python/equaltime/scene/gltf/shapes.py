@@ -158,10 +158,10 @@ class GltfShapes:
             if len({mirrors(to_world) for to_world in at.moving}) == 1 and not any(map(_is_flat, at.moving)):
                 yield _Copy(at.node.mesh, at.to_world, bent, at.moving, poses, name)
                 return
-            self._document.note("what is turned inside out, or scaled to nothing, stands still", f"nodes[{at.index}]")
+            self._document.note("meshes that become mirrored or scaled to nothing do not move", f"nodes[{at.index}]")
         for to_world in [at.to_world] if made is None else made:
             if _is_flat(to_world):
-                self._document.note("what is scaled to nothing is left out", f"nodes[{at.index}]")
+                self._document.note("meshes scaled to nothing are left out", f"nodes[{at.index}]")
             else:
                 yield _Copy(at.node.mesh, to_world, bent, poses=poses, name=name)
 
@@ -240,7 +240,7 @@ class GltfShapes:
         at = f"{self._document.name}#/animations/{self._clip.number}/"
         names = tuple(f"{at}{time!r}{name}" for time in copy.poses)
         if len(names) > 1 and self._materials.shines(primitive.material):
-            self._document.note("what glows is not bent: it stays as it is when the shutter opens", place.path)
+            self._document.note("emitting meshes do not deform: the first pose is kept", place.path)
         elif len(names) > 1:
             return Deformation(copy.poses, names)
         return names[0]

@@ -156,7 +156,7 @@ def _base(reading: _Reading) -> None:
         reading.slots["opacity"] = Slot(color[3:], texture, ALPHA, cutoff=cutoff)
         reading.slots["alpha"] = Slot(color[3:], texture, ALPHA)
     if reading.material.occlusionTexture is not None:
-        reading.notes.append("the occlusion texture is not used: light is traced")
+        reading.notes.append("the occlusion texture is not used: the render computes occlusion")
 
 
 def _specular_glossiness(reading: _Reading, old: Mapping[str, Any]) -> tuple[tuple[float, ...], TextureUse | None]:
@@ -244,7 +244,7 @@ def _transmission(reading: _Reading) -> None:
     reading.slots["spec_trans" if thick else "transmission"] = amount
     if not thick:
         if reading.slots["roughness"].factor[0]:
-            reading.notes.append("what passes a thin wall is not blurred by its roughness")
+            reading.notes.append("roughness does not blur light that passes a thin wall")
         return
     color, distance = volume.get("attenuationColor", (1.0, 1.0, 1.0)), volume.get("attenuationDistance", math.inf)
     if distance > 0.0 and math.isfinite(distance) and tuple(color) != (1.0, 1.0, 1.0):
@@ -265,7 +265,7 @@ def _layers(reading: _Reading) -> None:
         reading.slots |= {"clearcoat": amount, "clearcoat_gloss": rough}
         reading.notes.append("the clear coat is principled's: a quarter as strong, with roughness up to 0.32")
         if "clearcoatNormalTexture" in coat:
-            reading.notes.append("the clear coat has the normals of what it covers, not its own")
+            reading.notes.append("the clear coat has the normals of the base, not its own")
     if sheen is not None and any(sheen.get("sheenColorFactor", (0, 0, 0))):
         color, texture = tuple(sheen["sheenColorFactor"]), texture_use(sheen.get("sheenColorTexture"))
         reading.slots["sheen"] = Slot(color, texture, encoded=True, curve=_strongest)
@@ -308,14 +308,14 @@ def _emission(reading: _Reading) -> None:
     if reading.extension("unlit") is not None:
         base = reading.slots["base_color"]
         reading.slots["radiance"] = base
-        reading.notes.append("an unlit material is a light of its colour, which shines on what is around it")
+        reading.notes.append("an unlit material emits its colour, and lights its surroundings")
     elif any(color):
         reading.slots["radiance"] = Slot(color, texture_use(reading.material.emissiveTexture), encoded=True)
     if "radiance" in reading.slots and "opacity" in reading.slots:
         light = faded(reading.slots["radiance"], reading.slots["opacity"])
         reading.slots["radiance"] = light or reading.slots["radiance"]
         if light is None:
-            reading.notes.append("light is emitted from where the surface is transparent too: its texture is another")
+            reading.notes.append("transparent parts emit too: opacity and emission have different textures")
     if "radiance" in reading.slots and reading.material.doubleSided:
         reading.notes.append("light is emitted from the front side only")
 

@@ -82,7 +82,7 @@ def bitmap_parameters(document: Document, slot: Slot) -> dict[str, Any]:
         along_u, along_v = WRAPS[sampler.wrapS], WRAPS[sampler.wrapT]
         result["wrap_mode"] = along_u
         if along_u != along_v:
-            document.note("the wrapping of u holds for v too where a sampler has two", f"samplers[{index}]")
+            document.note("v is wrapped like u, though the sampler wraps them differently", f"samplers[{index}]")
         if sampler.magFilter == NEAREST:
             result["filter_type"] = "nearest"
     if slot.cutoff is not None:

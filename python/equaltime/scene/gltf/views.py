@@ -91,7 +91,7 @@ def light(document: Document, at: Placed, place: Place, ids: Ids) -> Object | No
     id_ = ids.take(name) if name else None
     power = tuple(source.get("intensity", 1.0) * c for c in source.get("color", (1.0, 1.0, 1.0)))
     if "range" in source:
-        document.note("the range of a light is not used: its light goes on for ever", place.path)
+        document.note("the range of a light is not used: the light has no limit", place.path)
     to_world = rigid(at.to_world) @ TURNED
     if source["type"] == "point":
         return plant("emitter", "point", place, id_, intensity=power, position=tuple(to_world[:3, 3].tolist()))

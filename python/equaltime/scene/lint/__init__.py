@@ -48,10 +48,10 @@ def _mended(scene: Scene) -> list[Finding]:
         Finding(
             "mended-files",
             "note",
-            f"things that were mended or replaced while reading files: {len(scene.warnings)}",
+            f"repairs and replacements while reading files: {len(scene.warnings)}",
             first_places(scene.warnings),
             len(scene.warnings),
-            "goes on with what was mended",
-            "write the files anew without what is named",
+            "uses the repaired data",
+            "correct the named places in the files",
         )
     ]

@@ -185,7 +185,7 @@ def _enclosed(world: LintScene) -> Iterator[Finding]:
             first_places(world.called(light) for light in found),
             len(found),
             "samples them as any other light, and finds nothing outside",
-            "move the light out of the shape, or leave it away",
+            "move the light out of the shape, or remove it",
         )
 
 

@@ -65,11 +65,11 @@ def _textures(world: LintScene, nodes: list[Plugin]) -> Iterator[Finding]:
         yield Finding(
             "textures-out-of-range",
             "warning",
-            f"numbers beyond what their parameters may be: {count:,}; they reach from {least:.4g} to {most:.4g}",
+            f"values outside the range of their parameters: {count:,}; they range from {least:.4g} to {most:.4g}",
             first_places(f"{name} as {outside.name} of {world.called(outside.node)}" for outside, name in found),
             count,
-            "takes reflectances as they are, so that surfaces make light or take more than there is",
-            "scale the image into [0, 1], or set raw where the numbers are no colours",
+            "uses the values unchanged, so that surfaces may create energy",
+            "scale the image into [0, 1], or set raw where the values are not colours",
         )
 
 
@@ -130,11 +130,11 @@ def _around_camera(world: LintScene) -> Iterator[Finding]:
         yield Finding(
             "camera-in-medium",
             "note",
-            f"shapes with a medium in them that the camera stands in, and whose medium it does not name: {len(filled)}",
+            f"shapes around the camera with a medium that the sensor does not name: {len(filled)}",
             first_places(part.name for part in filled),
             len(filled),
-            "begins paths in the medium; Mitsuba begins them in vacuum, and its image is another",
-            "name the medium in the sensor: then all begin in it",
+            "begins paths in the medium; Mitsuba begins them in vacuum, and renders another image",
+            "name the medium in the sensor: then both begin paths in it",
         )
 
 

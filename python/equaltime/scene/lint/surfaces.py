@@ -47,7 +47,7 @@ def _degenerate(known: dict[Part, MeshFacts]) -> Iterator[Finding]:
     if not found:
         return
     gone = [part for part in found if known[part].degenerate == len(known[part].faces)]
-    more = f"; shapes of which nothing is left: {len(gone)}" if gone else ""
+    more = f"; shapes that have no other triangles: {len(gone)}" if gone else ""
     yield Finding(
         "degenerate-triangles",
         "warning" if gone else "note",
@@ -55,7 +55,7 @@ def _degenerate(known: dict[Part, MeshFacts]) -> Iterator[Finding]:
         first_places(part.name for part in gone or found),
         sum(found.values()),
         "leaves them out: no ray can meet them, and they are in no light's area",
-        "nothing, if their shapes are not missed; else write the vertices with more digits",
+        "ignore this unless a shape is missing; then write the vertices with more digits",
     )
 
 
@@ -88,11 +88,11 @@ def _backwards(known: dict[Part, MeshFacts]) -> Iterator[Finding]:
     yield Finding(
         "normals-against-faces",
         "warning" if most else "note",
-        f"triangles with all three shading normals on what the order of their vertices makes the back: {count:,}"
-        + (f"; shapes where it is most of them: {len(most)}" if most else ""),
+        f"triangles whose three shading normals all point to the back side, as their vertex order has it: {count:,}"
+        + (f"; shapes of which most triangles do so: {len(most)}" if most else ""),
         first_places(part.name for part in most or found),
         count,
-        "lets no light through between what the two say: such triangles are black or nearly so",
+        "renders such triangles black or nearly so, where both kinds of normals disagree",
         "face_normals = true shades them flat; or turn the faces round where the mesh was made",
     )
 
@@ -119,9 +119,9 @@ def _coincident(known: dict[Part, MeshFacts]) -> Iterator[Finding]:
         f"triangles that lie exactly on others, {kind}: {copies:,}",
         first_places(part.name for part in owners),
         copies,
-        "a ray meets one of them, always the same in every render, and a lamp before what does not emit; a ray that "
-        "goes on may meet the other next",
-        "remove the copies; set apart what shall be two layers",
+        "a ray meets one of them, the same one in every render, and an emitter first; a ray that "
+        "goes on may meet the other one next",
+        "remove the copies, or move the layers apart",
     )
 
 
@@ -148,7 +148,7 @@ def _inverted(world: LintScene, known: dict[Part, MeshFacts]) -> Iterator[Findin
             f"closed shapes with their front inside, while the camera is outside: {len(found)}",
             first_places(part.name for part in found),
             len(found),
-            "does as the file says: seen from outside they are black, or glass turned inside out",
+            "renders them as the file says: from outside they are black, or glass turned inside out",
             "flip_normals = true, or twosided around the BSDF",
         )
 
@@ -196,7 +196,7 @@ def _open(world: LintScene, known: dict[Part, MeshFacts]) -> Iterator[Finding]:
         yield Finding(
             "open-dielectrics",
             "warning",
-            f"refracting shapes that do not close: {len(found)}; edges of one triangle alone: {sum(gaps.values()):,}",
+            f"refracting shapes with gaps: {len(found)}; edges with only one triangle: {sum(gaps.values()):,}",
             first_places(part.name for part in found),
             sum(gaps.values()) + len(sheets),
             "refracts at each surface by itself: light that passes the gap goes on as if it had never left, or entered",
@@ -215,8 +215,8 @@ def _coarse(world: LintScene) -> Iterator[Finding]:
         yield Finding(
             "coarse-shapes",
             "warning",
-            f"shapes whose vertices round to few places, so small are they for their distance from the camera: "
-            f"{len(found)}; places across the coarsest: {min(found.values()):.3g}",
+            f"shapes so small, for their distance from the camera, that rounding of their vertices shows: "
+            f"{len(found)}; rounding steps across the coarsest: {min(found.values()):.3g}",
             first_places(part.name for part in sorted(found, key=found.__getitem__)),
             len(found),
             "rounds vertices to single precision around the camera: there it is finest, and coarse far away",
@@ -227,10 +227,10 @@ def _coarse(world: LintScene) -> Iterator[Finding]:
         yield Finding(
             "coarse-files",
             "warning",
-            f"meshes written in single precision far from their origin, so that they have few places: {len(written)}",
+            f"meshes in single precision so far from their origin that rounding of vertices shows: {len(written)}",
             first_places(part.name for part in written),
             len(written),
-            "reads all that the file says, which is no more",
+            "uses the vertices as the file has them, without more digits",
             "write the mesh around its own middle, with to_world to move it, or in double precision",
         )
 

@@ -33,7 +33,7 @@ Kind = Literal[
 """Mitsuba's families of plugins, by their XML element names."""
 
 NOT_YET = "known to Mitsuba 3 but not supported by equaltime yet"
-NO_MORE = "one of Mitsuba 0.6, which Mitsuba 3 and equaltime have not"
+NO_MORE = "one of Mitsuba 0.6, which Mitsuba 3 and equaltime do not have"
 
 
 class Plugin(BaseModel):

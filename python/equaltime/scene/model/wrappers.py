@@ -44,7 +44,7 @@ class TwoSided(BsdfPlugin):
         for side in self.bsdf:
             if side.transmits:
                 raise ValueError(
-                    f"'twosided' cannot contain '{side.type}', which lets light through: it serves both sides alone"
+                    f"'twosided' cannot contain '{side.type}', which lets light through: it describes both sides"
                 )
         return self
 
