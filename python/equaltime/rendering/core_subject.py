@@ -1,4 +1,4 @@
-"""Subjects of experiments: renderers that render to given sample counts and time themselves. One is the core."""
+"""Subjects of experiments: renderers that render to given sample counts and measure their time; the core is one."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ class Point:
 
     spp: int
     wall_s: float
-    """Seconds of rendering since the first sample, without other work."""
+    """Wall-clock seconds of rendering since the first sample, without other work."""
     cpu_s: float
-    """Seconds of all processors in that time."""
+    """CPU seconds of rendering since the first sample, summed over all threads."""
     image: NDArray[np.float32]
     """(H, W, 3): linear RGB radiance."""
     estimate: Interval | None = None

@@ -131,9 +131,9 @@ class RenderFile:
     """How the render was made: JSON data."""
     window: Window
     moments: NDArray[Any] | None = None
-    """(R, H, W) of the type `equaltime.film.moments.DTYPE`."""
+    """(R, H, W): moments of each pixel in each of R replicates, of the type `equaltime.film.moments.DTYPE`."""
     parts: NDArray[Any] | None = None
-    """(H, W) of the type `equaltime.film.moments.PARTS`; None if nothing was merged."""
+    """(H, W): sums over the merged renders, of the type `equaltime.film.moments.PARTS`; None if nothing was merged."""
     missed: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
     """Light that samples may have missed: (H, W, C) by the name of the part."""
     aovs: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)

@@ -62,9 +62,9 @@ class Checkpoints:
 
     path: Path
     every: float = 60.0
-    """Seconds between checkpoints; longer if saving would take more than half of the time."""
+    """Least seconds between checkpoints; more if saving would take more than half of the time."""
     exposure: Exposure = AUTO
-    """Exposure of their previews, as for `Result.save`."""
+    """Exposure of the checkpoints' previews, as for `Result.save`."""
     unsaved: Callable[[str], object] | None = None
     """Called with the reason when a checkpoint cannot be written; again only after one was written."""
 
@@ -170,8 +170,8 @@ class Session:
     def write(self, result: Result, checkpoints: Checkpoints) -> None:
         """Save ``result`` as a checkpoint; raise `ImageError` if it cannot be written.
 
-        An automatic exposure stays that of the checkpoint before while it suits, so that a preview that is watched does
-        not flicker with the noise. The exposure of the finished picture depends on that picture alone.
+        With automatic exposure, the preview keeps the exposure of the previous checkpoint while that suits the image.
+        So noise does not make the preview flicker. The exposure of the finished picture depends on that picture alone.
         """
         self._shown = result.exposure(checkpoints.exposure, self._shown)
         result.save(checkpoints.path, exposure=self._shown)
@@ -179,7 +179,8 @@ class Session:
     def error(self, lasting: bool = False) -> Interval:
         """Return the relative error that the render states so far.
 
-        With ``lasting``, the upper limit leaves out effects that a few more samples undo.
+        With ``lasting``, the upper limit leaves out small lamps whose effect a few more samples undo
+        (`equaltime.film.unseen.Unseen.lasting`).
         """
         pixels = statistics_so_far(self._renderer)
         return stated_error(pixels, self._unseen, lasting=lasting, brightest=self.passes.looks.brightest)
@@ -205,7 +206,7 @@ class Session:
 
     @property
     def decided(self) -> Strategy:
-        """Strategy of the job, with decisions of the render so far for automatic keys (`Decision.applied`)."""
+        """Strategy of the job, with the render's decisions so far in place of automatic values (`Decision.applied`)."""
         return self._decision.applied(self.job.strategy)
 
     @property
