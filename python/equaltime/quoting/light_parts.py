@@ -35,7 +35,7 @@ Floats = NDArray[np.float64]
 
 KINDS_OF_PARTS: Final = ("length", "way", "bsdf", "light")
 LONGEST: Final = 16
-"""Path length from which on all lengths are one part."""
+"""Path length, in segments; paths of this length and all longer paths are one part."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class LightParts:
     whole: Floats
     """(K, K): products of the whole with itself."""
     tails: Floats
-    """(LONGEST, K, K): products with itself of the light of paths longer than 1, 2, …."""
+    """(LONGEST, K, K): products with itself of the light of paths longer than 1, 2, … segments."""
 
     def shares(self, kind: str) -> dict[str, Interval]:
         """Return the share of error² of each part of one kind, by the part's name; parts without light are left out.

@@ -145,8 +145,8 @@ def change_of(squares: Floats) -> Interval:
     """Return the root mean square of the mean of K images, without the noise of the images, as an interval.
 
     ``squares`` (K, K) are the `products` of the images with each other. If the lower end is not above 0, the upper end
-    is at least the size of noise and change together. So rare light that a few seeds have not met does not count as
-    absent.
+    is at least the root mean square of noise and change together. So rare light that few seeds have met is not taken
+    for absent.
     """
     found = jackknife(lambda kept: pairs_mean(squares, kept), len(squares)).map(signed_root)
     high = found.high if found.low > 0.0 else max(found.high, signed_root(float(squares.mean())))
