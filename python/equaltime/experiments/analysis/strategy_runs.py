@@ -60,7 +60,7 @@ class StrategyRuns:
     parts: BiasVariance | None = None
     """Bias and variance of the final images; None without images or without a reference of their size."""
     heavy: bool = False
-    """Whether few pixels of few repeats make most of the squared error: a heavy tail (see `tails`)."""
+    """Whether few pixels of few repeats make most of the squared error: a heavy tail (`equaltime.film.tails`)."""
 
     @classmethod
     def of(cls, label: str, rows: Sequence[Row], folder: Path, reference: Reference | None) -> StrategyRuns:

@@ -1,4 +1,4 @@
-"""Computation of a `Summary` from the records of an experiment, and the conclusion of an experiment with its report.
+"""Computation of a `Summary` from the records of an experiment; `conclude` also writes the report.
 
 The inputs are the rows of the records, the images that the rows name, the references, and the origin of the records.
 """

@@ -192,11 +192,11 @@ class Losses:
     block: int
     """Side of a block in pixels; the last block of a row or column may be smaller."""
     half: Flags
-    """The fewest blocks that make up half of the squared error."""
+    """True in the fewest blocks that make up half of the squared error."""
     half_area: float
     """Share of the image that the blocks of ``half`` cover, in [0, 1]."""
     ratio: Floats | None
-    """Error over the baseline's at equal time; None for the baseline itself."""
+    """Error divided by the baseline's error at equal time; None for the baseline itself."""
     worse: Flags | None
     better: Flags | None
     """Blocks that are significantly worse or better than the baseline's; None with fewer than three repeats."""

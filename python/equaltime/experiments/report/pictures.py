@@ -52,8 +52,8 @@ class Pictures:
     samples: Mapping[str, Floats]
     """Sample counts of each strategy's pixels, (H, W), by label."""
     variances: Mapping[str, Floats]
-    """Variance of one sample of each pixel, (H, W), by label: mean of the repeats, infinite where one does not know it;
-    of strategies that tell it."""
+    """Variance of one sample of each pixel, (H, W), by label, as the mean of the repeats; infinite in pixels where a
+    repeat does not know it. Strategies whose renderer does not tell the variance are left out."""
     stops: float
     """Exposure of all images: linear values are multiplied by 2 to this power."""
     missing: tuple[str, ...]

@@ -65,7 +65,7 @@ class Table:
     """Sentence on numbers that are left out; empty if none is."""
 
     def telling(self, quick: bool, all_columns: bool = False) -> Table:
-        """Return the table without columns that say nothing, and with dashes in place of other cells that do not.
+        """Return the table without columns that say nothing, and with dashes in the other cells that say nothing.
 
         ``quick`` tells whether longer runs would say more. ``all_columns`` keeps columns of dashes. Without it, a table
         that says nothing has no columns.

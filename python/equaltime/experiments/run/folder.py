@@ -232,7 +232,8 @@ class ExperimentFolder:
 def replacing(path: Path) -> Iterator[IO[bytes]]:
     """Yield a temporary file to write; after the context, the temporary file replaces ``path`` atomically.
 
-    The new contents are then on the disk. After an error in the context, ``path`` is unchanged.
+    After the context, the new contents are on the disk, even if the machine fails. After an error in the context,
+    ``path`` is unchanged.
     """
     disk.make_folder(path.parent)
     with disk.replacing(path) as temporary, temporary.open("wb") as file:

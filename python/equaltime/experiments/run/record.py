@@ -181,7 +181,6 @@ class Recorder:
 
     Opening removes an incomplete last line and the rows of an unfinished run.
 
-
     Raises
     ------
     ExperimentError
