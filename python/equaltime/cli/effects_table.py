@@ -1,4 +1,4 @@
-"""Output of ``equaltime effects``: what makes a scene slow, and what could be left out; with ``-v`` everything."""
+"""Output of ``equaltime effects``: the effects that make a scene slow, and effects that could be left out."""
 
 from __future__ import annotations
 

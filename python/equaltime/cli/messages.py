@@ -96,7 +96,7 @@ class Written:
 
     files: Sequence[Path]
     stops: float = 0.0
-    """Exposure of the preview."""
+    """Exposure of the preview, in stops."""
     scale: str = ""
     """Scale of the picture of the variance, in words; empty if there is none."""
 
@@ -214,7 +214,7 @@ def print_quote(quote: Quote) -> None:
 
 
 def print_no_quote(why: str) -> None:
-    """Print ``why``, the reason why nothing can be expected; nothing if the render only ended too soon."""
+    """Print ``why``, the reason why there is no prediction; print nothing if the render ended before its pilot."""
     if why != ENDED_FIRST:
         print(f"No prediction: {why}", flush=True)
 

@@ -22,7 +22,7 @@ _KINDS = {"light": "by lamp", "bsdf": "by last surface", "way": "by how it was f
 
 
 def details(found: Quote, asked_why: bool | None) -> Iterator[tuple[str, str]]:
-    """Yield the rows of a table: a title, or nothing where the row before goes on, and words."""
+    """Yield the rows of a table as pairs of title and text; an empty title continues the row before."""
     law = found.law
     yield "time", time_range(found.seconds)
     spp = found.spp
