@@ -44,8 +44,8 @@ def cost(
             "--output",
             metavar="DIR",
             show_default=False,
-            help="Folder for report.html, records.csv, figures and images; made if it is not there. Nothing else in it "
-            "is touched.",
+            help="Folder for report.html, records.csv, figures and images; made if missing. Other files in it stay as "
+            "they are.",
         ),
     ],
     quick: Annotated[
@@ -85,8 +85,8 @@ def cost(
         typer.Option(
             metavar="A,B,C",
             show_default=False,
-            help="What to compare: strategies as for render, or labels of the experiment's. key=value belongs to the "
-            "one before it [default: the experiment's, or the presets].",
+            help="Strategies to compare, as for render, or labels of the experiment's. key=value belongs to the "
+            "strategy before it [default: the experiment's, or the presets].",
         ),
     ] = None,
     define: Define = None,

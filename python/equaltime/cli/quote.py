@@ -71,8 +71,8 @@ def quote(
         typer.Option(
             "--why/--no-why",
             show_default=False,
-            help="Find out which light makes the noise, even if that takes as long again; or never. "
-            "By default, if it takes little.",
+            help="Find which light makes the noise, even if that doubles the time of the quote; or never. "
+            "By default, only if it takes little time.",
         ),
     ] = None,
     verbose: Verbose = False,

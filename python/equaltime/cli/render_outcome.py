@@ -80,7 +80,7 @@ def _count_missed(stop: Stop | None) -> str:
     if stop is None or stop.selects:
         return ""
     if stop.spp is None:
-        return "a pilot had chosen no count for the error"
+        return "the pilot chose no sample count for the error"
     return f"ended before the {stop.spp} samples a pixel that a pilot chose for {percent(stop.error)}"
 
 

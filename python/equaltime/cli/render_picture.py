@@ -192,7 +192,7 @@ def _scale(result: Result) -> str:
 
 
 def _warn_of_checkpoints(why: str) -> None:
-    print_warning(f"what is done so far cannot be saved, and the render goes on: {why}")
+    print_warning(f"the checkpoint cannot be saved, and the render goes on: {why}")
 
 
 def _viewer(address: str, output: Path) -> Viewer:

@@ -97,7 +97,7 @@ def fixed_count(job: Job, progress: ProgressCallback | None = None) -> Chosen:
     chosen = _choose(job, progress, done)
     if resumed is not None and before is not None and before.selects and done > (chosen.stop.spp or 0):
         raise ImageError(
-            f"{resumed.path}: cannot be taken up with a fixed count: it looked at its own error until it had {done} "
+            f"{resumed.path}: cannot be resumed with a fixed count: it looked at its own error until it had {done} "
             f"samples a pixel, and a pilot chose {chosen.stop.spp or 'no count'}; render it anew"
         )
     return chosen

@@ -276,7 +276,7 @@ class Pilot:
         end, _ = self._end(law)
         if end.low > MOST_SAMPLES:
             at_least = f"it takes {end.low:.3g} samples a pixel or more"
-            raise RenderError(f"what is asked for is beyond reach: {at_least}, and {MOST_SAMPLES} are the most")
+            raise RenderError(f"the target is beyond reach: {at_least}, and {MOST_SAMPLES} are the most")
         self._work = end.value
         most = USUAL_SECONDS / law.seconds_per_sample if self._hurried else math.inf
         least = max(self._fewest, min(FIRST_LOOK, most))
@@ -288,7 +288,7 @@ class Pilot:
     def _law(self) -> Law:
         last = self._errors[max(self._errors)]
         if last.known and last.high == 0.0:
-            why = "as few samples as it took are exact" if self._session.image().any() else "the image is surely black"
+            why = "its few samples are already exact" if self._session.image().any() else "the image is surely black"
             raise RenderError(f"the pilot saw no noise: {why}")
         if not (last.known and last.value > 0.0 and math.isfinite(last.high)):
             raise RenderError("the pilot saw no light, or too little (or few pixels) to say how fast the error falls")

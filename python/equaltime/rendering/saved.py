@@ -132,7 +132,7 @@ class SavedRender:
         Raises `ImageError` if the record has no position.
         """
         if self.record["position"] is None:
-            raise ImageError(f"{self.path}: cannot be taken up: it does not tell where its passes stood")
+            raise ImageError(f"{self.path}: cannot be resumed: its record lacks the position of its passes")
         done, target, next_block = self.record["position"]
         return done, target, next_block
 
@@ -143,10 +143,10 @@ class SavedRender:
         """
         if self.record["sources"]:
             raise ImageError(
-                f"{self.path}: cannot be taken up: it was merged; render with another seed, and merge again"
+                f"{self.path}: cannot be resumed: it was merged; render with another seed, and merge again"
             )
         if different := differences(self.record, wanted, ("seed", "substitutions", "build")):
-            raise ImageError(f"{self.path}: cannot be taken up: it has {'; '.join(different)}")
+            raise ImageError(f"{self.path}: cannot be resumed: it has {'; '.join(different)}")
 
 
 def looks_of(record: Mapping[str, Any]) -> tuple[Look, ...]:

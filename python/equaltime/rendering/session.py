@@ -126,7 +126,7 @@ class Session:
             numbers = {name: resumed.record[name] for name in ("paths", "rays", "shadow_rays")}
             self._renderer.take_up(**numbers, position=resumed.position)
         except ValueError as error:
-            raise ImageError(f"{resumed.path}: cannot be taken up: {error}") from error
+            raise ImageError(f"{resumed.path}: cannot be resumed: {error}") from error
 
     def run(
         self,

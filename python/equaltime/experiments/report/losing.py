@@ -121,7 +121,7 @@ def _half_sentence(found: Losses) -> str:
 
 def _ratio_sentence(found: Losses, baseline: str) -> str:
     if found.ratio is None or found.worse is None or found.better is None:
-        return f"With fewer than three repeats nobody can tell where it is worse than {baseline}."
+        return f"Fewer than three repeats cannot show where it is worse than {baseline}."
     worse, better = float(found.worse.mean()), float(found.better.mean())
     if not found.worse.any():
         rest = f"clearly better in {_part(better)} of the picture" if found.better.any() else "nowhere clearly better"
