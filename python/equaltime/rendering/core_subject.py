@@ -43,9 +43,9 @@ class Point:
     shadow_rays: int | None = None
     """Counts so far of paths, rays and shadow rays; None if the renderer does not count them."""
     samples: NDArray[np.int64] | None = None
-    """(H, W): samples of each pixel; None if all have ``spp``."""
+    """(H, W): number of samples of each pixel; None if all pixels have ``spp``."""
     variance: NDArray[np.float32] | None = None
-    """(H, W): variance of one sample of each pixel, mean of R, G and B; None if the renderer does not tell it."""
+    """(H, W): variance of one sample of each pixel, mean of R, G and B; None if the renderer does not report it."""
 
 
 class Subject(Protocol):
@@ -68,7 +68,7 @@ class Subject(Protocol):
 
     @property
     def biased(self) -> bool:
-        """Whether the strategy is known to converge to something else than the scene's light transport."""
+        """Whether the strategy is known to converge to an image other than the scene's."""
 
     def prepare(self, scene: Scene, threads: int) -> float:
         """Get ready to render a scene, and return the seconds that this took.

@@ -12,10 +12,10 @@ With I the image, R the reference and v the variance of R, ``((I - R)² - v) / D
   Lee (1980), which keeps structure that is stronger than the noise.
 
 The interval combines two uncertainties. The first is found by the delta method: how the noise of each pixel moves the
-result. The second stands for noise that v does not show, since rare light was in neither replicate. It is the scatter
-of means over 4x4 blocks times a factor. The scatter contains all effects of chance on the squares of this image and of
-R. The factor is the fraction of the scatter that R may have contributed. If R makes a share q of the squared
-differences, and its noise lies where they are large, the factor is ``2 sqrt(q) / (1 + q)``.
+result. The second stands for noise that v does not show, since rare light was in neither replicate. This second
+uncertainty is the scatter of means over 4x4 blocks, times a factor. The scatter contains all effects of chance on the
+squares of this image and of R. The factor is the fraction of the scatter that R may have contributed. If R makes a
+share q of the squared differences, and its noise lies where they are large, the factor is ``2 sqrt(q) / (1 + q)``.
 """
 
 from __future__ import annotations

@@ -94,7 +94,7 @@ class Result:
     standard_error: NDArray[np.float32]
     """(H, W, 3): standard error of each pixel, pooled over its 7x7 neighbourhood; ``inf`` where unknown."""
     samples: NDArray[np.int64]
-    """(H, W): number of samples of each pixel; a pixel with n samples has those with the indices 0 to n - 1."""
+    """(H, W): number of samples of each pixel. The indices of a pixel's samples begin at 0."""
     error: Interval
     """The image's relative error with its 95 % interval: 0.02 is 2 %. It includes a bias that was measured. It does not
     include a bias that was not measured, or the light of paths longer than ``max_depth``."""
@@ -252,11 +252,11 @@ class Result:
             11 significant bits (0.02 %).
         exposure
             Exposure of the preview in stops: 1 is twice as bright. ``auto`` chooses whole stops from the image
-            (`Result.exposure`). The preview's description tells an exposure that is not 0. Data in the EXR are never
+            (`Result.exposure`). The preview's description states an exposure that is not 0. Data in the EXR are never
             scaled.
         aov
             Further pictures. ``variance`` writes ``NAME.variance.png``, the variance of one sample in grey, darker
-            where it is higher, on a logarithmic scale that its description tells.
+            where it is higher, on a logarithmic scale that its description states.
 
         Raises
         ------

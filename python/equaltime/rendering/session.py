@@ -66,7 +66,8 @@ class Checkpoints:
     exposure: Exposure = AUTO
     """Exposure of the checkpoints' previews, as for `Result.save`."""
     unsaved: Callable[[str], object] | None = None
-    """Called with the reason when a checkpoint cannot be written; again only after one was written."""
+    """Called with the reason when a checkpoint cannot be written. After a failure, a checkpoint must be written before
+    it is called again."""
 
 
 class Session:
@@ -221,7 +222,7 @@ class Session:
 
     @property
     def stop(self) -> Stop | None:
-        """Rule by which the render stops or was to stop at an error; None if no error was asked for."""
+        """Rule by which the render, or the render that it resumed, stops at an error; None without an error target."""
         error = self.passes.limits.error
         return self._stop if error is None else Stop("look", error)
 
