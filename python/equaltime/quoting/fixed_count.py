@@ -1,4 +1,4 @@
-"""Choice of a sample count for an error before the image has a sample, so that the stop does not select images.
+"""Choice of a sample count for an error before the image has a sample, so that the image does not decide its stop.
 
 A pilot is a short render that predicts (`equaltime.quoting.pilot`). With samples of its own, from another seed, it
 shows how the error falls. The chosen count is where the upper limit of the predicted error meets the target: 97.5 % of
@@ -66,7 +66,7 @@ class Chosen:
 def pilot_seed(seed: int) -> int:
     """Return the seed of the pilot of a render whose own seed is ``seed``.
 
-    It is a hash of that seed, so that other renders do not use it by chance.
+    The pilot's seed is a hash of ``seed``, so that another render hardly ever has the same seed.
     """
     words = f"equaltime: pilot of a fixed count, seed {seed}"
     return int.from_bytes(hashlib.sha256(words.encode()).digest()[:8], "big")

@@ -69,7 +69,7 @@ class Pace(NamedTuple):
     seconds_per_sample: float
     """Seconds for one sample of every pixel."""
     doubt: float
-    """Standard deviation of log(speed), with the mean speed up to the end of the render."""
+    """Uncertainty of the mean speed up to the end of the render: standard deviation of its logarithm."""
     lost: float
     """Most additional seconds that the slow start of a render takes."""
 
@@ -173,7 +173,7 @@ class Law:
     seconds_per_sample: float
     """Seconds for one sample of every pixel."""
     speed_doubt: float
-    """Standard deviation of log(speed), with the mean speed up to the end of the render."""
+    """Uncertainty of the mean speed up to the end of the render: standard deviation of its logarithm."""
     seconds_lost: float = 0.0
     """Most additional seconds that the slow start of a render takes."""
     before: tuple[tuple[int, float], ...] = ()
@@ -367,8 +367,8 @@ def fit(errors: Mapping[int, Interval], seconds: Mapping[int, float], sampler: s
     """Return the law that fits the errors of a render, and its seconds, at some counts of samples per pixel.
 
     ``errors`` and ``seconds`` map a count to the error and to the seconds since the first sample. The exponent is
-    measured over the last three octaves, and weighted against the usual exponent of the sampler. The speed is from
-    `pace`. ``had`` is the share of the processors that was available, in [0, 1].
+    measured over the last three doublings of the count, and averaged with the sampler's usual exponent by their
+    uncertainties. The speed is from `pace`. ``had`` is the share of the processors that was available, in [0, 1].
     """
     last = max(errors)
     near = [n for n in sorted(errors) if 8 * n >= last and errors[n].value > 0.0 and math.isfinite(errors[n].high)]

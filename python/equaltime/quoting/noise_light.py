@@ -1,12 +1,12 @@
 """The light that makes the noise of a render: direct or indirect, by lamp, by surface, and by technique.
 
 A small film is rendered a few times with independent seeds, and its light is split (`equaltime.quoting.light_parts`).
-The share of a part of the light in the variance is ``Cov(part, whole) / Var(whole)``, with the image as the whole. It
-is a share of error² for that film and its samples per pixel: edges make more of the error there than on a larger film.
-Shares of one kind sum to 1, since each covariance of two parts is divided equally between them. A part that cancels
-noise of others has a negative share. For indirect light and the rest, three more numbers are stated: the noise that
-each would make alone, and twice their covariance. These sum to 1 as well. Intervals are at 95 %, by the jackknife over
-seeds.
+The share of a part of the light in the variance is ``Cov(part, whole) / Var(whole)``, where whole stands for the image.
+It is a share of error² for that film and its samples per pixel: edges make more of the error there than on a larger
+film. Shares of one kind sum to 1, since each covariance of two parts is divided equally between them. A part that
+cancels noise of others has a negative share. For indirect light and the rest, three more numbers are stated: the noise
+that each would make alone, and twice their covariance. These sum to 1 as well. Intervals are at 95 %, by the jackknife
+over seeds.
 
 Squared errors should be divided by the squares of the true image, which is unknown. If they are divided by the mean of
 the split images themselves, pixels that a rare bright path has met hide that path. Such light would seem to make a few
@@ -65,7 +65,7 @@ class NoiseLight:
     direct: Interval
     """Share of direct light: paths that leave a lamp and are scattered once on the way to the camera."""
     indirect: Interval
-    """Share of all longer paths."""
+    """Share of indirect light: paths that are scattered more than once."""
     alone: Interval
     """Fraction of error² that would remain if indirect light had no noise."""
     indirect_alone: Interval

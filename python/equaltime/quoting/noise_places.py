@@ -12,8 +12,8 @@ Intervals, at 95 %, come from the ratio F of two sums of squares, over the pixel
 refer to error² as the render itself sees it. Light that no sample has found does not enter. Light that few samples have
 found moves shares by more than the intervals say. Of 100 pilots of 8 spp, intervals held the truth 87 to 92 times where
 noise is even (a room behind an opening). They held it 39 to 86 times in a Cornell box, because of the edges of its
-lamp. In that box, the noisiest 10 % of the pixels have a mean share of 24 %, where 21 % are true. So every share is in
-doubt, and quotes state it in words without an interval.
+lamp. In that box, the noisiest 10 % of the pixels have a mean share of 24 %, where the true share is 21 %. So every
+share is in doubt, and quotes state it in words without an interval.
 """
 
 from __future__ import annotations
@@ -90,7 +90,8 @@ class NoisePlaces:
     """Shares of the pixels with the noisiest neighbours, by their fraction of all pixels (`FRACTIONS`)."""
     rectangle: NoiseRectangle
     single: Interval
-    """Share of single pixels with `OUTSTANDING` times the error² of their neighbours: rare bright paths."""
+    """Share of single pixels whose error² is more than `OUTSTANDING` times the mean of their neighbours, because of
+    rare bright paths."""
     single_pixels: tuple[tuple[int, int], ...]
     """(x, y) of the pixels of ``single`` on the whole film, the pixel with the largest error² first."""
 

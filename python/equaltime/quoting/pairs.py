@@ -51,15 +51,15 @@ class Versus:
     """Differences that leaving effects out makes in time, variance, image and memory. Intervals are at 95 %."""
 
     time: Interval
-    """Share of the whole's time that the effects take."""
+    """Share of the whole scene's rendering time that the effects take."""
     variance: Interval
-    """Share of the whole's variance that the effects make."""
+    """Share of the whole image's variance that the effects make."""
     change: Interval
     """Error due to leaving the effects out: 0.02 is 2 %."""
     memory: int
     """Bytes of the scene in the core that the effects take."""
     difference: Floats
-    """(H, W, 3): the image without the effects, less the whole."""
+    """(H, W, 3): the image without the effects, minus the whole image."""
 
     @classmethod
     def of(cls, whole: Renders, less: Renders) -> Versus:

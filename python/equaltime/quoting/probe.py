@@ -49,7 +49,7 @@ class Probe:
     pilot
         Statistics of the whole image after the pilot.
     rates
-        (H, W): sample count of each pixel over the mean count, at the end of the render.
+        (H, W): sample count of each pixel divided by the mean count, at the end of the render.
     draws
         Number of draws. A pixel with a large part of the error may be drawn more than once, and is rendered once.
     lamps
@@ -111,8 +111,8 @@ class Probe:
     def taken(self) -> float:
         """Number of samples that the probe has taken, over all its pixels.
 
-        Where the samples of a pixel are one net, the number includes the second, independent net that tells the
-        variance.
+        Where the samples of a pixel are one net, the number includes the second, independent net from which the
+        variance follows.
         """
         return self._samples * self._cost
 
