@@ -49,7 +49,7 @@ class Price:
     memory: int | None = None
     """Bytes of the scene in the core that the effect takes."""
     difference: NDArray[np.float64] | None = None
-    """(H, W, 3): the image without the effect, less the image."""
+    """(H, W, 3): the image without the effect, minus the full image."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return the price as JSON data."""
