@@ -12,7 +12,7 @@ _REPORT_SECONDS = 5.0
 
 
 def planned(experiment: Experiment) -> str:
-    """Return a sentence on the planned references and runs; with a time budget, it tells the total time.
+    """Return a sentence on the planned references and runs; with a time budget, it gives the total time.
 
     The time is mostly an upper limit: references may end earlier, and runs that a folder already holds are not
     repeated.

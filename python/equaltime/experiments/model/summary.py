@@ -56,7 +56,8 @@ class StrategyResult:
     repeats: int
     curve: Curve
     time_to: Mapping[float, Interval] = field(hash=False)
-    """Target error → seconds; ``inf`` if never reached. An interval's note names extrapolation."""
+    """Target error → seconds; ``inf`` if never reached. The note of an interval tells whether the time is
+    extrapolated."""
     ratio: Mapping[float, Interval] = field(hash=False)
     """Target error → the baseline's time over this strategy's time; above 1 this strategy is faster."""
     efficiency: Interval
@@ -64,7 +65,7 @@ class StrategyResult:
 
     The median describes typical runs, however heavy their tails."""
     error_at_budget: Interval
-    """Error at equal time: the scene's ``budget_s``."""
+    """Error after the scene's equal time of ``SceneResult.budget_s`` seconds."""
     fewer_samples: Interval
     """The baseline's samples over this strategy's samples to the same error; ``inf`` if this strategy has no error."""
     equality_p: float | None
@@ -83,7 +84,8 @@ class StrategyResult:
     samples: Path | None = None
     """Samples of each pixel of ``image`` (.npy, (H, W)); None if all pixels have equal counts."""
     variances: tuple[Path, ...] = ()
-    """Variance of one sample of each pixel in each repeat (float32 .npy, (H, W)); empty if the renderer tells none."""
+    """Variance of one sample of each pixel in each repeat (float32 .npy, (H, W)); empty if the renderer reports
+    none."""
     reference: Path | None = None
     """File of the strategy's own reference, if it has one; format as `SceneResult.reference`."""
     film: Path | None = None

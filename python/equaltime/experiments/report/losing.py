@@ -214,7 +214,7 @@ def losses(own: Floats, baseline: Floats | None) -> Losses:
     own
         Squared errors of the strategy's pixels in K repeats, (K, H, W), scaled to equal render time.
     baseline
-        Squared errors of the baseline's pixels, likewise; None if the strategy is the baseline.
+        Squared errors of the baseline's pixels, in the same form; None if the strategy is the baseline.
     """
     block = max(1, math.ceil(max(own.shape[1:]) / _BLOCKS))
     mine = _block_sums(own, block)

@@ -17,7 +17,7 @@ _Found = Sequence[tuple[SceneResult, StrategyResult]]
 def other_renderers(summary: Summary) -> tuple[str, ...]:
     """Return one sentence for each renderer that is not equaltime's own and that the verdict does not name.
 
-    The sentence tells the renderer's time to the smallest error at which this time can be trusted on all scenes of the
+    The sentence gives the renderer's time to the smallest error at which this time can be trusted on all scenes of the
     renderer. It compares the time with the times of the baseline and of the best strategy. Errors that the runs reached
     are preferred to extrapolated ones.
     """

@@ -53,7 +53,7 @@ class Pictures:
     """Sample counts of each strategy's pixels, (H, W), by label."""
     variances: Mapping[str, Floats]
     """Variance of one sample of each pixel, (H, W), by label, as the mean of the repeats; infinite in pixels where a
-    repeat does not know it. Strategies whose renderer does not tell the variance are left out."""
+    repeat does not know it. Strategies whose renderer does not report the variance are left out."""
     stops: float
     """Exposure of all images: linear values are multiplied by 2 to this power."""
     missing: tuple[str, ...]
