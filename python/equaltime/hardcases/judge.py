@@ -69,7 +69,7 @@ class Outcome:
 def limit_of(cases: int) -> float:
     """Return the largest score that passes one of ``cases`` t-tests, which share the false-alarm rate `LEVEL`.
 
-    The score is the absolute deviation from the expected mean, in standard errors, as a normal deviate.
+    The score is the absolute deviation from the expected mean in standard errors, converted to a normal deviate.
     """
     from scipy import stats  # late: slow to import
 
