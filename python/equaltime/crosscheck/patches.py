@@ -34,13 +34,13 @@ class TrianglePatch:
     normals: Array
     """Unit geometric normals on the front side (T, 3)."""
     areas: Array
-    """Areas (T,)."""
+    """Areas of the triangles (T,)."""
     tangents: Array
     """Directions in which the texture coordinate u grows (T, 3), of any length."""
     shapes: Index
-    """Indices of the shapes (T,)."""
+    """Index of the shape that each triangle belongs to (T,)."""
     primitives: Index
-    """Indices of the triangles in their shapes (T,)."""
+    """Index of each triangle in its shape (T,)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
