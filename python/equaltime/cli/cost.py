@@ -100,8 +100,7 @@ def cost(
 
     Every strategy renders the scene several times, in turn with the other strategies. Errors are measured against a
     reference, which is rendered first and kept for other experiments. The report has the curves, the times to a wanted
-    error, the images at equal time and the provenance of all numbers. The first and the
-    last line are the verdict.
+    error, the images at equal time and the provenance of all numbers. The first and the last line are the verdict.
 
     Ctrl-C stops the experiment. The same command continues it and repeats nothing; more --repeats or other --strategies
     are added to the folder. A changed scene, budget, machine or build needs another folder.

@@ -1,4 +1,4 @@
-"""Output of ``equaltime cost``: the verdict, a table of errors at equal time and times to an error, and the verdict."""
+"""Output of ``equaltime cost``: the verdict, a table of errors and times, caveats, and the verdict once more."""
 
 from __future__ import annotations
 
