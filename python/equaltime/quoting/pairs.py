@@ -138,7 +138,7 @@ def _unknown(moved: Floats, denominator: Floats) -> Interval | None:
     """Return an unknown change if light comes to a picture that is black all over; None otherwise."""
     if denominator.any() or not moved.any():
         return None
-    return Interval(math.nan, 0.0, math.inf).doubted("nothing was seen of what it would be held against")
+    return Interval(math.nan, 0.0, math.inf).doubted("the picture to compare with is black")
 
 
 def change_of(squares: Floats) -> Interval:

@@ -124,7 +124,7 @@ def _best_first(scene: SceneResult) -> list[StrategyResult]:
 
 
 _ERROR_WORDS = (
-    "Relative error of each pixel at the end of a run, over all repeats, with the reference's own noise taken off. "
+    "Relative error of each pixel at the end of a run, over all repeats, with the reference's own noise subtracted. "
     "The colours are the same for all strategies."
 )
 _SPREAD_WORDS = (

@@ -88,7 +88,7 @@ def load_pictures(scene: SceneResult) -> Pictures | str:
                 variances[label] = _read_variance(strategy, shape[:2])
             runs[label] = _read_runs(strategy, shape)
         except EqualtimeError as error:
-            missing.append(f"Of {label} there is no picture: {error}")
+            missing.append(f"There is no picture of {label}: {error}")
     return Pictures(reference, own, runs, samples, variances, automatic_stops(reference.mean), tuple(missing))
 
 
