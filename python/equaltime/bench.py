@@ -79,7 +79,7 @@ class Measurement:
 
 @dataclass(frozen=True)
 class Benchmark:
-    """Measurements of a benchmark, with the machine and the build of equaltime that were measured."""
+    """Measured speeds of scenes, with the machine and the build of equaltime that were measured."""
 
     scenes: tuple[Measurement, ...]
     machine: Mapping[str, Any] = field(hash=False)

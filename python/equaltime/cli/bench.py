@@ -53,7 +53,7 @@ def bench(
         typer.Option(
             parser=parse_whole(1, 1000),
             metavar="N",
-            help="Of every scene and number of threads; 6 or more for 95 % intervals.",
+            help="Repeats of each scene and number of threads; 6 or more for 95 % intervals.",
         ),
     ] = 9,
     spp: Annotated[

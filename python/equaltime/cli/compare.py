@@ -31,7 +31,9 @@ def compare(
     b: Annotated[Path, typer.Argument(metavar="B", help="Image file of the same size.", show_default=False)],
     reference: Annotated[
         Path | None,
-        typer.Argument(metavar="[REF]", help="What both are measured against; else A against B.", show_default=False),
+        typer.Argument(
+            metavar="[REF]", help="Reference for A and B; without it, A is compared with B.", show_default=False
+        ),
     ] = None,
     as_json: AsJson = False,
     verbose: Verbose = False,

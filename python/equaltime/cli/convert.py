@@ -38,7 +38,7 @@ def convert(
     substitute: Substitute = False,
     copy: Annotated[
         bool,
-        typer.Option("--copy", help="Copy meshes and images into a folder beside OUT, not refer to them."),
+        typer.Option("--copy", help="Copy meshes and images into a folder beside OUT, instead of referring to them."),
     ] = False,
 ) -> int:
     """Write a scene to a file of another format.

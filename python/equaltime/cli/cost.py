@@ -44,8 +44,8 @@ def cost(
             "--output",
             metavar="DIR",
             show_default=False,
-            help="Folder for report.html, records.csv, figures and images; made if it is not there. Nothing else in it "
-            "is touched.",
+            help="Folder for report.html, records.csv, figures and images; made if missing. Other files in it stay as "
+            "they are.",
         ),
     ],
     quick: Annotated[
@@ -85,8 +85,8 @@ def cost(
         typer.Option(
             metavar="A,B,C",
             show_default=False,
-            help="What to compare: strategies as for render, or labels of the experiment's. key=value belongs to the "
-            "one before it [default: the experiment's, or the presets].",
+            help="Strategies to compare, as for render, or labels of the experiment's. key=value belongs to the "
+            "strategy before it [default: the experiment's, or the presets].",
         ),
     ] = None,
     define: Define = None,
@@ -100,8 +100,7 @@ def cost(
 
     Every strategy renders the scene several times, in turn with the other strategies. Errors are measured against a
     reference, which is rendered first and kept for other experiments. The report has the curves, the times to a wanted
-    error, the images at equal time and the provenance of all numbers. The first and the
-    last line are the verdict.
+    error, the images at equal time and the provenance of all numbers. The first and the last line are the verdict.
 
     Ctrl-C stops the experiment. The same command continues it and repeats nothing; more --repeats or other --strategies
     are added to the folder. A changed scene, budget, machine or build needs another folder.

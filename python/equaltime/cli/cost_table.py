@@ -1,4 +1,4 @@
-"""Output of ``equaltime cost``: the verdict, a table of errors at equal time and times to an error, and the verdict."""
+"""Output of ``equaltime cost``: the verdict, a table of errors and times, caveats, and the verdict once more."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     """Print the verdict as first and last line; between them a table, caveats, and what to open in ``folder`` next.
 
     The output has at most `MOST_LINES` lines, unless ``verbose`` asks for all rows and reasons. ``quick`` tells that
-    the experiment was a first look, so that a longer one may tell more.
+    the experiment was run with ``--quick``, so that longer runs may tell more.
     """
     console = plain_console()
     if not console.is_terminal:

@@ -50,8 +50,8 @@ def effects(
             "--output",
             metavar="DIR",
             show_default=False,
-            help="Folder for pictures of what changes without each effect: without-EFFECT.exr, the image without it "
-            "less the image, and .png, its absolute value.",
+            help="Folder for pictures of the change that leaving out each effect makes: without-EFFECT.exr, the image "
+            "without the effect less the full image, and .png, the absolute value.",
         ),
     ] = None,
     define: Define = None,

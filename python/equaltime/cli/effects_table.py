@@ -1,4 +1,4 @@
-"""Output of ``equaltime effects``: what makes a scene slow, and what could be left out; with ``-v`` everything."""
+"""Output of ``equaltime effects``: the effects that make a scene slow, and effects that could be left out."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def _short(found: PriceList, left: int) -> Iterator[str]:
     if said:
         yield f"Noise: {'; '.join(said)}."
     if depth := other_depth(found.max_depth, found.scene_max_depth):
-        yield f"All of this is of {depth}."
+        yield f"All numbers are for {depth}."
     more = f"{left} more effects, " if left > 0 else ""
     yield f"{len(found.free)} other effects cost nothing here. -v shows {more}reasons, places and all shares."
 
@@ -132,7 +132,7 @@ def _everything(found: PriceList) -> Iterator[str]:
         words = "; ".join(reasons) + (f"; and {more:,} more" if more else "")
         end = f"without it: {price.instead}" if price.instead else "cannot be left out"
         yield f"{price.kind.name}: {price.kind.title}, for {words}; {end}"
-    yield f"free, since nothing calls for them: {', '.join(found.free)}"
+    yield f"free, since the scene does not use them: {', '.join(found.free)}"
     for kind, title in _SHARES.items():
         if len(found.shares[kind]) > 1:
             yield f"noise {title}: {'; '.join(_shares(found.shares[kind]))}"
@@ -141,9 +141,9 @@ def _everything(found: PriceList) -> Iterator[str]:
         yield f"error of paths cut at depth {cut}"
     if found.outputs:
         times = "; ".join(f"{name} {_brief(share)}" for name, share in found.outputs.items())
-        yield f"time of outputs beside the image, each by itself: {times}"
+        yield f"time of outputs beside the image, each alone: {times}"
     if depth := other_depth(found.max_depth, found.scene_max_depth):
-        yield f"all of this is of {depth}"
+        yield f"all numbers are for {depth}"
     width, height = found.size
     measured = f"{found.repeats} repeats of {found.samples} samples a pixel of {width}x{height}, {found.strategy}"
     yield f"noise is variance; shares and errors with their 95 % intervals, from {measured}"

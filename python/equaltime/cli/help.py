@@ -24,7 +24,7 @@ PANELS: Final = {
     ),
     "For experts": ("backend", "traps", "tev", "peer"),
 }
-"""Groups of options in the help, in order, by the names of the parameters; others stand under "Options"."""
+"""Groups of options in the help, in order: title, and names of the parameters; others stand under "Options"."""
 
 _PANEL_OF: Final = {name: panel for panel, names in PANELS.items() for name in names}
 
@@ -83,7 +83,7 @@ class Command(TyperCommand):
 
 
 class Group(TyperGroup):
-    """The program itself, whose own options are few."""
+    """The program ``equaltime`` without a command, with its few options."""
 
     def get_params(self, ctx: Any) -> list[Any]:
         """Return the options of the program."""

@@ -23,7 +23,7 @@ from equaltime.words import duration
 __all__ = ["info"]
 
 FAMILIES: Final = ("shape", "bsdf", "texture", "emitter", "medium")
-"""Families of plugins whose numbers are printed."""
+"""Families of plugins that ``info`` counts."""
 _OF_RENDERS: Final = (
     *("scene", "digest", "size", "crop", "max_depth", "scene_max_depth", "strategy", "biased", "without", "seed"),
     *("decision", "sources", "spp", "stopped_by", "error", "radiance_range", "seconds", "paths", "rays", "shadow_rays"),

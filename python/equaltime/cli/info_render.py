@@ -35,7 +35,7 @@ _ENDS = {
 
 
 def saved_render(path: Path, record: Record, resumable: bool) -> Iterator[str]:
-    """Yield lines on the saved render at ``path``, whose file holds ``record``: at most ten."""
+    """Yield at most ten lines on the saved render at ``path``, whose file holds ``record``."""
     record = checked(record, path)
     error = UNKNOWN if record["error"] is None else Interval.from_dict(record["error"])
     width, height = record["size"]

@@ -13,7 +13,7 @@ __all__ = ["scene_summary"]
 
 
 def scene_summary(scene: Scene, facts: Mapping[str, Any]) -> Iterator[str]:
-    """Yield lines on a scene: at most ten. ``facts`` is what ``info --json`` prints."""
+    """Yield at most ten lines on a scene. ``facts`` holds the data that ``info --json`` prints."""
     width, height = scene.size
     lights, triangles, shapes = facts["lights"], facts["triangles"], facts["shapes"]
     yield (

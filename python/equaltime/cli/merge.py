@@ -36,8 +36,8 @@ def merge(
 ) -> int:
     """Join renders of one scene that were made with different seeds, on any machines.
 
-    The image equals one render with all samples. The error bar comes from how far the renders differ: more renders
-    make the error bar more reliable. Adaptive renders cannot be merged.
+    The image equals one render with all samples. The error bar comes from how far the renders differ: more renders make
+    the error bar more reliable. Renders with adaptive=neighbours, history or cutoff cannot be merged.
 
 
     For instance: `equaltime merge monday.exr tuesday.exr -o both.exr`

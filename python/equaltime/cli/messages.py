@@ -96,7 +96,7 @@ class Written:
 
     files: Sequence[Path]
     stops: float = 0.0
-    """Exposure of the preview."""
+    """Exposure of the preview, in stops."""
     scale: str = ""
     """Scale of the picture of the variance, in words; empty if there is none."""
 
@@ -130,8 +130,8 @@ def doubts(result: Result, findings: Sequence[Finding] = ()) -> list[str]:
     if apart > FAR_APART and any(finding.check == "radiance-range" for finding in findings):
         lines.append(
             f"the image has radiances {apart:.2g} times apart, more than {FAR_APART:.0e}: "
-            "light of dim emitters may be missing where they alone shine; "
-            "render them by themselves, or pick lights alike (--strategy best,lights=uniform)"
+            "light of dim emitters may be missing where only they shine; "
+            "render them separately, or choose all lights equally often (--strategy best,lights=uniform)"
         )
     return lines
 
@@ -214,7 +214,7 @@ def print_quote(quote: Quote) -> None:
 
 
 def print_no_quote(why: str) -> None:
-    """Print ``why``, the reason why nothing can be expected; nothing if the render only ended too soon."""
+    """Print ``why``, the reason why there is no prediction; print nothing if the render merely ended too soon."""
     if why != ENDED_FIRST:
         print(f"No prediction: {why}", flush=True)
 

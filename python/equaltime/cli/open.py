@@ -24,7 +24,7 @@ def open(
     """Open the report of an experiment in the browser.
 
     Opens `DIR/report.html`, or `DIR/index.html` for a folder of experiments, and prints the path of the page. Without a
-    browser, the printed path is all that happens.
+    browser, it only prints the path.
     """
     page = _page(folder)
     print(page)

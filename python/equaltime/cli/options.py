@@ -200,7 +200,7 @@ Time = Annotated[
         parser=parse_duration,
         metavar="DURATION",
         show_default=False,
-        help="Render for this long: 10s, 500ms, 1h30m. Outputs beside the image come on top.",
+        help="Render for this long: 10s, 500ms, 1h30m. Outputs beside the image take extra time.",
     ),
 ]
 
@@ -274,8 +274,8 @@ Transparent = Annotated[
     bool,
     typer.Option(
         "--transparent",
-        help="Leave the sky out of the picture, and give it alpha. The sky lights the scene as before; where there is "
-        "one, lamps are not seen either.",
+        help="Leave the sky out of the picture, and give it alpha. The sky still lights the scene; in a scene with a "
+        "sky, lamps are hidden too.",
     ),
 ]
 
@@ -298,7 +298,7 @@ StrategyWords = Annotated[
 ]
 
 Seed = Annotated[
-    int, typer.Option(parser=parse_whole(0, 2**64 - 1), metavar="N", help="Another number gives other noise.")
+    int, typer.Option(parser=parse_whole(0, 2**64 - 1), metavar="N", help="Random seed: another one gives other noise.")
 ]
 
 Threads = Annotated[

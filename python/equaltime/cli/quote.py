@@ -71,8 +71,8 @@ def quote(
         typer.Option(
             "--why/--no-why",
             show_default=False,
-            help="Find out which light makes the noise, even if that takes as long again; or never. "
-            "By default, if it takes little.",
+            help="Find which light makes the noise, even if that doubles the time of the quote; or never. "
+            "By default, only if it takes little time.",
         ),
     ] = None,
     verbose: Verbose = False,
@@ -81,7 +81,8 @@ def quote(
     """Predict how accurate a picture will be, or how long it takes, before rendering.
 
     Renders a small test first, usually under ten seconds, and predicts the rest from it. Without `--time` and `--error`
-    it tells the error after 30 s, and how long 10, 5, 2 and 1 % take. Ctrl-C ends the test and keeps what it has told.
+    it predicts the error after 30 s, and the times to 10, 5, 2 and 1 %. After Ctrl-C, it predicts from the samples so
+    far.
 
     For instance:
 

@@ -22,7 +22,7 @@ _KINDS = {"light": "by lamp", "bsdf": "by last surface", "way": "by how it was f
 
 
 def details(found: Quote, asked_why: bool | None) -> Iterator[tuple[str, str]]:
-    """Yield the rows of a table: a title, or nothing where the row before goes on, and words."""
+    """Yield the rows of a table as pairs of title and text; an empty title continues the row before."""
     law = found.law
     yield "time", time_range(found.seconds)
     spp = found.spp
@@ -40,7 +40,7 @@ def details(found: Quote, asked_why: bool | None) -> Iterator[tuple[str, str]]:
     if found.light is not None:
         yield from _light(found.light, law)
     elif asked_why is None:
-        yield "which light", "not asked, for want of time: --why tells"
+        yield "which light", "not measured, for lack of time: --why measures it"
 
 
 def _places(places: NoisePlaces) -> Iterator[tuple[str, str]]:
@@ -59,12 +59,12 @@ def _places(places: NoisePlaces) -> Iterator[tuple[str, str]]:
         words = "a single pixel makes" if count == 1 else f"{count} single pixels make"
         at = "; ".join(f"{x},{y}" for x, y in places.single_pixels[:_MOST_PIXELS])
         more = "; …" if count > _MOST_PIXELS else ""
-        yield "", f"{words} {_share(places.single)} of error², far above those around: {at}{more}"
+        yield "", f"{words} {_share(places.single)} of error², far above their neighbours: {at}{more}"
 
 
 def _light(light: NoiseLight, law: Law) -> Iterator[tuple[str, str]]:
     if not light.direct.known:
-        yield "which light", "no noise was seen by so few paths"
+        yield "which light", "unknown: the few paths showed no noise"
         return
     paths = {"direct": light.direct, "indirect": light.indirect, "seen by the camera": light.seen}
     yield "which light", f"{_largest(paths)} of error²"

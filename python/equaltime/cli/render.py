@@ -143,7 +143,8 @@ def render(
             parser=parse_percent,
             metavar="PERCENT",
             show_default=False,
-            help="Leave out what changes the picture by less than this, by a pilot, and say what and why.",
+            help="Leave out effects that together change the picture by less than this, as a pilot measures, and tell "
+            "which and why.",
         ),
     ] = None,
     tev: Tev = None,
@@ -195,7 +196,9 @@ def render(
         raise typer.BadParameter("needs an error to reach: give --error, such as --error 2%, too", param_hint="--stop")
     pictures = cast(set[AovPicture], {*(aov or ())})
     if pictures and backend != "core":
-        raise typer.BadParameter(f"the backend {backend} knows no variance of its samples", param_hint="--aov")
+        raise typer.BadParameter(
+            f"the backend {backend} does not report the variance of its samples", param_hint="--aov"
+        )
     exr = check_output(output, aov=pictures).exr
     if transparent and exr is None and output.suffix.lower() != ".png":
         raise typer.BadParameter("a JPEG has no transparency: write FILE.png or FILE.exr", param_hint="--transparent")

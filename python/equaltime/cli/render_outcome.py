@@ -1,4 +1,4 @@
-"""Lines that ``equaltime render`` prints at its end: the answer first, then the price of a better one."""
+"""Lines that ``equaltime render`` prints at its end: the error reached, then the time that a smaller error takes."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ _SELECTS = (
 
 
 def outcome(result: Result, written: Written, quote: Quote | None) -> Iterator[str]:
-    """Yield the answer in one line, and up to four more if there is something to know.
+    """Yield the answer in one line, then up to four lines with biases, doubts, files and the time to a smaller error.
 
-    ``quote`` is the quote of the render itself, if there is one and the render can be continued: it tells what a
-    smaller error would take.
+    ``quote`` is the render's own quote, from which the time to a smaller error follows. It is None if there is no quote
+    or the render cannot be continued.
     """
     number, seconds = stated(result.origin), duration(result.stats.seconds)
     said = f"{number.noun} {error_range(result.error)}{number.of_paths}"
@@ -80,7 +80,7 @@ def _count_missed(stop: Stop | None) -> str:
     if stop is None or stop.selects:
         return ""
     if stop.spp is None:
-        return "a pilot had chosen no count for the error"
+        return "the pilot chose no sample count for the error"
     return f"ended before the {stop.spp} samples a pixel that a pilot chose for {percent(stop.error)}"
 
 

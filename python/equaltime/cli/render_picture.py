@@ -1,4 +1,4 @@
-"""Renders one picture, or the frames of an animation, as ``equaltime render`` was asked to, and tells what came out."""
+"""Work of ``equaltime render``: renders one picture or the frames of an animation, and prints the outcome."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class Order:
     backend: Backend
     traps: Traps
     tev: str | None
-    """Address of the viewer tev, if the picture is shown there."""
+    """Address of the viewer tev that shows the picture, ``HOST:PORT``; None for no viewer."""
     json: bool
     """Whether to print the record, and nothing else."""
     quiet: bool
@@ -110,7 +110,7 @@ def render_frames(
 def render_picture(
     scene: Scene, changes: Mapping[str, Any], output: Path, order: Order, seed: int, first: bool = True
 ) -> int:
-    """Render a scene into a file, tell what came out, and return the exit code.
+    """Render a scene into a file, print the outcome, and return the exit code.
 
     ``changes`` are keywords of `Scene.with_`. ``first`` tells whether to print warnings and hazards of the scene.
     """
@@ -192,7 +192,7 @@ def _scale(result: Result) -> str:
 
 
 def _warn_of_checkpoints(why: str) -> None:
-    print_warning(f"what is done so far cannot be saved, and the render goes on: {why}")
+    print_warning(f"the checkpoint cannot be saved, and the render goes on: {why}")
 
 
 def _viewer(address: str, output: Path) -> Viewer:

@@ -45,11 +45,22 @@ ENDS: Final = {
 def replay(
     scene: SceneFile,
     pixel: Annotated[
-        Any, typer.Option(parser=parse_pixel, metavar="X,Y", show_default=False, help="From the left, from the top.")
+        Any,
+        typer.Option(
+            parser=parse_pixel,
+            metavar="X,Y",
+            show_default=False,
+            help="Column and row of the pixel, from 0 at the upper left.",
+        ),
     ],
     sample: Annotated[
         int,
-        typer.Option(parser=parse_whole(0, MOST_SAMPLES - 1), metavar="I", show_default=False, help="Counted from 0."),
+        typer.Option(
+            parser=parse_whole(0, MOST_SAMPLES - 1),
+            metavar="I",
+            show_default=False,
+            help="Number of the sample in the pixel, from 0.",
+        ),
     ],
     seed: Seed = 0,
     strategy: StrategyWords = "best",

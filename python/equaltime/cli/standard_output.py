@@ -1,4 +1,4 @@
-"""Errors of standard output, with their own exception type: a plain OSError does not tell which file failed."""
+"""Errors of standard output, with an exception type of their own: a plain OSError does not tell which file failed."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ T = TypeVar("T")
 
 
 def constant(value: Texture | T) -> T:
-    """Return `value` unchanged, with the type of a constant; `check` has refused textures before."""
+    """Return `value`, typed as a constant: `equaltime.crosscheck.tracer.check` has refused scenes with textures."""
     assert not isinstance(value, TexturePlugin), "textures are refused before"
     return value
 

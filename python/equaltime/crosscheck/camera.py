@@ -97,7 +97,7 @@ class PrimaryHits:
     """First surface hit by the ray through each pixel's middle, for the pixels of the crop window."""
 
     shape: Index
-    """Index in the scene's shapes (H, W); -1 without a hit."""
+    """Index of the hit shape among the scene's shapes (H, W); -1 without a hit."""
     primitive: Index
     """Index of a mesh's triangle, 0 for other shapes (H, W); -1 without a hit."""
     t: Array

@@ -19,7 +19,8 @@ from equaltime.scene.model import Plastic, RoughConductor, RoughDielectric, Roug
 __all__ = ["mirror_share", "plastic", "rough_dielectric", "rough_plastic", "thin_reflectance"]
 
 KNOTS = 64
-"""Knots in the cosine of a rough interface's transmittance table, as in Mitsuba; linear interpolation between."""
+"""Number of knots, in the cosine, of a rough interface's table of transmittance. As in Mitsuba, the table is
+interpolated linearly."""
 
 
 def thin_reflectance(bsdf: ThinDielectric, wo: Array) -> Array:

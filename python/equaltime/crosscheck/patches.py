@@ -18,9 +18,9 @@ from equaltime.scene.model import Cube, SceneModel, Shape, as_array, poses
 __all__ = ["DiskPatch", "SpherePatch", "TrianglePatch", "collect"]
 
 CUBE_TANGENTS = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-"""Axes along which u of Mitsuba's cube grows or falls, for the faces across x, y and z, except at y = -1."""
+"""Axis along which the texture coordinate u of Mitsuba's cube changes, for the faces at x = ±1, y = 1 and z = ±1."""
 CUBE_TANGENT_BELOW_Y = np.array([0.0, 0.0, 1.0])
-"""Axis along which u grows or falls on the face at y = -1."""
+"""Axis along which the texture coordinate u changes on the face at y = -1."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,13 +34,13 @@ class TrianglePatch:
     normals: Array
     """Unit geometric normals on the front side (T, 3)."""
     areas: Array
-    """Areas (T,)."""
+    """Areas of the triangles (T,)."""
     tangents: Array
     """Directions in which the texture coordinate u grows (T, 3), of any length."""
     shapes: Index
-    """Indices of the shapes (T,)."""
+    """Index of the shape that each triangle belongs to (T,)."""
     primitives: Index
-    """Indices of the triangles in their shapes (T,)."""
+    """Index of each triangle in its shape (T,)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -24,7 +24,8 @@ NUDGE = 2.0**-18
 The offset is 64 times the rounding of float32. Surfaces nearer than that are missed; points and distances do not depend
 on the offset."""
 ATTEMPTS = 8
-"""Most searches per ray: a ray continues behind a triangle that float64 finds it does not hit."""
+"""Largest number of searches per ray. If float64 shows that a ray misses the triangle found, the search continues
+behind it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,7 +35,7 @@ class Hits:
     t: Array
     """Distances along unit directions (N,)."""
     patch: Index
-    """Numbers of the patches (N,)."""
+    """Number of the patch that each ray hits (N,)."""
     point: Array
     """Hit points (N, 3)."""
     normal: Array

@@ -23,7 +23,7 @@ __all__ = ["CASES", "Case", "chosen", "load_case"]
 class Case:
     """A scene with a known image: the mean of its pixels is known, or a changed scene must give the same image.
 
-    Changes are units of length or light, number of threads, and crop.
+    A change is another unit of length or light, another number of threads, or a crop.
     """
 
     id: str
@@ -38,7 +38,8 @@ class Case:
     seeds: int = 16
     """Number of independent renders; their spread gives the error."""
     peer_spp: int | None = None
-    """Samples per pixel of a peer, if not ``spp``: equal bits show in one render, equal means need many samples."""
+    """Samples per pixel of a peer; None stands for ``spp``. Cases that compare bits need few samples, but a peer is
+    tested by its means, which need many."""
     define: Mapping[str, object] = field(default_factory=lambda: MappingProxyType({}), hash=False)
     strategy: str = "best"
     """Strategy of equaltime; peers have their own."""

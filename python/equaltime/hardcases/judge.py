@@ -24,7 +24,8 @@ Images = Sequence[NDArray[np.float32]]
 LEVEL: Final = 0.001
 """Probability that a correct renderer fails at least one of all cases."""
 MOST_ULP: Final = ROUNDING * 2.0**24
-"""Largest deviation of an image without noise, in units in the last place: float32 rounding along a path."""
+"""Largest deviation of an image without noise that passes, in units in the last place: float32 rounding along a
+path."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ class Outcome:
 def limit_of(cases: int) -> float:
     """Return the largest score that passes one of ``cases`` t-tests, which share the false-alarm rate `LEVEL`.
 
-    The score is the absolute deviation from the expected mean, in standard errors, as a normal deviate.
+    The score is the absolute deviation from the expected mean in standard errors, converted to a normal deviate.
     """
     from scipy import stats  # late: slow to import
 
@@ -93,7 +94,7 @@ def judge_value(images: Images, expected: float, limit: float) -> Outcome:
 
 
 def judge_same(first: Images, second: Images, limit: float) -> Outcome:
-    """Compare the means of two sets of images by Welch's t-test; the outcome passes if they do not differ surely.
+    """Compare the means of two sets of images by Welch's t-test; the outcome passes unless they differ significantly.
 
     ``limit`` is the largest score that passes, from `limit_of`.
     """

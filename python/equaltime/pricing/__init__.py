@@ -1,8 +1,8 @@
 """Costs of the effects (such as lens, media or textures) that a scene uses, and rendering without some effects.
 
 =================================  ===================================================================================
-`equaltime.scene.effects.kinds`    the effects by name: what uses each, and what replaces it where it is left out
-`equaltime.scene.effects.kinds`   scene → effects, with the reason for each
+`equaltime.scene.effects.kinds`    the effects by name: objects that use each, and its replacement if it is left out;
+                                   ``derive`` finds the effects that a scene uses, with reasons
 `equaltime.scene.effects.leaving`  the scene without some of them
 `equaltime.quoting.pairs`          a scene against itself without an effect, in turn, with the same random numbers
 `equaltime.quoting.light_parts`    which part of the light makes the noise

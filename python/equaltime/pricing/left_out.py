@@ -27,13 +27,13 @@ __all__ = ["LeftOut", "choose", "measured"]
 N = TypeVar("N")
 
 PILOT_SAMPLES = 2**16
-"""Samples of the image in each repeat of a pilot, but at least one a pixel."""
+"""Number of samples of each render of a pilot, summed over all pixels; each pixel gets at least one."""
 MOST_A_PIXEL = 64
 MOST_PIXELS = 2**14
-"""Most pixels of the film for choosing: light by path length takes kilobytes a pixel."""
+"""Largest number of pixels of the film on which effects are chosen: light by path length takes kilobytes a pixel."""
 REPEATS = 6
 PILOTS_SEEDS = 2**63
-"""Offset from a render's seed to the pilot's: the two share no random numbers."""
+"""Offset from a render's seed to its pilot's seed, so that the two share no random numbers."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class LeftOut:
     names: tuple[str, ...]
     """Names of the effects left out, as for `leave_out`."""
     bias: Interval
-    """Error due to leaving them out, with its 95 % interval."""
+    """Error of the image due to leaving out the effects in ``names``, with its 95 % interval."""
     why: tuple[str, ...]
     """Decision on each effect, in words."""
 
@@ -53,7 +53,7 @@ class LeftOut:
 def measured(scene: Scene, strategy: Strategy, names: tuple[str, ...], seed: int = 0, threads: int = 0) -> LeftOut:
     """Return the scene without the named effects, and the measured error due to leaving them out.
 
-    If long paths are among the names, the error includes the strategy's own cut of paths.
+    If ``long_paths`` is among the names, the error includes the bias of the strategy's ``truncate``.
 
     Raises
     ------
@@ -85,8 +85,8 @@ def _untruncated(strategy: Strategy, names: tuple[str, ...]) -> tuple[Strategy, 
 def choose(scene: Scene, strategy: Strategy, within: float, seed: int = 0, threads: int = 0) -> LeftOut:
     """Return the scene without the effects that a pilot chose: together their error is at most ``within``, a fraction.
 
-    Effects with the least bias are left out first. If paths can be cut too, these effects may make half of ``within``.
-    Then paths are cut as early as the rest allows. Biases count by the upper ends of their intervals.
+    Effects with the least bias are left out first; the upper ends of the biases' intervals count. If paths can be cut
+    too, the effects may use half of ``within``, and paths are cut as early as the rest of ``within`` allows.
     """
     called = derive(scene)
     candidates = [name for name in called if kind_of(name).instead and can_leave_out(scene, strategy, name)]

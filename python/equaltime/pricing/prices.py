@@ -26,7 +26,7 @@ from equaltime.words import Shown
 __all__ = ["Price", "PriceList", "effects"]
 
 MOST_PIXELS = 128 * 128
-"""Most pixels of the measured film, unless a size is given."""
+"""Largest number of pixels of the measured film, unless a size is given."""
 REPEATS, SAMPLES = 12, 16
 QUICK_PIXELS, QUICK_REPEATS, QUICK_SAMPLES = 64 * 64, 6, 8
 
@@ -43,13 +43,13 @@ class Price:
     time: Interval | None = None
     """Share of the effect in the time of a sample."""
     variance: Interval | None = None
-    """Share of the effect in the variance: in the squared error after some time."""
+    """Share of the effect in the variance, and so in the squared error."""
     change: Interval | None = None
     """Error of the image without the effect."""
     memory: int | None = None
     """Bytes of the scene in the core that the effect takes."""
     difference: NDArray[np.float64] | None = None
-    """(H, W, 3): the image without the effect, less the image."""
+    """(H, W, 3): the image without the effect, minus the full image."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return the price as JSON data."""
@@ -71,16 +71,16 @@ class PriceList(Shown):
     prices: tuple[Price, ...]
     """Prices of the effects that the scene uses."""
     free: tuple[str, ...]
-    """Effects that the scene does not use: no instruction in the path loop, no memory."""
+    """Names of the effects that the scene does not use. They cost no instruction in the path loop and no memory."""
     shares: Mapping[str, Mapping[str, Interval]]
     """Shares of the variance by kind of part (length of the path, technique, last BSDF, light). The shares of each kind
     sum to 1."""
     truncated: Mapping[int, Interval]
-    """Error of cutting paths at each depth."""
+    """Relative error of the image if paths are cut at a depth, by that depth in segments."""
     outputs: Mapping[str, Interval]
-    """Share of the time that each output beside the image takes, as ``name:what``."""
+    """Share of the time that each output beside the image takes, by ``name:kind``."""
     size: tuple[int, int]
-    """Width and height of the measured film."""
+    """Width and height of the measured film, in pixels."""
     samples: int
     """Samples per pixel in each repeat."""
     repeats: int
@@ -141,7 +141,7 @@ def effects(
     Parameters
     ----------
     scene
-        A loaded scene, the path of a scene file, or a dict in Mitsuba's words.
+        A loaded scene, the path of a scene file, or a dict with Mitsuba's keys.
     quick
         Quick estimate: a small film, few samples, few repeats.
     size

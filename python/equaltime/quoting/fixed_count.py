@@ -1,10 +1,10 @@
-"""Choice of a sample count for an error before the image has a sample, so that the stop does not select images.
+"""Choice of a sample count for an error before the image has a sample, so that the image does not decide its stop.
 
 A pilot is a short render that predicts (`equaltime.quoting.pilot`). With samples of its own, from another seed, it
 shows how the error falls. The chosen count is where the upper limit of the predicted error meets the target: 97.5 % of
-images have a smaller error at that count, as far as the pilot can know. A render that estimates its own error on the
-way stops at another count, which is no substitute. Such a render waits until its own interval is narrow, and the upper
-limit of its count may be a hundred times as much.
+images have a smaller error at that count, as far as the pilot can know. The count at which a render would stop by its
+own error estimates cannot replace this count. Such a render waits until its interval is narrow, and the upper limit of
+that count may be a hundred times as large.
 
 A pilot that has met no rare bright path predicts too small a count, and a pilot that has just met its first one
 predicts a wide interval. So the pilot doubles its samples until it has half of the image's samples. Each length of the
@@ -45,9 +45,10 @@ class Chosen:
 
     stop: Stop
     quote: Quote | None = None
-    """Price and error of the render, without its bias; None if the pilot cannot predict them."""
+    """Predicted time and error of the render, without its bias; None with a time limit, or if nothing can be
+    predicted."""
     seconds: float = 0.0
-    """Seconds that choosing took in this run."""
+    """Seconds that the choice took in this run; 0 if an earlier run made it."""
 
     def limits(self, asked: Limits) -> Limits:
         """Return the limits of samples and time with which the image is rendered.
@@ -65,7 +66,7 @@ class Chosen:
 def pilot_seed(seed: int) -> int:
     """Return the seed of the pilot of a render whose own seed is ``seed``.
 
-    It is a hash of that seed, so that other renders do not use it by chance.
+    The pilot's seed is a hash of ``seed``, so that another render hardly ever has the same seed.
     """
     words = f"equaltime: pilot of a fixed count, seed {seed}"
     return int.from_bytes(hashlib.sha256(words.encode()).digest()[:8], "big")
@@ -75,8 +76,8 @@ def fixed_count(job: Job, progress: ProgressCallback | None = None) -> Chosen:
     """Return the samples per pixel, chosen by a pilot, with which the job's render reaches its error limit.
 
     A resumed render keeps the count that was chosen for the same error. With a time limit, the pilot may take a quarter
-    of the time. No count is chosen if that time is too short, or if the pilot finds no count and the samples are
-    limited. Then the other limits end the render.
+    of the time. No count is chosen if that time is too short, or if the pilot finds no count and the render has another
+    limit. Then the other limits end the render.
 
     Raises
     ------
@@ -86,7 +87,7 @@ def fixed_count(job: Job, progress: ProgressCallback | None = None) -> Chosen:
     SampleError
         If a sample of the pilot went wrong.
     ImageError
-        If the resumed render watched its own error to stop, and has more samples than the pilot chooses.
+        If the resumed render was to stop by its own error estimates, and has more samples than the pilot chooses.
     """
     resumed = job.resumed
     before = None if resumed is None else resumed.stop
@@ -96,7 +97,7 @@ def fixed_count(job: Job, progress: ProgressCallback | None = None) -> Chosen:
     chosen = _choose(job, progress, done)
     if resumed is not None and before is not None and before.selects and done > (chosen.stop.spp or 0):
         raise ImageError(
-            f"{resumed.path}: cannot be taken up with a fixed count: it looked at its own error until it had {done} "
+            f"{resumed.path}: cannot be resumed with a fixed count: it looked at its own error until it had {done} "
             f"samples a pixel, and a pilot chose {chosen.stop.spp or 'no count'}; render it anew"
         )
     return chosen

@@ -34,19 +34,19 @@ _LOSS, _LOSS_OF_TAKEN, _START = 0.004, 0.022, 0.05
 class Processors(NamedTuple):
     """Processor time of this process: the seconds that its threads ran, and the seconds that they waited to run.
 
-    Both count from the start of the threads. The processor time of a sample hardly depends on other processes. The
-    share of the processors that is available varies from a tenth of a second to the next. A longer watch gives a better
-    estimate of this share. Idle threads do not count as waiting.
+    Both are counted from the start of each thread; idle threads do not count as waiting. The processor time of a sample
+    hardly depends on other processes, but the available share of the processors varies within tenths of a second. So
+    the share is better estimated over a longer time.
     """
 
     ran: float
-    """Seconds that threads ran, all together."""
+    """Seconds that threads ran, summed over threads."""
     waited: float
-    """Seconds in which threads could have run, but others did."""
+    """Seconds that threads waited for a processor while other processes or threads ran, summed over threads."""
 
     @classmethod
     def now(cls) -> Processors:
-        """Return the seconds that threads ran and waited until now, by the scheduler's account (Linux; 0 elsewhere)."""
+        """Return the seconds that threads ran and waited until now, counted by Linux; 0 on other systems."""
         ran = waited = 0
         for task in glob.iglob("/proc/self/task/*/schedstat"):
             with suppress(OSError):  # the thread has ended
@@ -55,9 +55,9 @@ class Processors(NamedTuple):
         return cls(1e-9 * ran, 1e-9 * waited)
 
     def had_since(self, before: Processors) -> float:
-        """Return the fraction of the time since ``before`` that threads ran, of the time that they could have run.
+        """Return the share of the processors that this process had since ``before``, in [0, 1].
 
-        It is in [0, 1], and 1 if the scheduler does not tell.
+        It is the time that threads ran, divided by the time that they ran or waited; 1 if the times are unknown.
         """
         ran, waited = self.ran - before.ran, self.waited - before.waited
         return ran / (ran + waited) if ran > 0.0 and waited > 0.0 else 1.0
@@ -69,16 +69,16 @@ class Pace(NamedTuple):
     seconds_per_sample: float
     """Seconds for one sample of every pixel."""
     doubt: float
-    """Standard deviation of the logarithm of the speed, until the end."""
+    """Uncertainty of the mean speed up to the end of the render: standard deviation of its logarithm."""
     lost: float
-    """Additional seconds of the start."""
+    """Most additional seconds that the slow start of a render takes."""
 
 
 def pace(seconds: Mapping[int, float], had: float = 1.0) -> Pace:
     """Return the pace of sampling, from the seconds since the first sample at some counts of samples per pixel.
 
-    ``seconds`` maps each count to its seconds. The last two octaves of samples decide, or all if there are fewer.
-    ``had`` is the share of the processors that was available during the samples, in [0, 1].
+    ``seconds`` maps each count to its seconds. The speed is taken over the last two doublings of the count, or over all
+    counts if there are fewer. ``had`` is the share of the processors that was available during the samples, in [0, 1].
     """
     last, lost = max(seconds), _LOSS + _LOSS_OF_TAKEN * (1.0 - had)
     first = max((n for n in seconds if 4 * n <= last), default=min(seconds))
@@ -149,7 +149,7 @@ class Probed(NamedTuple):
     doubt: float
     """Standard deviation of log(error), by the scatter of the pixels that were drawn."""
     width: float
-    """Logarithm of the upper limit over the error, as the image will state it."""
+    """Logarithm of (upper limit / error), both as the image itself will state them."""
 
 
 @dataclass(frozen=True)
@@ -165,27 +165,27 @@ class Law:
     error: float
     """Estimated error of the image at ``samples``."""
     width: float
-    """Logarithm of the upper limit of that error over the error."""
+    """Logarithm of (upper limit of the error / error)."""
     narrowing: float
-    """Exponent by which the width falls with the samples."""
+    """Exponent of the power of the sample count by which ``width`` falls."""
     exponent: float
     exponent_doubt: float
     seconds_per_sample: float
     """Seconds for one sample of every pixel."""
     speed_doubt: float
-    """Standard deviation of the logarithm of the speed, until the end."""
+    """Uncertainty of the mean speed up to the end of the render: standard deviation of its logarithm."""
     seconds_lost: float = 0.0
-    """Seconds lost by the start, until samples come evenly."""
+    """Most additional seconds that the slow start of a render takes."""
     before: tuple[tuple[int, float], ...] = ()
-    """Samples and errors before ``samples``, the pilot's first; empty without a probe."""
+    """Pairs (samples per pixel, error) below ``samples``, the first from the pilot; empty without a probe."""
     doubt: float = 0.0
-    """Standard deviation of log(error) due to the pixels that a probe has not seen."""
+    """Standard deviation of log(error) due to the pixels that a probe has not drawn; 0 without a probe."""
 
     def through(self, probed: Sequence[Probed], sampler: str) -> Law:
         """Return this law of a pilot, corrected by a probe of the same image: some pixels that are rendered to the end.
 
-        ``probed`` lists the errors that the probe predicts. Its last one is weighted against the pilot's prediction.
-        ``sampler`` is the name of the sampler.
+        ``probed`` lists the errors that the probe predicts. The result's error is a weighted geometric mean of the
+        probe's last error and the pilot's prediction. ``sampler`` is the name of the sampler.
         """
         last = probed[-1]
         own, foretold = self._error(last.samples, self.exponent), self._doubt_at(last.samples)
@@ -224,9 +224,9 @@ class Law:
     def samples_until(self, error: float) -> Interval:
         """Return the samples per pixel at which a render stops if it stops by its own estimates of the error.
 
-        ``error`` is the error to reach. Renders are simulated that differ in the chance of the pilot, in the exponent,
-        and in the chance of later samples. Half of these renders stop before the returned value, and 95 % within its
-        interval.
+        ``error`` is the error to reach. The law is uncertain, so renders are simulated with random errors of the pilot,
+        random exponents and random later samples. Half of these renders stop before the returned value, and 95 % within
+        its interval.
         """
         stops = sorted(self._stop(error, draw) for draw in _draws())
         return Interval(stops[_DRAWS // 2], stops[1], stops[-2])
@@ -367,8 +367,8 @@ def fit(errors: Mapping[int, Interval], seconds: Mapping[int, float], sampler: s
     """Return the law that fits the errors of a render, and its seconds, at some counts of samples per pixel.
 
     ``errors`` and ``seconds`` map a count to the error and to the seconds since the first sample. The exponent is
-    measured over the last three octaves, and weighted against the usual exponent of the sampler. The speed is from
-    `pace`. ``had`` is the share of the processors that was available, in [0, 1].
+    measured over the last three doublings of the count, and averaged with the sampler's usual exponent by their
+    uncertainties. The speed is from `pace`. ``had`` is the share of the processors that was available, in [0, 1].
     """
     last = max(errors)
     near = [n for n in sorted(errors) if 8 * n >= last and errors[n].value > 0.0 and math.isfinite(errors[n].high)]

@@ -2,8 +2,8 @@
 
 The core adds up every contribution to a path by its origin (`_core.split_light`). There are four kinds of origin: the
 length of the path, the technique that found the light, the last BSDF that scattered it, and the light source. Each kind
-splits the image into parts. The share of a part in the variance is ``Cov(part, whole) / Var(whole)``, with the whole
-image in place of whole. The shares of all parts of one kind sum to 1. A part that cancels noise of other parts has a
+splits the image into parts. The share of a part in the variance is ``Cov(part, whole) / Var(whole)``, where whole
+stands for the whole image. The shares of all parts of one kind sum to 1. A part that cancels noise of other parts has a
 negative share.
 
 Covariances are taken between whole images over independent seeds, so they hold for the strategy's sampler. They are
@@ -35,7 +35,7 @@ Floats = NDArray[np.float64]
 
 KINDS_OF_PARTS: Final = ("length", "way", "bsdf", "light")
 LONGEST: Final = 16
-"""Path length from which on all lengths are one part."""
+"""Path length, in segments; paths of this length and all longer paths are one part."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class LightParts:
     whole: Floats
     """(K, K): products of the whole with itself."""
     tails: Floats
-    """(LONGEST, K, K): products with itself of the light of paths longer than 1, 2, …."""
+    """(LONGEST, K, K): products of two images of the light of paths longer than 1, 2, … segments."""
 
     def shares(self, kind: str) -> dict[str, Interval]:
         """Return the share of error² of each part of one kind, by the part's name; parts without light are left out.

@@ -1,19 +1,20 @@
 """The light that makes the noise of a render: direct or indirect, by lamp, by surface, and by technique.
 
 A small film is rendered a few times with independent seeds, and its light is split (`equaltime.quoting.light_parts`).
-The share of a part of the light in the variance is ``Cov(part, whole) / Var(whole)``, with the image as the whole. It
-is a share of error² for that film and its samples per pixel: edges make more of the error there than on a larger film.
-Shares of one kind sum to 1, since each covariance of two parts is divided equally between them. A part that cancels
-noise of others has a negative share. For indirect light and the rest, three more numbers are stated: the noise that
-each would make alone, and twice their covariance. These sum to 1 as well. Intervals are at 95 %, by the jackknife over
-seeds.
+The share of a part of the light in the variance is ``Cov(part, whole) / Var(whole)``, where whole stands for the image.
+It is a share of error² for that film and its samples per pixel: edges make more of the error there than on a larger
+film. Shares of one kind sum to 1, since each covariance of two parts is divided equally between them. A part that
+cancels noise of others has a negative share. For indirect light and the rest, three more numbers are stated: the noise
+that each would make alone, and twice their covariance. These sum to 1 as well. Intervals are at 95 %, by the jackknife
+over seeds.
 
-Squares should be divided by the true image, which is unknown. If they are divided by the mean of the split images
-themselves, pixels that a rare bright path has met hide that path. Such light would seem to make a few per cent of an
-error of which it makes a fifth (measured, at edges of a lamp). If they are divided by an independent image that has met
-no such path, these pixels count for too much. So shares are formed with both images, from 32 times the samples. The
-stated share is the middle, with an interval that holds both. A doubt is stated if few bright paths make the noise, so
-that intervals cannot be trusted.
+Squared errors should be divided by the squares of the true image, which is unknown. If they are divided by the mean of
+the split images themselves, pixels that a rare bright path has met hide that path. Such light would seem to make a few
+per cent of an error of which it makes a fifth (measured, at edges of a lamp). If they are divided by an independent
+image that has met no such path, these pixels count for too much. So shares are computed twice: with an independent
+image of 32 times the samples, and with the mean of all images. The stated share is the middle of the two shares, and
+its interval holds both intervals. A doubt is stated if few bright paths make the noise, so that intervals cannot be
+trusted.
 """
 
 from __future__ import annotations
@@ -62,9 +63,9 @@ class NoiseLight:
     """Share of light that the camera sees directly, as at edges of lamps; with ``direct`` and ``indirect`` it sums to
     1."""
     direct: Interval
-    """Share of paths that leave a lamp and are scattered once."""
+    """Share of direct light: paths that leave a lamp and are scattered once on the way to the camera."""
     indirect: Interval
-    """Share of all longer paths."""
+    """Share of indirect light: paths that are scattered more than once."""
     alone: Interval
     """Fraction of error² that would remain if indirect light had no noise."""
     indirect_alone: Interval
@@ -79,7 +80,7 @@ class NoiseLight:
     """Samples per pixel in each repeat."""
     repeats: int
     doubt: str = ""
-    """Reason why no interval can be trusted; empty if they can (`equaltime.film.tails`)."""
+    """Reason why the intervals cannot be trusted (`equaltime.film.tails`); empty if they can."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return the shares as JSON data."""

@@ -12,8 +12,8 @@ Intervals, at 95 %, come from the ratio F of two sums of squares, over the pixel
 refer to error² as the render itself sees it. Light that no sample has found does not enter. Light that few samples have
 found moves shares by more than the intervals say. Of 100 pilots of 8 spp, intervals held the truth 87 to 92 times where
 noise is even (a room behind an opening). They held it 39 to 86 times in a Cornell box, because of the edges of its
-lamp. In that box, the noisiest 10 % of the pixels have a mean share of 24 %, where 21 % are true. So every share is in
-doubt, and quotes state it in words without an interval.
+lamp. In that box, the noisiest 10 % of the pixels have a mean share of 24 %, where the true share is 21 %. So every
+share is in doubt, and quotes state it in words without an interval.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ Mask = NDArray[np.bool_]
 FRACTIONS = (0.01, 0.1)
 """Fractions of the pixels whose share of error² is stated."""
 OUTSTANDING = 25.0
-"""Factor over the mean of the other pixels in the 7x7 neighbourhood above which a pixel stands out: five standard
-errors. With even noise, one pixel in a hundred thousand does."""
+"""A pixel stands out if its error² is more than this factor times the mean of the other pixels in its 7x7
+neighbourhood. This is five standard errors: with even noise, one pixel in a hundred thousand stands out."""
 DOUBT = "light that few samples have found moves the share by more than its interval says"
 _CELLS = 16
 # Factor from (sum of parts)² over the sum of their squares to the degrees of freedom of the sum (Satterthwaite 1946): 3
@@ -62,7 +62,7 @@ class NoiseRectangle:
     y: tuple[int, int]
     """First and last row on the whole film, from 0 at the top."""
     area: float
-    """Fraction of the picture."""
+    """Area as a fraction of the picture, in [0, 1]."""
     share: Interval
     """Share of error², measured by pixels that had no influence on the choice."""
 
@@ -90,9 +90,10 @@ class NoisePlaces:
     """Shares of the pixels with the noisiest neighbours, by their fraction of all pixels (`FRACTIONS`)."""
     rectangle: NoiseRectangle
     single: Interval
-    """Share of single pixels with `OUTSTANDING` times the error² of their neighbours: rare bright paths."""
+    """Share of single pixels whose error² is more than `OUTSTANDING` times the mean of their neighbours, because of
+    rare bright paths."""
     single_pixels: tuple[tuple[int, int], ...]
-    """(x, y) of these pixels on the whole film, the worst first."""
+    """(x, y) of the pixels of ``single`` on the whole film, the pixel with the largest error² first."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return the shares and the positions of their pixels as JSON data."""
@@ -104,7 +105,7 @@ class NoisePlaces:
 
 
 def noise_places(pixels: PixelStatistics, corner: tuple[int, int] = (0, 0), least: Floats | None = None) -> NoisePlaces:
-    """Return which regions and pixels of the picture make a render's error².
+    """Return the shares of a render's error² that regions and pixels of the picture make.
 
     Parameters
     ----------
@@ -133,7 +134,7 @@ def noise_places(pixels: PixelStatistics, corner: tuple[int, int] = (0, 0), leas
 
 
 def places_of(session: Session) -> NoisePlaces:
-    """Return which regions and pixels of the picture make the error² of a session's render so far."""
+    """Return the shares of error² that regions and pixels make in the picture of a session's render so far."""
     pixels, window = session.statistics(), session.origin.window
     return noise_places(pixels, (window.x, window.y), session.lamps.least(*pixels.samples.shape))
 

@@ -17,7 +17,7 @@ from equaltime.rendering.passes import Progress
 __all__ = ["ENDED_FIRST", "Observer", "QuoteWatch", "overrides"]
 
 ENDED_FIRST = "the render ended before a pilot could tell anything"
-"""Reason why a render has no quote, if nothing went wrong."""
+"""Reason that an observer receives if the render ends before there is a quote."""
 
 
 class Observer:
@@ -61,7 +61,7 @@ class Observer:
         """Receive the end of a pass. ``image()`` returns the image so far, (H, W, 3), in linear RGB."""
 
     def quoted(self, quote: Quote) -> None:
-        """Receive the predicted time to reach the error, or the error that the time limit will reach, once and early.
+        """Receive, once and early, the predicted time to reach the error, or the error that the time limit will reach.
 
         A quote comes after at most max(8 samples per pixel, min(5 % of the work, 10 s)). For an error target, up to
         4096 pixels are first rendered to the end (`equaltime.quoting.probe`). These pixels take at most 3 % of the
@@ -80,7 +80,7 @@ class Observer:
     def unsaved(self, why: str) -> None:
         """Receive the reason, in words, why a checkpoint was not written; the render goes on.
 
-        A further failure is told only after a checkpoint was written again.
+        After a failure, the next failure is reported only if a checkpoint was written in between.
         """
 
 
@@ -90,7 +90,7 @@ def overrides(observer: Observer, method: str) -> bool:
 
 
 class QuoteWatch:
-    """Watcher of a pilot that tells an observer the quote, or the reason why there is none."""
+    """Link from a pilot to an observer: it tells the observer the quote, or the reason why there is none."""
 
     def __init__(self, pilot: Pilot, observer: Observer) -> None:
         self._pilot, self._observer, self._done = pilot, observer, False

@@ -51,15 +51,15 @@ class Versus:
     """Differences that leaving effects out makes in time, variance, image and memory. Intervals are at 95 %."""
 
     time: Interval
-    """Share of the whole's time that the effects take."""
+    """Share of the whole scene's rendering time that the effects take."""
     variance: Interval
-    """Share of the whole's variance that the effects make."""
+    """Share of the whole image's variance that the effects make."""
     change: Interval
     """Error due to leaving the effects out: 0.02 is 2 %."""
     memory: int
     """Bytes of the scene in the core that the effects take."""
     difference: Floats
-    """(H, W, 3): the image without the effects, less the whole."""
+    """(H, W, 3): the image without the effects, minus the whole image."""
 
     @classmethod
     def of(cls, whole: Renders, less: Renders) -> Versus:
@@ -138,15 +138,15 @@ def _unknown(moved: Floats, denominator: Floats) -> Interval | None:
     """Return an unknown change if light comes to a picture that is black all over; None otherwise."""
     if denominator.any() or not moved.any():
         return None
-    return Interval(math.nan, 0.0, math.inf).doubted("nothing was seen of what it would be held against")
+    return Interval(math.nan, 0.0, math.inf).doubted("the picture to compare with is black")
 
 
 def change_of(squares: Floats) -> Interval:
     """Return the root mean square of the mean of K images, without the noise of the images, as an interval.
 
     ``squares`` (K, K) are the `products` of the images with each other. If the lower end is not above 0, the upper end
-    is at least the size of noise and change together. So rare light that a few seeds have not met does not count as
-    absent.
+    is at least the root mean square of noise and change together. So rare light that few seeds have met is not taken
+    for absent.
     """
     found = jackknife(lambda kept: pairs_mean(squares, kept), len(squares)).map(signed_root)
     high = found.high if found.low > 0.0 else max(found.high, signed_root(float(squares.mean())))

@@ -1,15 +1,15 @@
 """The pilot of a render (a short render that predicts, or the render's own first passes), and the quote it gives.
 
 A pilot of all pixels gives the error at its end, the exponent by which it falls (`equaltime.quoting.law`) and the time
-of a sample. For low-discrepancy samples the exponent beyond the pilot differs from the exponent within the pilot by
-0.06 (a standard deviation), whatever the pilot saw. Over a factor of twenty that makes an uncertainty of 0.3 in the
-logarithm of the samples, and half of such quotes would be within 20 %. So more than half of the pilot's samples go to a
-probe: a few hundred pixels that are rendered as far as the whole will have to be (`equaltime.quoting.probe`), with
-error estimates at the render's own sample counts. Pilot and probe together take at most max(8 samples a pixel, min(5 %
-of the work, 10 s)). A pilot that is not part of a render takes fewer samples, at least 2 a pixel, if 8 take more than
-10 s. Intervals are at 95 %. They include the pixels that were not drawn, the chance of later samples,
-and the speed of the machine. Heavy tails (few pixels that make most of the error) add uncertainty, and the quote says
-so if the pilot has met them.
+of a sample. For low-discrepancy samples the exponent beyond the pilot differs from the exponent within the pilot, with
+a standard deviation of 0.06. Over a factor of twenty that makes an uncertainty of 0.3 in the logarithm of the samples,
+and half of such quotes would be within 20 %. So more than half of the pilot's samples go to a probe: a few hundred
+pixels that are rendered up to the final sample count (`equaltime.quoting.probe`). Their errors are estimated at the
+sample counts at which the render will estimate its own. Pilot and probe together take at most max(8 samples a pixel,
+min(5 % of the work, 10 s)). A pilot that is not part of a render takes fewer samples, at least 2 a pixel, if 8 take
+more than 10 s. Intervals are at 95 %. They include the pixels that were not drawn, the chance of later samples, and the
+speed of the machine. Heavy tails (few pixels that make most of the error) add uncertainty, and the quote says so if the
+pilot has met them.
 
 The peak of memory is reached when the error is estimated, the file is written, or some pixels are probed.
 """
@@ -72,13 +72,13 @@ def peak_bytes(before: int, pixels: int, probed: bool) -> Interval:
 
 
 TARGETS = (0.20, 0.10, 0.05, 0.02, 0.01)
-"""Relative errors whose price every quote states."""
+"""Relative errors for which every quote states the time to reach them."""
 
 _PILOT_SHARE = 0.05
 
 USUAL_SECONDS = 10.0
-"""Longest time of pilot plus probe, in seconds, unless the least samples of a pilot take longer: nobody waits minutes
-for the price of an hour."""
+"""Longest time of pilot plus probe, in seconds, unless the least samples of a pilot take longer. Users do not want to
+wait minutes for the quote of an hour."""
 
 FEWEST = 2
 """Least samples a pixel of a pilot that is not part of a render: each replicate then has one sample."""
@@ -109,13 +109,13 @@ class Quote(Shown):
     """Peak bytes of the process, including scene and libraries, from the first sample until the image is saved."""
     law: Law
     prices: Mapping[float, Interval] = field(hash=False)
-    """Seconds to each of `TARGETS` that the pilot has not reached."""
+    """Seconds to reach each error in `TARGETS` that is below the pilot's error, by that error."""
     pilot_seconds: float
-    """Seconds of the pilot, and of finding what limits the render."""
+    """Seconds of pilot and probe, and of finding the places and the light that make the noise."""
     origin: Origin
-    """The quoted render: the problem and the strategy that the error refers to."""
+    """Origin of the quoted render: scene, strategy and seed that the prediction refers to."""
     places: NoisePlaces | None = None
-    """Place of the error on the picture; None if a render quotes itself."""
+    """Shares of error² of regions and pixels; None if the quote comes from a render's own first passes."""
     light: NoiseLight | None = None
     """Light that makes the noise; None if it was not asked for, or if the pilot had no time for it."""
     interrupted: bool = False
@@ -151,9 +151,9 @@ class Pilot:
     probes
         Whether to make a probe: some pixels rendered to the end, whose samples are not in the image.
     hurried
-        Whether somebody waits for the quote. Otherwise the pilot chooses the sample count of a render that does not
-        watch its error. It may then take more than ten seconds. It depends on no clock, unless a time is one of the
-        limits, and states no prices of other errors.
+        True if a user waits for the quote: the pilot then takes at most about ten seconds. False if the pilot chooses a
+        fixed sample count (`equaltime.quoting.fixed_count`). It may then take longer, depends on a clock only if a time
+        is one of the limits, and predicts no times to other errors.
     fewest
         Least samples a pixel of the pilot, if 8 take more than ten seconds and the pilot is hurried.
     """
@@ -201,7 +201,7 @@ class Pilot:
         return max(0.0, self._room * self._session.passes.pixels - self.taken)
 
     def run(self, seconds: float | None = None) -> Quote | None:
-        """Render the pilot, if its session renders nothing else, and return the quote once there is one.
+        """Run the passes of a pilot that is not part of a render, and return the quote once there is one.
 
         ``seconds`` limits the time; the result is None if the time ends first. After Ctrl-C, a hurried pilot quotes
         what it has seen.
@@ -276,7 +276,7 @@ class Pilot:
         end, _ = self._end(law)
         if end.low > MOST_SAMPLES:
             at_least = f"it takes {end.low:.3g} samples a pixel or more"
-            raise RenderError(f"what is asked for is beyond reach: {at_least}, and {MOST_SAMPLES} are the most")
+            raise RenderError(f"the target is beyond reach: {at_least}, and {MOST_SAMPLES} are the most")
         self._work = end.value
         most = USUAL_SECONDS / law.seconds_per_sample if self._hurried else math.inf
         least = max(self._fewest, min(FIRST_LOOK, most))
@@ -288,7 +288,7 @@ class Pilot:
     def _law(self) -> Law:
         last = self._errors[max(self._errors)]
         if last.known and last.high == 0.0:
-            why = "as few samples as it took are exact" if self._session.image().any() else "the image is surely black"
+            why = "its few samples are already exact" if self._session.image().any() else "the image is surely black"
             raise RenderError(f"the pilot saw no noise: {why}")
         if not (last.known and last.value > 0.0 and math.isfinite(last.high)):
             raise RenderError("the pilot saw no light, or too little (or few pixels) to say how fast the error falls")

@@ -1,11 +1,11 @@
 """Probe: some pixels of an image, rendered to the image's final sample count, to predict the error of the image.
 
-The first few low-discrepancy samples do not show how fast the error falls. A law that is extrapolated by a factor of
-twenty misses the samples by a third. A probe extrapolates over pixels instead of samples: a few hundred pixels predict
-the error of all. Each is drawn with a probability in proportion to its likely contribution (Hansen and Hurwitz 1943).
-That contribution is error² in the pilot, averaged over the pixel's neighbourhood. A fraction of the mean is added,
-since a pilot has not met all noise. The running sum of the contributions, row by row, is divided into equal intervals,
-with one draw in each.
+The first few low-discrepancy samples do not show how fast the error falls. A power law that is extrapolated by a factor
+of twenty in samples misses the needed count by a third. A probe extrapolates over pixels instead of samples: a few
+hundred pixels predict the error of all. Each is drawn with a probability in proportion to its likely contribution
+(Hansen and Hurwitz 1943). That contribution is error² in the pilot, averaged over the pixel's neighbourhood. A fraction
+of the mean is added, since a pilot has not met all noise. The running sum of the contributions, row by row, is divided
+into equal intervals, with one draw in each.
 
 The samples are the ones that a render with the same seed will take. The samples of a pixel may be one net, a
 low-discrepancy point set (`equaltime.rendering.core.nets`). Then every pixel of a probe has a second net, since one net
@@ -49,7 +49,7 @@ class Probe:
     pilot
         Statistics of the whole image after the pilot.
     rates
-        (H, W): sample count of each pixel over the mean count, at the end of the render.
+        (H, W): sample count of each pixel divided by the mean count, at the end of the render.
     draws
         Number of draws. A pixel with a large part of the error may be drawn more than once, and is rendered once.
     lamps
@@ -111,8 +111,8 @@ class Probe:
     def taken(self) -> float:
         """Number of samples that the probe has taken, over all its pixels.
 
-        Where the samples of a pixel are one net, the number includes the second, independent net that tells the
-        variance.
+        Where the samples of a pixel are one net, the number includes the second, independent net from which the
+        variance follows.
         """
         return self._samples * self._cost
 

@@ -60,8 +60,8 @@ def quote(
     scene, strategy, seed, threads, progress
         As for `equaltime.render`.
     error, time
-        The relative error to reach (0.02 is 2 %), and the seconds to spend. With both, the quote is of the render that
-        ends at the first; with neither, of 30 seconds.
+        The relative error to reach (0.02 is 2 %), and the seconds to spend. With both, the quote is for a render that
+        ends at the limit it meets first; with neither, for a render of 30 seconds.
     why
         Whether to find which light makes the noise. None: if the pilot's allowance has room for it. True: always, with
         as much work as the pilot if need be. False: never.
@@ -103,7 +103,10 @@ def quote(
 
 
 def seconds_of_pilot(scene: Scene, strategy: Strategy, threads: int = 0) -> float:
-    """Return the seconds that the least pilot of a scene takes, by rendering a small film; 0 for a small scene film."""
+    """Return the seconds that the shortest pilot of a scene takes; 0 if the scene's film is small.
+
+    They are measured by rendering a small film of the scene.
+    """
     pixels = scene.model.sensor.film.crop[2] * scene.model.sensor.film.crop[3]
     if pixels <= _LEAST_TIMED:
         return 0.0

@@ -7,7 +7,8 @@ image, where the interval is narrow. There an estimate can still be wrong becaus
 The first of the two looks must find at most 1.2 times the target, the second at most the target. So a single low
 estimate does not end a render, and a bright path met at the second look prolongs it.
 
-Sample counts follow from this rule alone, and stops from the samples. Neither follows from a clock.
+The sample counts of looks follow from this rule alone, and the decision to stop follows from the samples alone. Neither
+depends on a clock, so a rerun with an error target alone stops at the same count.
 
 The rule for the error target (`Stop`) is stored with the result. A render that looks at its own error and stops when it
 is small selects images. Images that have not met a rare bright path stop, and images that have met one go on. Each
@@ -43,13 +44,13 @@ _OF_FIXED = ("spp", "pilot_seed", "pilot_spp", "pilot_seconds")
 class Stop:
     """Rule by which a render stops at an error.
 
-    It stops by its own estimates of the error (``look``), or at a count that was set before (``fixed``).
+    The render stops by its own estimates of the error (``look``), or at a count that a pilot chose before (``fixed``).
     """
 
     rule: StopRule
     """``look``: the render looks at its own error; ``fixed``: a pilot chose the count."""
     error: float
-    """Relative error to reach; if effects were left out, of the noise alone."""
+    """Relative error to reach, as a fraction. The bias due to effects that were left out is not part of it."""
     spp: int | None = None
     """Samples per pixel that the pilot chose; None for ``look``."""
     pilot_seed: int | None = None
@@ -62,12 +63,12 @@ class Stop:
     def selects(self) -> bool:
         """Whether the sample count depends on the image: True for the rule ``look``.
 
-        Such a rule prefers images with few rare bright paths.
+        Such a rule selects images that have met few rare bright paths.
         """
         return self.rule == "look"
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the rule as JSON data, as the record of a result (JSON data in its file) holds it."""
+        """Return the rule as JSON data, in the form in which the record of a result (`Result.record`) holds it."""
         names = _ALWAYS if self.selects else (*_ALWAYS, *_OF_FIXED)
         return {name: getattr(self, name) for name in names}
 
@@ -116,9 +117,9 @@ class Look(NamedTuple):
     """Samples per pixel."""
     value: float
     high: float
-    """Upper limit at 95 %."""
+    """Upper end of the 95 % interval of the error, as a fraction."""
     brightest: float = 0.0
-    """Brightness of the brightest path (`equaltime.film.tails.averaged_out`)."""
+    """Brightness of the brightest path, as `equaltime.film.tails.averaged_out` defines it."""
 
     @property
     def believed(self) -> float:

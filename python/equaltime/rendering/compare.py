@@ -50,15 +50,17 @@ class Compared:
 
     path: Path
     metrics: Mapping[str, Interval] = field(hash=False)
-    """Metrics by name (`equaltime.images.metrics`) of this very image, with the noise of the other image subtracted if
-    known. If there is too much of that noise, the value is NaN, and ``high`` is an upper limit."""
+    """Metrics by name (`equaltime.images.metrics`). They hold for this one image, not for the average over renders.
+    Known noise of the other image is subtracted. If that noise is too large, the value is NaN, and ``high`` is an upper
+    limit."""
     bias_p: float | None
-    """P-value of equal expectations; None if they cannot be tested. If it is small, one of the two is biased."""
+    """P-value of the test that both images have equal expected values; None if the files do not allow the test. If the
+    p-value is small, one of the two images is biased."""
     own: Interval | None
     """Error that the file's record states, with the stated doubt; None if the record states no error."""
     doubt: str
-    """Reason why light may be missing from the metrics and their intervals may miss the truth: the doubt in the record
-    of the image compared with. Empty if there is none."""
+    """Reason why the other image may lack light, so that the intervals of the metrics may miss the truth. It is the
+    doubt that the other image's record states; empty if it states none."""
     seconds: float | None
     """Rendering time in seconds; None if the file does not state it."""
 
@@ -72,20 +74,20 @@ class Comparison(Shown):
     """Distances of one or two images from a reference, and the ratios of two images, as `compare` returns them."""
 
     size: tuple[int, int]
-    """Width and height."""
+    """Width and height, in pixels."""
     against: Path
     """File that stands for the truth: the reference, or B if there is none."""
     images: tuple[Compared, ...]
     """A and B; A alone if there is no reference."""
     ratio: Interval | None
-    """Error of image A over that of image B, for this very pair of images: below 1 A is nearer to the reference. None
-    if there is no reference, or if its noise is too large. Without an interval (NaN) if the reference carries no
-    errors."""
+    """Error of image A divided by the error of image B, for these two images only; below 1, A is nearer to the
+    reference. None if there is no reference, or if its noise is too large. The ends of the interval are NaN if the file
+    of the reference has no standard errors."""
     efficiency: Interval | None
-    """Efficiency of image A, 1 / (error² x seconds), over that of image B, for this very pair of images. None if there
-    is no ratio, or if a file does not state its time."""
+    """Efficiency of image A, 1 / (error² x seconds), divided by the efficiency of image B, for these two images only.
+    None if there is no ratio, or if a file does not state its time."""
     notes: tuple[str, ...]
-    """Facts that a reader of the numbers needs."""
+    """Sentences on facts that limit the numbers, such as a noisy reference."""
 
     def __str__(self) -> str:
         lines = []

@@ -46,10 +46,10 @@ __all__ = [
 ]
 
 REPLICATES = 2
-"""Number of replicates of a render; their differences give its error."""
+"""Number of replicates of a render (parts of each pixel's samples); their differences give its error."""
 ONE_NET = 2**16
-"""Least number of pixels of the whole film for which all samples of a pixel are one net. Smaller pictures would need
-too many second nets for their error to be known."""
+"""Least number of pixels of the whole film for which all samples of a pixel are one net (see `nets`). On a smaller
+film, too large a part of the pixels would need a second net for the error to be known."""
 _SECOND_NETS = 2048
 """Least number of pixels with a second net, unless the crop has fewer: they give the image's error to 2 to 3 %."""
 _RARE_LIGHT: WeakKeyDictionary[Scene, bool] = WeakKeyDictionary()
@@ -81,8 +81,8 @@ def nets(scene: Scene, strategy: Strategy) -> int:
 
     Two nets of a pixel are independent. The number is 1 for the lattice sampler on a film of at least 2^16 pixels, else
     2. It is also 2 if specular surfaces focus the light of very small emitters, or if the lamps in sight are smaller
-    than a pixel: few pixels meet such light, and second nets in a 32nd of the pixels would not tell its noise. Neither
-    the crop nor the seed takes part in the choice.
+    than a pixel: few pixels meet such light, and second nets in a 32nd of the pixels would not show its noise. The
+    choice does not depend on the crop or the seed.
     """
     width, height = scene.model.sensor.film.size
     if strategy.sampler != "lattice" or width * height < ONE_NET:
@@ -97,8 +97,8 @@ def nets(scene: Scene, strategy: Strategy) -> int:
 def second_net(scene: Scene, strategy: Strategy) -> int:
     """Return k if one of every k pixels has a second net; 0 if no pixel has one.
 
-    A second net is a set of further samples that is not in the image, and tells variances
-    (`equaltime.film.second_nets`).
+    A second net is a set of further samples of a pixel, which is not in the image. Its difference from the first net
+    gives the variance (`equaltime.film.second_nets`).
     """
     if nets(scene, strategy) > 1:
         return 0
@@ -119,7 +119,7 @@ class AdaptiveRenderer(_core.Renderer):
 
     @property
     def counts(self) -> Counts | None:
-        """Kind of counts that the pilot led to: ``even`` or ``error`` (uneven); None before the pilot has ended."""
+        """Sample counts that the pilot chose: ``even`` or ``error`` (uneven); None before the pilot has ended."""
         return None if self._rates is None else "even" if (self._rates == 1.0).all() else "error"
 
     def rates(self, samples: int) -> NDArray[np.float64]:
@@ -155,7 +155,7 @@ class AdaptiveRenderer(_core.Renderer):
         return super().advance(samples, seconds, poll, pause)
 
     def take_up(self, *, paths: int, rays: int, shadow_rays: int, position: tuple[int, int, int]) -> None:
-        """Resume a saved render at its position, with its counts of paths and rays.
+        """Resume a saved render at its position (`Result.position`), with its counts of paths and rays.
 
         The pilot is rendered again, since the saved film holds more samples than the pilot's.
         """

@@ -1,4 +1,4 @@
-"""Subjects of experiments: renderers that render to given sample counts and time themselves. One is the core."""
+"""Subjects of experiments: renderers that render to given sample counts and measure their time; the core is one."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ class Point:
 
     spp: int
     wall_s: float
-    """Seconds of rendering since the first sample, without other work."""
+    """Wall-clock seconds of rendering since the first sample, without other work."""
     cpu_s: float
-    """Seconds of all processors in that time."""
+    """CPU seconds of rendering since the first sample, summed over all threads."""
     image: NDArray[np.float32]
     """(H, W, 3): linear RGB radiance."""
     estimate: Interval | None = None
@@ -43,9 +43,9 @@ class Point:
     shadow_rays: int | None = None
     """Counts so far of paths, rays and shadow rays; None if the renderer does not count them."""
     samples: NDArray[np.int64] | None = None
-    """(H, W): samples of each pixel; None if all have ``spp``."""
+    """(H, W): number of samples of each pixel; None if all pixels have ``spp``."""
     variance: NDArray[np.float32] | None = None
-    """(H, W): variance of one sample of each pixel, mean of R, G and B; None if the renderer does not tell it."""
+    """(H, W): variance of one sample of each pixel, mean of R, G and B; None if the renderer does not report it."""
 
 
 class Subject(Protocol):
@@ -68,7 +68,7 @@ class Subject(Protocol):
 
     @property
     def biased(self) -> bool:
-        """Whether the strategy is known to converge to something else than the scene's light transport."""
+        """Whether the strategy is known to converge to an image other than the scene's."""
 
     def prepare(self, scene: Scene, threads: int) -> float:
         """Get ready to render a scene, and return the seconds that this took.

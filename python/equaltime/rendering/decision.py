@@ -16,7 +16,7 @@ from equaltime.strategy import Strategy
 __all__ = ["Counts", "Decision"]
 
 Counts = Literal["even", "error"]
-"""Sample counts that are equal (``even``), or that follow the error of the neighbours (``error``)."""
+"""Sample counts that are equal (``even``), or that follow the error of neighbouring pixels (``error``)."""
 
 
 @dataclass(frozen=True)
@@ -27,16 +27,16 @@ class Decision:
     """
 
     roulette: Literal["throughput", "efficiency"] | None = None
-    """Roulette that replaces ``automatic``: ``efficiency`` splits paths."""
+    """Russian roulette that replaces the strategy's ``automatic``; ``efficiency`` also splits paths."""
     splitting: float | None = None
-    """Variance times rays with splitting over the same without, by the pilot; None if there was no pilot."""
+    """Variance times rays with path splitting, divided by this product without splitting; None without a pilot."""
     counts: Counts | None = None
 
     def applied(self, strategy: Strategy) -> Strategy:
-        """Return the strategy with the decisions put in.
+        """Return the strategy with decided values in place of automatic ones.
 
         The decided roulette replaces ``automatic``. Equal sample counts replace ``adaptive=error`` by ``none``. Uneven
-        counts are not put in, since they follow from a pilot.
+        counts change nothing: the render finds them again by its pilot.
         """
         decided: dict[str, str] = {}
         if self.roulette is not None and strategy.roulette == "automatic":

@@ -34,9 +34,11 @@ Backend = Literal["core", "embreex"]
 Traps = Literal["ignore", "check", "stop"]
 """Treatment of floating-point faults: ``ignore``, name the sample (``check``), or end by SIGFPE (``stop``)."""
 MOST_THREADS = 4096
-"""More threads than any machine has processors; about ten thousand threads end the process."""
+"""Largest number of threads that is accepted. It is more than any machine has processors; about ten thousand threads
+would end the process."""
 MOST_SECONDS = 1e9
-"""Longest time in seconds: thirty years, which a 64-bit count of nanoseconds holds with room to spare."""
+"""Largest time limit that is accepted, in seconds: thirty years, so that a 64-bit count of nanoseconds cannot
+overflow."""
 _MOST_PERCENT = 100.0
 """Largest number that may have been meant as per cent where a fraction is expected."""
 
@@ -107,7 +109,7 @@ def check_arguments(
 def check_fraction(error: float, name: str = "") -> float:
     """Return ``error``, a fraction; raise `ValueError` if it is 1 (100 %) or more.
 
-    A number given in per cent by mistake is found so. ``name`` is written before the number in the message.
+    This catches numbers given in per cent by mistake. ``name`` stands before the number in the message.
     """
     if error < 1.0:
         return error

@@ -44,7 +44,8 @@ def merge(renders: Sequence[Render]) -> Result:
     ------
     ImageError
         If a file cannot be read or holds no moments, if two belong to different images or have samples in common, if
-        sample counts follow from a pixel's own samples, or if a render ended at a sample that was not a number.
+        the sample counts of pixels follow from their own samples (``adaptive`` is neither ``none`` nor ``error``), or
+        if a render ended at a sample that was not a number.
 
     Examples
     --------

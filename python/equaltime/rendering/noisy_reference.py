@@ -9,13 +9,13 @@ With I the image, R the reference and v the variance of R, ``((I - R)² - v) / D
 - D comes from a filtered estimate of the truth. The reference alone is not enough: where it missed by chance a light
   that the image met, its D is near 0. So image and reference are averaged with the weights that minimise the noise of
   the mean. The image's weight is ``w = v / (I - R)²``, by means over the 7x7 neighbourhood. The mean is filtered as by
-  Lee (1980), which keeps structure beyond the noise.
+  Lee (1980), which keeps structure that is stronger than the noise.
 
 The interval combines two uncertainties. The first is found by the delta method: how the noise of each pixel moves the
-result. The second stands for noise that v does not show, since rare light was in neither replicate. It is the scatter
-of means over 4x4 blocks times a factor. The scatter contains all effects of chance on the squares of this image and of
-R. The factor is the fraction of the scatter that R may have contributed. If R makes a share q of the squared
-differences, and its noise lies where they are large, the factor is ``2 sqrt(q) / (1 + q)``.
+result. The second stands for noise that v does not show, since rare light was in neither replicate. This second
+uncertainty is the scatter of means over 4x4 blocks, times a factor. The scatter contains all effects of chance on the
+squares of this image and of R. The factor is the fraction of the scatter that R may have contributed. If R makes a
+share q of the squared differences, and its noise lies where they are large, the factor is ``2 sqrt(q) / (1 + q)``.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ Floats = NDArray[np.float64]
 
 _BLOCK = 4
 FEWEST_BLOCKS = 16
-"""Least number of blocks for a trusted ratio; the scatter of fewer blocks says little."""
+"""Least number of blocks for a trusted ratio of errors: the scatter of fewer blocks is too uncertain."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,7 +163,8 @@ class Difference:
         """RelMSE, or MSE, with its 95 % interval; the value is NaN if the interval reaches down to 0.
 
         The upper limit is formed on the logarithm, as the sum of a few large squares is skewed. If the value is NaN,
-        the upper limit continues without a jump as a multiple of the half-width.
+        the upper limit is the mean of the squares, at least 0, plus e - 1 times the half-width. Both formulas agree
+        where they meet.
         """
         value, half = self.value, _half_width(self.squares, self.slopes, self.variance, self.share)
         if not value > half:

@@ -22,9 +22,9 @@ class Origin:
     digest: str
     """SHA-256 of the scene's content."""
     window: Window
-    """Position of the image in the full film."""
+    """Window of the full film that the image shows, in pixels."""
     max_depth: int
-    """Length of the longest paths of the problem; -1 if there is no limit."""
+    """Length of the longest paths in the image, counted as Mitsuba's ``max_depth``; -1 if there is no limit."""
     strategy: str
     """The strategy's name; `Strategy.parse` reads it."""
     biased: bool
@@ -36,9 +36,10 @@ class Origin:
     substitutions: tuple[str, ...] = ()
     """Parts of the scene that were replaced because they cannot be rendered."""
     sources: tuple[Mapping[str, Any], ...] = field(default=(), hash=False)
-    """Merged renders: sample counts, seconds and build of each seed; empty for a render that was not merged."""
+    """Sample counts, seconds and build for each seed of a merged render; empty for a render that was not merged."""
     nets: int = 2
-    """Independent nets of a pixel's samples: one, or as many as replicates, which then are independent."""
+    """Number of independent nets that a pixel's samples form (`equaltime.rendering.core.nets`). If it is the number of
+    replicates, the replicates are independent; else it is 1."""
     second_net: int = 0
     """k, if one of k pixels has a second net (`equaltime.film.second_nets`); 0 if there are none."""
     scene_max_depth: int | None = None
@@ -46,7 +47,7 @@ class Origin:
     transparent: bool = False
     """Whether the render was asked to make the background transparent (`Scene.with_`)."""
     defines: Mapping[str, str] = field(default_factory=dict, compare=False, hash=False)
-    """Values for the variables of the scene's file, as text; the digest tells what they made of it."""
+    """Values for the variables of the scene's file, as text. The digest already contains their effect."""
     picture: FilmPicture = field(default_factory=FilmPicture, compare=False)
     """Form of the picture that the film asks for; the bits of the render do not depend on it."""
 

@@ -67,7 +67,7 @@ def check_output(
 
 
 def check_spares(places: Iterable[Path], files: Iterable[Path], why: str) -> None:
-    """Raise `ImageError` if one of the output files is one of ``files``, by whatever name or link.
+    """Raise `ImageError` if one of the output files is one of ``files``, even under another name or as a link.
 
     ``places`` lists the paths of the outputs. ``why`` follows the path in the message.
     """
@@ -124,8 +124,8 @@ def _attributes(path: Path) -> Mapping[str, str]:
 def keep_work(path: Path, record: Mapping[str, Any]) -> Path | None:
     """Copy the existing render at ``path`` to ``path~`` if more than a minute of rendering would be lost.
 
-    ``record`` describes the new render. If it holds the samples of the existing one, nothing would be lost. Only one
-    render is kept: an earlier ``path~`` is replaced.
+    ``record`` describes the new render. Nothing is lost if the new render contains the samples of the existing render.
+    Only one copy is kept: an earlier ``path~`` is replaced.
 
     Returns
     -------

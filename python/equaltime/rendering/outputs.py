@@ -2,7 +2,8 @@
 
 First hits (`first_hits`) are distance, position, normals, colour, shape and texture coordinates, and derivatives of
 them, as Mitsuba's integrators ``aov`` and ``depth`` ask for. A pixel's value is the mean over a grid of points on the
-pixel, whatever the reconstruction filter. Rays go through the middle of a lens. Points that see nothing count as 0.
+pixel, whatever the reconstruction filter. Rays go through the middle of a lens. Points whose rays hit no surface count
+as 0.
 
 The other outputs are specific to this renderer, under the names that ``aov`` gives them:
 
@@ -39,18 +40,18 @@ __all__ = ["asked_for", "first_hits", "outputs"]
 Array = NDArray[np.float64]
 Planes = dict[str, NDArray[np.float32]]
 COUNTED: Final = 16
-"""Most samples per pixel for counting rays."""
+"""Largest number of samples per pixel from which rays are counted."""
 SIDE: Final = 2
-"""Points of a pixel's grid along each side."""
+"""Number of points along each side of a pixel's grid."""
 BLOCK: Final = 1 << 16
-"""Pixels whose rays are in memory at once."""
+"""Number of pixels whose rays are in memory at once."""
 FOUND: Final = {
     **{"albedo": "albedo", "depth": "t", "position": "p", "uv": "uv", "geo_normal": "n", "sh_normal": "shading_normal"},
     **{"shape_index": "shape", "prim_index": "primitive", "dp_du": "dp_du", "dp_dv": "dp_dv"},
     **{"duv_dx": "duv_dx", "duv_dy": "duv_dy"},
 }
 STEPS: Final = {"duv_dx": (1.0, 0.0), "duv_dy": (0.0, 1.0)}
-"""Steps to the neighbouring pixel, in pixels."""
+"""Offset (x, y), in pixels, to the neighbour whose difference gives each derivative of the texture coordinates."""
 
 
 def outputs(

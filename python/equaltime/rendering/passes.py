@@ -1,10 +1,10 @@
 """Loop of passes over one renderer: a fixed schedule of sample counts, cut short by a limit or by Ctrl-C.
 
-The loop reports its progress and saves checkpoints. The order of computation follows from counts alone, so a rerun
-repeats the bits. The clock only chooses where the schedule stops.
+The loop reports its progress and saves checkpoints. The order of computation follows from sample counts alone, so a
+rerun repeats the bits. The clock only decides where a time limit cuts the schedule.
 
-Checkpoints (saves of the render so far) come every N seconds and take at most half of the time. Shortly before the time
-limit there are no more.
+Checkpoints (saves of the render so far) come every N seconds and take at most half of the time. No checkpoint is made
+shortly before the time limit.
 """
 
 from __future__ import annotations
@@ -44,17 +44,18 @@ class Progress:
     """Progress of a render: samples, seconds, the fraction done, the time left and the error."""
 
     samples: int
-    """Samples that every pixel has."""
+    """Samples per pixel that are complete in every pixel."""
     target: int | None
     """Samples per pixel asked for, if any."""
     seconds: float
     """Seconds since the first sample."""
     fraction: float
-    """Fraction done, in [0, 1], by the limit that is nearer."""
+    """Fraction done, in [0, 1], by the limit that will be met first."""
     time_left: float | None
     """Estimated seconds to the end; None before the first pass has ended."""
     error: Interval | None
-    """Error of the image as of a recent pass; None before an estimate, or once the samples have doubled since."""
+    """Error of the image at the latest estimate. None before the first estimate, and when the samples have doubled
+    since the latest."""
 
 
 ProgressCallback = Callable[[Progress], object]
@@ -198,9 +199,9 @@ def pass_end(samples: int, pixels: int) -> int:
     """Return the samples per pixel at the end of a pass that begins at ``samples`` per pixel.
 
     Passes of a small image end at 2, 4, 8, 16, 20, …, 32, 40, …, 64, 80, …. From 16 on a pass adds a quarter at most,
-    so a limit that cuts a pass leaves the image nearly even. ``pixels`` is the number of the image's pixels: the more
-    there are, the sooner steps stop growing. Every step is a power of two, so that the replicates (halves of the
-    samples) grow alike.
+    so if a limit cuts a pass short, the sample counts of pixels still differ by a quarter at most. ``pixels`` is the
+    number of the image's pixels: the more there are, the sooner steps stop growing. Every step is a power of two, so
+    that the replicates (halves of the samples) grow alike.
     """
     share, most = (2, _FIRST_SAMPLES) if samples < 16 else (8, _PASS_SAMPLES)
     steps = (1 << samples.bit_length()) // share, (1 << (most // max(pixels, 1)).bit_length()) // 2

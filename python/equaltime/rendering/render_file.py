@@ -126,14 +126,14 @@ class RenderFile:
     standard_error: NDArray[np.float32]
     """(H, W, 3): standard error of each pixel; inf where unknown."""
     samples: NDArray[np.int64]
-    """(H, W): samples of each pixel."""
+    """(H, W): number of samples of each pixel."""
     record: Mapping[str, Any]
-    """How the render was made: JSON data."""
+    """JSON data that tell how the render was made."""
     window: Window
     moments: NDArray[Any] | None = None
-    """(R, H, W) of the type `equaltime.film.moments.DTYPE`."""
+    """(R, H, W): moments of each pixel in each of R replicates, of the type `equaltime.film.moments.DTYPE`."""
     parts: NDArray[Any] | None = None
-    """(H, W) of the type `equaltime.film.moments.PARTS`; None if nothing was merged."""
+    """(H, W): sums over the merged renders, of the type `equaltime.film.moments.PARTS`; None if nothing was merged."""
     missed: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
     """Light that samples may have missed: (H, W, C) by the name of the part."""
     aovs: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)

@@ -48,12 +48,13 @@ class Replay(Shown):
     """Reason why the path ends: ``escapes``, ``depth``, ``absorbed``, ``no_direction``, ``black``, ``not_finite``,
     ``roulette``."""
     vertices: tuple[Mapping[str, Any], ...] = field(hash=False)
-    """Vertices of the path, as dictionaries with these keys. ``origin`` and ``direction``: the ray towards the vertex.
-    ``throughput``: throughput at the ray's start. ``left``: throughput after the medium along the ray. ``gathered``:
-    radiance gathered before. ``surface``: the surface met, or None. ``particle``: place where the medium scatters the
-    path before a surface, or None. ``emitter``: emitter seen there or in the environment, or None. ``light``: the light
-    that was sampled, or None. ``scattering``: the scattering, or None. ``faults``: floating-point faults raised, in
-    words."""
+    """Vertices of the path, as dictionaries. ``origin`` and ``direction`` are the ray towards the vertex.
+    ``throughput`` is the path's throughput at the start of the ray, and ``left`` after the medium along the ray.
+    ``gathered`` is the path's radiance before the vertex. ``surface`` is the surface hit, and ``particle`` the position
+    where a medium scatters the path before any surface. ``emitter`` is the emitter or environment that the ray meets.
+    ``light`` is the sampled light, and ``scattering`` the scattering at the vertex. ``faults`` names the floating-point
+    faults raised. ``from`` is the index of the vertex that the ray leaves, None at the camera. Keys of things that do
+    not occur hold None."""
 
     def __str__(self) -> str:
         color = ", ".join(f"{channel:.4g}" for channel in self.radiance)

@@ -48,9 +48,9 @@ class Stats(Shown):
     """Cost of a render: time, rays and paths, and the code that rendered it."""
 
     phases: Mapping[str, float] = field(hash=False)
-    """Seconds: ``load`` and ``build`` of the scene, ``render`` (first sample to final film), ``estimate``; ``pilot`` if
-    an effect was left out, and ``stop_pilot`` if a pilot chose the count; ``save`` and ``outputs`` (beside the image)
-    if there are any."""
+    """Seconds of each phase: ``load`` and ``build`` of the scene, ``render`` (first sample to final film), and
+    ``estimate`` of the error. Some renders have more: ``pilot`` if an effect was left out, ``stop_pilot`` if a pilot
+    chose the count, ``save`` for checkpoints, and ``outputs`` beside the image."""
     paths: int
     """Camera paths: one per sample."""
     rays: int
@@ -94,37 +94,41 @@ class Result:
     standard_error: NDArray[np.float32]
     """(H, W, 3): standard error of each pixel, pooled over its 7x7 neighbourhood; ``inf`` where unknown."""
     samples: NDArray[np.int64]
-    """(H, W): samples of each pixel, numbered from 0."""
+    """(H, W): number of samples of each pixel. The indices of a pixel's samples begin at 0."""
     error: Interval
-    """The image's relative error with its 95 % interval: 0.02 is 2 %. A bias that was measured is in it. A bias that
-    was not measured is not in it, and neither are the scene's paths beyond ``max_depth``."""
+    """The image's relative error with its 95 % interval: 0.02 is 2 %. It includes a bias that was measured. It does not
+    include a bias that was not measured, or the light of paths longer than ``max_depth``."""
     stats: Stats
     stopped_by: StoppedBy
     """Reason why the render ended: the sample count, the time limit, the error asked for, the ``count`` that a pilot
-    chose for it, Ctrl-C, or a sample that was not a number. ``unfinished`` marks a render saved on the way."""
+    chose for an error, Ctrl-C, or a sample that was not a number. ``unfinished`` marks a render saved on the way."""
     origin: Origin
     moments: NDArray[Any] | None = None
     """Moments of every pixel in each replicate (`equaltime.film.moments`), (R, H, W); None for another backend."""
     looks: tuple[Look, ...] = ()
-    """Looks of a render that was to stop at an error: samples a pixel, the error, its upper limit."""
+    """Looks: estimates of the error at which a render with an error target might have stopped, in order."""
     bias: Interval | None = None
     """Error due to the effects that were left out, if any; the bias of `Strategy.truncate` is not measured."""
     position: tuple[int, int, int] | None = None
     """Position from which passes resume: samples per pixel completed (mean), samples of the blocks already done in the
     running pass, and index of the next block."""
     missed: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
-    """Light that samples may have missed, which widens the error's upper limit (`Unseen.parts`)."""
+    """Images of the light that samples may have missed, by name (`equaltime.film.unseen.Unseen.parts`). It raises the
+    error's upper limit."""
     stop: Stop | None = None
-    """The rule by which the render, or one that it took up, was to stop at an error; None if none was asked for."""
+    """Rule by which the render, or the saved render that it resumed, stops at an error; None without an error
+    target."""
     aovs: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
     """Outputs beside the image that the integrator asks for: channels (H, W) by name."""
     degrees: float = 1.0
-    """Degrees of freedom behind the variance of each pixel: the number of replicates less 1. In a merged render: the
-    harmonic mean over pixels, of all parts and their replicates (`equaltime.film.parts_of_merge`)."""
+    """Degrees of freedom of the estimated variance of each pixel: the number of replicates less 1. For a merged render,
+    `equaltime.film.parts_of_merge` computes them for each pixel, and this is their harmonic mean over pixels."""
     parts: NDArray[Any] | None = None
-    """(H, W): sums over the parts of a merged render, for variances; None if nothing was merged."""
+    """(H, W): sums over the merged renders, from which variances follow (`equaltime.film.parts_of_merge`); None if the
+    render was not merged."""
     common_doubt: float = 0.0
-    """Relative standard deviation of a factor that the variances of all pixels have in common."""
+    """Relative standard deviation of a factor that the estimated variances of all pixels have in common: second nets of
+    few pixels leave it uncertain. 0 if there is no such factor."""
     second: SecondNets | None = None
     """Second nets of some pixels (`equaltime.film.second_nets`); None if there are none."""
     decision: Decision = field(default_factory=Decision)
@@ -149,9 +153,9 @@ class Result:
     def variance(self) -> NDArray[np.float64] | None:
         """Variance of one sample of each pixel, (H, W, 3), in squared units of the image; None for another backend.
 
-        It shows where light is hard to find, whatever the number of samples. Divided by ``samples`` it is not the
-        square of ``standard_error``, which is of the mean: low-discrepancy points make the mean of n samples better
-        than n independent samples would. The variance is infinite in pixels with too few samples.
+        The variance shows where light is hard to find, whatever the number of samples. The square of ``standard_error``
+        is not this variance divided by ``samples``: the mean of n low-discrepancy samples is more accurate than the
+        mean of n independent samples. The variance is infinite in pixels with too few samples.
         """
         return None if self.moments is None else sample_variance(self.moments)
 
@@ -212,8 +216,8 @@ class Result:
         """Return the exposure of previews of the image, in stops; positive numbers make it brighter.
 
         ``wanted`` is returned if it is a number of stops. For ``auto``, whole stops are chosen from the pixels that
-        have samples; ``shown`` is kept if the picture would be neither too dark nor too bright with it. Raises
-        ValueError for other values.
+        have samples. ``shown`` is the exposure of an earlier preview. It is returned unless it would make the picture
+        too dark or too bright. Raises ValueError for other values.
         """
         given = checked_exposure(wanted)
         if given != AUTO:
@@ -248,11 +252,11 @@ class Result:
             11 significant bits (0.02 %).
         exposure
             Exposure of the preview in stops: 1 is twice as bright. ``auto`` chooses whole stops from the image
-            (`Result.exposure`). The preview's description tells an exposure that is not 0. Data in the EXR are never
+            (`Result.exposure`). The preview's description states an exposure that is not 0. Data in the EXR are never
             scaled.
         aov
             Further pictures. ``variance`` writes ``NAME.variance.png``, the variance of one sample in grey, darker
-            where it is higher, on a logarithmic scale that its description tells.
+            where it is higher, on a logarithmic scale that its description states.
 
         Raises
         ------

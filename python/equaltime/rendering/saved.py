@@ -48,7 +48,7 @@ class SavedRender:
 
     path: Path
     record: Mapping[str, Any]
-    """The provenance, as `Result.record` has it, checked."""
+    """Record of the render (`Result.record`): JSON data that tell how it was made. Its keys and values were checked."""
     moments: NDArray[Any]
     """(R, H, W), as `equaltime.film.moments` describes them."""
     missed: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
@@ -122,7 +122,7 @@ class SavedRender:
 
     @property
     def stop(self) -> Stop | None:
-        """Rule by which the render was to end once its image was accurate enough; None without a limit of the error."""
+        """Rule by which the saved render was to stop at an error; None without an error target."""
         return None if self.record["stop"] is None else Stop.from_dict(self.record["stop"])
 
     @property
@@ -132,7 +132,7 @@ class SavedRender:
         Raises `ImageError` if the record has no position.
         """
         if self.record["position"] is None:
-            raise ImageError(f"{self.path}: cannot be taken up: it does not tell where its passes stood")
+            raise ImageError(f"{self.path}: cannot be resumed: its record lacks the position of its passes")
         done, target, next_block = self.record["position"]
         return done, target, next_block
 
@@ -143,10 +143,10 @@ class SavedRender:
         """
         if self.record["sources"]:
             raise ImageError(
-                f"{self.path}: cannot be taken up: it was merged; render with another seed, and merge again"
+                f"{self.path}: cannot be resumed: it was merged; render with another seed, and merge again"
             )
         if different := differences(self.record, wanted, ("seed", "substitutions", "build")):
-            raise ImageError(f"{self.path}: cannot be taken up: it has {'; '.join(different)}")
+            raise ImageError(f"{self.path}: cannot be resumed: it has {'; '.join(different)}")
 
 
 def looks_of(record: Mapping[str, Any]) -> tuple[Look, ...]:

@@ -62,11 +62,12 @@ class Checkpoints:
 
     path: Path
     every: float = 60.0
-    """Seconds between checkpoints; longer if saving would take more than half of the time."""
+    """Least seconds between checkpoints; more if saving would take more than half of the time."""
     exposure: Exposure = AUTO
-    """Exposure of their previews, as for `Result.save`."""
+    """Exposure of the checkpoints' previews, as for `Result.save`."""
     unsaved: Callable[[str], object] | None = None
-    """Called with the reason when a checkpoint cannot be written; again only after one was written."""
+    """Called with the reason when a checkpoint cannot be written. After a failure, a checkpoint must be written before
+    it is called again."""
 
 
 class Session:
@@ -126,7 +127,7 @@ class Session:
             numbers = {name: resumed.record[name] for name in ("paths", "rays", "shadow_rays")}
             self._renderer.take_up(**numbers, position=resumed.position)
         except ValueError as error:
-            raise ImageError(f"{resumed.path}: cannot be taken up: {error}") from error
+            raise ImageError(f"{resumed.path}: cannot be resumed: {error}") from error
 
     def run(
         self,
@@ -170,8 +171,8 @@ class Session:
     def write(self, result: Result, checkpoints: Checkpoints) -> None:
         """Save ``result`` as a checkpoint; raise `ImageError` if it cannot be written.
 
-        An automatic exposure stays that of the checkpoint before while it suits, so that a preview that is watched does
-        not flicker with the noise. The exposure of the finished picture depends on that picture alone.
+        With automatic exposure, the preview keeps the exposure of the previous checkpoint while that suits the image.
+        So noise does not make the preview flicker. The exposure of the finished picture depends on that picture alone.
         """
         self._shown = result.exposure(checkpoints.exposure, self._shown)
         result.save(checkpoints.path, exposure=self._shown)
@@ -179,7 +180,8 @@ class Session:
     def error(self, lasting: bool = False) -> Interval:
         """Return the relative error that the render states so far.
 
-        With ``lasting``, the upper limit leaves out effects that a few more samples undo.
+        With ``lasting``, the upper limit leaves out small lamps whose effect a few more samples undo
+        (`equaltime.film.unseen.Unseen.lasting`).
         """
         pixels = statistics_so_far(self._renderer)
         return stated_error(pixels, self._unseen, lasting=lasting, brightest=self.passes.looks.brightest)
@@ -205,7 +207,7 @@ class Session:
 
     @property
     def decided(self) -> Strategy:
-        """Strategy of the job, with decisions of the render so far for automatic keys (`Decision.applied`)."""
+        """Strategy of the job, with the render's decisions so far in place of automatic values (`Decision.applied`)."""
         return self._decision.applied(self.job.strategy)
 
     @property
@@ -220,7 +222,7 @@ class Session:
 
     @property
     def stop(self) -> Stop | None:
-        """Rule by which the render stops or was to stop at an error; None if no error was asked for."""
+        """Rule by which the render, or the render that it resumed, stops at an error; None without an error target."""
         error = self.passes.limits.error
         return self._stop if error is None else Stop("look", error)
 

@@ -103,7 +103,7 @@ class Viewer:
     def connect(self) -> None:
         """Connect to the viewer, unless it is connected already.
 
-        `show` connects too. Connecting may take a while, so it can be done before.
+        `show` connects too, but connecting may take a while, so a caller may connect early.
         """
         if self._socket is not None or self.problem is not None:
             return

@@ -75,7 +75,7 @@ def test_a_picture_of_another_program_is_not_replaced(tmp_path: Path, capsys: py
     ("options", "said"),
     [
         (["--aov", "albedo"], "'albedo' is not known here, only variance; integrator 'aov' of the scene makes others"),
-        (["--backend", "embreex", "--spp", "2"], "the backend embreex knows no variance of its samples"),
+        (["--backend", "embreex", "--spp", "2"], "the backend embreex does not report the variance of its samples"),
     ],
 )
 def test_what_cannot_be_made_is_refused(

@@ -284,7 +284,7 @@ def test_choosing_strategies_leaves_the_others_out_of_the_first_look() -> None:
 def test_the_reference_of_a_scene_is_not_called_like_that_of_a_strategy_on_another() -> None:
     scenes = [{"path": str(CORNELL), "name": name} for name in ("room", "room--best")]
     assert problems_of(lambda: made(scenes=scenes, strategies=["best", "mis"])) == [
-        "scenes[1].name: 'room--best' is what the reference of 'best' on 'room' is called"
+        "scenes[1].name: 'room--best' is already the name of the reference of 'best' on 'room'"
     ]
 
 

@@ -127,7 +127,7 @@ def test_a_failure_is_told_in_words(renderer: Path, mode: str, words: list[str])
     [
         ("render {spp} {seed}", ["must contain {out}"]),
         ("render {ssp} {seed} {out}", ["{ssp}", "{spp}"]),
-        ("render '{spp} {seed} {out}", ["taken apart", "quotation"]),
+        ("render '{spp} {seed} {out}", ["split into words", "quotation"]),
     ],
 )
 def test_a_command_that_cannot_work_is_refused_at_once(command: str, words: list[str]) -> None:

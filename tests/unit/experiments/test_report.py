@@ -244,7 +244,7 @@ def test_a_missing_or_damaged_image_is_said_and_the_others_are_shown(tmp_path: P
     (tmp_path / "box0-cut-1.npy").write_bytes(b"no array")
     np.save(tmp_path / "box0-naive-0.npy", np.zeros((3, 3, 3)))
     page, _ = written(value, tmp_path)
-    assert "Of cut there is no picture" in page.visible
+    assert "There is no picture of cut" in page.visible
     assert "has shape (3, 3, 3), not (24, 36, 3)" in page.visible
     assert any("rendered by best" in str(image["alt"]) for image in page.all("img"))
 

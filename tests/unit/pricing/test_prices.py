@@ -70,7 +70,7 @@ def test_the_price_list_is_printed_and_pictures_show_what_changes(
     assert main(["effects", box, "--quick", "--size", "8x8", "--threads", "1", "-v"]) == 0
     text = capsys.readouterr().out
     assert f"long_paths: light that was scattered more than once, for {box}:" in text
-    assert "free, since nothing calls for them: analytic_shapes, " in text
+    assert "free, since the scene does not use them: analytic_shapes, " in text
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
         "without-long_paths.exr",
         "without-long_paths.png",
@@ -109,7 +109,7 @@ def test_the_price_list_says_of_which_paths_it_is(capsys: pytest.CaptureFixture[
     box = str(ROOT / "scenes" / "cornell-box.toml")
     command = ["effects", box, "--quick", "--size", "6x6", "--threads", "1", *cut]
     assert main(command) == 0
-    said = "All of this is of paths up to depth 3; the scene asks for paths up to depth 30."
+    said = "All numbers are for paths up to depth 3; the scene asks for paths up to depth 30."
     assert said in capsys.readouterr().out.splitlines()
     assert main([*command, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)

@@ -154,7 +154,7 @@ def test_an_image_that_looked_at_its_error_is_taken_up_only_where_that_decides_n
     scene: et.Scene, tmp_path: Path
 ) -> None:
     et.render(scene, error=0.3).save(tmp_path / "a.exr")
-    with pytest.raises(et.ImageError, match=r"a\.exr: cannot be taken up with a fixed count: it looked at its own"):
+    with pytest.raises(et.ImageError, match=r"a\.exr: cannot be resumed with a fixed count: it looked at its own"):
         et.render(scene, error=0.9, stop="fixed", resume=tmp_path / "a.exr")
     rest = et.render(scene, error=0.1, stop="fixed", resume=tmp_path / "a.exr")
     assert same_moments(rest, et.render(scene, spp=count(rest)))

@@ -174,7 +174,7 @@ def test_another_render_is_bad_input_to_taking_up_as_to_merging(
     before = a.read_bytes()
     other = ["render", str(SCENE), *SIZE, "--spp", "2", "-q", *options]
     assert main([*other, "-o", str(a), "--resume"]) == 2
-    assert f"{a}: cannot be taken up: {words}\n" in capsys.readouterr().err
+    assert f"{a}: cannot be resumed: {words}\n" in capsys.readouterr().err
     assert main([*other, "-o", str(b), "--seed", "1"]) == 0
     assert main(["merge", str(b), str(a), "-o", str(tmp_path / "c.exr")]) == 2
     assert f"{a}: cannot be merged with {b}: {words}\n" in capsys.readouterr().err

@@ -55,7 +55,7 @@ def _of_a_sample(strategy: StrategyResult) -> Interval:
 def _equality(own: _Own) -> Interval:
     p = own.strategy.equality_p
     if p is None:
-        return replace(UNKNOWN, note=f"it is what others are held against on {own.scene.name}, or has too few repeats")
+        return replace(UNKNOWN, note=f"it is the standard strategy of {own.scene.name}, or has too few repeats")
     return Interval(p, p, p)
 
 

@@ -11,7 +11,10 @@ __all__ = ["compared", "joined", "less_time", "listed", "times", "where"]
 
 
 def where(names: Sequence[str], count: int) -> str:
-    """Return the beginning of a sentence that holds on the scenes ``names``, of an experiment with ``count`` scenes."""
+    """Return the beginning of a sentence on the scenes ``names``, such as ``On box``.
+
+    ``count`` is the number of scenes of the experiment.
+    """
     if count == 1:
         return f"On {names[0]}"
     if len(names) == 1:

@@ -60,7 +60,7 @@ class StrategyRuns:
     parts: BiasVariance | None = None
     """Bias and variance of the final images; None without images or without a reference of their size."""
     heavy: bool = False
-    """Whether few pixels of few repeats make most of the squared error: a heavy tail (see `tails`)."""
+    """Whether few pixels of few repeats make most of the squared error: a heavy tail (`equaltime.film.tails`)."""
 
     @classmethod
     def of(cls, label: str, rows: Sequence[Row], folder: Path, reference: Reference | None) -> StrategyRuns:
@@ -141,7 +141,7 @@ def _missing(parts: BiasVariance, relmse: float) -> str:
     """
     if not parts.bias2.low > _MOST_BIAS * abs(relmse):
         return ""
-    return "its images are off the reference together: they or it have not found all light, or the strategy is biased"
+    return "all its images differ from the reference alike: images or reference lack light, or the strategy is biased"
 
 
 def speed_up(baseline: Runs, runs: Runs, target: float) -> Interval:
@@ -204,7 +204,7 @@ def efficiency(baseline: Runs, runs: Runs) -> Interval:
     repeats = min(baseline.repeats, runs.repeats)
     ends = [part[:repeats, -1] for r in (baseline, runs) for part in (r.relmse, r.seconds)]
     if any(r.biased for r in (baseline, runs)) or min(part.min() for part in ends) <= 0.0:
-        return UNKNOWN.doubted("a bias or the noise of the reference leaves it open")
+        return UNKNOWN.doubted("a bias or the noise of the reference leaves the ratio open")
     relmse, seconds, other_relmse, other_seconds = map(np.log, ends)  # products and ratios may leave float64
     return median_interval(relmse + seconds - other_relmse - other_seconds).map(exp)
 
@@ -217,7 +217,7 @@ def fewer_samples(baseline: StrategyRuns, other: StrategyRuns) -> Interval:
     """
     common = sorted(set(baseline.spp) & set(other.spp))
     if not common or baseline.runs.biased or other.runs.biased:
-        return UNKNOWN.doubted("a bias leaves it open" if common else "they have no sample count in common")
+        return UNKNOWN.doubted("a bias leaves the ratio open" if common else "they have no sample count in common")
     repeats = min(baseline.runs.repeats, other.runs.repeats)
     first, second = (_first(s.runs, repeats) for s in (baseline, other))
     above, below = (s.spp.index(common[-1]) for s in (baseline, other))

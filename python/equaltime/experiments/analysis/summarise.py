@@ -1,4 +1,4 @@
-"""Computation of a `Summary` from the records of an experiment, and the conclusion of an experiment with its report.
+"""Computation of a `Summary` from the records of an experiment; `conclude` also writes the report.
 
 The inputs are the rows of the records, the images that the rows name, the references, and the origin of the records.
 """
@@ -205,14 +205,14 @@ class _Scene:
     ) -> list[str]:
         notes, runs = [], strategy.runs
         if runs.repeats > 1 and strategy.apart_from(baseline):
-            notes.append(f"measured apart from {baseline.label}, not in turns: ratios do not see what the machine did")
+            notes.append(f"measured apart from {baseline.label}, not in turns: ratios may show a change of the machine")
         if runs.biased:
             notes.append(_bias_note(strategy))
         agreements = self.provenance.get("agreements", {}).get(self.name, {})
         if note := agreements.get(strategy.label, {}).get("note"):
             notes.append(note)
         if runs.repeats < FEWEST_REPEATS:
-            notes.append(f"{runs.repeats} of {FEWEST_REPEATS} repeats that intervals need at least")
+            notes.append(f"too few repeats for intervals: {runs.repeats}, and {FEWEST_REPEATS} are needed")
         notes += [reason for reason in (runs.tail, runs.missing) if reason]
         if not np.isfinite(runs.relmse).all():
             notes.append("some of its images have pixels that are not finite, and cannot be measured")
@@ -255,7 +255,7 @@ def _own(rows: Sequence[Row]) -> Interval:
     said = [(row.estimate, row.estimate_low, row.estimate_high) for row in rows]
     known = [one for one in said if one[0] is not None and math.isfinite(one[0])]
     if not known or len(known) < len(said):
-        return replace(UNKNOWN, note="not every render said its error")
+        return replace(UNKNOWN, note="not every render stated its error")
     value, low, high = (
         math.sqrt(float(np.mean([math.inf if x is None else x * x for x in column])))
         for column in zip(*known, strict=True)

@@ -194,30 +194,30 @@ class ReferenceWish(Value):
 
 
 class QuickWish(Value):
-    """The first look at an experiment (``--quick``): what it keeps, and how long it runs.
+    """Settings of the quick version of an experiment (``--quick``): the parts that it keeps, and its time.
 
     The defaults suit most experiments: about 35 s in all with the report, on a machine with two processors.
     """
 
     scenes: Annotated[tuple[Words, ...], Field(strict=False)] = ()
-    """Names of the scenes that are kept; by default all."""
+    """Names of the scenes that the quick version keeps; by default all."""
     strategies: Annotated[tuple[Words, ...], Field(strict=False)] = ()
-    """Labels of the strategies that are kept; by default all."""
+    """Labels of the strategies that the quick version keeps; by default all."""
     size: Positive = 96
-    """Longest side of a film, in pixels; smaller films stay."""
+    """Longest side of a film, in pixels; larger films are shrunk to it."""
     repeats: Annotated[int, Field(ge=1, le=MOST_REPEATS)] = 6
-    """Most repeats; 6 are the fewest that give an interval of a median."""
+    """Largest number of repeats; 6 are the fewest that give an interval of a median."""
     seconds: Seconds = 18.0
     """Longest time of all runs together, in seconds; for experiments with a budget."""
     spp: Annotated[int, Field(ge=1, le=MOST_SAMPLES)] | None = None
-    """Largest sample count that is kept of an experiment with ``spp``."""
+    """Largest sample count that the quick version keeps of the experiment's ``spp``; by default it keeps all."""
     reference: Seconds = 10.0
     """Longest time to render all references together, in seconds."""
 
     _duration = field_validator("seconds", "reference", mode="before")(lambda value: _seconds(value))
 
     def of(self, labels: Iterable[str], scenes: Iterable[str]) -> QuickWish:
-        """Return a copy that keeps nothing that is not among these strategies and these scenes."""
+        """Return a copy whose lists keep only names that are among these labels of strategies and names of scenes."""
         labels, scenes = set(labels), set(scenes)
         kept = {
             "strategies": tuple(label for label in self.strategies if label in labels),
@@ -289,13 +289,13 @@ class Experiment(Value):
     question: Question = "time"
     """The verdict's question: ``time`` to an error, ``bias``, ``samples`` or ``efficiency``.
 
-    ``bias``: which strategies differ from the baseline, on scenes whose light all of them find. ``samples``: how many
-    samples each strategy needs. ``efficiency``: by how much squared error times time is below the baseline's, over all
-    scenes.
+    ``bias`` asks which strategies have another expected image than the standard strategy (`SceneResult.standard`).
+    ``samples`` asks how many samples each strategy needs. ``efficiency`` asks by which factor squared error times time
+    is below the baseline's, over all scenes.
     """
     reference: ReferenceWish = ReferenceWish()
     quick: QuickWish = QuickWish()
-    """The first look at the experiment, ``--quick``."""
+    """Settings of the quick version of the experiment (``--quick``)."""
     threads: Annotated[int, Field(ge=0, le=MOST_THREADS)] = 0
     """Worker threads; 0 for one per processor."""
 

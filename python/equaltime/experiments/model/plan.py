@@ -1,4 +1,4 @@
-"""The runs of an experiment and about how long they take, told before the first one begins."""
+"""Sentence on the planned runs of an experiment and their approximate time, to be shown before the first run."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from equaltime.words import duration
 __all__ = ["planned"]
 
 _REPORT_SECONDS = 5.0
-"""Seconds that loading and the report take, for a small experiment."""
+"""Seconds that loading and the report of a small experiment take."""
 
 
 def planned(experiment: Experiment) -> str:
-    """Return a sentence on references and runs, with their time in all where a time budget decides it.
+    """Return a sentence on the planned references and runs; with a time budget, it gives the total time.
 
-    References may end earlier, and what a folder holds already is not run again, so that the time is mostly an upper
-    limit.
+    The time is mostly an upper limit: references may end earlier, and runs that a folder already holds are not
+    repeated.
     """
     runs = experiment.repeats * len(experiment.scenes) * len(experiment.strategies)
     said = f"{runs} run{'s' * (runs != 1)}"

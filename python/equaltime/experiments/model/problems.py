@@ -108,7 +108,10 @@ def _scene_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     for number, name in enumerate(names):
         if file_name(name) in taken:
             scene, strategy = taken[file_name(name)]
-            yield f"scenes[{number}].name", f"'{name}' is what the reference of '{strategy}' on '{scene}' is called"
+            yield (
+                f"scenes[{number}].name",
+                f"'{name}' is already the name of the reference of '{strategy}' on '{scene}'",
+            )
 
 
 def _strategy_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

@@ -234,10 +234,11 @@ def with_roulette(strategy: Strategy, scene: Scene) -> Strategy:
 
 
 def quicker(experiment: Experiment) -> Experiment:
-    """Return a smaller copy of the experiment, as its ``quick`` wishes; with a time budget it ends in under a minute.
+    """Return the quick version of the experiment, as its setting ``quick`` describes it.
 
-    Films shrink, unless the reference is a file, whose size is fixed. Budgets shrink until all runs together take the
-    time of ``quick``. Sample counts (``spp``) are kept, or left out from a largest one on.
+    With a time budget, the quick version of a small experiment ends in under a minute. Films shrink, unless the
+    reference is a file, whose size is fixed. Budgets shrink until all runs together take ``quick.seconds``. Sample
+    counts (``spp``) above ``quick.spp`` are left out.
     """
     quick, wish = experiment.quick, experiment.reference
     scenes = tuple(entry for entry in experiment.scenes if not quick.scenes or entry.name in quick.scenes)

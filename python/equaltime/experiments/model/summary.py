@@ -1,7 +1,8 @@
 """Results of an experiment: the only input of reports, figures and verdicts.
 
-`analysis.summarise` computes the results from records. Errors are relative (0.02 is 2 %, see `metrics`). Times are
-seconds of wall clock from a run's first sample. Every estimated number is an `Interval`.
+`analysis.summarise` computes the results from records. Errors are relative (0.02 is 2 %, see
+`equaltime.images.metrics`). Times are seconds of wall clock from a run's first sample. Every estimated number is an
+`Interval`.
 """
 
 from __future__ import annotations
@@ -55,7 +56,8 @@ class StrategyResult:
     repeats: int
     curve: Curve
     time_to: Mapping[float, Interval] = field(hash=False)
-    """Target error → seconds; ``inf`` if never reached. An interval's note names extrapolation."""
+    """Target error → seconds; ``inf`` if never reached. The note of an interval tells whether the time is
+    extrapolated."""
     ratio: Mapping[float, Interval] = field(hash=False)
     """Target error → the baseline's time over this strategy's time; above 1 this strategy is faster."""
     efficiency: Interval
@@ -63,13 +65,14 @@ class StrategyResult:
 
     The median describes typical runs, however heavy their tails."""
     error_at_budget: Interval
-    """Error at equal time: the scene's ``budget_s``."""
+    """Error after the scene's equal time of ``SceneResult.budget_s`` seconds."""
     fewer_samples: Interval
     """The baseline's samples over this strategy's samples to the same error; ``inf`` if this strategy has no error."""
     equality_p: float | None
-    """P-value of the hypothesis that its images have the expectation of the scene's ``standard`` strategy."""
+    """P-value of the test that the strategy has the same expected image as the scene's ``standard`` strategy."""
     bias: Interval | None
-    """Relative bias: root of the estimated bias², with the estimate's sign, which may be negative by chance."""
+    """Relative bias: the root of the estimated bias². The estimate may be negative by chance; then so is this
+    number."""
     notes: tuple[str, ...]
     """Warnings to show beside this strategy on this scene."""
     image: Path | None
@@ -81,11 +84,13 @@ class StrategyResult:
     samples: Path | None = None
     """Samples of each pixel of ``image`` (.npy, (H, W)); None if all pixels have equal counts."""
     variances: tuple[Path, ...] = ()
-    """Variance of one sample of each pixel in each repeat (float32 .npy, (H, W)); empty if the renderer tells none."""
+    """Variance of one sample of each pixel in each repeat (float32 .npy, (H, W)); empty if the renderer reports
+    none."""
     reference: Path | None = None
     """File of the strategy's own reference, if it has one; format as `SceneResult.reference`."""
     film: Path | None = None
-    """Film of how its image converges, for `equaltime.experiments.run.forming.read_film`; None if not wanted."""
+    """Film of the strategy's converging image, for `equaltime.experiments.run.forming.read_film`; None if not
+    wanted."""
 
 
 @dataclass(frozen=True)

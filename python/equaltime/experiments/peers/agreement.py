@@ -173,7 +173,7 @@ def resizable(peer: Subject) -> bool:
 def own_reference(
     peer: Subject, scene: Scene, error: float, seconds: float, threads: int = 0, first_seed: int = _FIRST_REFERENCE_SEED
 ) -> KnownReference:
-    """Return a reference rendered by the peer: the mean of independent renders, whose spread tells the mean's noise.
+    """Return a reference rendered by the peer: the mean of independent renders, whose spread gives the mean's noise.
 
     Rendering ends at the relative ``error`` or after ``seconds``, but not before eight renders. The two halves of the
     reference are the odd and the even renders. If the peer's sampler is biased, a copy of the peer with an unbiased

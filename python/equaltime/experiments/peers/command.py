@@ -87,7 +87,7 @@ class CommandPeer:
         try:
             self._arguments = shlex.split(self.command)
         except ValueError as error:
-            raise PeerError(f"{self.label}: the command cannot be taken apart: {error}: {self.command}") from error
+            raise PeerError(f"{self.label}: the command cannot be split into words: {error}: {self.command}") from error
         words = set(_WORD.findall(self.command))
         if unknown := sorted(words - set(WORDS)):
             raise PeerError(f"{self.label}: unknown word {{{unknown[0]}}} in the command; known are {_braced(WORDS)}")

@@ -26,7 +26,8 @@ from equaltime.strict_json import json_text
 __all__ = ["MOST_IN_FLIGHT", "MitsubaPeer"]
 
 MOST_IN_FLIGHT = 2**26
-"""Most samples in one pass of Mitsuba, to limit memory; more are taken in several passes of one sequence."""
+"""Largest number of samples in one pass of Mitsuba, which limits its memory. More samples take several passes of one
+sequence."""
 _TO_WARM_UP = 4
 
 

@@ -214,7 +214,7 @@ def unmarked(summary: Summary, target: float) -> dict[str, list[str]]:
 
 
 def clearest(summary: Summary) -> float | None:
-    """Return the target error for which `draw_dots` draws most dots; None if no target has a dot.
+    """Return the target error for which `draw_dots` draws the most dots; None if no target has a dot.
 
     If several targets have equally many dots, the smallest is returned.
     """

@@ -58,7 +58,7 @@ class Reel:
 
 @dataclass(frozen=True)
 class FilmView:
-    """Data with which a page plays how the image of each strategy forms, side by side at equal time."""
+    """Data with which a page plays the films of all strategies side by side, at equal time."""
 
     reels: tuple[Reel, ...]
     seconds: float

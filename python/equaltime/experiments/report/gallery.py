@@ -82,7 +82,7 @@ def kinds_of(scene: SceneResult, pictures: Pictures, looks: Mapping[str, Style],
     """Return the series of pictures of a scene: images, maps of variances, errors, standard errors, sample counts.
 
     Each series has one picture per strategy, the best strategy first; the series of images begins with the reference.
-    Variances are left out if no renderer tells them, and sample counts if each strategy has one count in all pixels.
+    Variances are left out if no renderer reports them, and sample counts if each strategy has one count in all pixels.
     Pictures with a side longer than ``longest`` pixels are reduced by averaging blocks of pixels. Crops are never
     reduced. ``looks`` gives colour, marker and line style by label.
     """
@@ -124,7 +124,7 @@ def _best_first(scene: SceneResult) -> list[StrategyResult]:
 
 
 _ERROR_WORDS = (
-    "Relative error of each pixel at the end of a run, over all repeats, with the reference's own noise taken off. "
+    "Relative error of each pixel at the end of a run, over all repeats, with the reference's own noise subtracted. "
     "The colours are the same for all strategies."
 )
 _SPREAD_WORDS = (

@@ -22,7 +22,7 @@ _MANY = 4
 """Most scenes for which the curves of a single scene are shown; with more, all scenes are shown as dots."""
 
 State = Literal["waiting", "earlier", "done", "left out", "failed"]
-"""State of an experiment; ``earlier``: not run yet, but the report of an earlier run exists."""
+"""State of an experiment. ``earlier`` means that the experiment has not run yet, but an earlier run left a report."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Links from a report to the files beside it: what a reader opens next."""
+"""Links from a report to the files beside it, for the reader to open next."""
 
 from __future__ import annotations
 

@@ -121,7 +121,7 @@ def _half_sentence(found: Losses) -> str:
 
 def _ratio_sentence(found: Losses, baseline: str) -> str:
     if found.ratio is None or found.worse is None or found.better is None:
-        return f"With fewer than three repeats nobody can tell where it is worse than {baseline}."
+        return f"Fewer than three repeats cannot show where it is worse than {baseline}."
     worse, better = float(found.worse.mean()), float(found.better.mean())
     if not found.worse.any():
         rest = f"clearly better in {_part(better)} of the picture" if found.better.any() else "nowhere clearly better"
@@ -192,11 +192,11 @@ class Losses:
     block: int
     """Side of a block in pixels; the last block of a row or column may be smaller."""
     half: Flags
-    """The fewest blocks that make up half of the squared error."""
+    """True in the fewest blocks that make up half of the squared error."""
     half_area: float
     """Share of the image that the blocks of ``half`` cover, in [0, 1]."""
     ratio: Floats | None
-    """Error over the baseline's at equal time; None for the baseline itself."""
+    """Error divided by the baseline's error at equal time; None for the baseline itself."""
     worse: Flags | None
     better: Flags | None
     """Blocks that are significantly worse or better than the baseline's; None with fewer than three repeats."""
@@ -214,7 +214,7 @@ def losses(own: Floats, baseline: Floats | None) -> Losses:
     own
         Squared errors of the strategy's pixels in K repeats, (K, H, W), scaled to equal render time.
     baseline
-        Squared errors of the baseline's pixels, likewise; None if the strategy is the baseline.
+        Squared errors of the baseline's pixels, in the same form; None if the strategy is the baseline.
     """
     block = max(1, math.ceil(max(own.shape[1:]) / _BLOCKS))
     mine = _block_sums(own, block)

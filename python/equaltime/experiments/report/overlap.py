@@ -1,4 +1,4 @@
-"""Curves that lie on top of each other in the chart of errors: a reader must be told of those that are hidden."""
+"""Sentence on curves that other curves hide in the chart of errors."""
 
 from __future__ import annotations
 

@@ -17,8 +17,9 @@ _Found = Sequence[tuple[SceneResult, StrategyResult]]
 def other_renderers(summary: Summary) -> tuple[str, ...]:
     """Return one sentence for each renderer that is not equaltime's own and that the verdict does not name.
 
-    The sentence tells its time to the smallest error at which this time can be trusted on all its scenes, beside the
-    baseline and the best strategy. Errors within the runs are preferred.
+    The sentence gives the renderer's time to the smallest error at which this time can be trusted on all scenes of the
+    renderer. It compares the time with the times of the baseline and of the best strategy. Errors that the runs reached
+    are preferred to extrapolated ones.
     """
     found: dict[str, list[tuple[SceneResult, StrategyResult]]] = {}
     for scene in summary.scenes:

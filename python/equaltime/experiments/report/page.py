@@ -61,7 +61,7 @@ class SceneView:
     """Sentence on size, depth, reference, repeats and equal time."""
     verdict: str
     wide_chart: str
-    """An ``<svg>`` element that needs no escaping; ``narrow_chart`` is another."""
+    """An ``<svg>`` element that needs no escaping, as is ``narrow_chart``."""
     narrow_chart: str
     legend: tuple[TableRow, ...]
     hidden: str
@@ -123,7 +123,7 @@ class OverviewView:
     narrow_chart: Any
     """``<svg>`` elements that need no escaping; empty if no time is trusted."""
     looks: Mapping[str, Style] = field(hash=False)
-    """Looks of the strategies that have a mark in the chart, by label."""
+    """Colour, marker and line style of the strategies that have a mark in the chart, by label."""
     unmarked: str = ""
     """Sentence on the strategies without a mark in the chart on some scenes."""
 
@@ -147,7 +147,7 @@ def _view(summary: Summary, target: float, table: Table, looks: Mapping[str, Sty
 
 
 def with_marks(summary: Summary, target: float, looks: Mapping[str, Style]) -> dict[str, Style]:
-    """Return the looks of the strategies that have a mark on any scene in the chart of times to ``target``."""
+    """Return the entries of ``looks`` for the strategies that have a mark in the chart of times to ``target``."""
     absent = unmarked(summary, target)
     return {label: look for label, look in looks.items() if len(absent.get(label, ())) < _present(summary, label)}
 

@@ -52,8 +52,8 @@ class Pictures:
     samples: Mapping[str, Floats]
     """Sample counts of each strategy's pixels, (H, W), by label."""
     variances: Mapping[str, Floats]
-    """Variance of one sample of each pixel, (H, W), by label: mean of the repeats, infinite where one does not know it;
-    of strategies that tell it."""
+    """Variance of one sample of each pixel, (H, W), by label, as the mean of the repeats; infinite in pixels where a
+    repeat does not know it. Strategies whose renderer does not report the variance are left out."""
     stops: float
     """Exposure of all images: linear values are multiplied by 2 to this power."""
     missing: tuple[str, ...]
@@ -88,7 +88,7 @@ def load_pictures(scene: SceneResult) -> Pictures | str:
                 variances[label] = _read_variance(strategy, shape[:2])
             runs[label] = _read_runs(strategy, shape)
         except EqualtimeError as error:
-            missing.append(f"Of {label} there is no picture: {error}")
+            missing.append(f"There is no picture of {label}: {error}")
     return Pictures(reference, own, runs, samples, variances, automatic_stops(reference.mean), tuple(missing))
 
 

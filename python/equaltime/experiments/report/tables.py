@@ -48,7 +48,7 @@ class TableRow:
     cells: tuple[tuple[Cell, ...], ...]
     """Cells of each column: one number, or two numbers one below the other."""
     title: str = ""
-    """Full text of the label."""
+    """Full name of the strategy, of which the label may be a short form."""
 
 
 @dataclass(frozen=True)
@@ -65,10 +65,11 @@ class Table:
     """Sentence on numbers that are left out; empty if none is."""
 
     def telling(self, quick: bool, all_columns: bool = False) -> Table:
-        """Return the table without columns that say nothing, and with dashes in place of other cells that do not.
+        """Return the table without columns that say nothing, and with dashes in the other cells that say nothing.
 
-        ``quick`` tells whether longer runs would say more. ``all_columns`` keeps columns of dashes. Without it, a table
-        that says nothing has no columns.
+        A column says nothing if `equaltime.experiments.report.telling.column_says_something` is false for it. ``quick``
+        tells whether longer runs would say more. ``all_columns`` keeps columns of dashes. Without it, a table that says
+        nothing has no columns.
         """
         columns = range(len(self.columns))
         kept = [i for i in columns if all_columns or column_says_something(row.cells[i] for row in self.rows)]

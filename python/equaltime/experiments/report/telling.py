@@ -1,4 +1,4 @@
-"""Numbers that say nothing: they are left out of tables and charts, and this is said once."""
+"""Cells of tables that give no answer, such as dashes and "unknown", and the sentences that say so once."""
 
 from __future__ import annotations
 
@@ -48,14 +48,14 @@ def _answers(cell: Cell) -> bool:
 
 
 def column_says_something(cells: Iterable[tuple[Cell, ...]]) -> bool:
-    """Tell whether any cell of a table's column answers."""
+    """Tell whether any cell of a table's column holds an answer, such as a number; dashes and "unknown" are none."""
     return any(_answers(cell) for several in cells for cell in several)
 
 
 def silenced(cells: tuple[Cell, ...]) -> tuple[Cell, ...]:
     """Return the numbers of a table's cell without those that say nothing.
 
-    If no number is left, a dash takes their place. Its reason can be read by pointing at it.
+    If no number is left, a dash takes their place; the page shows the reason when the pointer is on the dash.
     """
     telling = tuple(cell for cell in cells if not _is_silent(cell))
     if any(map(_answers, telling)):

@@ -47,7 +47,7 @@ class Cell:
     note: str = ""
     """Remarks on the number, which become footnotes."""
     state: Literal["trusted", "untrusted", "unknown", "silent"] = "trusted"
-    """``silent``: a dash whose note is no footnote."""
+    """``silent`` marks a dash whose note does not become a footnote."""
 
     def __str__(self) -> str:
         return f"{self.text} {self.interval}".rstrip()
@@ -109,7 +109,8 @@ def probability_cell(p: float | None, note: str = "") -> Cell:
 def same_cell(p: float | None, unequal: bool) -> Cell:
     """Return a table cell that tells whether two strategies have the same expected image; None is printed as a dash.
 
-    ``p`` is the p-value of the same expectation. ``unequal`` tells whether it is below the level of the test.
+    ``p`` is the p-value of the test that both expected images are equal. ``unequal`` tells whether it is below the
+    level of the test.
     """
     if p is None:
         return Cell("\N{EN DASH}", state="unknown")

@@ -26,7 +26,7 @@ WO = np.array([np.sin(np.radians(45.0)), 0.0, np.cos(np.radians(45.0))])
 """Direction towards the viewer, 45 degrees from the normal."""
 SAMPLES = 4096
 DRAWN = 120
-"""Rays kept for the picture; ``effective`` uses all `SAMPLES`."""
+"""Number of rays kept for the picture; `Rays.effective` is computed from all `SAMPLES` rays."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,8 +9,8 @@
     references/      SCENE.npz (`reference`); SCENE--PEER.npz for a peer with another expected image
     images/          SCENE/STRATEGY-r0.npy: the last image of each run, float32 (H, W, 3); STRATEGY-r0-samples.npy:
                      sample counts (H, W) if they differ between pixels; STRATEGY-r0-variance.npy: variance of one
-                     sample of each pixel (H, W), float32, if the renderer tells it; on request SCENE/STRATEGY-film.npz
-                     (`forming`) and directions.npz (`directions`)
+                     sample of each pixel (H, W), float32, if the renderer reports it; on request
+                     SCENE/STRATEGY-film.npz (`forming`) and directions.npz (`directions`)
     failure.txt      traceback of an unexpected error, if one ended this experiment in a run of many experiments
 """
 
@@ -100,7 +100,7 @@ class ExperimentFolder:
     def variance(self, scene: str, strategy: str, repeat: int) -> Path:
         """Return the path of the variance of one sample of each pixel in a run.
 
-        The file exists only if the renderer tells it.
+        The file exists only if the renderer reports variances.
         """
         image = self.image(scene, strategy, repeat)
         return image.with_name(f"{image.stem}-variance.npy")
@@ -232,7 +232,8 @@ class ExperimentFolder:
 def replacing(path: Path) -> Iterator[IO[bytes]]:
     """Yield a temporary file to write; after the context, the temporary file replaces ``path`` atomically.
 
-    The new contents are then on the disk. After an error in the context, ``path`` is unchanged.
+    After the context, the new contents are on the disk, even if the machine fails. After an error in the context,
+    ``path`` is unchanged.
     """
     disk.make_folder(path.parent)
     with disk.replacing(path) as temporary, temporary.open("wb") as file:

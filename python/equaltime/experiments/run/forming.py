@@ -26,7 +26,7 @@ from equaltime.scene import Scene
 __all__ = ["Film", "Studio", "moments", "read_film"]
 
 FRAMES = 48
-"""Most frames of a film; the k-th is due when (k / FRAMES)² of the time has passed."""
+"""Largest number of frames of a film; frame k is due when (k / FRAMES)² of the time has passed."""
 _LONGEST = 256
 _MOST = 60000.0
 

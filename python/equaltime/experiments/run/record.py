@@ -71,7 +71,7 @@ class Row:
     """SHA-256 of the scene's content."""
     width: Positive
     height: Positive
-    """Size of the whole film, in pixels."""
+    """Width and height of the whole film, in pixels."""
     crop: Window
     """Rendered window, in pixels: x, y, width, height."""
     max_depth: int
@@ -92,7 +92,7 @@ class Row:
     """Samples per pixel so far."""
     wall_s: Seconds
     cpu_s: Seconds
-    """CPU seconds since the run's first sample, without the time spent on measuring errors; ``wall_s`` likewise."""
+    """CPU seconds since the run's first sample. Like ``wall_s``, they exclude the time spent on measuring errors."""
     setup_s: Seconds
     """Seconds of loading and building, before the first sample."""
     threads: int
@@ -115,9 +115,9 @@ class Row:
     estimate: Number
     estimate_low: Number
     estimate_high: Number
-    """Error estimated by the render itself, with its 95 % interval."""
+    """Error that the render itself estimates, as a fraction, and the ends of its 95 % interval."""
     doubt: Text = None
-    """Render's reason why its upper limit cannot be trusted."""
+    """Reason, stated by the render, why the upper limit of its error cannot be trusted."""
     last: Flag
     """Whether the run is complete with this row."""
     image: Text
@@ -180,7 +180,6 @@ class Recorder:
     """Writer of records, which appends rows to a file and locks the file against other writers.
 
     Opening removes an incomplete last line and the rows of an unfinished run.
-
 
     Raises
     ------

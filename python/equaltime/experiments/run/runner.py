@@ -70,7 +70,6 @@ def run(
 
     The experiment may be stopped at any moment, by Ctrl-C or a kill; the next call continues it.
 
-
     Parameters
     ----------
     cache

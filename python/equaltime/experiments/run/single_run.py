@@ -98,8 +98,8 @@ class SingleRun:
     def record(self, folder: ExperimentFolder, recorder: Recorder, ladder: Sequence[int] | float) -> float:
         """Render the run, append a row to the records at each sample count, and return the seconds of rendering.
 
-        Each row says whether it is the run's last row. It is thus written at the next count, or at the end of the run.
-
+        Each row tells whether it is the run's last row. So a row is written only at the next sample count, or at the
+        end of the run.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Scenes and subjects of an experiment; a subject renders: a strategy, a peer (another renderer), or your own code."""
+"""Scenes and subjects of an experiment. A subject renders with a strategy, a peer (another renderer) or your code."""
 
 from __future__ import annotations
 
