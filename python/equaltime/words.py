@@ -8,7 +8,18 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Final, cast
 
-__all__ = ["Shown", "a", "duration", "nearest", "percent", "seconds_of", "shortened", "suggestion", "time_unit"]
+__all__ = [
+    "Shown",
+    "a",
+    "duration",
+    "figure",
+    "nearest",
+    "percent",
+    "seconds_of",
+    "shortened",
+    "suggestion",
+    "time_unit",
+]
 
 MOST_NAMES: Final = 512
 LONGEST_NAME: Final = 100
@@ -44,6 +55,11 @@ def duration(seconds: float) -> str:
 def time_unit(seconds: float) -> tuple[str, float]:
     """Return the unit that fits a time, ``ms``, ``s``, ``min``, ``h`` or ``days``, and its seconds."""
     return next(((name, size) for name, size, most in _UNITS if seconds < most), ("days", 86400.0))
+
+
+def figure(number: float) -> str:
+    """Return a number with three significant digits and without exponent: ``0.0523``, ``6.4``, ``1,040``."""
+    return f"{float(f'{number:.3g}'):,.12g}"
 
 
 def percent(error: float) -> str:

@@ -96,10 +96,10 @@ def rays_of(result: et.Result) -> float:
 
 
 def shown(made: Made, row: Row) -> NDArray[np.uint8]:
-    """Return a picture as eight-bit sRGB, or the map of its samples: dark where there are many."""
+    """Return a picture as eight-bit sRGB, or the map of its samples: bright where there are many."""
     if made.picture.show == "samples":
         share = made.samples / made.samples.max()
-        return srgb_bytes(np.repeat((1.0 - 0.9 * share)[..., None], 3, axis=2) ** 2.2)
+        return srgb_bytes(np.repeat((0.1 + 0.9 * share)[..., None], 3, axis=2) ** 2.2)
     return srgb_bytes(2.0**row.stops * made.image)
 
 
@@ -109,6 +109,7 @@ def table(row: Row, made: Sequence[Made]) -> str:
     lines = [f"![{'; '.join(one.picture.label for one in made)}]({name}.jpg)", ""]
     cells: Mapping[str, list[str]] = {
         "from left to right": [one.picture.label for one in made],
+        "scene": [scene_cell(one.picture) for one in made],
         "`--strategy`": [f"`{one.picture.strategy}`" for one in made],
         "samples a pixel": [str(one.spp) for one in made],
         "rays a pixel": [f"{one.rays:,.0f}" for one in made],
@@ -118,6 +119,12 @@ def table(row: Row, made: Sequence[Made]) -> str:
     lines += [f"| {' | '.join((first[0], *first[1]))} |", "|" + "---|" * (len(made) + 1)]
     lines += [f"| {' | '.join((what, *said))} |" for what, said in others]
     return "\n".join(lines)
+
+
+def scene_cell(picture: Picture) -> str:
+    """Return a link to the picture's scene, with its definitions."""
+    defined = "".join(f" `-D {name}={value}`" for name, value in picture.define.items())
+    return f"[{Path(picture.scene).stem}](../{picture.scene}){defined}"
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from __future__ import annotations
 from importlib.util import find_spec
 
 if find_spec("embreex") is None:
-    raise ImportError("the cross-check needs embreex: pip install equaltime[crosscheck]", name="embreex")
+    raise ImportError("the cross-check needs embreex: pip install 'equaltime[crosscheck]'", name="embreex")
 
 from equaltime.crosscheck.camera import Camera, PrimaryHits, primary_hits
 from equaltime.crosscheck.tracer import render

@@ -123,11 +123,12 @@ class Quote(Shown):
 
     def __str__(self) -> str:
         number = stated(self.origin)
-        lines = [f"{number.noun} {self.error:%}{number.of_paths} in {self.seconds:s} at {self.spp:spp}"]
+        spent = f"{self.seconds:s}, {self.spp:spp}, {self.memory:MB} of memory"
+        lines = [f"{number.noun} {self.error:%}{number.of_paths} after {spent}"]
         if self.error.doubt:
             lines.append(f"in doubt: {self.error.doubt}")
-        lines += [f"{percent(error)} in {seconds:s}" for error, seconds in self.prices.items()]
-        return "\n".join([*lines, f"peak memory {self.memory:MB}"])
+        below = (f"surely below {percent(error)} after {seconds:s}" for error, seconds in self.prices.items())
+        return "\n".join([*lines, *below])
 
     def as_dict(self) -> dict[str, Any]:
         """Return the quote as JSON data."""

@@ -29,7 +29,7 @@ from equaltime.statistics.agreement import BlockMeans
 from equaltime.statistics.agreement import compare as compare_blocks
 from equaltime.statistics.intervals import Interval, exp, signed_root
 from equaltime.strict_json import fields_to_json, to_json
-from equaltime.words import Shown, percent
+from equaltime.words import Shown, figure, percent
 
 __all__ = ["Compared", "Comparison", "compare"]
 
@@ -100,8 +100,8 @@ class Comparison(Shown):
         if self.ratio is not None and len(self.images) > 1:
             first, second = (image.path.name for image in self.images)
             ratio = self.ratio
-            span = f" [{ratio.low:.3g}, {ratio.high:.3g}]" if math.isfinite(ratio.low) else ""
-            lines.insert(0, f"{first} has {ratio.value:.3g}{span} times the error of {second}")
+            times = f"{ratio}" if math.isfinite(ratio.low) else figure(ratio.value)
+            lines.insert(0, f"{first} has {times} times the error of {second}")
         return "\n".join([*lines, *self.notes])
 
     def as_dict(self) -> dict[str, Any]:

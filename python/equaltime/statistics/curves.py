@@ -413,12 +413,15 @@ def error_curve(runs: Runs) -> tuple[Interval, ...]:
 
 
 def second_curve(runs: Runs) -> tuple[Interval, ...]:
-    """Return the mean of the seconds over repeats at each checkpoint, with its interval."""
-    return tuple(mean_interval(column) for column in runs.seconds.T)
+    """Return the mean of the seconds over repeats at each checkpoint, with its interval; no end is below 0."""
+    means = (mean_interval(column) for column in runs.seconds.T)
+    return tuple(replace(mean, low=max(mean.low, 0.0)) for mean in means)
 
 
 def _root_mean(squares: Floats, shared: float) -> Interval:
     mean = float(squares.mean())
+    if shared == 0.0 and not squares.any():
+        return few(Interval(0.0, 0.0, 0.0), squares.size)  # every image is the exact truth
     if not mean > 0.0:
         return mean_interval(squares).map(signed_root).doubted("below what the reference can show")
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from equaltime.statistics.intervals import Interval
-from equaltime.words import time_unit
+from equaltime.words import figure, time_unit
 
 __all__ = [
     "about",
@@ -19,15 +19,11 @@ __all__ = [
     "in_percent",
     "in_time",
     "megabytes",
+    "probability",
     "rounded",
     "span",
     "time_range",
 ]
-
-
-def figure(number: float) -> str:
-    """Return a number with three significant digits and without exponent: ``0.0523``, ``6.4``, ``1,040``."""
-    return f"{float(f'{number:.3g}'):,.12g}"
 
 
 def span(interval: Interval, scale: float = 1.0) -> str:
@@ -83,6 +79,11 @@ def count(number: float) -> str:
 def megabytes(size: float) -> str:
     """Return a number of bytes in MB, or in GB from 1000 MB on."""
     return f"{rounded(size / 1e6)} MB" if size < 1e9 else f"{rounded(size / 1e9)} GB"
+
+
+def probability(p: float) -> str:
+    """Return a p-value with its sign, such as ``p = 0.03``; below 0.0001 it is ``p < 0.0001``."""
+    return f"p = {p:.2f}" if p >= 0.01 else f"p = {p:.4f}" if p >= 0.0001 else "p < 0.0001"
 
 
 def _range(found: Interval, size: float, unit: str) -> str:

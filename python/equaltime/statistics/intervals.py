@@ -18,7 +18,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from equaltime.words import Shown
+from equaltime.words import Shown, figure, time_unit
 
 __all__ = [
     "FEWEST_REPEATS",
@@ -65,7 +65,7 @@ class Interval(Shown):
 
     >>> error = Interval(0.0231, 0.0228, 0.0234)
     >>> print(f"{error:%}")
-    2.31 % [2.28, 2.34]
+    2.31 % (2.28 to 2.34)
     """
 
     value: float
@@ -191,8 +191,12 @@ class Interval(Shown):
             raise ValueError(f"'{unit}' is no unit of an interval; expected %, s, spp or MB")
         if not self.known:
             return "never" if math.isinf(self.value) else "unknown"
-        value, low, high = (f"{_SCALES[unit] * number:.3g}" for number in (self.value, self.low, self.high))
-        return f"{value}{unit and f' {unit}'} [{low}, {high if math.isfinite(self.high) else 'unknown'}]"
+        name, scale = unit, _SCALES[unit]
+        if unit == "s":
+            name, size = time_unit(self.value)
+            scale = 1.0 / size
+        value, low, high = (figure(scale * number) for number in (self.value, self.low, self.high))
+        return f"{value}{name and f' {name}'} ({low} to {high if math.isfinite(self.high) else 'unknown'})"
 
     def __str__(self) -> str:
         return format(self, "")

@@ -14,11 +14,11 @@ from equaltime.statistics.intervals import UNKNOWN, Interval
 @pytest.mark.parametrize(
     ("unit", "text"),
     [
-        ("", "0.0231 [0.0228, 0.0234]"),
-        ("%", "2.31 % [2.28, 2.34]"),
-        ("s", "0.0231 s [0.0228, 0.0234]"),
-        ("spp", "0.0231 spp [0.0228, 0.0234]"),
-        ("MB", "2.31e-08 MB [2.28e-08, 2.34e-08]"),
+        ("", "0.0231 (0.0228 to 0.0234)"),
+        ("%", "2.31 % (2.28 to 2.34)"),
+        ("s", "23.1 ms (22.8 to 23.4)"),
+        ("spp", "0.0231 spp (0.0228 to 0.0234)"),
+        ("MB", "0.0000000231 MB (0.0000000228 to 0.0000000234)"),
     ],
 )
 def test_a_unit_is_a_format(unit: str, text: str) -> None:

@@ -7,8 +7,10 @@ from collections.abc import Iterator, Sequence
 
 from equaltime.experiments.analysis.sentences import joined, less_time, listed, times
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
+from equaltime.statistics.curves import TYPICAL
 from equaltime.statistics.in_words import figure, in_percent
 from equaltime.statistics.intervals import Interval, product_mean, sound
+from equaltime.words import percent
 
 __all__ = ["bias_verdict", "efficiency_verdict", "samples_verdict"]
 
@@ -109,11 +111,14 @@ def _fewer(ratio: Interval) -> str:
         if ratio.bound == "high" and ratio.high < 1.0:
             return f"needs at least {figure(1.0 / ratio.high)} times more samples"
         return f"cannot be told ({ratio.note})"
-    return f"needs {times(ratio, 'fewer samples', 'more samples')}"
+    typical = " in typical runs, and more where rare bright samples come" if TYPICAL in ratio.note else ""
+    return f"needs {times(ratio, 'fewer samples', 'more samples')}{typical}"
 
 
 def _size(bias: Interval | None) -> str:
-    """Return a bias in per cent, or that it is not known if its interval is not trusted or includes 0."""
+    """Return a bias in per cent, its upper limit, or that neither is known."""
+    if bias is not None and bias.bound == "high":
+        return f"is off by at most {percent(bias.high)}"
     if bias is None or not bias.trusted or bias.low <= 0.0:
         return "(how much is not known)"
     return f"is {in_percent(bias).replace(' (', ' off (', 1)}"

@@ -25,6 +25,7 @@ from equaltime.experiments.model.summary import Curve, SceneResult, StrategyResu
 from equaltime.experiments.run.folder import OWN_DEPTHS, ExperimentFolder
 from equaltime.experiments.run.record import Row, complete, load
 from equaltime.experiments.run.reference import read as read_reference
+from equaltime.images.bias_variance import BiasVariance
 from equaltime.images.metrics import Reference
 from equaltime.statistics.agreement import LEVEL, equality_test, near_normal, share
 from equaltime.statistics.curves import Runs, error_at, error_curve, least_error_at, second_curve, slope, time_to_error
@@ -173,6 +174,7 @@ class _Scene:
             images = strategy.images()
             careful = self.experiment.question != "bias" and not runs.biased
             equality = None if images is None else _equality(images, standard_images, careful)
+        unequal = equality is not None and equality < self.level
         targets = self.experiment.targets
         same = strategy.label == baseline.label
         first, last = strategy.rows[0], strategy.last
@@ -189,8 +191,8 @@ class _Scene:
             error_at_budget=error_at(runs, budget),
             fewer_samples=Interval(1.0, 1.0, 1.0) if same else fewer_samples(baseline, strategy),
             equality_p=equality,
-            unequal=equality is not None and equality < self.level,
-            bias=None if parts is None else parts.bias2.map(signed_root),
+            unequal=unequal,
+            bias=None if parts is None else _bias(parts, unequal or runs.biased),
             notes=tuple(self._notes(strategy, baseline, standard, equality)),
             image=self.place.path / last[0].image if last and last[0].image else None,
             images=tuple(self.place.path / row.image for row in last if row.image),
@@ -228,6 +230,20 @@ def _bias_note(strategy: StrategyRuns) -> str:
     if not sound(bias):
         return f"{why}, so its picture may stay different"
     return f"{why}, so its picture stays different ({percent(float(f'{bias.value:.2g}'))} off)"
+
+
+def _bias(parts: BiasVariance, differs: bool) -> Interval:
+    """Return the bias of a strategy; ``differs`` tells whether it is known to converge to another picture.
+
+    If it is not, an offset that all its images share may as well be the reference's: no bias is then told from 0. If it
+    is, a bias that includes 0 is an upper limit.
+    """
+    bias = parts.bias2.map(signed_root)
+    if not sound(bias):
+        return bias
+    if differs:
+        return bias if bias.low > 0.0 else bias.bounded("high", "the picture differs, and by no more than this")
+    return replace(bias, low=min(bias.low, 0.0))
 
 
 def _existing(path: Path) -> Path | None:

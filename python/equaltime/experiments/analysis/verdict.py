@@ -14,7 +14,7 @@ from equaltime.experiments.model.experiment import Question
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.statistics.agreement import LEVEL
 from equaltime.statistics.curves import TYPICAL
-from equaltime.statistics.in_words import about, figure, in_time, span
+from equaltime.statistics.in_words import about, figure, in_time, probability, span
 from equaltime.statistics.intervals import Interval, product_mean, sound, sound_below
 from equaltime.words import percent
 
@@ -34,7 +34,9 @@ def pick_standard(labels: Sequence[str], biased: Sequence[bool], errors: Sequenc
 
 
 def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Question = "time") -> str:
-    """Return the answer to an experiment's question in a line of one to four sentences, the answer first.
+    """Return the answer to an experiment's question in a line of one to five sentences, the answer first.
+
+    The last sentence names strategies that are found to converge to another picture, though they do not say so.
 
     For the question ``time`` the answer has two numbers: the standard strategy's speed-up over the baseline, and its
     time to an error. Both numbers are for the smallest target error at which their intervals are trusted, on all
@@ -44,9 +46,25 @@ def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Q
     if question == "bias":
         return bias_verdict(scenes, LEVEL)
     if question == "samples":
-        return samples_verdict(scenes)
+        return samples_verdict(scenes) + _other_pictures(scenes)
     if question == "efficiency":
-        return efficiency_verdict(scenes)
+        return efficiency_verdict(scenes) + _other_pictures(scenes)
+    return _answer_in_time(scenes, targets) + _other_pictures(scenes)
+
+
+def _other_pictures(scenes: Sequence[SceneResult]) -> str:
+    """Return a sentence on strategies whose pictures differ from the standard's, but for those that are biased."""
+    found = []
+    for scene, strategy in ((each, one) for each in scenes for one in each.strategies):
+        if strategy.unequal and strategy.equality_p is not None and not strategy.biased:
+            on = f" on {scene.name}" if len(scenes) > 1 else ""
+            found.append(f"{strategy.label}{on} ({probability(strategy.equality_p)})")
+    standard = joined(scene.standard or "" for scene in scenes)
+    return f" Not the picture of {standard}: {', '.join(found)}." if found else ""
+
+
+def _answer_in_time(scenes: Sequence[SceneResult], targets: Sequence[float]) -> str:
+    """Return the answer to the question ``time``."""
     for all_scenes in (True, False):
         for ratio_is_good in (sound, sound_below):
             for reach in _REACHES:

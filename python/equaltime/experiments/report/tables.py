@@ -156,7 +156,7 @@ _CELLS: Mapping[Quantity, Callable[[Interval], Cell]] = {
     "time of a sample": factor_cell,
     "error": error_cell,
     "last error": error_cell,
-    "bias": error_cell,
+    "bias": lambda interval: _bias_cell(interval),
     "p": lambda interval: probability_cell(interval.value if interval.known else None, interval.note),
 }
 

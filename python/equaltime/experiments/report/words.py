@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from equaltime.experiments.model.summary import SceneResult, Summary
+from equaltime.statistics.in_words import probability
 from equaltime.statistics.intervals import Interval
 
 __all__ = [
@@ -103,7 +104,7 @@ def probability_cell(p: float | None, note: str = "") -> Cell:
     """Return a table cell with the p-value ``p`` and a remark ``note``; None is printed as a dash."""
     if p is None:
         return Cell("\N{EN DASH}", note=note, state="unknown")
-    return Cell(_probability(p), note=note)
+    return Cell(probability(p).removeprefix("p = ").removeprefix("p "), note=note)
 
 
 def same_cell(p: float | None, unequal: bool) -> Cell:
@@ -114,11 +115,7 @@ def same_cell(p: float | None, unequal: bool) -> Cell:
     """
     if p is None:
         return Cell("\N{EN DASH}", state="unknown")
-    return Cell("no" if unequal else "yes", f"(p {'' if p < 0.0001 else '= '}{_probability(p)})")
-
-
-def _probability(p: float) -> str:
-    return f"{p:.2f}" if p >= 0.01 else f"{p:.4f}" if p >= 0.0001 else "< 0.0001"
+    return Cell("no" if unequal else "yes", f"({probability(p)})")
 
 
 def seconds_cell(interval: Interval) -> Cell:

@@ -41,7 +41,8 @@ def make_subjects(experiment: Experiment) -> tuple[Subject, ...]:
     """Return one subject, an object that renders, for each strategy of an experiment, in order.
 
     Raises ExperimentError with all problems, such as names that a record cannot hold. A renderer that is not installed
-    is reported later, when the renderer is prepared for a scene.
+    is reported later, when the renderer is prepared for a scene. If one file of several strategies cannot be imported,
+    that is one problem.
     """
     subjects: list[Subject] = []
     problems: list[Problem] = []
@@ -50,7 +51,8 @@ def make_subjects(experiment: Experiment) -> tuple[Subject, ...]:
             subjects.append(_checked(_subject(entry, experiment), entry.label))
         except ExperimentError as error:
             place = entry.place or f"strategies[{number}]"
-            problems += [Problem(f"{place}.{p.place}", p.message) for p in error.problems]
+            told = {problem.message for problem in problems}
+            problems += [Problem(f"{place}.{p.place}", p.message) for p in error.problems if p.message not in told]
     if problems:
         raise ExperimentError(tuple(problems))
     return tuple(subjects)
@@ -132,11 +134,16 @@ def _module(file: Path) -> ModuleType:
 
 
 def _told(file: Path, error: Exception) -> ExperimentError:
-    """Log an error's traceback from the user's file on; return an error that names the file's line."""
+    """Log an error's traceback from the user's file on; return an error that names the file's line.
+
+    The error of an import says all there is to say, and has no traceback.
+    """
     frames, first = [*traceback.walk_tb(error.__traceback__)], error.__traceback__
     lines = [line for frame, line in frames if frame.f_code.co_filename == str(file)]
     while lines and first is not None and first.tb_frame.f_code.co_filename != str(file):
         first = first.tb_next
-    _LOG.error("%s failed", file, exc_info=(type(error), error, first))
     place = f"{file}:{lines[-1]}" if lines else str(file)
+    if isinstance(error, ImportError):
+        return ExperimentError((Problem("python", f"{place}: {error}"),))
+    _LOG.error("%s failed", file, exc_info=(type(error), error, first))
     return ExperimentError((Problem("python", f"{place}: {type(error).__name__}: {error}"),))
