@@ -15,7 +15,7 @@ from equaltime.cli.options import AsJson, Verbose
 from equaltime.rendering.compare import Compared, Comparison
 from equaltime.rendering.compare import compare as compare_files
 from equaltime.statistics.agreement import LEVEL
-from equaltime.statistics.in_words import figure, in_percent, span
+from equaltime.statistics.in_words import figure, in_percent, probability, span
 from equaltime.statistics.intervals import Interval
 from equaltime.words import duration, percent
 
@@ -84,19 +84,21 @@ def _answer(found: Comparison, names: Mapping[Path, str]) -> Iterator[str]:
     against = names[found.against]
     if found.ratio is not None:
         told = not math.isnan(found.ratio.low)
-        even = told and (not found.ratio.trusted or found.ratio.low <= 1.0 <= found.ratio.high)
-        yield f"{'No clear difference: ' if even else ''}{_ratio(found.ratio, 'the error', found, names)}."
+        even = told and found.ratio.low <= 1.0 <= found.ratio.high
+        unsure = told and not even and not found.ratio.trusted
+        begin = "No clear difference: " if even else "Perhaps: " if unsure else ""
+        yield f"{begin}{_ratio(found.ratio, 'the error', found, names)}."
     elif len(found.images) > 1:
         yield f"Which image is nearer to {against} cannot be told: it is too noisy."
     else:
         yield _distance(names[found.images[0].path], found.images[0].metrics["error"], against)
     tested = [(names[image.path], image.bias_p) for image in found.images if image.bias_p is not None]
-    unequal = [f"{name} (p = {p:.2g})" for name, p in tested if p < LEVEL]
+    unequal = [f"{name} ({probability(p)})" for name, p in tested if p < LEVEL]
     if unequal:
         yield f"Bias found: {' and '.join(unequal)} and {against} differ by more than their noise."
     elif tested:
         several = len(found.images) > 1
-        yield f"No bias found (p = {', '.join(f'{p:.2g}' + f' for {name}' * several for name, p in tested)})."
+        yield f"No bias found ({', '.join(probability(p) + f' for {name}' * several for name, p in tested)})."
 
 
 def _distance(name: str, error: Interval, against: str) -> str:

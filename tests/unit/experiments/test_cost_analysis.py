@@ -278,7 +278,7 @@ def test_two_repeats_are_said_to_be_too_few(recorded: tuple[Path, list[Row]]) ->
     summary = summarise(experiment(), [row for row in rows if row.repeat < 2], folder)
     best = summary.scenes[0].strategies[1]
     assert not best.time_to[0.2].trusted
-    assert any("2 of 3 repeats" in note for note in best.notes)
+    assert any("too few repeats for intervals: 2" in note for note in best.notes)
     assert "No time to a given error can be trusted" in summary.verdict
 
 

@@ -83,7 +83,7 @@ def test_if_nothing_can_be_trusted_a_number_of_which_one_end_holds_is_shown(foun
     [
         ("slope", "cut", "\N{MINUS SIGN}0.50"),
         ("error", "cut", "14.1"),
-        ("bias", "cut", "0.1"),
+        ("bias", "cut", "none found (at most 0.3"),
         ("p", "cut", "0.40"),
         ("p", "best", "\N{EN DASH}"),
     ],
