@@ -250,7 +250,8 @@ def _bias_p(first: _File, second: _File) -> float | None:
     if first.errors is None or second.errors is None or blocks < FEWEST_BLOCKS or _same_seed(first, second):
         return None
     images = (first.image, np.square(first.errors)), (second.image, np.square(second.errors))
-    return compare_blocks(*(BlockMeans.of_pixels(*image, _BLOCK, _DEGREES) for image in images)).p
+    one, other = (BlockMeans.of_pixels(*image, _BLOCK, _DEGREES) for image in images)
+    return compare_blocks(one, other, shape=False).p
 
 
 def _same_seed(first: _File, second: _File) -> bool:
