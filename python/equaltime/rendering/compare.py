@@ -25,8 +25,7 @@ from equaltime.images.mitsuba_reference import CAVEAT, is_mitsuba
 from equaltime.rendering.noisy_reference import FEWEST_BLOCKS, Difference, Noise, block_means, log_ratio
 from equaltime.rendering.saved import Render, as_picture, name_of
 from equaltime.rendering.stated import different_problems
-from equaltime.statistics.agreement import BlockMeans
-from equaltime.statistics.agreement import compare as compare_blocks
+from equaltime.statistics.agreement import compare_pair
 from equaltime.statistics.intervals import Interval, exp, signed_root
 from equaltime.strict_json import fields_to_json, to_json
 from equaltime.words import Shown, figure, percent
@@ -250,8 +249,7 @@ def _bias_p(first: _File, second: _File) -> float | None:
     if first.errors is None or second.errors is None or blocks < FEWEST_BLOCKS or _same_seed(first, second):
         return None
     images = (first.image, np.square(first.errors)), (second.image, np.square(second.errors))
-    one, other = (BlockMeans.of_pixels(*image, _BLOCK, _DEGREES) for image in images)
-    return compare_blocks(one, other, shape=False).p
+    return compare_pair(*images, _BLOCK, _DEGREES).p
 
 
 def _same_seed(first: _File, second: _File) -> bool:

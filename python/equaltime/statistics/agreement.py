@@ -32,6 +32,7 @@ __all__ = [
     "anderson_darling",
     "block_means",
     "compare",
+    "compare_pair",
     "equality_test",
     "near_normal",
     "share",
@@ -83,8 +84,8 @@ class BlockMeans:
     mean: Array
     variance: Array
     """Variance of ``mean``."""
-    degrees: float
-    """Degrees of freedom of the variance; infinite if it is known exactly."""
+    degrees: float | Array
+    """Degrees of freedom of the variance, of all blocks or of each; infinite if it is known exactly."""
 
     @classmethod
     def of_seeds(cls, images: Iterable[ArrayLike], block: int = 8) -> BlockMeans:
@@ -97,7 +98,9 @@ class BlockMeans:
         return cls(means.mean(axis=0), means.var(axis=0, ddof=1) / len(means), len(means) - 1.0)
 
     @classmethod
-    def of_pixels(cls, mean: ArrayLike, variance: ArrayLike, block: int = 8, degrees: float = math.inf) -> BlockMeans:
+    def of_pixels(
+        cls, mean: ArrayLike, variance: ArrayLike, block: int = 8, degrees: float | Array = math.inf
+    ) -> BlockMeans:
         """Return the block means of one image whose pixels are independent.
 
         ``mean`` is the image, (H, W, C), and ``variance`` holds the variances of its pixels. A block has ``block``
@@ -148,8 +151,8 @@ class Agreement:
 def compare(first: BlockMeans, second: BlockMeans, *, shape: bool = True) -> Agreement:
     """Return the outcome of a block-by-block comparison of two images, by the tests that this module describes.
 
-    False as ``shape`` leaves out the test of that name. It needs variances from many renders: a single render whose
-    noise comes from few bright paths knows its variances too poorly, so that its z's are not normal.
+    False as ``shape`` leaves out the test of that name. It needs variances from many renders. The variances of a single
+    render are poorly known where its noise comes from few bright paths, so its z's are not normal.
 
     Where neither image has noise beyond rounding in a block, the images must be equal. Such blocks do not enter the
     tests; unequal ones are counted.
@@ -170,6 +173,24 @@ def compare(first: BlockMeans, second: BlockMeans, *, shape: bool = True) -> Agr
     z = np.where(noisy, -np.sign(difference) * stats.norm.ppf(np.maximum(tail, 1e-300)), np.nan)
     unequal = int((np.abs(difference) > rounding + 6.0 * np.sqrt(total))[~noisy].sum())
     return Agreement(z, _look([c for c in _channels(z) if c.size], shape), unequal)
+
+
+def compare_pair(
+    first: tuple[ArrayLike, ArrayLike], second: tuple[ArrayLike, ArrayLike], block: int, degrees: float
+) -> Agreement:
+    """Return the outcome of a comparison of two single images, each (H, W, C) with the variances of its pixels.
+
+    A block has ``block`` pixels a side and at most ``degrees`` degrees of freedom. It has fewer where few pixels make
+    its difference: 3 (sum d^2)^2 / sum d^4, with d the differences of its pixels (Satterthwaite 1946), which is 3 for
+    a single pixel. There is no test of shape.
+    """
+    square = np.square(np.asarray(first[0], np.float64) - np.asarray(second[0], np.float64))
+    second_moment, fourth_moment = _means(square, block), _means(np.square(square), block)
+    few = np.full_like(square, degrees)[: len(second_moment), : second_moment.shape[1]]
+    np.divide(3.0 * block**2 * np.square(second_moment), fourth_moment, out=few, where=fourth_moment > 0.0)
+    freedom = np.minimum(few, degrees)
+    one, other = (BlockMeans.of_pixels(*image, block, freedom) for image in (first, second))
+    return compare(one, other, shape=False)
 
 
 def equality_test(first: Iterable[ArrayLike], second: Iterable[ArrayLike], block: int = 8) -> float:
