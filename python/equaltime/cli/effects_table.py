@@ -66,7 +66,7 @@ def _answer(found: PriceList, name: str) -> str:
     said = [f"{percent(_value(costly.variance))} of the noise"] if _value(costly.variance) else []
     said += [f"{percent(_value(costly.time))} of the time"] if _value(costly.time) else []
     title = f" ({costly.kind.title})" if costly.kind.title != costly.kind.name else ""
-    return f"What makes {name} slow: mostly {costly.kind.name}{title}, {' and '.join(said)}."
+    return f"What makes {name} slow: first of all {costly.kind.name}{title}, {' and '.join(said)}."
 
 
 def _proposal(found: PriceList) -> str:

@@ -83,7 +83,7 @@ def _repeat(path: Path, record: Record) -> Iterator[str]:
         return
     limit, exact = _limit(record)
     words = ["equaltime", "render", record["scene"], "-o", path.name, *limit, *_options(record)]
-    yield f"{'again' if exact else 'alike':<10}{shlex.join(words)}"
+    yield f"{'repeat' if exact else 'similar':<10}{shlex.join(words)}"
     if changed := _changed(record):
         yield f"          but {changed}"
 

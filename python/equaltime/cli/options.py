@@ -227,7 +227,7 @@ Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print all detail
 
 Overwrite = Annotated[
     bool,
-    typer.Option("--overwrite", help="Replace FILE even if another program wrote it, or it shows another scene."),
+    typer.Option("--overwrite", help="Replace FILE even if another program wrote it, or it shows another scene file."),
 ]
 
 ExposureStops = Annotated[

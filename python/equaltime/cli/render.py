@@ -68,7 +68,7 @@ def render(
             parser=parse_whole(1, MOST_SAMPLES),
             metavar="N",
             show_default=False,
-            help="Samples a pixel [default: the scene's, or 64].",
+            help="Samples a pixel [default: the scene's, or 64]. On average: noisy pixels get more, in whole passes.",
         ),
     ] = None,
     time: Time = None,

@@ -72,6 +72,8 @@ def _end(result: Result) -> str:
         return f"Reached {percent(stop.error if result.bias is None else math.hypot(stop.error, result.bias.high))}"
     if result.stopped_by == "count" and stop is not None:
         return f"Done with the {stop.spp} samples a pixel that a pilot chose for {percent(stop.error)}"
+    if stop is not None and result.stopped_by == "time" and result.error.trusted and result.error.high <= stop.error:
+        return f"Time is up, and {percent(stop.error)} is reached"
     return _ENDS[result.stopped_by]
 
 

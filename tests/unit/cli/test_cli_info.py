@@ -124,7 +124,7 @@ def test_the_command_that_repeats_a_render_has_its_definitions(
     capsys.readouterr()
     assert main(["info", str(tmp_path / "a.exr")]) == 0
     lines = capsys.readouterr().out.splitlines()
-    (again,) = [line for line in lines if line.startswith("again")]
+    (again,) = [line for line in lines if line.startswith("repeat")]
     assert "-D ball=24 -D shutter=0.5" in again
     assert not any(line.strip().startswith("but ") for line in lines)
     _, _, *command = shlex.split(again)

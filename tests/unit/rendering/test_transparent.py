@@ -113,7 +113,7 @@ def test_the_command_writes_alpha_and_the_render_goes_on(
     assert np.array_equal(np.asarray(et.read(out).alpha), np.asarray(whole.alpha))
     capsys.readouterr()
     assert main(["info", str(out)]) == 0
-    again = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("again"))
+    again = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("repeat"))
     assert again.endswith("--transparent --seed 0"), "and the scene has not changed"
     assert main(["render", str(file), "-o", str(out), "--spp", "16", "--resume"]) == 2
     assert "it has a transparent background, not an opaque background\n" in capsys.readouterr().err

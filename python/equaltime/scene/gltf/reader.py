@@ -220,6 +220,6 @@ class _GltfScene:
         if self._gltf.animations and self._clip is None:
             self._document.note(
                 "animations are not played: everything stands as in the file; -D time=0.5 shows it at half a second, "
-                "-D shutter=0.5,0.52 blurs what moves",
+                "-D shutter=0.5,0.52 blurs what moves, and -D shutter=0,1 converts the first second",
                 "",
             )
