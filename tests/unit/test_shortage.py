@@ -72,7 +72,7 @@ def test_an_image_library_that_fails_once_is_asked_again(tmp_path: Path, monkeyp
     images.write_exr(tmp_path / "a.exr", np.zeros((2, 2, 3)))
     assert len(calls) == 2
     monkeypatch.setattr(Late, "create", staticmethod(lambda kind: None))
-    with pytest.raises(et.ImageError, match=r"b\.exr: cannot write: OpenImageIO does not start, as where memory"):
+    with pytest.raises(et.ImageError, match=r"b\.exr: cannot write: OpenImageIO does not start; memory"):
         images.write_exr(tmp_path / "b.exr", np.zeros((2, 2, 3)))
 
 

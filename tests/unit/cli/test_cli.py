@@ -165,7 +165,7 @@ def test_a_biased_render_says_so(scene: str, output: Path, capsys: pytest.Captur
         (["--size", "0x4"], "'0x4' is no size"),
         (["--size", "1000000000x1000000000"], "memory"),
         (["--crop", "20,0,10,10"], "crop window"),
-        (["--backend", "embreex", "--time", "1s"], "no limit but spp"),
+        (["--backend", "embreex", "--time", "1s"], "no limit except spp"),
         (["-D", "unknown=1"], "unknown"),
         (["--error", "1"], "'1' is 100 %; did you mean 1%?"),
         (["--within", "1"], "'1' is 100 %; did you mean 1%?"),
