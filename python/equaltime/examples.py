@@ -10,7 +10,7 @@ from typing import Final
 
 __all__ = ["copy_to", "example_of", "experiment_names", "experiments_of", "scene_names", "scenes_folder"]
 
-_LEFT_OUT: Final = shutil.ignore_patterns("gallery", "learn", "__pycache__", "*.png", "*.jpg")
+_LEFT_OUT: Final = shutil.ignore_patterns("gallery", "learn", "renderers", "__pycache__", "*.png", "*.jpg")
 """Pages with pictures, which a copy of the scenes does without."""
 _KINDS: Final = (".toml", ".xml", ".glb")
 

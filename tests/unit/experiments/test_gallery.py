@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import equaltime as et
+from equaltime.experiments.model.reader import read_experiment
 from equaltime.images.image_files import read as read_picture
 from equaltime.scene.model import PLUGINS
 
@@ -77,3 +78,11 @@ def test_the_page_to_learn_from_has_a_table_below_every_picture() -> None:
     assert rows
     assert all(name == picture for name, picture in rows)
     assert {name for name, _ in rows} == {path.stem for path in (GALLERY.parent / "learn").glob("*.jpg")}
+
+
+def test_the_page_of_renderers_has_a_row_for_each_renderer_on_each_scene() -> None:
+    page = (GALLERY.parent / "renderers" / "README.md").read_text()
+    experiment = read_experiment(GALLERY.parent / "experiments" / "against-mitsuba.toml")
+    heading, *renderers = re.findall(r"^\| [^|]* \| ([^|]+) \|", page, re.MULTILINE)
+    assert heading == "renderer"
+    assert renderers == [entry.label for entry in experiment.strategies] * len(experiment.scenes)
