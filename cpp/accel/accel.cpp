@@ -1,7 +1,5 @@
 #include "accel/accel.h"
 
-#include <embree3/rtcore.h>
-
 #include <atomic>
 #include <cmath>
 #include <deque>
@@ -10,6 +8,7 @@
 #include <stdexcept>
 
 #include "accel/embree_values.h"
+#include "accel/instruction_set.h"
 #include "accel/moving_instance.h"
 #include "accel/slivers.h"
 #include "accel/walls.h"
@@ -33,7 +32,7 @@ using Device = std::unique_ptr<std::remove_pointer_t<RTCDevice>, DeviceDelete>;
 using EmbreeScene = std::unique_ptr<std::remove_pointer_t<RTCScene>, SceneDelete>;
 
 Device new_device() {
-  Device device(rtcNewDevice(nullptr));
+  Device device(rtcNewDevice(embree_config().c_str()));
   if (!device) throw std::runtime_error("Embree cannot create a device");
   return device;
 }
@@ -88,6 +87,7 @@ void intersect_callback(const RTCIntersectFunctionNArguments* args) {
   const auto& primitives = *static_cast<const std::vector<Primitive>*>(args->geometryUserPtr);
   auto& query = *reinterpret_cast<RTCRayHit*>(args->rayhit);
   const auto t = intersect_primitive(primitives[args->primID], to_ray(query.ray));
+  args->valid[0] = t ? -1 : 0;  // which Embree 4 asks for
   if (!t) return;
   query.ray.tfar = static_cast<float>(*t);
   query.hit.geomID = args->geomID;
@@ -100,7 +100,8 @@ void occluded_callback(const RTCOccludedFunctionNArguments* args) {
   if (args->valid[0] == 0) return;
   const auto& primitives = *static_cast<const std::vector<Primitive>*>(args->geometryUserPtr);
   auto& ray = *reinterpret_cast<RTCRay*>(args->ray);
-  if (intersect_primitive(primitives[args->primID], to_ray(ray))) ray.tfar = -kInfinity;
+  args->valid[0] = intersect_primitive(primitives[args->primID], to_ray(ray)) ? -1 : 0;
+  if (args->valid[0] != 0) ray.tfar = -kInfinity;
 }
 
 }  // namespace
@@ -240,8 +241,6 @@ Accel& Accel::operator=(Accel&&) noexcept = default;
 
 template <bool kMoves>
 EQUALTIME_INLINE InstancedId Accel::Impl::met(Vec3f o, Vec3f d, float t_max, float time) const noexcept {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
   RTCRayHit query;
   if (!write_unit(query.ray, o, d, t_max, time, reach)) [[unlikely]] {
     refuse_ray();
@@ -249,7 +248,7 @@ EQUALTIME_INLINE InstancedId Accel::Impl::met(Vec3f o, Vec3f d, float t_max, flo
   }
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  rtcIntersect1(scene.get(), &context, &query);
+  embree_intersect(scene.get(), query);
   if constexpr (kMoves)
     if (moving.size() <= kFewMoving) equaltime::intersect(moving, query);
   if (!walls.empty())
@@ -261,14 +260,12 @@ EQUALTIME_INLINE InstancedId Accel::Impl::met(Vec3f o, Vec3f d, float t_max, flo
 template <bool kMoves>
 EQUALTIME_INLINE bool Accel::Impl::blocked(Vec3f o, Vec3f d, float t_max, float time) const noexcept {
   if (!walls.empty() && blocked_by_walls({o, d, t_max})) return true;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
   RTCRay query;
   if (!write_unit(query, o, d, t_max, time, reach)) [[unlikely]] {
     refuse_ray();
     return true;
   }
-  rtcOccluded1(scene.get(), &context, &query);
+  embree_occluded(scene.get(), query);
   if (kMoves && moving.size() <= kFewMoving && query.tfar >= 0) return equaltime::occluded(moving, query);
   return query.tfar < 0;
 }

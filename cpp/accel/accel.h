@@ -91,7 +91,7 @@ class Accel {
   /// The acceleration structure's own memory, Embree's as it reports it, without the primitives.
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
-  /// Embree's version and the instruction sets it was allowed to choose from, for provenance.
+  /// Embree's version, for provenance.
   [[nodiscard]] static std::string version();
 
  private:

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "accel/embree_values.h"
-
 namespace equaltime {
 
 namespace {
@@ -28,18 +26,20 @@ bool write_local(RTCRay& local, const Motion& to_world, const RTCRay& r) noexcep
   return write_any(local, Vec3f(o), Vec3f(d), r.tfar, r.time);
 }
 
-__m128 inverse_direction(const RTCRay& r) noexcept { return 1 / _mm_load_ps(&r.dir_x); }
+Float4 inverse_direction(const RTCRay& r) noexcept { return 1 / load(&r.dir_x); }
 
 // Only single rays are ever traced: see accel.cpp.
 void intersect_callback(const RTCIntersectFunctionNArguments* args) {
   if (args->valid[0] == 0) return;
-  static_cast<const MovingInstance*>(args->geometryUserPtr)->intersect(*reinterpret_cast<RTCRayHit*>(args->rayhit));
+  auto& query = *reinterpret_cast<RTCRayHit*>(args->rayhit);
+  args->valid[0] = static_cast<const MovingInstance*>(args->geometryUserPtr)->intersect(query) ? -1 : 0;
 }
 
 void occluded_callback(const RTCOccludedFunctionNArguments* args) {
   if (args->valid[0] == 0) return;
   auto& ray = *reinterpret_cast<RTCRay*>(args->ray);
-  if (static_cast<const MovingInstance*>(args->geometryUserPtr)->occludes(ray)) ray.tfar = -kInfinity;
+  args->valid[0] = static_cast<const MovingInstance*>(args->geometryUserPtr)->occludes(ray) ? -1 : 0;
+  if (args->valid[0] != 0) ray.tfar = -kInfinity;
 }
 
 }  // namespace
@@ -71,33 +71,35 @@ RTCGeometry MovingInstance::new_geometry(RTCDevice device) {
 
 /// What comes of 0 times infinity is all the same: such a ray runs along a side of the box, which nothing in it
 /// touches.
-EQUALTIME_INLINE bool MovingInstance::near(const RTCRay& r, __m128 inverse) const noexcept {
+EQUALTIME_INLINE bool MovingInstance::near(const RTCRay& r, Float4 inverse) const noexcept {
   const float time = r.time * static_cast<float>(boxes_.size() - 1);
   const std::size_t i = std::min(static_cast<std::size_t>(time), boxes_.size() - 2);
   const RTCBounds &a = boxes_[i], &b = boxes_[i + 1];
   const float f = time - static_cast<float>(i);
-  const __m128 lo = _mm_load_ps(&a.lower_x) * (1 - f) + _mm_load_ps(&b.lower_x) * f;
-  const __m128 hi = _mm_load_ps(&a.upper_x) * (1 - f) + _mm_load_ps(&b.upper_x) * f;
-  const __m128 origin = _mm_load_ps(&r.org_x), low = (lo - origin) * inverse, high = (hi - origin) * inverse;
-  const __m128 first = _mm_min_ps(low, high), last = _mm_max_ps(low, high);
+  const Float4 lo = load(&a.lower_x) * (1 - f) + load(&b.lower_x) * f;
+  const Float4 hi = load(&a.upper_x) * (1 - f) + load(&b.upper_x) * f;
+  const Float4 origin = load(&r.org_x), low = (lo - origin) * inverse, high = (hi - origin) * inverse;
+  const Float4 first = low < high ? low : high, last = low > high ? low : high;
   const float enters = std::max(0.0F, std::max(first[0], std::max(first[1], first[2])));
   const float leaves = std::min(r.tfar, std::min(last[0], std::min(last[1], last[2])));
   constexpr float kMore = 1 + 16 * kUnitRoundoff;
   return enters <= leaves * kMore;
 }
 
-void MovingInstance::intersect(RTCRayHit& query) const noexcept {
+bool MovingInstance::intersect(RTCRayHit& query) const noexcept {
   RTCRayHit local;
-  if (!write_local(local.ray, to_world_, query.ray)) return refuse_ray();
+  if (!write_local(local.ray, to_world_, query.ray)) {
+    refuse_ray();
+    return false;
+  }
   local.hit.geomID = local.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcIntersect1(group_, &context, &local);
-  if (local.hit.geomID == RTC_INVALID_GEOMETRY_ID) return;
+  embree_intersect(group_, local);
+  if (local.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
   query.ray.tfar = local.ray.tfar;
   query.hit.geomID = local.hit.geomID;
   query.hit.primID = local.hit.primID;
   query.hit.instID[0] = id_;
+  return true;
 }
 
 bool MovingInstance::occludes(const RTCRay& ray) const noexcept {
@@ -106,20 +108,18 @@ bool MovingInstance::occludes(const RTCRay& ray) const noexcept {
     refuse_ray();
     return true;
   }
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcOccluded1(group_, &context, &local);
+  embree_occluded(group_, local);
   return local.tfar < 0;
 }
 
 void intersect(const std::vector<MovingInstance>& instances, RTCRayHit& query) noexcept {
-  const __m128 inverse = inverse_direction(query.ray);
+  const Float4 inverse = inverse_direction(query.ray);
   for (const MovingInstance& instance : instances)
     if (instance.near(query.ray, inverse)) instance.intersect(query);
 }
 
 bool occluded(const std::vector<MovingInstance>& instances, const RTCRay& ray) noexcept {
-  const __m128 inverse = inverse_direction(ray);
+  const Float4 inverse = inverse_direction(ray);
   return std::any_of(instances.begin(), instances.end(), [&](const MovingInstance& instance) {
     return instance.near(ray, inverse) && instance.occludes(ray);
   });

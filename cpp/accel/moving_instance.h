@@ -3,12 +3,10 @@
 // each is a geometry of Embree's; a few are met beside its tree, without the steps of one whose boxes move.
 #pragma once
 
-#include <embree3/rtcore.h>
-#include <xmmintrin.h>
-
 #include <cstdint>
 #include <vector>
 
+#include "accel/embree_values.h"
 #include "math/motion.h"
 
 namespace equaltime {
@@ -21,9 +19,9 @@ class MovingInstance {
   /// The instance must stay where it is for as long as the geometry is used.
   [[nodiscard]] RTCGeometry new_geometry(RTCDevice device);
   /// Whether the ray may meet its box. The inverse is that of each coordinate of the direction.
-  [[nodiscard]] bool near(const RTCRay& ray, __m128 inverse) const noexcept;
-  /// Puts what the ray meets into the query, if that is nearer than what is there.
-  void intersect(RTCRayHit& query) const noexcept;
+  [[nodiscard]] bool near(const RTCRay& ray, Float4 inverse) const noexcept;
+  /// Puts what the ray meets into the query, if that is nearer than what is there, and tells whether it is.
+  bool intersect(RTCRayHit& query) const noexcept;
   [[nodiscard]] bool occludes(const RTCRay& ray) const noexcept;
 
  private:

@@ -3,10 +3,9 @@
 // have any get a filter, which compares such hits with the triangle in float64; others pay nothing.
 #pragma once
 
-#include <embree3/rtcore.h>
-
 #include <vector>
 
+#include "accel/embree.h"
 #include "accel/geometry.h"
 
 namespace equaltime {

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <map>
 
+#include "accel/instruction_set.h"
 #include "bindings/bindings.h"
 #include "transport/renderer.h"
 
@@ -162,7 +163,8 @@ py::dict build_info() {
   const char* compiler = "g++ " __VERSION__;
 #endif
   return py::dict("version"_a = EQUALTIME_VERSION, "compiler"_a = compiler, "optimized"_a = optimized,
-                  "target"_a = EQUALTIME_TARGET, "embree"_a = Accel::version(), "libm"_a = libm());
+                  "target"_a = EQUALTIME_TARGET, "embree"_a = Accel::version(),
+                  "embree_isa"_a = embree_isa(), "libm"_a = libm());
 }
 
 }  // namespace
@@ -238,6 +240,8 @@ void bind_render(py::module_& m) {
                              "None until it is decided, or where there was nothing to decide.")
       .def_property_readonly("kernel", [](const Renderer& r) { return kernel_name(r.kernel().effects); })
       .def_property_readonly("threads", &Renderer::threads);
+  m.def("hold_embree", &hold_embree, "isa"_a,
+        "Hold Embree to an instruction set in all scenes built from now on: sse4.2, avx, avx2 or avx512.");
   m.def("build_info", &build_info, "What this module was built with: version, compiler, target, Embree.");
 }
 

@@ -1,4 +1,4 @@
-// The Python module equaltime._core: one function a noun, declarations only.
+// The Python module equaltime._core: one function a noun, declarations only. Each level of x86-64 has a file with it.
 #include <pybind11/pybind11.h>
 
 #include "bindings/bindings.h"

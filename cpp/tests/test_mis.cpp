@@ -1,5 +1,7 @@
 // MIS weights over the whole range of float32 densities.
+#ifdef __SSE__
 #include <xmmintrin.h>
+#endif
 
 #include <algorithm>
 #include <cmath>
@@ -38,6 +40,7 @@ TEST("the weights of two techniques sum to 1, whatever their densities") {
 
 TEST("the same test rejects weights formed from squares") { CHECK(broken_pairs(weight_by_squares) > 0); }
 
+#ifdef __SSE__
 // What Embree recommends for speed: denormal numbers are 0, as arguments and as results.
 struct Flushing {
   unsigned before = _mm_getcsr();
@@ -59,6 +62,7 @@ TEST("so they do where denormal numbers are flushed to 0, and weights formed fro
     CHECK(broken_pairs(normal([h](float a, float b) { return mis_weight(h, a, b); })) == 0);
   CHECK(broken_pairs(normal(weight_by_squares)) > 0);
 }
+#endif
 
 TEST("a technique that alone can make a sample has weight 1, and equal ones share it") {
   for (const Heuristic h : {Heuristic::balance, Heuristic::power})

@@ -1,6 +1,6 @@
 """What choices of the build and of the source are worth: paths per second of this core over those of a variant of it.
 
-native       the machine's own instruction set instead of x86-64-v2
+v3, v4       these levels of x86-64 instead of v2; Embree takes the best that the machine has in all of them
 one-kernel   the kernel for all effects only, without those that leave out what a scene lacks
 near-lights  light sources count as near, and their solid angle is sampled, up to twice the distance
 
@@ -37,7 +37,8 @@ SQUARED_MIS = (
     "return heuristic == Heuristic::power ? pdf * pdf / (pdf * pdf + other * other) : pdf / (pdf + other);\n",
 )
 VARIANTS = {
-    "native": Variant({"EQUALTIME_NATIVE": "ON"}),
+    "v3": Variant({"EQUALTIME_ISA": "v3"}),
+    "v4": Variant({"EQUALTIME_ISA": "v4"}),
     "one-kernel": Variant({}, [("cpp/transport/kernels.cpp", r"\n *row<(?!kAllEffects>).*>\(\),", "")]),
     "near-lights": Variant({}, [("cpp/scene/area_lights.h", r"(kNearSquared) = 1;", r"\1 = 4;")]),
     "fast-rays": Variant({}, [FAST_RAYS]),

@@ -16,7 +16,7 @@ from types import ModuleType
 
 from instructions import profiles
 
-TESTS = Path(__file__).resolve().parents[1] / "unit" / "test_effects.py"
+TESTS = Path(__file__).resolve().parents[1] / "unit" / "scene" / "test_effects.py"
 
 
 def main() -> None:

@@ -41,6 +41,7 @@ ELSEWHERE = {
     "agreement": "needs a peer",
     "build_variants": "builds the core anew",
     "building": "builds the core anew",
+    "history": "needs valgrind",
     "inert": "needs valgrind",
     "instructions": "needs valgrind",
     "lattice_vector": "takes minutes, and writes the vector",

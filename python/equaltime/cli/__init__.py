@@ -9,6 +9,9 @@ from __future__ import annotations
 from equaltime.cli.signals import interruptible, ready  # first: handles Ctrl-C during the other imports
 
 # isort: split
+from equaltime.cli.level import LEVEL as _LEVEL  # second: the commands load the core  # noqa: F401
+
+# isort: split
 import functools
 import shlex
 import sys

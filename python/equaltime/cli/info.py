@@ -56,6 +56,10 @@ def info(
     """
     if scene.suffix.lower() == ".exr":
         return _of_render(scene, verbose, as_json)
+    if scene.is_dir():
+        raise typer.BadParameter(
+            f"{scene} is a folder; `equaltime open {scene}` opens the report in it, if there is one"
+        )
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
     print_warnings(loaded)
     facts = _facts(loaded)

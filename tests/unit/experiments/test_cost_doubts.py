@@ -173,4 +173,5 @@ def test_efficiency_is_the_median_of_what_pairs_of_repeats_say() -> None:
     slow.relmse[3] *= 1e6
     assert efficiency(slow, fast).value == pytest.approx(4.0), "a firefly moves no median"
     assert not efficiency(slow, replace(fast, biased=True)).known
+    assert efficiency(replace(slow, missing="light"), fast).doubt == "light"
     assert not efficiency(slow, replace(fast, relmse=-fast.relmse)).known

@@ -13,7 +13,7 @@ from .fake_summary import summary
 def test_the_table_has_every_strategy_of_every_scene(tmp_path: Path) -> None:
     found = summary(tmp_path, scenes=2)
     lines = latex_table(found).splitlines()
-    rows = [line for line in lines if line.endswith(r"\\")]
+    rows = [line for line in lines if line.endswith(r"\\") and not line.startswith(r"\multicolumn")]
     assert len(rows) == sum(1 + len(scene.strategies) for scene in found.scenes)
     assert {row.count(" & ") for row in rows} == {1 + len(found.targets)}
     assert (lines[1][:15], lines[-1]) == (r"\begin{tabular}", r"\end{tabular}")
@@ -35,6 +35,21 @@ def test_a_number_that_cannot_be_trusted_is_a_dash(tmp_path: Path) -> None:
     doubted = replace(first, error_at_budget=first.error_at_budget.doubted("few repeats"))
     table = latex_table(replace(found, scenes=(replace(scene, strategies=(doubted,)),)))
     assert f"{first.label} & -- &" in table
+
+
+def test_what_limits_a_number_stands_beside_it(tmp_path: Path) -> None:
+    found = summary(tmp_path)
+    (scene,) = found.scenes
+    first, *others = scene.strategies
+    bound = first.error_at_budget.bounded("low", "heavy tail")
+    far = {target: replace(time, reach=4.0) for target, time in first.time_to.items()}
+    changed = replace(first, error_at_budget=bound, time_to=far, biased=True)
+    lines = latex_table(replace(found, scenes=(replace(scene, strategies=(changed, *others)),))).splitlines()
+    (row,) = [line for line in lines if line.startswith(first.label)]
+    assert row.startswith(rf"{first.label} (biased) & $\ge$")
+    assert row.count("$^*$") == sum(time.known and time.trusted for time in far.values())
+    (note,) = [line for line in lines if line.startswith(r"\multicolumn")]
+    assert f"{scene.size[0]}x{scene.size[1]} pixels, {first.repeats} repeats, " in note
 
 
 def test_the_table_is_written_into_a_new_folder(tmp_path: Path) -> None:

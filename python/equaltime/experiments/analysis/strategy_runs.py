@@ -199,8 +199,10 @@ def efficiency(baseline: Runs, runs: Runs) -> Interval:
 
     The ratio is the median over pairs of repeats. For independent samples, the ratio also holds for times to equal
     error. The median describes typical runs, also for heavy-tailed errors, and ignores rare bad runs. No time is
-    extrapolated. The result is unknown if either strategy is biased.
+    extrapolated. The result is unknown if either strategy is biased, or if its images have missed light.
     """
+    if missing := join((baseline.missing, runs.missing)):
+        return UNKNOWN.doubted(missing)
     repeats = min(baseline.repeats, runs.repeats)
     ends = [part[:repeats, -1] for r in (baseline, runs) for part in (r.relmse, r.seconds)]
     if any(r.biased for r in (baseline, runs)) or min(part.min() for part in ends) <= 0.0:

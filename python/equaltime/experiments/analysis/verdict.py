@@ -108,7 +108,7 @@ def _speed_up(found: Sequence[_Found], target: float, count: int) -> str:
     up_to = "up to " if len(found) > 1 else ""
     farthest = max(times, key=lambda time: time.reach)
     answer += _extrapolated(farthest, up_to)
-    if farthest.reach == 1.0 and (reach := max(ratio.reach for ratio in ratios)) > 1.0:
+    if (reach := max(ratio.reach for ratio in ratios)) > farthest.reach:
         answer += f" The time of {baseline} is extrapolated: its runs were {up_to}{figure(reach)} times shorter."
     return answer + _rare((*times, *ratios))
 

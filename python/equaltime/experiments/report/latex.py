@@ -24,14 +24,19 @@ _LATEX: Final[Mapping[str, str]] = {
     "\N{MULTIPLICATION SIGN}": r"$\times$",
     "\N{MINUS SIGN}": "$-$",
     "\N{EN DASH}": "--",
+    "\N{ASTERISK OPERATOR}": "$^*$",
 }
+_STAR: Final = "\N{ASTERISK OPERATOR}"
+_BOUNDS: Final = "\N{GREATER-THAN OR EQUAL TO}\N{LESS-THAN OR EQUAL TO}"
 
 
 def latex_table(summary: Summary) -> str:
     """Return a table with a row for each strategy of each scene: error at equal time, and the time to each target.
 
-    Numbers have their 95 % intervals in brackets, as in the report. A dash stands for a number that is not known or
-    that cannot be trusted.
+    Numbers have their 95 % intervals in brackets, as in the report. A star marks times that are extrapolated beyond the
+    runs. If only one end of an interval can be trusted, it stands as a bound; a dash stands for a number that is not
+    known. Biased strategies, and those with another picture than the standard's, say so. A note below each scene gives
+    its size, its repeats and the error of its reference.
     """
     lines = [
         f"% {summary.title}: error after the same time, and time to an error, with 95 % intervals",
@@ -55,20 +60,38 @@ def _rows(scene: SceneResult, targets: tuple[float, ...]) -> Iterator[str]:
     yield _row(titles)
     yield r"\midrule"
     for strategy in scene.strategies:
-        yield _row((strategy.label, *_cells(strategy, targets)))
+        yield _row((strategy.label + _kind(strategy), *_cells(strategy, targets)))
+    yield _note(scene, 2 + len(targets))
     yield r"\midrule"
+
+
+def _kind(strategy: StrategyResult) -> str:
+    return " (biased)" if strategy.biased else " (another picture)" if strategy.unequal else ""
+
+
+def _note(scene: SceneResult, columns: int) -> str:
+    """Return a row with the conditions of the scene's runs, over all columns."""
+    reference = f"reference {percent(scene.reference_error)} off" if scene.reference_error > 0.0 else "exact reference"
+    repeats = max((strategy.repeats for strategy in scene.strategies), default=0)
+    said = f"{scene.size[0]}x{scene.size[1]} pixels, {repeats} repeats, {reference}"
+    return rf"\multicolumn{{{columns}}}{{l}}{{\footnotesize {_escaped(said)}; $^*$: extrapolated}} \\"
 
 
 def _cells(strategy: StrategyResult, targets: tuple[float, ...]) -> Iterator[str]:
     yield _text(error_cell(strategy.error_at_budget))
     for target in targets:
-        yield _text(seconds_cell(strategy.time_to.get(target, UNKNOWN)))
+        time = strategy.time_to.get(target, UNKNOWN)
+        yield _text(seconds_cell(time)) + _STAR * (time.known and time.reach > 1.0)
 
 
 def _text(cell: Cell) -> str:
-    return str(cell) if cell.interval or cell.text == "not reached" else "\N{EN DASH}"
+    told = cell.interval or cell.text == "not reached" or cell.text[0] in _BOUNDS
+    return str(cell) if told else "\N{EN DASH}"
 
 
 def _row(texts: tuple[str, ...]) -> str:
-    escaped = ("".join(_LATEX.get(character, character) for character in text) for text in texts)
-    return " & ".join(escaped) + r" \\"
+    return " & ".join(map(_escaped, texts)) + r" \\"
+
+
+def _escaped(text: str) -> str:
+    return "".join(_LATEX.get(character, character) for character in text)

@@ -1,0 +1,34 @@
+// Embree 3.13 or 4, whichever CMake found, and the two calls that differ between them.
+#pragma once
+
+#if EQUALTIME_EMBREE == 4
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+
+namespace equaltime {
+
+/// Puts what the ray meets into the query, if that is nearer than its tfar.
+inline void embree_intersect(RTCScene scene, RTCRayHit& query) noexcept {
+#if EQUALTIME_EMBREE == 4
+  rtcIntersect1(scene, &query);
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect1(scene, &context, &query);
+#endif
+}
+
+/// Makes the ray's tfar -infinity if it meets anything.
+inline void embree_occluded(RTCScene scene, RTCRay& ray) noexcept {
+#if EQUALTIME_EMBREE == 4
+  rtcOccluded1(scene, &ray);
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(scene, &context, &ray);
+#endif
+}
+
+}  // namespace equaltime

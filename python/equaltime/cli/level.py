@@ -1,0 +1,18 @@
+"""Check that there is a core for this machine, before commands load it: if not, the command ends with one error.
+
+Importing this module does the check.
+"""
+
+from __future__ import annotations
+
+import sys
+
+from equaltime.instruction_sets import LevelError, core_file
+
+__all__ = ["LEVEL"]
+
+try:
+    LEVEL, _ = core_file()
+except LevelError as error:
+    sys.stderr.write(f"error: {error}\n")
+    sys.exit(2)

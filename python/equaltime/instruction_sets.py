@@ -1,0 +1,80 @@
+"""Levels of x86-64: those that this machine has, and the one that the core takes.
+
+A level is a set of instructions that processors share: v2 has SSE4.2, v3 also AVX2 and fused multiplications, v4 also
+AVX-512 (the psABI of x86-64 defines them). Processors of other kinds have one level, ``generic``.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+from collections.abc import Collection
+from importlib.machinery import EXTENSION_SUFFIXES
+from pathlib import Path
+from typing import Final
+
+__all__ = ["EMBREE", "LEVELS", "OTHER", "VARIABLE", "LevelError", "choose", "core_file", "levels_of", "machine_levels"]
+
+VARIABLE: Final = "EQUALTIME_ISA"
+"""Environment variable that chooses the level, and holds Embree to it."""
+LEVELS: Final = {
+    "v2": ("ssse3", "sse4_1", "sse4_2", "popcnt"),
+    "v3": ("avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "abm", "movbe"),
+    "v4": ("avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"),
+}
+"""The flags of /proc/cpuinfo that each level adds to the level before."""
+OTHER: Final = "generic"
+EMBREE: Final = {"v2": "sse4.2", "v3": "avx2", "v4": "avx512"}
+"""Embree's name for the best of a level's instruction sets."""
+
+
+class LevelError(ImportError):
+    """There is no core for the level that was asked for, or for any level of this machine."""
+
+
+def machine_levels() -> tuple[str, ...]:
+    """Return the levels that this machine has, best first."""
+    if platform.machine() not in ("x86_64", "AMD64"):
+        return (OTHER,)
+    return levels_of(Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace"))
+
+
+def levels_of(cpuinfo: str) -> tuple[str, ...]:
+    """Return the levels that the text of /proc/cpuinfo tells, best first."""
+    lines = (line.partition(":") for line in cpuinfo.splitlines())
+    flags = next(({*words.split()} for name, _, words in lines if name.strip() == "flags"), set[str]())
+    found: tuple[str, ...] = ()
+    for level, needed in LEVELS.items():
+        if not flags.issuperset(needed):
+            break
+        found = (level, *found)
+    return found
+
+
+def core_file() -> tuple[str, Path]:
+    """Return the level that the core takes, and its compiled file. Raises `LevelError` if there is none."""
+    places = {level: Path(__file__).with_name(f"_core_{level}") for level in (*LEVELS, OTHER)}
+    files = {
+        level: file
+        for level, place in places.items()
+        if (file := next((f for suffix in EXTENSION_SUFFIXES if (f := place.with_suffix(suffix)).exists()), None))
+    }
+    level = choose(files, machine_levels(), os.environ.get(VARIABLE, ""))
+    return level, files[level]
+
+
+def choose(built: Collection[str], machine: Collection[str], asked: str = "") -> str:
+    """Return the level to take: the one that is asked for, or else the first of ``machine`` that was built.
+
+    ``machine`` lists the levels that the machine has, best first. Raises `LevelError` with the reason if there is none.
+    """
+    have, cores = ", ".join(machine) or "none of them", ", ".join(sorted(built)) or "no level"
+    if asked and asked not in (*LEVELS, OTHER):
+        raise LevelError(f"{VARIABLE} is '{asked}': expected {', '.join(LEVELS)}")
+    if asked and asked not in machine:
+        raise LevelError(f"{VARIABLE} asks for {asked}, which this machine does not have (it has {have})")
+    if asked and asked not in built:
+        raise LevelError(f"{VARIABLE} asks for {asked}, and this build of equaltime has {cores} alone")
+    if level := asked or next((level for level in machine if level in built), ""):
+        return level
+    raise LevelError(f"this build of equaltime is for x86-64 {cores}, and this machine has {have}")
