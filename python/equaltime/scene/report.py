@@ -62,8 +62,15 @@ class Report:
             raise SceneError(self._ordered())
 
     def _ordered(self) -> tuple[Problem, ...]:
-        ordered = sorted(self._problems, key=lambda problem: problem[0].line or 0)
+        ordered = sorted((one for one in self._problems if not self._deeper(*one)), key=lambda one: one[0].line or 0)
         return tuple(Problem(_quoted(str(place)), _quoted(message)) for place, message in ordered)
+
+    def _deeper(self, place: Place, message: str) -> bool:
+        """Tell whether the same message is told of something within ``place``, which is the better place."""
+        return any(
+            other.file == place.file and said == message and other.path.startswith(f"{place.path}.")
+            for other, said in self._problems
+        )
 
 
 class Account:

@@ -195,6 +195,7 @@ _LITERAL: Final = re.compile(
     re.DOTALL,
 )
 _ERROR_LINE: Final = re.compile(r"\(at (?:line (\d+), column \d+|end of document)\)$")
+_QUOTED: Final = '; text stands in quotation marks, as in bsdf = "glass"'
 
 
 def line_numbers(text: str) -> dict[str, int]:
@@ -241,7 +242,8 @@ def malformed(error: tomllib.TOMLDecodeError, text: str) -> tuple[int, str]:
     """Return the line number and the message for a parser's `error` about a `text` that is not TOML."""
     line = _ERROR_LINE.search(str(error))
     number = int(line[1]) if line and line[1] else text.count("\n") + 1
-    return number, f"not well-formed TOML: {_ERROR_LINE.sub('', str(error)).strip()}"
+    said = _ERROR_LINE.sub("", str(error)).strip()
+    return number, f"not well-formed TOML: {said}{_QUOTED if said == 'Invalid value' else ''}"
 
 
 def _begun(literal: re.Match[str]) -> str:

@@ -86,7 +86,7 @@ def _as_millimetres(value: object) -> object:
     try:
         return float(value.removesuffix("mm"))
     except ValueError:
-        raise ValueError("expected a length such as '50mm'") from None
+        raise ValueError("expected a length in millimetres, such as '50mm'") from None
 
 
 class SensorPlugin(Plugin):
