@@ -53,12 +53,9 @@ def levels_of(cpuinfo: str) -> tuple[str, ...]:
 
 def core_file() -> tuple[str, Path]:
     """Return the level that the core takes, and its compiled file. Raises `LevelError` if there is none."""
-    places = {level: Path(__file__).with_name(f"_core_{level}") for level in (*LEVELS, OTHER)}
-    files = {
-        level: file
-        for level, place in places.items()
-        if (file := next((f for suffix in EXTENSION_SUFFIXES if (f := place.with_suffix(suffix)).exists()), None))
-    }
+    folder = Path(__file__).parent  # the dot in the name keeps tools that list modules from importing these files
+    names = {level: [folder / f"_core.{level}{suffix}" for suffix in EXTENSION_SUFFIXES] for level in (*LEVELS, OTHER)}
+    files = {level: found for level, paths in names.items() if (found := next(filter(Path.exists, paths), None))}
     level = choose(files, machine_levels(), os.environ.get(VARIABLE, ""))
     return level, files[level]
 
@@ -68,7 +65,9 @@ def choose(built: Collection[str], machine: Collection[str], asked: str = "") ->
 
     ``machine`` lists the levels that the machine has, best first. Raises `LevelError` with the reason if there is none.
     """
-    have, cores = ", ".join(machine) or "none of them", ", ".join(sorted(built)) or "no level"
+    if not built:
+        raise LevelError("equaltime has no compiled core: install it, as its README says")
+    have, cores = ", ".join(machine) or "none of them", ", ".join(sorted(built))
     if asked and asked not in (*LEVELS, OTHER):
         raise LevelError(f"{VARIABLE} is '{asked}': expected {', '.join(LEVELS)}")
     if asked and asked not in machine:

@@ -45,7 +45,7 @@ def test_the_best_level_that_was_built_is_taken() -> None:
         (("v2", "v3"), ("v2",), "v3", "asks for v3, which this machine does not have \\(it has v2\\)"),
         (("v2",), ("v3", "v2"), "v3", "asks for v3, and this build of equaltime has v2 alone"),
         (("v3", "v4"), ("v2",), "", "for x86-64 v3, v4, and this machine has v2"),
-        ((), ("v2",), "", "for x86-64 no level"),
+        ((), ("v2",), "", "no compiled core: install it"),
     ],
 )
 def test_a_level_that_is_not_there_is_told(

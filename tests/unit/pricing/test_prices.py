@@ -64,7 +64,7 @@ def test_the_price_list_is_printed_and_pictures_show_what_changes(
     box = str(ROOT / "scenes" / "cornell-box.toml")
     assert main(["effects", box, "--quick", "--size", "8x8", "--threads", "1", "-o", str(tmp_path / "out")]) == 0
     short = capsys.readouterr().out.splitlines()
-    assert short[0].startswith("What makes cornell-box.toml slow: mostly long_paths (light that was scattered more ")
+    assert short[0].startswith("What makes cornell-box.toml slow: first of all long_paths (light that was scattered more ")
     assert short[1].startswith(("Could be left out: --without long_paths=", "Nothing can be left out"))
     assert len(short) <= MOST_LINES
     assert main(["effects", box, "--quick", "--size", "8x8", "--threads", "1", "-v"]) == 0
@@ -97,7 +97,7 @@ def test_a_share_that_is_not_above_zero_is_none_and_large_memory_is_in_mb(capsys
     found = PriceList(prices, ("lens", "media"), shares, {}, {}, (8, 8), 8, 6, "best", 0, -1, -1)
     print_effects(found, "b.toml", verbose=False)
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == "What makes b.toml slow: mostly textures, 34 % of the noise."
+    assert lines[0] == "What makes b.toml slow: first of all textures, 34 % of the noise."
     assert lines[1] == "Could be left out: --without textures (picture off by at most 1.1 %)."
     assert lines[3].split() == ["textures", *["none", "measurable", "34", "%", "±4", "25", "MB", "1", "%", "±0.1"]]
     assert "Always there: principled." in lines

@@ -131,7 +131,7 @@ def test_a_result_says_of_which_paths_it_is() -> None:
     assert ", error " in repr(et.render(scene, spp=2, threads=1))
     cut = repr(et.render(scene.with_(max_depth=3), spp=2, threads=1))
     assert ", noise " in cut
-    assert "] of paths up to depth 3 (the scene asks for paths up to depth 30), stopped by spp)" in cut
+    assert ") of paths up to depth 3 (the scene asks for paths up to depth 30), stopped by spp)" in cut
 
 
 @pytest.mark.parametrize(
