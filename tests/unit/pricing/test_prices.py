@@ -64,7 +64,7 @@ def test_the_price_list_is_printed_and_pictures_show_what_changes(
     box = str(ROOT / "scenes" / "cornell-box.toml")
     assert main(["effects", box, "--quick", "--size", "8x8", "--threads", "1", "-o", str(tmp_path / "out")]) == 0
     short = capsys.readouterr().out.splitlines()
-    assert short[0].startswith("What makes cornell-box.toml slow: first of all long_paths (light that was scattered more ")
+    assert short[0].startswith("What makes cornell-box.toml slow: first of all long_paths (light that was ")
     assert short[1].startswith(("Could be left out: --without long_paths=", "Nothing can be left out"))
     assert len(short) <= MOST_LINES
     assert main(["effects", box, "--quick", "--size", "8x8", "--threads", "1", "-v"]) == 0
