@@ -32,6 +32,8 @@ DEFINITIONS: Final[Mapping[str, object]] = {"ground": 0.6, "sky": 0.3, "sun": 2.
 the camera's side (`equaltime.scene.studio.VIEWS`). With the defaults, a white surface that faces the sun is white in
 the image."""
 _COLORS: Final = ("vertex_color", "face_color")
+_LARGEST: Final = 1e300
+"""Largest coordinate of a mesh whose studio, which is larger, still has finite numbers."""
 
 
 def read_mesh(
@@ -72,6 +74,8 @@ def _studio(vertices: list[NDArray[np.floating[Any]]], defines: Mapping[str, obj
     """Return camera, ground, sky and sun around vertices (N, 3), by the values of `DEFINITIONS`."""
     points = np.concatenate(vertices).astype(np.float64)
     bounds, view = np.stack([points.min(axis=0), points.max(axis=0)]), view_of(defines["view"])
+    if not np.abs(bounds).max() <= _LARGEST:
+        raise ValueError(f"the mesh reaches to {np.abs(bounds).max():.3g}; no coordinate may be beyond {_LARGEST:g}")
     reflectance = strength(defines["ground"], "ground", most=1.0)
     added = (
         default_camera(points, place, view),

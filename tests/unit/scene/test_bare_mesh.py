@@ -147,6 +147,14 @@ def test_the_studio_is_as_large_as_the_mesh(size: float, tmp_path: Path) -> None
     np.testing.assert_allclose(images[0].mean(), images[1].mean(), rtol=0.01)
 
 
+def test_a_mesh_around_which_no_studio_can_stand_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(
+        et.SceneError, match=r"a\.obj: the mesh reaches to 1e\+308; no coordinate may be beyond 1e\+300"
+    ):
+        et.load(written(tmp_path, "v 0 0 0\nv 1 0 0\nv 0 1 1e308\nf 1 2 3\n"))
+    assert et.load(written(tmp_path, "v 0 0 0\nv 1 0 0\nv 0 1 1e300\nf 1 2 3\n")).model.shapes
+
+
 @pytest.mark.parametrize(
     ("defines", "message"),
     [
