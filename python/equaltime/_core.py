@@ -16,7 +16,7 @@ from equaltime.instruction_sets import EMBREE, VARIABLE, core_file
 
 
 def _load() -> ModuleType:
-    """Return the core of the level that is chosen; its name is that of this module."""
+    """Return the chosen level's core, under the name of this module."""
     level, file = core_file()
     loader = ExtensionFileLoader(__name__, str(file))
     spec = spec_from_loader(__name__, loader)

@@ -52,7 +52,7 @@ def levels_of(cpuinfo: str) -> tuple[str, ...]:
 
 
 def core_file() -> tuple[str, Path]:
-    """Return the level that the core takes, and its compiled file. Raises `LevelError` if there is none."""
+    """Return the core's level and its compiled file. Raises `LevelError` if no core fits."""
     folder = Path(__file__).parent  # the dot in the name keeps tools that list modules from importing these files
     names = {level: [folder / f"_core.{level}{suffix}" for suffix in EXTENSION_SUFFIXES] for level in (*LEVELS, OTHER)}
     files = {level: found for level, paths in names.items() if (found := next(filter(Path.exists, paths), None))}
@@ -63,7 +63,7 @@ def core_file() -> tuple[str, Path]:
 def choose(built: Collection[str], machine: Collection[str], asked: str = "") -> str:
     """Return the level to take: the one that is asked for, or else the first of ``machine`` that was built.
 
-    ``machine`` lists the levels that the machine has, best first. Raises `LevelError` with the reason if there is none.
+    ``machine`` lists the levels that the machine has, best first. Raises `LevelError`, which tells why, if none fits.
     """
     if not built:
         raise LevelError("equaltime has no compiled core: install it, as its README says")

@@ -9,7 +9,7 @@ from __future__ import annotations
 from equaltime.cli.signals import interruptible, ready  # first: handles Ctrl-C during the other imports
 
 # isort: split
-from equaltime.cli.level import LEVEL as _LEVEL  # second: the commands load the core  # noqa: F401
+import equaltime.cli.level  # second: the commands load the core
 
 # isort: split
 import functools

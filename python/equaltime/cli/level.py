@@ -9,10 +9,10 @@ import sys
 
 from equaltime.instruction_sets import LevelError, core_file
 
-__all__ = ["LEVEL"]
+__all__: list[str] = []
 
 try:
-    LEVEL, _ = core_file()
+    core_file()
 except LevelError as error:
     sys.stderr.write(f"error: {error}\n")
     sys.exit(2)

@@ -90,7 +90,7 @@ def overrides(observer: Observer, method: str) -> bool:
 
 
 class QuoteWatch:
-    """Link from a pilot to an observer: it tells the observer the quote, or the reason why there is none."""
+    """Link from a pilot to an observer: it passes on the quote, or the reason for having none."""
 
     def __init__(self, pilot: Pilot, observer: Observer) -> None:
         self._pilot, self._observer, self._done = pilot, observer, False

@@ -12,9 +12,12 @@ from numpy.typing import NDArray
 
 from equaltime.experiments.analysis.questions import bias_verdict, efficiency_verdict, samples_verdict
 from equaltime.experiments.analysis.strategy_runs import StrategyRuns, efficiency, fewer_samples
+from equaltime.experiments.analysis.summarise import _bias as bias_of
 from equaltime.experiments.analysis.verdict import verdict
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
+from equaltime.images.bias_variance import BiasVariance
 from equaltime.statistics.agreement import LEVEL
+from equaltime.statistics.curves import TYPICAL, Runs, error_curve, second_curve
 from equaltime.statistics.intervals import UNKNOWN, Interval
 
 from .fake_summary import curve
@@ -148,3 +151,47 @@ def test_errors_beyond_all_reason_leave_no_traceback() -> None:
     assert fewer_samples(tiny, vast).value == 0.0
     assert efficiency(vast.runs, tiny.runs).value == math.inf
     assert efficiency(tiny.runs, vast.runs).value == 0.0
+
+
+def test_another_picture_is_told_whatever_the_question() -> None:
+    """A strategy that is biased by name says so itself, and one that the test lets pass is not named."""
+    other, same = strategy("other", 1e-9, fewer=Interval(2.0, 1.5, 2.5)), strategy("same", 0.4)
+    cut = replace(strategy("cut", 1e-9), biased=True)
+    for question in ("time", "samples", "efficiency"):
+        said = verdict([scene(other, same, cut)], (0.1,), question)
+        assert said.endswith(" Not the picture of right: other (p < 0.0001).")
+        assert "Not the picture" not in verdict([scene(same, cut)], (0.1,), question)
+
+
+def test_samples_of_typical_runs_are_not_those_of_the_mean() -> None:
+    ratio = Interval(0.025, 0.016, 0.029)
+    typical = samples_verdict([scene(strategy("opposite", fewer=ratio.noted(TYPICAL)))])
+    assert "in typical runs, and more where rare bright samples come" in typical
+    assert "typical" not in samples_verdict([scene(strategy("opposite", fewer=ratio))])
+
+
+def test_a_bias_of_a_known_size_at_the_most_is_an_upper_limit() -> None:
+    limit = Interval(0.01, -0.02, 0.025).bounded("high", "it differs")
+    assert "wrong is off by at most 2.5 %." in bias_verdict([scene(strategy("wrong", 1e-9, limit))], LEVEL)
+
+
+@pytest.mark.parametrize(
+    ("bias2", "differs", "low", "bound"),
+    [
+        (Interval(0.0036, 0.0025, 0.0049), False, 0.0, ""),  # an offset that may be the reference's
+        (Interval(0.0036, 0.0025, 0.0049), True, 0.05, ""),
+        (Interval(0.0001, -0.0004, 0.0006), True, -0.02, "high"),
+        (Interval(0.0001, -0.0004, 0.0006), False, -0.02, ""),
+    ],
+)
+def test_a_bias_is_told_only_of_pictures_that_differ(bias2: Interval, differs: bool, low: float, bound: str) -> None:
+    found = bias_of(BiasVariance(bias2, UNKNOWN), differs)
+    assert (found.low, found.bound) == (pytest.approx(low), bound)
+
+
+def test_no_error_is_an_error_of_zero_and_no_time_is_negative() -> None:
+    exact = Runs(np.array([[0.01, 0.02], [0.1, 0.2]]), np.zeros((2, 2)), True, False)
+    assert all((error.value, error.high) == (0.0, 0.0) for error in error_curve(exact))
+    assert [seconds.low for seconds in second_curve(exact)] == [0.0, 0.0]
+    noisy = replace(exact, shared=1e-6)
+    assert not any(error.trusted for error in error_curve(noisy)), "a reference with noise cannot show an error of 0"

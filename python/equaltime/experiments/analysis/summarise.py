@@ -239,7 +239,7 @@ def _bias(parts: BiasVariance, differs: bool) -> Interval:
     is, a bias that includes 0 is an upper limit.
     """
     bias = parts.bias2.map(signed_root)
-    if not sound(bias):
+    if not (bias.known and bias.trusted):
         return bias
     if differs:
         return bias if bias.low > 0.0 else bias.bounded("high", "the picture differs, and by no more than this")

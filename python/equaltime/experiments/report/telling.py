@@ -48,7 +48,7 @@ def _answers(cell: Cell) -> bool:
 
 
 def column_says_something(cells: Iterable[tuple[Cell, ...]]) -> bool:
-    """Tell whether any cell of a table's column holds an answer, such as a number; dashes and "unknown" are none."""
+    """Tell whether any cell of a table's column holds an answer, such as a number. Dashes and "unknown" hold none."""
     return any(_answers(cell) for several in cells for cell in several)
 
 
