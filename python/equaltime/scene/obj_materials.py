@@ -43,7 +43,7 @@ _COLORS: Final = frozenset({"map_kd", "map_ke"})
 
 
 class ObjMaterials:
-    """The materials in the libraries (MTL files) that an OBJ file names. It is False in a condition if no library has any."""
+    """The materials in the libraries (MTL files) that an OBJ file names; false if no library has any."""
 
     def __init__(self, path: Path, libraries: list[tuple[bytes, int]], account: Account, search: Search) -> None:
         self._path = path

@@ -98,7 +98,7 @@ class Runs:
     """Reason, found in the final images (`equaltime.film.tails`), why the mean over repeats is not typical; or
     empty."""
     missing: str = ""
-    """Reason why the true error may exceed that of all repeats, so that upper ends do not hold. It is empty if there is no such reason."""
+    """Reason why the true error may exceed the error of all repeats, so that upper ends do not hold; may be empty."""
     unseen: float = 0.0
     """Relative amount by which relMSE may be larger because of light that no repeat met."""
     shared: float = 0.0
