@@ -55,7 +55,7 @@ class ChainProbe {
   [[nodiscard]] MeetingOf<E> blocker(const Scene& scene, const Ray& ray) noexcept {
     return scene.intersect<E>(ray, time);
   }
-  void begin(float) noexcept { left_ = specular_ = false; }
+  void begin(float) noexcept { left_ = specular_ = false, density_ = 0; }
   static void scatters(const Bsdf&) noexcept {}
   static void aims(const LightSample&) noexcept {}
   Spectrum met(const Spectrum& L, std::uint32_t, int) const noexcept { return !left_ && specular_ ? L : Spectrum(); }
@@ -69,17 +69,22 @@ class ChainProbe {
     specular_ = specular_ || kind == Vertex::specular;
     left_ = kind == (leaves == Leaves::at_specular ? Vertex::specular : Vertex::other);
     place_ = at.it.anchor.p;
+    density_ = kind == Vertex::specular && !at.scattered->delta ? at.scattered->pdf : 0;
   }
 
   /// Whether the path has met a specular vertex, and where it was left.
   [[nodiscard]] bool specular() const noexcept { return specular_; }
   [[nodiscard]] const Vec3f& place() const noexcept { return place_; }
+  /// Per steradian, of the direction that the last vertex drew; 0 if the vertex is not specular or the direction is
+  /// discrete.
+  [[nodiscard]] float density() const noexcept { return density_; }
 
   float time = 0;  // as RayCounter's
 
  private:
   bool left_ = false, specular_ = false;
   Vec3f place_;
+  float density_ = 0;
 };
 
 using FocusProbe = ChainProbe<Leaves::at_specular>;
@@ -155,9 +160,11 @@ FocusedLight focused_light(const Scene& scene, const Settings& settings, const R
     const auto light = scene.lights.sample<kAllEffects>(chains.settings.lights, chains.settings.environment,
                                                         {probe.place(), {}, false}, sampler, 0, u, probe.time);
     seen[i].vertex = true;
-    if (!light || light->delta || !(light->pdf > 0)) return;
+    if (!light || !(light->pdf > 0)) return;
     const auto L = static_cast<double>(light->radiance.luminance()), pdf = static_cast<double>(light->pdf);
-    seen[i].once = L / pdf, seen[i].squared = L * L / pdf;
+    // a narrow lobe makes a light without extent as large as itself; a discrete direction never meets such a light
+    const double density = light->delta ? static_cast<double>(probe.density()) : 1;
+    if (density > 0) seen[i].once = L / pdf, seen[i].squared = L * L / pdf * density;
   });
   FocusedLight found;
   double once = 0, squared = 0;
