@@ -15,8 +15,8 @@ namespace equaltime {
 struct FocusedLight {
   std::uint64_t vertices = 0;  // specular ones that were met, at most one a path
   double radiance = 0;         // mean over the solid angle of a sphere, times that angle, over pi: user's units
-  double solid_angle = 0;      // steradians, effective: (∫L dω)² / ∫L² dω; 0 if there is no light. A light without
-                               // extent is as large as the lobe of the vertex; it has no light for a discrete direction
+  double solid_angle = 0;  // steradians, effective: (∫L dω)² / ∫L² dω; 0 if there is no light. A light without
+                           // extent is as large as the lobe of the vertex; it has no light for a discrete direction
 };
 
 /// Traces `paths` paths, spread evenly over the crop or over the whole film.

@@ -41,9 +41,10 @@ FIRST_SEED = 1 << 40
 def main() -> None:
     parser = arguments(__doc__, threads=1)
     parser.add_argument("--groups", type=int, default=80, help="merged renders of each plan [%(default)s]")
+    parser.add_argument("--first", type=int, default=0, help="first group: each has other seeds [%(default)s]")
     parser.add_argument("--size", type=int, default=32, help="pixels along each side [%(default)s]")
     parser.add_argument("--reference", type=int, default=16384, help="its samples a pixel [%(default)s]")
-    parser.add_argument("--sampler", default="sobol", choices=["sobol", "lattice", "stratified", "independent"])
+    parser.add_argument("--sampler", default="lattice", choices=["sobol", "lattice", "stratified", "independent"])
     parser.add_argument("--scenes", nargs="*", default=["flat", "cornell"], choices=list(TRIALS))
     options = parsed(parser, groups=6, size=16, reference=2048)
     print("half width: upper limit over the value, less 1; below, above: the realised error lies outside, there")
@@ -55,7 +56,7 @@ def main() -> None:
             with tempfile.TemporaryDirectory() as folder:
                 made = [
                     merged(scene, parts, f"best,sampler={options.sampler}", group, options.threads, Path(folder))
-                    for group in range(options.groups)
+                    for group in range(options.first, options.first + options.groups)
                 ]
             print(f"{name:8} {plan:8} {judged(made, truth)}", flush=True)
 
