@@ -163,8 +163,8 @@ py::dict build_info() {
   const char* compiler = "g++ " __VERSION__;
 #endif
   return py::dict("version"_a = EQUALTIME_VERSION, "compiler"_a = compiler, "optimized"_a = optimized,
-                  "target"_a = EQUALTIME_TARGET, "embree"_a = Accel::version(),
-                  "embree_isa"_a = embree_isa(), "libm"_a = libm());
+                  "target"_a = EQUALTIME_TARGET, "embree"_a = Accel::version(), "embree_isa"_a = embree_isa(),
+                  "libm"_a = libm());
 }
 
 }  // namespace
@@ -200,6 +200,16 @@ void bind_render(py::module_& m) {
             return r.advance(samples, seconds, asked, pause);
           },
           "samples"_a, "seconds"_a = py::none(), "poll"_a = py::none(), "pause"_a = py::none())
+      .def(
+          "limit_to",
+          [](Renderer& r, const std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, std::uint32_t>& window) {
+            const auto [x0, y0, x1, y1] = window;
+            r.limit_to({x0, y0, x1, y1});
+          },
+          "window"_a,
+          "Render only the window (x0, y0, x1, y1) of the film from here on, anew; ValueError unless it is made of "
+          "whole "
+          "blocks.")
       .def(
           "take_up",
           [](Renderer& r, std::uint64_t paths, std::uint64_t rays, std::uint64_t shadow_rays,

@@ -223,6 +223,27 @@ void Renderer::adapt(std::uint64_t pilot, std::vector<float> rates) {
   schedule_ = SampleSchedule(pilot, std::move(rates), film_.replicates());
 }
 
+void Renderer::limit_to(const PixelBlock& window) {
+  const auto area = [](const PixelBlock& b) { return std::uint64_t{b.x1 - b.x0} * (b.y1 - b.y0); };
+  std::vector<PixelBlock> inside;
+  std::uint64_t pixels = 0;
+  for (const PixelBlock& b : blocks()) {
+    if (b.x0 < window.x0 || b.y0 < window.y0 || b.x1 > window.x1 || b.y1 > window.y1) continue;
+    inside.push_back(b);
+    pixels += area(b);
+  }
+  if (window.x0 >= window.x1 || window.y0 >= window.y1 || pixels != area(window))
+    throw std::invalid_argument("the window does not consist of whole blocks of the film");
+  blocks_ = std::move(inside);
+  schedule_ = {};
+  at_ = {};
+  again_.clear();
+  counters_ = {};
+  nonfinite_ = {};
+  faulty_ = {};
+  std::fill(pixel_rays_.begin(), pixel_rays_.end(), 0);
+}
+
 void Renderer::take_up(const Counters& so_far, const Position& position) {
   std::vector<std::size_t> again;
   for (std::size_t i = 0; i < blocks_.size(); ++i) {

@@ -51,6 +51,11 @@ class Renderer {
   /// samples, or before `take_up`. Throws std::invalid_argument if some have others, or for rates that cannot be.
   void adapt(std::uint64_t pilot, std::vector<float> rates);
 
+  /// From here on, only the blocks in a window of the film are rendered, from the start: other processes render the
+  /// rest. The moments there must be those of no samples, or be put there before `take_up`. Throws
+  /// std::invalid_argument if the window does not consist of whole blocks.
+  void limit_to(const PixelBlock& window);
+
   /// Takes up an earlier render whose moments were put into the film. Throws std::invalid_argument if the pixels'
   /// counts are not what passes of this renderer leave there.
   void take_up(const Counters& so_far, const Position& position);

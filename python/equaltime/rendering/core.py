@@ -60,14 +60,23 @@ _RESULT_BYTES = 100
 """Bytes of one pixel in a result, beside the film: image, standard error, counts, and copies on the way to a file."""
 
 
-def make_renderer(scene: Scene, strategy: Strategy, seed: int, threads: int, **options: Any) -> _core.Renderer:
+def make_renderer(
+    scene: Scene,
+    strategy: Strategy,
+    seed: int,
+    threads: int,
+    kinds: tuple[type[_core.Renderer], type[AdaptiveRenderer]] | None = None,
+    **options: Any,
+) -> _core.Renderer:
     """Return the core's renderer for a scene and a strategy; ``options`` go to `_core.Renderer`.
 
+    ``kinds`` are the classes for even and for adaptive sample counts; None for `_core.Renderer` and `AdaptiveRenderer`.
     Raises `SceneError` or `RenderError` if there is not enough memory.
     """
     settings = core_settings(scene, strategy)
     check_memory(scene, REPLICATES * MOMENTS_BYTES + _RESULT_BYTES)
-    make = _core.Renderer if strategy.adaptive == "none" else partial(AdaptiveRenderer, metric=strategy.adaptive)
+    even, adaptive = kinds or (_core.Renderer, AdaptiveRenderer)
+    make = even if strategy.adaptive == "none" else partial(adaptive, metric=strategy.adaptive)
     how = {"replicates": REPLICATES, "nets": nets(scene, strategy), "second_net": second_net(scene, strategy)}
     try:
         return make(scene.core, settings, seed=seed, threads=worker_threads(threads), **{**how, **options})

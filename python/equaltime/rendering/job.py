@@ -12,6 +12,7 @@ from typing import Any, Literal, get_args
 
 from equaltime.rendering.budget import Limits, Stop, StopRule
 from equaltime.rendering.saved import SavedRender
+from equaltime.rendering.team import Cluster
 from equaltime.scene import Scene, load, load_dict
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.statistics.intervals import Interval
@@ -62,6 +63,8 @@ class Job:
     """Rule by which a pilot chose the sample count; None without such a pilot."""
     resumed: SavedRender | None = None
     """Saved render that this render resumes; None for a new render."""
+    cluster: Cluster | None = None
+    """Processes that take the samples of the image; None for this process alone."""
 
 
 def check_arguments(

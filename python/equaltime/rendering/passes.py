@@ -166,6 +166,9 @@ _PASS_SAMPLES = 2**21
 # a render that is cut this soon has hardly begun.
 _FIRST_SAMPLES = 2**18
 
+# Passes of several processes take this many times as long, for each process.
+_LONGER = 8
+
 # Exponent between n^-0.5 of independent samples and the best of low-discrepancy ones, to predict the time left.
 _LIKELY_LAW = 0.55
 
@@ -195,15 +198,17 @@ class PassRenderer(Renders, Protocol):
         """Samples that raised floating-point faults, as (x, y, sample index, fault), if faults are looked for."""
 
 
-def pass_end(samples: int, pixels: int) -> int:
+def pass_end(samples: int, pixels: int, breadth: int = 1) -> int:
     """Return the samples per pixel at the end of a pass that begins at ``samples`` per pixel.
 
     Passes of a small image end at 2, 4, 8, 16, 20, …, 32, 40, …, 64, 80, …. From 16 on a pass adds a quarter at most,
     so if a limit cuts a pass short, the sample counts of pixels still differ by a quarter at most. ``pixels`` is the
-    number of the image's pixels: the more there are, the sooner steps stop growing. Every step is a power of two, so
-    that the replicates (halves of the samples) grow alike.
+    number of the image's pixels: the more there are, the sooner steps stop growing. ``breadth`` is the number of
+    processes that take samples at once: with more than one, passes are longer, since all wait for a pass to end. Every
+    step is a power of two, so that the replicates (halves of the samples) grow alike.
     """
     share, most = (2, _FIRST_SAMPLES) if samples < 16 else (8, _PASS_SAMPLES)
+    most *= 1 if breadth == 1 else _LONGER * breadth
     steps = (1 << samples.bit_length()) // share, (1 << (most // max(pixels, 1)).bit_length()) // 2
     return samples + max(2, min(steps))
 
@@ -225,6 +230,8 @@ class Passes:
         State of a resumed render: samples per pixel already taken, and its earlier looks (estimates of the error).
     hidden
         Light that samples may have missed, for the error's upper limit; None leaves it out.
+    breadth
+        Number of processes that take samples at once.
     """
 
     def __init__(
@@ -237,6 +244,7 @@ class Passes:
         samples: int = 0,
         looks: tuple[Look, ...] = (),
         hidden: Unseen | None = None,
+        breadth: int = 1,
     ) -> None:
         self.limits = limits
         self.stopped_by: StoppedBy | None = None
@@ -254,7 +262,7 @@ class Passes:
         self._ended, self._runs = 0.0, False  # seconds of the loops that ended, and whether one is running
         self._cancelled = False
         self._met_limits: Limits | None = None  # limits that ended the last loop
-        self._looks, self._hidden = Looks(looks), hidden
+        self._looks, self._hidden, self._breadth = Looks(looks), hidden, breadth
         self._looking = ESTIMATE_SECONDS_A_PIXEL * pixels  # seconds of the last look, or the expected ones of the first
         self._report = None if progress is None else _Reporter(self, progress)
 
@@ -406,7 +414,7 @@ class Passes:
         self._looking = self.seconds - begin
 
     def _next_end(self) -> int:
-        ends = [pass_end(self.samples, self.pixels)]
+        ends = [pass_end(self.samples, self.pixels, self._breadth)]
         if self.limits.spp is not None:
             ends.append(self.limits.spp)
         if self.limits.error is not None:

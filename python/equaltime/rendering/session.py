@@ -46,6 +46,7 @@ from equaltime.rendering.outputs import asked_for, outputs
 from equaltime.rendering.passes import Passes, ProgressCallback, Saving
 from equaltime.rendering.result import Result, Stats, make_result
 from equaltime.rendering.saved import SavedRender
+from equaltime.rendering.spread import SpreadRenderer, spread_renderer
 from equaltime.scene import Scene
 from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
@@ -93,7 +94,11 @@ class Session:
         self.bytes_before = resident_bytes()
         """Resident bytes of the process after the scene was built and before the film was allocated."""
         decided = strategy if resumed is None else resumed.decision.applied(strategy)
-        self._renderer = make_renderer(scene, decided, job.seed, job.threads, traps=job.traps)
+        if job.cluster is None:
+            self._renderer = make_renderer(scene, decided, job.seed, job.threads, traps=job.traps)
+        else:
+            team = job.cluster.team(scene)
+            self._renderer = spread_renderer(scene, decided, job.seed, job.threads, team, job.traps)
         self._resumed = Decision() if resumed is None else resumed.decision
         self._before = 0.0 if resumed is None else resumed.seconds
         self._shown = 0.0
@@ -107,7 +112,14 @@ class Session:
         done = self._renderer.position[0]
         self._unseen = Unseen.of(core, core_settings(scene, strategy), job.seed, job.threads)
         self.passes = Passes(
-            self._renderer, height * width, limits, progress, samples=done, looks=looks, hidden=self._unseen
+            self._renderer,
+            height * width,
+            limits,
+            progress,
+            samples=done,
+            looks=looks,
+            hidden=self._unseen,
+            breadth=self._renderer.breadth if isinstance(self._renderer, SpreadRenderer) else 1,
         )
 
     @property
@@ -176,6 +188,8 @@ class Session:
         """
         self._shown = result.exposure(checkpoints.exposure, self._shown)
         result.save(checkpoints.path, exposure=self._shown)
+        if isinstance(self._renderer, SpreadRenderer):
+            self._renderer.saved()
 
     def error(self, lasting: bool = False) -> Interval:
         """Return the relative error that the render states so far.

@@ -1,0 +1,316 @@
+"""Renderer whose samples other processes take, unit by unit: the film, its passes and all decisions stay here.
+
+A pass brings the whole film from one sample count to another. It is cut into units (`equaltime.rendering.units`), which
+a `Team` of processes renders in any order. All units of a pass are in the film before the next pass begins, so the
+moments have the bits of a render in one process.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from equaltime import _core
+from equaltime.film.adaptive import PILOT
+from equaltime.rendering.core import (
+    REPLICATES,
+    AdaptiveRenderer,
+    decision_of,
+    make_renderer,
+    nets,
+    second_net,
+)
+from equaltime.rendering.team import KeptUnit, Team
+from equaltime.rendering.units import Recipe, Rendered, Unit, Window, place, second_place
+from equaltime.scene import Scene
+from equaltime.strategy import Strategy
+
+__all__ = ["AdaptiveSpreadRenderer", "SpreadRenderer", "spread_renderer", "windows"]
+
+_BLOCK = 16
+"""Side of a block of the core in pixels."""
+_MOST_PIXELS = 2**16
+"""Most pixels of a unit: its moments take 5 MB, and its message less than 8 MB."""
+_GOAL, _LONGEST = 2.0, 30.0
+"""Seconds that a unit should take at least, if there are enough units for all processes, and at most."""
+_EACH = 4
+"""Units for each process in a long pass, so that all of them end nearly at once."""
+_FIRST_PACE = 1e-6
+"""Assumed seconds of one sample of a pixel, before any were measured."""
+_AHEAD = 2
+"""Units for each process that are submitted at once, so that none waits for the next."""
+_POLL = 0.05
+"""Most seconds between two questions whether to go on."""
+
+
+@dataclass
+class _Pass:
+    """Units of a pass that are not in the film yet."""
+
+    begin: int
+    end: int
+    waiting: list[Window] = field(default_factory=list)
+    running: dict[Future[Rendered], Unit] = field(default_factory=dict)
+
+    @property
+    def done(self) -> bool:
+        return not self.waiting and not self.running
+
+
+class SpreadRenderer(_core.Renderer):
+    """Renderer of the core whose samples the processes of a team take, once `spread` was called."""
+
+    def spread(self, team: Team, recipe: Callable[[_core.Renderer], Recipe]) -> None:
+        """Let ``team`` take the samples; ``recipe`` makes the recipe of units once the roulette is decided."""
+        self._team, self._recipe = team, recipe
+        self._pass: _Pass | None = None
+        self._shares: NDArray[np.float32] | None = None
+        self._pixel_rays = np.zeros(self.moments.shape[1:], np.uint64)
+        self._gained = dict.fromkeys(("paths", "rays", "shadow_rays"), 0)
+        self._bad: tuple[list[tuple[int, int, int]], list[tuple[int, int, int, str]]] = [], []
+        self._processes: dict[str, int] = {}
+        self._took = _FIRST_PACE, 1  # seconds of all units, and their samples over all pixels
+
+    @property
+    def breadth(self) -> int:
+        """Number of processes that take samples at once."""
+        return self._team.size
+
+    @property
+    def pixel_rays(self) -> NDArray[np.uint64]:
+        """Rays of each pixel, (H, W); 0 if they are not counted."""
+        return self._pixel_rays
+
+    @property
+    def nonfinite(self) -> list[tuple[int, int, int]]:
+        """Samples that were NaN or infinite, as (x, y, sample index)."""
+        return sorted(self._bad[0])
+
+    @property
+    def faulty(self) -> list[tuple[int, int, int, str]]:
+        """Samples that raised floating-point faults, as (x, y, sample index, fault)."""
+        return sorted(self._bad[1])
+
+    @property
+    def threads(self) -> int:
+        """Number of threads of all processes that have rendered a unit."""
+        return sum(self._processes.values()) or super().threads
+
+    def adapt(self, pilot: int, rates: NDArray[np.float32]) -> None:
+        """Let each pixel's sample count grow at its rate, (H, W), after the pilot."""
+        self._shares = rates
+        super().adapt(pilot, rates)
+
+    def saved(self) -> None:
+        """Tell the team that the film as it is was saved."""
+        self._team.saved()
+
+    def advance(
+        self,
+        samples: int,
+        seconds: float | None = None,
+        poll: Callable[[], bool] | None = None,
+        pause: float | None = None,
+    ) -> bool:
+        """Render until pixels have ``samples`` samples on average; return whether that count is reached.
+
+        The arguments are as in `_core.Renderer.advance`. Units that run when ``seconds`` are over are given up; those
+        that run when a ``pause`` begins go on. Raises what a unit raised; finished units are in the film then too.
+        """
+        now = time.monotonic()
+        last, pause_at = (math.inf if limit is None else now + limit for limit in (seconds, pause))
+        super().advance(0)  # lets the core decide on the roulette
+        try:
+            while (work := self._begun(samples)) is not None:
+                if not self._run(work, last, pause_at, poll):
+                    return False
+                self._settle()
+            return True
+        except BaseException:
+            self._give_up()
+            raise
+        finally:
+            self._settle()
+
+    def _begun(self, samples: int) -> _Pass | None:
+        """Return the pass that is under way, or begin one; None if all pixels have ``samples``."""
+        done, target, _ = self.position
+        if self._pass is None and done < samples:
+            self._team.begin()
+            kept = [unit for unit in self._team.kept(self._recipe(self)) if unit.begin == done]
+            end = target if target > done else max((u.end for u in kept if done < u.end <= samples), default=samples)
+            self._pass = _Pass(done, end)
+            self._take_kept(self._pass, kept)
+            missing = self._missing(end)
+            height, width = self.moments.shape[1:]
+            seconds = self._pace * int(missing.sum()) * _BLOCK**2 * (end - done)
+            self._pass.waiting.extend(windows(missing, height, width, _parts(seconds, self._team.size)))
+        return self._pass
+
+    def _run(self, work: _Pass, last: float, pause_at: float, poll: Callable[[], bool] | None) -> bool:
+        """Put units into the film until the pass is done; return False if a limit or ``poll`` ends this early."""
+        while not work.done:
+            while work.waiting and len(work.running) < _AHEAD * self._team.size:
+                unit = self._unit(work, work.waiting.pop(0))
+                work.running[self._team.submit(unit)] = unit
+            ready, _ = wait(work.running, timeout=_POLL, return_when=FIRST_COMPLETED)
+            for future in ready:
+                rendered, unit = future.result(), work.running.pop(future)
+                self._took = self._took[0] + rendered.seconds, self._took[1] + unit.pixels * (unit.end - unit.begin)
+                self._put(unit.window, unit.recipe, rendered)
+                self._team.keep(unit, rendered)
+            if (poll is not None and not poll()) or time.monotonic() >= last:
+                self._give_up()
+                return work.done
+            if time.monotonic() >= pause_at:
+                return work.done
+        return True
+
+    def _unit(self, work: _Pass, window: Window) -> Unit:
+        recipe = self._recipe(self)
+        there, second = place(window), second_place(window, recipe.second_net)
+        return Unit(
+            recipe,
+            window,
+            work.begin,
+            work.end,
+            self.moments[there].copy(),
+            self.second_moments[second].copy(),
+            None if self._shares is None else self._shares[there[1:]].copy(),
+        )
+
+    def _put(self, window: Window, recipe: Recipe, rendered: Rendered) -> None:
+        """Put a rendered unit into the film."""
+        there = place(window)
+        self.moments[there] = rendered.moments
+        if rendered.second.size:
+            self.second_moments[second_place(window, recipe.second_net)] = rendered.second
+        if rendered.pixel_rays is not None:
+            self._pixel_rays[there[1:]] += rendered.pixel_rays
+        for name in self._gained:
+            self._gained[name] += rendered.counters[name]
+        self._bad[0].extend(rendered.nonfinite)
+        self._bad[1].extend(rendered.faulty)
+        self._processes[rendered.process] = rendered.threads
+
+    @property
+    def _pace(self) -> float:
+        """Seconds that one process takes for one sample of a pixel."""
+        return self._took[0] / self._took[1]
+
+    def _give_up(self) -> None:
+        """Give up the units that are not rendered yet: the next call begins them anew."""
+        if (work := self._pass) is None:
+            return
+        for future, unit in work.running.items():
+            if future.done() and not future.cancelled() and future.exception() is None:
+                self._put(unit.window, unit.recipe, future.result())
+            else:
+                future.cancel()
+                work.waiting.append(unit.window)
+        work.running.clear()
+
+    def _settle(self) -> None:
+        """Tell the core where the passes stand, and what the units took."""
+        if (work := self._pass) is None:
+            return
+        blocks = math.prod(-(-side // _BLOCK) for side in self.moments.shape[1:])
+        position = (work.end, work.end, 0) if work.done else (work.begin, work.end, blocks)
+        if work.done:
+            self._pass = None
+        before, gained = self.counters, self._gained
+        self._gained = dict.fromkeys(gained, 0)
+        paths, rays, shadow_rays = (before[name] + gained[name] for name in ("paths", "rays", "shadow_rays"))
+        _core.Renderer.take_up(self, paths=paths, rays=rays, shadow_rays=shadow_rays, position=position)
+
+    def _take_kept(self, work: _Pass, kept: Sequence[KeptUnit]) -> None:
+        """Put into the film what earlier units of this pass rendered."""
+        before, after, recipe = self._wanted(work.begin), self._wanted(work.end), self._recipe(self)
+        for unit in kept:
+            there = place(unit.window)[1:]
+            if unit.end != work.end or not (_counts(self.moments)[there] == before[there]).all():
+                continue
+            rendered = unit.read()
+            if rendered is not None and (_counts(rendered.moments) == after[there]).all():
+                self._put(unit.window, recipe, rendered)
+
+    def _missing(self, average: int) -> NDArray[np.bool_]:
+        """Return for each block of the film, (rows, columns), whether some of its pixels lack samples.
+
+        ``average`` is the mean sample count that the pixels should have.
+        """
+        there = _counts(self.moments) == self._wanted(average)
+        for axis, side in enumerate(there.shape):
+            there = np.logical_and.reduceat(there, range(0, side, _BLOCK), axis=axis)
+        return np.asarray(~there)
+
+    def _wanted(self, average: int) -> NDArray[np.uint64]:
+        """Return the sample count of each pixel, (H, W), if the mean count is ``average``."""
+        if self._shares is None or average <= PILOT:
+            return np.full(self.moments.shape[1:], average, np.uint64)
+        rounds = (average - PILOT) * self._shares.astype(np.float64) / REPLICATES
+        return PILOT + REPLICATES * (rounds + 0.5).astype(np.uint64)
+
+
+class AdaptiveSpreadRenderer(AdaptiveRenderer, SpreadRenderer):
+    """Renderer with adaptive sample counts whose samples, the pilot's too, the processes of a team take."""
+
+
+def spread_renderer(
+    scene: Scene, strategy: Strategy, seed: int, threads: int, team: Team, traps: str
+) -> SpreadRenderer:
+    """Return a renderer whose samples ``team`` takes; the other arguments are as for `make_renderer`."""
+    kinds = SpreadRenderer, AdaptiveSpreadRenderer
+    made = cast(SpreadRenderer, make_renderer(scene, strategy, seed, threads, kinds, traps=traps))
+    made.spread(team, partial(_recipe, scene, strategy, seed, traps))
+    return made
+
+
+def _recipe(scene: Scene, strategy: Strategy, seed: int, traps: str, renderer: _core.Renderer) -> Recipe:
+    decided = decision_of(renderer, strategy).applied(strategy).model_copy(update={"adaptive": "none"})
+    rays = isinstance(renderer, AdaptiveRenderer)
+    return Recipe(decided.name, seed, nets(scene, strategy), second_net(scene, strategy), rays, traps)
+
+
+def _counts(moments: NDArray[Any]) -> NDArray[np.uint64]:
+    """Return the sample count of each pixel, (H, W), from the moments of the replicates."""
+    return np.asarray(moments["count"].sum(axis=0, dtype=np.uint64))
+
+
+def windows(missing: NDArray[np.bool_], height: int, width: int, parts: int) -> Iterator[Window]:
+    """Yield windows of a film that together have all its missing blocks and no others, about ``parts`` of them.
+
+    ``missing`` tells of each block, (rows, columns), whether it is missing. ``height`` and ``width`` are those of the
+    film in pixels. A window has at most 2^16 pixels.
+    """
+    most = math.isqrt(_MOST_PIXELS) // _BLOCK
+    side = min(max(round(math.sqrt(int(missing.sum()) / parts)), 1), most)
+    rows, columns = missing.shape
+    for top in range(0, rows, side):
+        for left in range(0, columns, side):
+            cell = missing[top : top + side, left : left + side]
+            parts_of_cell = [(0, 0, *cell.shape)] if cell.all() else _runs(cell)
+            for row, column, high, wide in parts_of_cell:
+                y, x = (top + row) * _BLOCK, (left + column) * _BLOCK
+                yield x, y, min(x + wide * _BLOCK, width), min(y + high * _BLOCK, height)
+
+
+def _runs(cell: NDArray[np.bool_]) -> Iterator[tuple[int, int, int, int]]:
+    """Yield row, column, height and width of each run of missing blocks in a row."""
+    for row, line in enumerate(cell):
+        edges = np.flatnonzero(np.diff(line.astype(np.int8), prepend=0, append=0))
+        yield from ((row, int(begin), 1, int(end - begin)) for begin, end in zip(edges[::2], edges[1::2], strict=True))
+
+
+def _parts(seconds: float, size: int) -> int:
+    """Return the number of units for work of so many seconds of one process, with ``size`` processes."""
+    wanted = min(max(seconds / _GOAL, size), _EACH * size)
+    return max(1, math.ceil(wanted), math.ceil(seconds / _LONGEST))
