@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from equaltime.api import render as render
+    from equaltime.cluster import open_cluster as open_cluster
     from equaltime.errors import BrightImage as BrightImage
     from equaltime.errors import EffectError as EffectError
     from equaltime.errors import EqualtimeError as EqualtimeError
@@ -104,6 +105,7 @@ __all__ = [
     "load",
     "load_dict",
     "merge",
+    "open_cluster",
     "progressive",
     "quote",
     "read",
@@ -114,6 +116,7 @@ __all__ = [
 
 _ROOMS = {
     "equaltime.api": ("render",),
+    "equaltime.cluster": ("open_cluster",),
     "equaltime.errors": (
         "BrightImage",
         "EffectError",

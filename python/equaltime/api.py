@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from equaltime.cluster import open_cluster
 from equaltime.errors import EffectError, RenderError, StrategyError
 from equaltime.images.exposure import AUTO, Exposure, checked_exposure
 from equaltime.pricing import left_out
@@ -57,6 +58,7 @@ def render(
     show: Viewer | None = None,
     traps: Traps = "ignore",
     backend: Backend = "core",
+    cluster: Any = None,
 ) -> Result:
     """Render a scene until a number of samples, a time or an error is reached.
 
@@ -101,6 +103,11 @@ def render(
     within
         Largest relative bias, such as 0.01, from effects that a pilot chooses to leave out. The longest paths may be
         among these effects. If ``error`` is given, the bias also stays within half of ``error``.
+    cluster
+        Processes that take the samples: ``local:N`` for N processes on this machine, the address of a scheduler of Dask
+        such as ``tcp://node1:8786``, a ``distributed.Client``, or a ``concurrent.futures.Executor``. The image has the
+        bits of a render in this process (`equaltime.cluster`). With ``checkpoint``, units that are finished are kept
+        beside that file until it has them.
     show
         A viewer that receives the image after passes, at most a few times a second, and at the end.
     traps
@@ -167,12 +174,19 @@ def render(
         checkpoint_every=checkpoint_every,
         stop=stop,
     )
+    if cluster is not None and traps == "stop":
+        raise ValueError("traps='stop' ends this process, but a cluster takes the samples elsewhere: omit one of them")
     exposure = checked_exposure(checkpoint_exposure)
     chosen = Strategy.of(strategy)
     loaded = as_scene(scene)
     limits = Limits(spp if spp or time or error else loaded.spp or _DEFAULT_SPP, time, error)
     if backend == "embreex":
-        if any(x is not None for x in (resume, checkpoint, within, show)) or without or threads or traps != "ignore":
+        if (
+            any(x is not None for x in (resume, checkpoint, within, show, cluster))
+            or without
+            or threads
+            or traps != "ignore"
+        ):
             raise StrategyError(_CROSS_CHECK_ALONE)
         return warn_if_black(_cross_checked(loaded, limits, chosen, seed), loaded, stacklevel=2)
     if checkpoint is not None:
@@ -194,7 +208,8 @@ def render(
     if checkpoint is not None:
         unsaved = None if observer is None else observer.unsaved
         saving = Checkpoints(Path(checkpoint), checkpoint_every, exposure, unsaved)
-    result = _watched(job, loaded, stop, observer, show, saving)
+    with open_cluster(cluster, checkpoint) as opened:
+        result = _watched(replace(job, cluster=opened), loaded, stop, observer, show, saving)
     result = replace(result, stats=replace(result.stats, phases={**result.stats.phases, **phases}))
     return warn_if_black(result, loaded, stacklevel=2)
 

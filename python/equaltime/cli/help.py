@@ -17,7 +17,7 @@ PANELS: Final = {
         *("size", "crop", "max_depth", "define", "substitute", "frames", "fps", "blur", "transparent"),
         *("without", "within", "pixel", "sample", "only"),
     ),
-    "How": ("strategy", "strategies", "seed", "threads"),
+    "How": ("strategy", "strategies", "seed", "threads", "cluster"),
     "Output": (
         *("output", "exposure", "aov", "resume", "checkpoint", "small", "overwrite", "copy"),
         *("why", "as_json", "quiet", "verbose", "help"),

@@ -10,6 +10,7 @@ from typing import Annotated, Any, get_args
 
 import typer
 
+from equaltime.cluster import check_address
 from equaltime.images.exposure import AUTO, MOST_STOPS, Exposure
 from equaltime.rendering.job import MOST_SECONDS, MOST_THREADS
 from equaltime.rendering.output_files import AovPicture
@@ -24,6 +25,7 @@ __all__ = [
     "ErrorTarget",
     "ExposureStops",
     "MaxDepth",
+    "OnCluster",
     "Overwrite",
     "SceneFile",
     "Seed",
@@ -38,6 +40,7 @@ __all__ = [
     "Verbose",
     "Without",
     "parse_aov",
+    "parse_cluster",
     "parse_crop",
     "parse_definitions",
     "parse_duration",
@@ -105,6 +108,14 @@ def parse_exposure(text: str) -> Exposure:
     if not abs(stops) <= MOST_STOPS:
         raise typer.BadParameter(f"'{text}' is no exposure; write auto, or stops such as 1.5 or -2")
     return stops
+
+
+def parse_cluster(text: str) -> str:
+    """Parse the place of a cluster, ``local:N`` or an address; raises typer.BadParameter for other texts."""
+    try:
+        return check_address(text)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from None
 
 
 def parse_aov(text: str) -> str:
@@ -304,6 +315,18 @@ Seed = Annotated[
 Threads = Annotated[
     int,
     typer.Option(parser=parse_whole(0, MOST_THREADS), metavar="N", help="Threads; 0 is one for each processor."),
+]
+
+OnCluster = Annotated[
+    str | None,
+    typer.Option(
+        "--cluster",
+        parser=parse_cluster,
+        metavar="WHERE",
+        show_default=False,
+        help="Let other processes take the samples: local:N for N processes here, or the address of a scheduler of Dask "
+        "such as tcp://node1:8786. The picture has the same bits.",
+    ),
 ]
 
 Define = Annotated[

@@ -101,7 +101,7 @@ def describe(progress: object) -> str:
 def _(progress: Progress) -> str:
     target = "" if progress.target is None else f"/{progress.target}"
     noise = "" if progress.error is None or not progress.error.known else f"  noise {100 * progress.error.value:.3g} %"
-    return f"{progress.samples}{target} spp{noise}"
+    return f"{progress.samples}{target} spp{noise}{'  ' * bool(progress.cluster)}{progress.cluster}"
 
 
 @describe.register

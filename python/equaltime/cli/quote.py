@@ -14,6 +14,7 @@ from equaltime.cli.options import (
     Crop,
     Define,
     MaxDepth,
+    OnCluster,
     SceneFile,
     Seed,
     Size,
@@ -66,6 +67,7 @@ def quote(
     strategy: StrategyWords = "best",
     seed: Seed = 0,
     threads: Threads = 0,
+    cluster: OnCluster = None,
     why: Annotated[
         bool | None,
         typer.Option(
@@ -110,6 +112,7 @@ def quote(
             threads=threads,
             progress=progress,
             why=why,
+            cluster=cluster,
         )
     if as_json:
         print_json(found)

@@ -15,6 +15,7 @@ from equaltime.cli.options import (
     ErrorTarget,
     ExposureStops,
     MaxDepth,
+    OnCluster,
     Overwrite,
     SceneFile,
     Seed,
@@ -87,6 +88,7 @@ def render(
     strategy: StrategyWords = "best",
     seed: Seed = 0,
     threads: Threads = 0,
+    cluster: OnCluster = None,
     define: Define = None,
     substitute: Substitute = False,
     frames: Annotated[
@@ -220,6 +222,7 @@ def render(
         small=small,
         overwrite=overwrite,
         backend=backend,
+        cluster=cluster,
         traps=traps,
         tev=tev,
         json=as_json,

@@ -61,6 +61,8 @@ def details(result: Result, phases: Mapping[str, float]) -> Iterator[str]:
     threads = result.stats.threads
     on = f"{result.stats.rays_per_second / 1e6:.3g} M rays/s on {threads} thread{'s' * (threads != 1)}"
     yield f"{', '.join(f'{phase} {duration(time)}' for phase, time in phases.items())}; {on}"
+    if result.stats.cluster:
+        yield result.stats.cluster
     if str(result.decision):
         yield str(result.decision)
 

@@ -72,6 +72,8 @@ class Order:
     small: bool
     overwrite: bool
     backend: Backend
+    cluster: str | None
+    """Where other processes take the samples; None for this process."""
     traps: Traps
     tev: str | None
     """Address of the viewer tev that shows the picture, ``HOST:PORT``; None for no viewer."""
@@ -179,6 +181,7 @@ def _rendered(
         show=viewer,
         traps=order.traps,
         backend=order.backend,
+        cluster=order.cluster,
     )
 
 

@@ -107,7 +107,7 @@ def _choose(job: Job, progress: ProgressCallback | None, done: int) -> Chosen:
     limits = job.limits
     assert limits.error is not None
     begin, own = clock.perf_counter(), pilot_seed(job.seed)
-    pilot = Job(scene=job.scene, strategy=job.strategy, seed=own, threads=job.threads)
+    pilot = Job(scene=job.scene, strategy=job.strategy, seed=own, threads=job.threads, cluster=job.cluster)
     session = Session(pilot, progress)
     try:
         found = _foretold(session, limits, limits.error)

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from equaltime.cluster import open_cluster
 from equaltime.quoting.noise_places import places_of
 from equaltime.quoting.pilot import FEWEST, USUAL_SECONDS, Pilot, Quote
 from equaltime.rendering.budget import Limits
@@ -47,6 +48,7 @@ def quote(
     threads: int = 0,
     progress: ProgressCallback | None = None,
     why: bool | None = None,
+    cluster: Any = None,
 ) -> Quote:
     """Predict the time to reach an error, or the error that a time reaches, and find which light makes the noise.
 
@@ -65,6 +67,9 @@ def quote(
     why
         Whether to find which light makes the noise. None: if the pilot's allowance has room for it. True: always, with
         as much work as the pilot if need be. False: never.
+
+    cluster
+        Processes that render the pilot, as for `equaltime.render`. The quote is then for a render by them.
 
     Raises
     ------
@@ -88,14 +93,23 @@ def quote(
     check_arguments(time=time, error=error, seed=seed, threads=threads)
     chosen = Strategy.of(strategy)
     loaded = as_scene(scene)
-    session = Session(Job(scene=loaded, strategy=chosen, seed=seed, threads=threads), progress)
+    with open_cluster(cluster) as opened:
+        job = Job(scene=loaded, strategy=chosen, seed=seed, threads=threads, cluster=opened)
+        return _quoted(Session(job, progress), Limits(error=error, seconds=time), why)
+
+
+def _quoted(session: Session, limits: Limits, why: bool | None) -> Quote:
+    """Run the pilot of a session, and find which light makes the noise unless ``why`` is False."""
+    job = session.job
     share = 1.0 if why is False else 1.0 - _SHARE_FOR_LIGHT
-    pilot = Pilot(session, Limits(error=error, seconds=time), share, fewest=FEWEST)
+    pilot = Pilot(session, limits, share, fewest=FEWEST)
     found = pilot.run()
     assert found is not None  # no time limits the pilot's passes
     begin = clock.perf_counter()
     try:
-        light = None if why is False or found.interrupted else _light(loaded, pilot, why is True, seed, threads)
+        light = (
+            None if why is False or found.interrupted else _light(job.scene, pilot, why is True, job.seed, job.threads)
+        )
     except KeyboardInterrupt:
         light, found = None, replace(found, interrupted=True)
     found = replace(found, places=places_of(session), light=light)

@@ -56,6 +56,8 @@ class Progress:
     error: Interval | None
     """Error of the image at the latest estimate. None before the first estimate, and when the samples have doubled
     since the latest."""
+    cluster: str = ""
+    """Processes, units and processor seconds so far, in words; empty for a render in one process."""
 
 
 ProgressCallback = Callable[[Progress], object]
@@ -156,7 +158,8 @@ class _Reporter:
         if limits.seconds is not None:
             fractions.append(seconds / limits.seconds)
         fraction, left = min(1.0, max(fractions)), self._passes.time_left
-        self._callback(Progress(samples, limits.spp, seconds, fraction, left, error))
+        cluster = self._passes.cluster()
+        self._callback(Progress(samples, limits.spp, seconds, fraction, left, error, cluster))
 
 
 # A pass takes at most about this many samples of the image (one or two seconds of one core), or 2 a pixel.
@@ -232,6 +235,8 @@ class Passes:
         Light that samples may have missed, for the error's upper limit; None leaves it out.
     breadth
         Number of processes that take samples at once.
+    cluster
+        Returns what they have done so far, in words; `str`, which returns nothing, for one process.
     """
 
     def __init__(
@@ -245,6 +250,7 @@ class Passes:
         looks: tuple[Look, ...] = (),
         hidden: Unseen | None = None,
         breadth: int = 1,
+        cluster: Callable[[], str] = str,
     ) -> None:
         self.limits = limits
         self.stopped_by: StoppedBy | None = None
@@ -254,6 +260,8 @@ class Passes:
         self.pixels = pixels
         self.rendering = 0.0
         """Seconds spent in passes that have ended, without the work between passes or in their pauses."""
+        self.cluster = cluster
+        """Returns in words what the processes of a cluster have done so far."""
         self.saving: Saving | None = None
         """Saves checkpoints between passes, and in pauses within long passes; None if no checkpoints are wanted."""
         self._pass_began: float | None = None

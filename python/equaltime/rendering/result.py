@@ -64,6 +64,8 @@ class Stats(Shown):
     """Effects that the scene uses."""
     build: Mapping[str, Any] | None = field(default=None, hash=False)
     """How the core was built, and with which Embree."""
+    cluster: str = ""
+    """Processes, units and processor seconds of a render on a cluster, in words; empty for one process."""
 
     def __str__(self) -> str:
         rate = f"{self.rays_per_second / 1e6:.3g} M rays/s"

@@ -119,13 +119,19 @@ class Session:
             samples=done,
             looks=looks,
             hidden=self._unseen,
-            breadth=self._renderer.breadth if isinstance(self._renderer, SpreadRenderer) else 1,
+            breadth=1 if self._spread is None else self._spread.breadth,
+            cluster=str if self._spread is None else self._spread.told,
         )
 
     @property
     def origin(self) -> Origin:
         """Everything that decides the bits of the render except the sample counts."""
         return self._origin
+
+    @property
+    def _spread(self) -> SpreadRenderer | None:
+        """The renderer if other processes take its samples, else None."""
+        return self._renderer if isinstance(self._renderer, SpreadRenderer) else None
 
     def _take_up(self, resumed: SavedRender) -> None:
         _, height, width = self._renderer.moments.shape
@@ -159,6 +165,8 @@ class Session:
             raise KeyboardInterrupt
         with held_back() as late:  # another Ctrl-C changes nothing: the image is finished
             result = self.result(stopped_by)
+            if checkpoints is not None and self._spread is not None:
+                self.write(result, checkpoints)  # units that other processes rendered are kept until then
         return replace(result, stopped_by="interrupt") if late else result
 
     def _run_passes(self, pass_ended: Sequence[Callable[[], object]]) -> StoppedBy:
@@ -188,8 +196,8 @@ class Session:
         """
         self._shown = result.exposure(checkpoints.exposure, self._shown)
         result.save(checkpoints.path, exposure=self._shown)
-        if isinstance(self._renderer, SpreadRenderer):
-            self._renderer.saved()
+        if self._spread is not None:
+            self._spread.saved()
 
     def error(self, lasting: bool = False) -> Interval:
         """Return the relative error that the render states so far.
@@ -271,6 +279,7 @@ class Session:
             shadow_rays=counters["shadow_rays"],
             kernel=self._renderer.kernel,
             threads=self._renderer.threads,
+            cluster="" if self._spread is None else self._spread.told(),
             effects=tuple(name for name, used in self.job.scene.core.effects().items() if used),
             build=build_info(),
         )

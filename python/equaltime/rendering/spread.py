@@ -7,6 +7,7 @@ moments have the bits of a render in one process.
 
 from __future__ import annotations
 
+import json
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -19,24 +20,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime import _core
+from equaltime.errors import EqualtimeError
 from equaltime.film.adaptive import PILOT
 from equaltime.rendering.core import (
     REPLICATES,
     AdaptiveRenderer,
+    build_info,
     decision_of,
     make_renderer,
     nets,
     second_net,
 )
 from equaltime.rendering.team import KeptUnit, Team
-from equaltime.rendering.units import Recipe, Rendered, Unit, Window, place, second_place
+from equaltime.rendering.units import BLOCK, Recipe, Rendered, Unit, Window, place, second_place
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
 
 __all__ = ["AdaptiveSpreadRenderer", "SpreadRenderer", "spread_renderer", "windows"]
 
-_BLOCK = 16
-"""Side of a block of the core in pixels."""
 _MOST_PIXELS = 2**16
 """Most pixels of a unit: its moments take 5 MB, and its message less than 8 MB."""
 _GOAL, _LONGEST = 2.0, 30.0
@@ -77,12 +78,19 @@ class SpreadRenderer(_core.Renderer):
         self._gained = dict.fromkeys(("paths", "rays", "shadow_rays"), 0)
         self._bad: tuple[list[tuple[int, int, int]], list[tuple[int, int, int, str]]] = [], []
         self._processes: dict[str, int] = {}
+        self._units, self._core_seconds = 0, 0.0
         self._took = _FIRST_PACE, 1  # seconds of all units, and their samples over all pixels
 
     @property
     def breadth(self) -> int:
         """Number of processes that take samples at once."""
         return self._team.size
+
+    def told(self) -> str:
+        """Return what the processes have done so far, in words."""
+        left = 0 if self._pass is None else len(self._pass.waiting) + len(self._pass.running)
+        units = f"{self._units} units done{f', {left} left in this pass' if left else ''}"
+        return f"{self.breadth} process{'es' * (self.breadth != 1)}, {units}, {self._core_seconds:.3g} core-seconds"
 
     @property
     def pixel_rays(self) -> NDArray[np.uint64]:
@@ -151,7 +159,7 @@ class SpreadRenderer(_core.Renderer):
             self._take_kept(self._pass, kept)
             missing = self._missing(end)
             height, width = self.moments.shape[1:]
-            seconds = self._pace * int(missing.sum()) * _BLOCK**2 * (end - done)
+            seconds = self._pace * int(missing.sum()) * BLOCK**2 * (end - done)
             self._pass.waiting.extend(windows(missing, height, width, _parts(seconds, self._team.size)))
         return self._pass
 
@@ -163,16 +171,27 @@ class SpreadRenderer(_core.Renderer):
                 work.running[self._team.submit(unit)] = unit
             ready, _ = wait(work.running, timeout=_POLL, return_when=FIRST_COMPLETED)
             for future in ready:
-                rendered, unit = future.result(), work.running.pop(future)
+                rendered, unit = self._result(future), work.running.pop(future)
                 self._took = self._took[0] + rendered.seconds, self._took[1] + unit.pixels * (unit.end - unit.begin)
+                self._units += 1
+                self._core_seconds += rendered.core_seconds
                 self._put(unit.window, unit.recipe, rendered)
                 self._team.keep(unit, rendered)
+            self._team.check()
             if (poll is not None and not poll()) or time.monotonic() >= last:
                 self._give_up()
                 return work.done
             if time.monotonic() >= pause_at:
                 return work.done
         return True
+
+    def _result(self, future: Future[Rendered]) -> Rendered:
+        try:
+            return future.result()
+        except EqualtimeError:
+            raise
+        except Exception as error:  # of the engine: whatever it raises when processes end
+            raise self._team.failure(error) from error
 
     def _unit(self, work: _Pass, window: Window) -> Unit:
         recipe = self._recipe(self)
@@ -222,7 +241,7 @@ class SpreadRenderer(_core.Renderer):
         """Tell the core where the passes stand, and what the units took."""
         if (work := self._pass) is None:
             return
-        blocks = math.prod(-(-side // _BLOCK) for side in self.moments.shape[1:])
+        blocks = math.prod(-(-side // BLOCK) for side in self.moments.shape[1:])
         position = (work.end, work.end, 0) if work.done else (work.begin, work.end, blocks)
         if work.done:
             self._pass = None
@@ -249,7 +268,7 @@ class SpreadRenderer(_core.Renderer):
         """
         there = _counts(self.moments) == self._wanted(average)
         for axis, side in enumerate(there.shape):
-            there = np.logical_and.reduceat(there, range(0, side, _BLOCK), axis=axis)
+            there = np.logical_and.reduceat(there, range(0, side, BLOCK), axis=axis)
         return np.asarray(~there)
 
     def _wanted(self, average: int) -> NDArray[np.uint64]:
@@ -277,7 +296,8 @@ def spread_renderer(
 def _recipe(scene: Scene, strategy: Strategy, seed: int, traps: str, renderer: _core.Renderer) -> Recipe:
     decided = decision_of(renderer, strategy).applied(strategy).model_copy(update={"adaptive": "none"})
     rays = isinstance(renderer, AdaptiveRenderer)
-    return Recipe(decided.name, seed, nets(scene, strategy), second_net(scene, strategy), rays, traps)
+    build = json.dumps(build_info(), sort_keys=True)
+    return Recipe(decided.name, seed, nets(scene, strategy), second_net(scene, strategy), rays, traps, build)
 
 
 def _counts(moments: NDArray[Any]) -> NDArray[np.uint64]:
@@ -291,7 +311,7 @@ def windows(missing: NDArray[np.bool_], height: int, width: int, parts: int) -> 
     ``missing`` tells of each block, (rows, columns), whether it is missing. ``height`` and ``width`` are those of the
     film in pixels. A window has at most 2^16 pixels.
     """
-    most = math.isqrt(_MOST_PIXELS) // _BLOCK
+    most = math.isqrt(_MOST_PIXELS) // BLOCK
     side = min(max(round(math.sqrt(int(missing.sum()) / parts)), 1), most)
     rows, columns = missing.shape
     for top in range(0, rows, side):
@@ -299,8 +319,8 @@ def windows(missing: NDArray[np.bool_], height: int, width: int, parts: int) -> 
             cell = missing[top : top + side, left : left + side]
             parts_of_cell = [(0, 0, *cell.shape)] if cell.all() else _runs(cell)
             for row, column, high, wide in parts_of_cell:
-                y, x = (top + row) * _BLOCK, (left + column) * _BLOCK
-                yield x, y, min(x + wide * _BLOCK, width), min(y + high * _BLOCK, height)
+                y, x = (top + row) * BLOCK, (left + column) * BLOCK
+                yield x, y, min(x + wide * BLOCK, width), min(y + high * BLOCK, height)
 
 
 def _runs(cell: NDArray[np.bool_]) -> Iterator[tuple[int, int, int, int]]:

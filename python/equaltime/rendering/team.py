@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from concurrent.futures import Future
 from typing import Protocol
 
+from equaltime.errors import RenderError
 from equaltime.rendering.units import Recipe, Rendered, Unit, Window
 from equaltime.scene import Scene
 
@@ -43,6 +44,12 @@ class Team(Protocol):
 
     def submit(self, unit: Unit) -> Future[Rendered]:
         """Return a future of the rendered unit."""
+
+    def check(self) -> None:
+        """Raise RenderError if units wait, but no process is left; called while they are waited for."""
+
+    def failure(self, error: Exception) -> RenderError:
+        """Return an error for the user from what the engine raised when a unit could not be rendered."""
 
     def keep(self, unit: Unit, rendered: Rendered) -> None:
         """Keep a rendered unit in a safe place, if there is one."""

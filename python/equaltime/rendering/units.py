@@ -24,10 +24,12 @@ from equaltime.rendering.core import REPLICATES, core_settings
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
 
-__all__ = ["Recipe", "Rendered", "Unit", "Window", "add_samples", "place", "second_place"]
+__all__ = ["BLOCK", "Recipe", "Rendered", "Unit", "Window", "add_samples", "place", "release", "second_place"]
 
 Window = tuple[int, int, int, int]
 """x0, y0, x1, y1: pixels of the crop from (x0, y0) up to, but without, (x1, y1)."""
+BLOCK = 16
+"""Side of a block of the core in pixels."""
 _LEAST_SECONDS = 1e-9
 _CACHED: list[tuple[Scene, Recipe, int, _core.Renderer]] = []
 """The renderer of the last unit, since the next one mostly belongs to the same render."""
@@ -48,6 +50,8 @@ class Recipe:
     """Whether to count the rays of each pixel."""
     traps: str
     """Treatment of floating-point faults, as `equaltime.rendering.job.Traps`."""
+    build: str
+    """Facts of the build and the processor that decide bits (`equaltime.rendering.core.build_info`), as JSON text."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,6 +109,12 @@ def add_samples(scene: Scene, unit: Unit, threads: int = 0) -> Rendered:
     """
     with _ONE:
         return _with_samples(scene, unit, threads)
+
+
+def release() -> None:
+    """Free the memory that this process keeps for its next unit."""
+    with _ONE:
+        _CACHED.clear()
 
 
 def _with_samples(scene: Scene, unit: Unit, threads: int) -> Rendered:

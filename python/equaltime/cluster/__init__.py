@@ -1,0 +1,69 @@
+"""Renders on several machines, to the bits of one: units of the film go to other processes (README.md).
+
+`open_cluster` finds the processes, and `render_unit` is what each of them runs.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from equaltime.cluster.pool import Pool
+from equaltime.cluster.units import render_unit
+from equaltime.extras import optional
+from equaltime.rendering.team import Cluster
+
+__all__ = ["check_address", "open_cluster", "render_unit"]
+
+_LOCAL = re.compile(r"local:([1-9]\d{0,3})")
+_ADDRESS = re.compile(r"[a-z][a-z+]*://\S+|[\w.-]+:\d+")
+
+
+@contextmanager
+def open_cluster(where: Any, output: str | os.PathLike[str] | None = None) -> Iterator[Cluster | None]:
+    """Yield the cluster that ``where`` names, and leave it at the end of the block.
+
+    Parameters
+    ----------
+    where
+        ``local:N`` for N processes on this machine, the address of a scheduler of Dask such as ``tcp://node1:8786``, a
+        ``distributed.Client``, or a ``concurrent.futures.Executor`` whose processes have equaltime. An open cluster is
+        yielded as it is, and stays open. None stands for no cluster, and yields None.
+    output
+        OUT.exr of the render: units that are finished are kept in the folder OUT.exr.units until they are saved in it.
+
+    Raises
+    ------
+    ValueError
+        If ``where`` is none of these.
+    EqualtimeError
+        If Dask is needed and not installed.
+    RenderError
+        If no scheduler answers.
+    """
+    keep = None if output is None else Path(output).with_name(f"{Path(output).name}.units")
+    if where is None or hasattr(where, "team"):
+        yield where
+        return
+    if isinstance(where, Executor):
+        yield Pool(where, keep=keep)
+        return
+    if isinstance(where, str):
+        check_address(where)
+    optional("distributed", "cluster")
+    from equaltime.cluster.dask_cluster import DaskCluster  # here, as not everyone has Dask
+
+    with DaskCluster.of(where, keep) as made:
+        yield made
+
+
+def check_address(where: str) -> str:
+    """Return ``where``; raise ValueError if it is neither ``local:N`` nor looks like an address."""
+    if _LOCAL.fullmatch(where) or _ADDRESS.fullmatch(where):
+        return where
+    raise ValueError(f"a cluster is local:N, for N processes, or an address such as tcp://node1:8786; found {where}")

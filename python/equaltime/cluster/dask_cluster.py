@@ -1,0 +1,233 @@
+"""Cluster of dask.distributed: processes on this machine, or the workers of a scheduler.
+
+Dask gives the units of a worker that ends to others, and lets workers join at any time. A worker takes units once it
+has the scene and has shown, by a small probe, that it gives the same bits: it then offers a resource that every unit
+asks for. A worker that differs never offers it.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+import warnings
+from concurrent.futures import CancelledError, Future
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import dask
+from distributed import Client, KilledWorker, LocalCluster, Worker, WorkerPlugin
+
+from equaltime.cluster.scene_text import SceneText, lacks, store
+from equaltime.cluster.team import SceneTeam
+from equaltime.cluster.units import bits, probe_unit, render_unit
+from equaltime.errors import EqualtimeError, EqualtimeWarning, RenderError
+from equaltime.machine import processors
+from equaltime.rendering.units import Rendered, Unit, add_samples, release
+from equaltime.scene import Scene
+
+__all__ = ["DaskCluster", "DaskTeam"]
+
+_LACKS = "it lacks files of the scene"
+_PART = 2**22
+"""Bytes of a file that are sent at once: a message stays below 8 MB."""
+_CHECK_EVERY, _ALONE = 1.0, 60.0
+"""Seconds between two looks at the workers, and the seconds without any that end a render."""
+_HUNG = "30s"
+"""Time after which a worker on this machine that does not answer is given up."""
+_CONNECT = "20s"
+
+
+class DaskCluster:
+    """Workers of a scheduler of Dask; a context manager, which disconnects at its end."""
+
+    def __init__(
+        self,
+        client: Client,
+        keep: Path | None,
+        threads: int = 0,
+        own: LocalCluster | None = None,
+        shared: bool = False,
+    ) -> None:
+        """Use the workers of ``client``, each with ``threads`` threads for a unit; 0 is one for each of its processors.
+
+        ``keep`` is the folder for finished units. The client, unless it is ``shared``, and the cluster ``own`` are
+        closed with this object.
+        """
+        self._client, self._keep, self._threads, self._own, self._shared = client, keep, threads, own, shared
+        self._teams: list[DaskTeam] = []
+
+    @classmethod
+    def of(cls, where: Any, keep: Path | None) -> DaskCluster:
+        """Return the cluster that ``where`` names, as for `equaltime.cluster.open_cluster`."""
+        if isinstance(where, Client):
+            return cls(where, keep, shared=True)
+        if not isinstance(where, str):
+            raise ValueError(f"a cluster is local:N, an address, a Client of Dask or an Executor; found {where!r}")
+        kind, _, count = where.partition(":")
+        return cls.here(int(count), keep) if kind == "local" else cls.at(where, keep)
+
+    @classmethod
+    def at(cls, address: str, keep: Path | None) -> DaskCluster:
+        """Connect to the scheduler at an address, such as ``tcp://node1:8786``.
+
+        Raises RenderError if it does not answer.
+        """
+        try:
+            return cls(Client(address, timeout=_CONNECT), keep)
+        except (OSError, ValueError) as error:
+            raise RenderError(f"no scheduler of Dask answers at {address}: {error}") from error
+
+    @classmethod
+    def here(cls, count: int, keep: Path | None) -> DaskCluster:
+        """Start ``count`` worker processes on this machine, which share its processors."""
+        dask.config.set({"distributed.scheduler.worker-ttl": _HUNG})
+        local = LocalCluster(
+            n_workers=count, threads_per_worker=1, memory_limit=0, dashboard_address=None, silence_logs=logging.CRITICAL
+        )
+        return cls(Client(local), keep, max(1, processors() // count), local)
+
+    def team(self, scene: Scene) -> DaskTeam:
+        """Return a team of the workers that are there, and of those that will join."""
+        self._teams.append(DaskTeam(scene, self._keep, self._client, self._threads))
+        return self._teams[-1]
+
+    def close(self) -> None:
+        """Take the scenes from the workers, and end the workers that were started here."""
+        for team in self._teams:
+            team.close()
+        if not self._shared:
+            self._client.close()
+        if self._own is not None:
+            self._own.close()
+
+    def __enter__(self) -> DaskCluster:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+
+class DaskTeam(SceneTeam):
+    """Team of the workers of a scheduler, for one scene."""
+
+    def __init__(self, scene: Scene, keep: Path | None, client: Client, threads: int) -> None:
+        """Let the workers load the scene; raise RenderError if none of them gives the bits of this process."""
+        super().__init__(scene, keep)
+        self._client, self._name = client, f"equaltime-{scene.digest[:16]}"
+        self._workers: dict[str, str] = {}
+        """Why each worker was refused, by its address; empty if it was not."""
+        self._looked = self._met = time.monotonic()
+        unit = probe_unit(scene)
+        expected = bits(add_samples(scene, unit))
+        release()
+        client.register_plugin(_Joining(self._name, self.scene, unit, expected, threads), name=self._name)
+        self._executor = client.get_executor(pure=False, resources={self._name: 1})
+        self._threads = threads
+        self.begin()
+
+    @property
+    def size(self) -> int:
+        """Number of workers that take units, at least 1."""
+        return max(1, sum(not why for why in self._workers.values()))
+
+    def begin(self) -> None:
+        """Look for workers that have joined or left; raise RenderError if none gives the bits of this process."""
+        addresses = self._addresses()
+        new = [address for address in addresses if address not in self._workers]
+        found = {**self._workers, **self._joined(new)}
+        self._workers = {address: found[address] for address in addresses if address in found}
+        for address in new:
+            if why := self._workers.get(address):
+                warnings.warn(f"the worker {address} takes no part: {why}", EqualtimeWarning, stacklevel=2)
+        if self._workers and all(self._workers.values()):
+            address, why = next(iter(self._workers.items()))
+            raise RenderError(f"no worker of the cluster can take part; {address}: {why}")
+
+    def submit(self, unit: Unit) -> Future[Rendered]:
+        """Let a worker render a unit."""
+        future: Future[Rendered] = self._executor.submit(render_unit, self.scene.digest, unit, self._threads)
+        return future
+
+    def check(self) -> None:
+        """Raise RenderError if there has been no worker for a minute."""
+        now = time.monotonic()
+        if now - self._looked < _CHECK_EVERY:
+            return
+        self._looked = now
+        if any(not self._workers.get(address) for address in self._addresses()):
+            self._met = now
+        elif now - self._met > _ALONE:
+            raise RenderError(f"no worker of the cluster has been there for {_ALONE:g} s")
+
+    def failure(self, error: Exception) -> RenderError:
+        """Return an error that says whether workers or the scheduler were lost."""
+        if isinstance(error, KilledWorker):
+            return RenderError("one unit ended several workers in turn, perhaps for lack of memory")
+        if isinstance(error, CancelledError):
+            return RenderError("the connection to the scheduler was lost")
+        return RenderError(f"a worker failed ({type(error).__name__}: {error})")
+
+    def close(self) -> None:
+        """Take the scene from the workers."""
+        with suppress(Exception):  # a scheduler that is gone has nothing to take from
+            self._client.unregister_worker_plugin(self._name)
+
+    def _addresses(self) -> list[str]:
+        return list(self._client.scheduler_info(n_workers=-1)["workers"])
+
+    def _joined(self, addresses: list[str]) -> dict[str, str]:
+        """Return for each new worker why it is refused, after it got the files that it lacks."""
+        found: dict[str, str] = self._asked(_reason, addresses)
+        needy = [address for address, why in found.items() if why == _LACKS]
+        if needy:
+            for path, size in self.scene.files:
+                with Path(path).open("rb") as file:
+                    for offset in range(0, max(size, 1), _PART):
+                        self._client.run(store, path, offset, file.read(_PART), workers=needy)
+            found |= self._asked(_tried_again, needy)
+        return found
+
+    def _asked(self, function: Any, addresses: list[str]) -> dict[str, str]:
+        """Ask workers, and return their answers; those that are gone have none."""
+        if not addresses:
+            return {}
+        answers = self._client.run(function, self._name, workers=addresses, on_error="ignore")
+        return {address: str(answer) for address, answer in answers.items()}
+
+
+class _Joining(WorkerPlugin):  # type: ignore[misc]  # Dask is not typed
+    """What a worker does when it joins: it loads the scene, and offers its work if it gives the same bits."""
+
+    def __init__(self, name: str, scene: SceneText, unit: Unit, expected: str, threads: int) -> None:
+        self.name, self._scene, self._unit, self._expected, self._threads = name, scene, unit, expected, threads
+        self.why = ""
+
+    async def setup(self, worker: Worker) -> None:
+        """Find out whether the worker gives the same bits; its loop goes on meanwhile."""
+        self.why = await asyncio.to_thread(self._differs)
+        await worker.set_resources(**{self.name: 0 if self.why else 1})
+
+    async def teardown(self, worker: Worker) -> None:
+        """Offer no more work."""
+        await worker.set_resources(**{self.name: 0})
+
+    def _differs(self) -> str:
+        """Return why this worker is refused; empty if it is not."""
+        if lacks(self._scene.files):
+            return _LACKS
+        try:
+            same = bits(render_unit(self._scene, self._unit, self._threads)) == self._expected
+        except (EqualtimeError, ValueError, MemoryError) as error:
+            return str(error) or "not enough memory"
+        return "" if same else "the same samples have other bits there"
+
+
+async def _reason(name: str, dask_worker: Worker) -> str:
+    return str(dask_worker.plugins[name].why)
+
+
+async def _tried_again(name: str, dask_worker: Worker) -> str:
+    await dask_worker.plugins[name].setup(dask_worker)
+    return str(dask_worker.plugins[name].why)

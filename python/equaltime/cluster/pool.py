@@ -1,0 +1,56 @@
+"""Cluster of the processes of an executor: Python's process pool, MPI's, or any other of `concurrent.futures`."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor, Future
+from pathlib import Path
+
+from equaltime.cluster.team import SceneTeam
+from equaltime.cluster.units import render_unit
+from equaltime.errors import RenderError
+from equaltime.machine import processors
+from equaltime.rendering.units import Rendered, Unit
+from equaltime.scene import Scene
+
+__all__ = ["Pool"]
+
+
+class Pool:
+    """Cluster of an executor's processes."""
+
+    def __init__(self, executor: Executor, threads: int = 1, keep: Path | None = None) -> None:
+        """Let ``executor`` run the units, each with ``threads`` threads; ``keep`` is a folder for finished units."""
+        self._executor, self._threads, self._keep = executor, threads, keep
+
+    def team(self, scene: Scene) -> PoolTeam:
+        """Return a team for a scene, whose text goes with every unit."""
+        return PoolTeam(scene, self._keep, self._executor, self._threads)
+
+
+class PoolTeam(SceneTeam):
+    """Team of an executor's processes."""
+
+    def __init__(self, scene: Scene, keep: Path | None, executor: Executor, threads: int) -> None:
+        """Make a team for a scene; the other arguments are as for `Pool`."""
+        super().__init__(scene, keep)
+        self._executor, self._threads = executor, threads
+
+    @property
+    def size(self) -> int:
+        """Number of processes, if the executor tells it, else of processors here."""
+        return int(getattr(self._executor, "_max_workers", None) or processors())
+
+    def begin(self) -> None:
+        """Do nothing: an executor does not tell which processes it has."""
+
+    def submit(self, unit: Unit) -> Future[Rendered]:
+        """Let the executor run a unit."""
+        return self._executor.submit(render_unit, self.scene, unit, self._threads)
+
+    def check(self) -> None:
+        """Do nothing: futures of an executor fail if its processes end."""
+
+    def failure(self, error: Exception) -> RenderError:
+        """Return an error that says that the executor failed, and how."""
+        said = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+        return RenderError(f"a process of the executor failed ({said})")

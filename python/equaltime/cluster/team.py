@@ -1,0 +1,37 @@
+"""What the teams of all engines have in common: the scene as text, and units that are kept in a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from equaltime.cluster.kept import KeptUnits
+from equaltime.cluster.scene_text import SceneText
+from equaltime.rendering.team import KeptUnit
+from equaltime.rendering.units import Recipe, Rendered, Unit
+from equaltime.scene import Scene
+
+__all__ = ["SceneTeam"]
+
+
+class SceneTeam:
+    """Team for one scene; ``keep`` is the folder for finished units, or None."""
+
+    def __init__(self, scene: Scene, keep: Path | None) -> None:
+        """Write the scene as text; raises SceneError if one of its files is missing or has changed."""
+        self.scene = SceneText.of(scene)
+        self._kept = None if keep is None else KeptUnits(keep, scene.digest)
+
+    def keep(self, unit: Unit, rendered: Rendered) -> None:
+        """Keep a rendered unit in the folder, if there is one."""
+        if self._kept is not None:
+            self._kept.keep(unit, rendered)
+
+    def kept(self, recipe: Recipe) -> Sequence[KeptUnit]:
+        """Return the kept units of a render."""
+        return () if self._kept is None else self._kept.of(recipe)
+
+    def saved(self) -> None:
+        """Forget all kept units."""
+        if self._kept is not None:
+            self._kept.forget()
