@@ -181,12 +181,8 @@ def render(
     loaded = as_scene(scene)
     limits = Limits(spp if spp or time or error else loaded.spp or _DEFAULT_SPP, time, error)
     if backend == "embreex":
-        if (
-            any(x is not None for x in (resume, checkpoint, within, show, cluster))
-            or without
-            or threads
-            or traps != "ignore"
-        ):
+        others = any(x is not None for x in (resume, checkpoint, within, show, cluster))
+        if others or without or threads or traps != "ignore":
             raise StrategyError(_CROSS_CHECK_ALONE)
         return warn_if_black(_cross_checked(loaded, limits, chosen, seed), loaded, stacklevel=2)
     if checkpoint is not None:

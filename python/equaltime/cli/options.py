@@ -324,7 +324,7 @@ OnCluster = Annotated[
         parser=parse_cluster,
         metavar="WHERE",
         show_default=False,
-        help="Let other processes take the samples: local:N for N processes here, or the address of a scheduler of Dask "
+        help="Let other processes take the samples: local:N for N processes here, or the address of Dask's scheduler "
         "such as tcp://node1:8786. The picture has the same bits.",
     ),
 ]

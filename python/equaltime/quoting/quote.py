@@ -107,9 +107,7 @@ def _quoted(session: Session, limits: Limits, why: bool | None) -> Quote:
     assert found is not None  # no time limits the pilot's passes
     begin = clock.perf_counter()
     try:
-        light = (
-            None if why is False or found.interrupted else _light(job.scene, pilot, why is True, job.seed, job.threads)
-        )
+        light = None if why is False or found.interrupted else _light(pilot, why is True, job)
     except KeyboardInterrupt:
         light, found = None, replace(found, interrupted=True)
     found = replace(found, places=places_of(session), light=light)
@@ -132,7 +130,7 @@ def seconds_of_pilot(scene: Scene, strategy: Strategy, threads: int = 0) -> floa
     return took * pixels / (small.model.sensor.film.crop[2] * small.model.sensor.film.crop[3])
 
 
-def _light(scene: Scene, pilot: Pilot, always: bool, seed: int, threads: int) -> NoiseLight | None:
+def _light(pilot: Pilot, always: bool, job: Job) -> NoiseLight | None:
     """Split the light with the work that the pilot left, or, with ``always``, with as much as it took if need be."""
     from equaltime.quoting.noise_light import (  # here, as it imports the tools that measure renders
         LEAST_PATHS,
@@ -140,4 +138,4 @@ def _light(scene: Scene, pilot: Pilot, always: bool, seed: int, threads: int) ->
     )
 
     paths = max(pilot.left, LEAST_PATHS, pilot.taken) if always else pilot.left
-    return noise_light(scene, pilot.strategy, paths, seed, threads)
+    return noise_light(job.scene, pilot.strategy, paths, job.seed, job.threads)
