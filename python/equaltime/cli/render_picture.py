@@ -73,7 +73,7 @@ class Order:
     overwrite: bool
     backend: Backend
     cluster: str | None
-    """Where other processes take the samples; None for this process."""
+    """Address of the cluster that takes the samples, as for `equaltime.render`; None for this process."""
     traps: Traps
     tev: str | None
     """Address of the viewer tev that shows the picture, ``HOST:PORT``; None for no viewer."""

@@ -64,6 +64,6 @@ def open_cluster(where: Any, output: str | os.PathLike[str] | None = None) -> It
 
 def check_address(where: str) -> str:
     """Return ``where``; raise ValueError if it is neither ``local:N`` nor looks like an address."""
-    if _LOCAL.fullmatch(where) or _ADDRESS.fullmatch(where):
+    if (_LOCAL if where.startswith("local:") else _ADDRESS).fullmatch(where):
         return where
     raise ValueError(f"a cluster is local:N, for N processes, or an address such as tcp://node1:8786; found {where}")

@@ -2,7 +2,8 @@
 
 Dask gives the units of a worker that ends to others, and lets workers join at any time. A worker takes units once it
 has the scene and has shown, by a small probe, that it gives the same bits: it then offers a resource that every unit
-asks for. A worker that differs never offers it.
+asks for. A worker that differs never offers it. Dask looks for the resource only when a worker joins or a unit arrives:
+if all workers end, their units are submitted again.
 """
 
 from __future__ import annotations
@@ -56,7 +57,7 @@ class DaskCluster:
         closed with this object.
         """
         self._client, self._keep, self._threads, self._own, self._shared = client, keep, threads, own, shared
-        self._teams: list[DaskTeam] = []
+        self._teams: dict[str, DaskTeam] = {}
 
     @classmethod
     def of(cls, where: Any, keep: Path | None) -> DaskCluster:
@@ -90,12 +91,12 @@ class DaskCluster:
 
     def team(self, scene: Scene) -> DaskTeam:
         """Return a team of the workers that are there, and of those that will join."""
-        self._teams.append(DaskTeam(scene, self._keep, self._client, self._threads))
-        return self._teams[-1]
+        self._teams[scene.digest] = team = DaskTeam(scene, self._keep, self._client, self._threads)
+        return team
 
     def close(self) -> None:
         """Take the scenes from the workers, and end the workers that were started here."""
-        for team in self._teams:
+        for team in self._teams.values():
             team.close()
         if not self._shared:
             self._client.close()
@@ -119,6 +120,7 @@ class DaskTeam(SceneTeam):
         self._workers: dict[str, str] = {}
         """Why each worker was refused, by its address; empty if it was not."""
         self._looked = self._met = time.monotonic()
+        self._present: set[str] = set()
         unit = probe_unit(scene)
         expected = bits(add_samples(scene, unit))
         release()
@@ -141,6 +143,7 @@ class DaskTeam(SceneTeam):
         for address in new:
             if why := self._workers.get(address):
                 warnings.warn(f"the worker {address} takes no part: {why}", EqualtimeWarning, stacklevel=2)
+        self._present = {address for address, why in self._workers.items() if not why}
         if self._workers and all(self._workers.values()):
             address, why = next(iter(self._workers.items()))
             raise RenderError(f"no worker of the cluster can take part; {address}: {why}")
@@ -150,16 +153,23 @@ class DaskTeam(SceneTeam):
         future: Future[Rendered] = self._executor.submit(render_unit, self.scene.digest, unit, self._threads)
         return future
 
-    def check(self) -> None:
-        """Raise RenderError if there has been no worker for a minute."""
+    def check(self) -> bool:
+        """Tell whether all workers that were there have ended and others have joined: Dask forgets their units then.
+
+        Raises RenderError if there has been no worker for a minute.
+        """
         now = time.monotonic()
         if now - self._looked < _CHECK_EVERY:
-            return
+            return False
         self._looked = now
-        if any(not self._workers.get(address) for address in self._addresses()):
-            self._met = now
-        elif now - self._met > _ALONE:
-            raise RenderError(f"no worker of the cluster has been there for {_ALONE:g} s")
+        there = {address for address in self._addresses() if not self._workers.get(address)}
+        if not there:
+            if now - self._met > _ALONE:
+                raise RenderError(f"no worker of the cluster has been there for {_ALONE:g} s")
+            return False
+        others = not there & self._present
+        self._met, self._present = now, there
+        return others
 
     def failure(self, error: Exception) -> RenderError:
         """Return an error that says whether workers or the scheduler were lost."""
@@ -198,7 +208,7 @@ class DaskTeam(SceneTeam):
 
 
 class _Joining(WorkerPlugin):  # type: ignore[misc]  # Dask is not typed
-    """What a worker does when it joins: it loads the scene, and offers its work if it gives the same bits."""
+    """Plugin of a worker, which loads the scene when it joins, and offers its work if it gives the same bits."""
 
     def __init__(self, name: str, scene: SceneText, unit: Unit, expected: str, threads: int) -> None:
         self.name, self._scene, self._unit, self._expected, self._threads = name, scene, unit, expected, threads

@@ -38,10 +38,10 @@ class _KeptUnit:
     def read(self) -> Rendered | None:
         """Return the unit; None if its file is damaged."""
         try:
-            with np.load(self.path, allow_pickle=False) as found:
+            with self.path.open("rb") as file, np.load(file, allow_pickle=False) as found:
                 facts: dict[str, Any] = json.loads(str(found["facts"]))
                 arrays: dict[str, Any] = {name: found[name] if name in found.files else None for name in _ARRAYS}
-        except (OSError, ValueError, KeyError, zipfile.BadZipFile):
+        except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile):
             return None
         facts |= {name: tuple(map(tuple, facts[name])) for name in ("nonfinite", "faulty")}
         return Rendered(**arrays, **facts)

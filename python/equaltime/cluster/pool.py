@@ -47,8 +47,9 @@ class PoolTeam(SceneTeam):
         """Let the executor run a unit."""
         return self._executor.submit(render_unit, self.scene, unit, self._threads)
 
-    def check(self) -> None:
-        """Do nothing: futures of an executor fail if its processes end."""
+    def check(self) -> bool:
+        """Return False: futures of an executor fail if its processes end."""
+        return False
 
     def failure(self, error: Exception) -> RenderError:
         """Return an error that says that the executor failed, and how."""

@@ -1,4 +1,4 @@
-"""What the teams of all engines have in common: the scene as text, and units that are kept in a folder."""
+"""Parts that the teams of all engines share: the scene as text, and units that are kept in a folder."""
 
 from __future__ import annotations
 

@@ -177,7 +177,8 @@ class SpreadRenderer(_core.Renderer):
                 self._core_seconds += rendered.core_seconds
                 self._put(unit.window, unit.recipe, rendered)
                 self._team.keep(unit, rendered)
-            self._team.check()
+            if self._team.check():
+                self._give_up()
             if (poll is not None and not poll()) or time.monotonic() >= last:
                 self._give_up()
                 return work.done
@@ -308,8 +309,8 @@ def _counts(moments: NDArray[Any]) -> NDArray[np.uint64]:
 def windows(missing: NDArray[np.bool_], height: int, width: int, parts: int) -> Iterator[Window]:
     """Yield windows of a film that together have all its missing blocks and no others, about ``parts`` of them.
 
-    ``missing`` tells of each block, (rows, columns), whether it is missing. ``height`` and ``width`` are those of the
-    film in pixels. A window has at most 2^16 pixels.
+    ``missing`` tells of each block, (rows, columns), whether it is missing. ``height`` and ``width`` of the film are in
+    pixels. A window has at most 2^16 pixels.
     """
     most = math.isqrt(_MOST_PIXELS) // BLOCK
     side = min(max(round(math.sqrt(int(missing.sum()) / parts)), 1), most)
@@ -331,6 +332,6 @@ def _runs(cell: NDArray[np.bool_]) -> Iterator[tuple[int, int, int, int]]:
 
 
 def _parts(seconds: float, size: int) -> int:
-    """Return the number of units for work of so many seconds of one process, with ``size`` processes."""
+    """Return the number of units for work that takes one process ``seconds``, if ``size`` processes share it."""
     wanted = min(max(seconds / _GOAL, size), _EACH * size)
     return max(1, math.ceil(wanted), math.ceil(seconds / _LONGEST))

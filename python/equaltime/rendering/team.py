@@ -45,8 +45,11 @@ class Team(Protocol):
     def submit(self, unit: Unit) -> Future[Rendered]:
         """Return a future of the rendered unit."""
 
-    def check(self) -> None:
-        """Raise RenderError if units wait, but no process is left; called while they are waited for."""
+    def check(self) -> bool:
+        """Tell whether units that wait must be submitted again, because all processes that knew them have ended.
+
+        Called while units are waited for. Raises RenderError if no process is left.
+        """
 
     def failure(self, error: Exception) -> RenderError:
         """Return an error for the user from what the engine raised when a unit could not be rendered."""

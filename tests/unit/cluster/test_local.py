@@ -1,0 +1,193 @@
+"""Renders by processes of Dask on this machine: the bits of one process, whatever fails on the way."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager, suppress
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import dask
+import pytest
+from distributed import Client
+
+import equaltime as et
+from equaltime.cluster import dask_cluster
+from equaltime.cluster.dask_cluster import DaskCluster
+from equaltime.errors import EqualtimeWarning, RenderError
+from equaltime.rendering.passes import Progress
+
+SCENE = et.load("cornell-box").with_(size=(128, 112))
+SAMPLES = 96
+HUNG = "3s"
+
+pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning", "ignore::ResourceWarning")
+
+
+@pytest.fixture(scope="module")
+def here() -> et.Result:
+    return et.render(SCENE, spp=SAMPLES)
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[DaskCluster]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(dask_cluster, "_HUNG", HUNG)
+        with DaskCluster.here(2, None) as made:
+            yield made
+
+
+def same(a: et.Result, b: et.Result) -> bool:
+    assert a.moments is not None
+    assert b.moments is not None
+    return a.moments.tobytes() == b.moments.tobytes()
+
+
+def processes(client: Client) -> list[int]:
+    return [int(pid) for pid in client.run(os.getpid).values()]
+
+
+@contextmanager
+def at_progress(count: int, act: Callable[[], object]) -> Iterator[et.Observer]:
+    """Yield an observer that acts once, the ``count``-th time that it hears of the render."""
+    heard = 0
+
+    def progress(_: Progress) -> None:
+        nonlocal heard
+        heard += 1
+        if heard == count:
+            act()
+
+    yield et.Observer.of(progress=progress)
+    assert heard >= count
+
+
+@pytest.mark.parametrize("limits", [{"spp": SAMPLES}, {"error": 0.15}, {"spp": 20, "strategy": "mis,sampler=sobol"}])
+def test_two_processes_give_the_bits_of_one(cluster: DaskCluster, limits: dict[str, Any]) -> None:
+    there, alone = et.render(SCENE, **limits, cluster=cluster), et.render(SCENE, **limits)
+    assert same(there, alone)
+    assert (there.stats.rays, there.spp, there.error) == (alone.stats.rays, alone.spp, alone.error)
+    assert not same(there, et.render(SCENE, **limits, seed=1)), "the twin"
+
+
+def test_killed_processes_change_no_bit(cluster: DaskCluster, here: et.Result) -> None:
+    def kill() -> None:
+        os.kill(processes(cluster._client)[0], signal.SIGKILL)
+
+    with at_progress(3, kill) as observer:
+        assert same(et.render(SCENE, spp=SAMPLES, cluster=cluster, observer=observer), here)
+
+
+def test_when_all_processes_are_killed_new_ones_go_on(cluster: DaskCluster, here: et.Result) -> None:
+    def kill() -> None:
+        for pid in processes(cluster._client):
+            os.kill(pid, signal.SIGKILL)
+
+    with at_progress(4, kill) as observer:
+        assert same(et.render(SCENE, spp=SAMPLES, cluster=cluster, observer=observer), here)
+
+
+def test_a_process_that_hangs_is_given_up(cluster: DaskCluster, here: et.Result) -> None:
+    stopped = []
+
+    def stop() -> None:
+        stopped.append(processes(cluster._client)[0])
+        os.kill(stopped[0], signal.SIGSTOP)
+
+    try:
+        with at_progress(3, stop) as observer:
+            assert same(et.render(SCENE, spp=SAMPLES, cluster=cluster, observer=observer), here)
+    finally:
+        with suppress(ProcessLookupError):
+            os.kill(stopped[0], signal.SIGKILL)
+
+
+def test_a_client_that_is_killed_loses_no_finished_unit(tmp_path: Path, here: et.Result) -> None:
+    words = ["render", "cornell-box", "--size", "128x112", "-o", str(tmp_path / "a.exr"), "--quiet"]
+    command = [sys.executable, "-m", "equaltime", *words, "--spp", str(SAMPLES), "--cluster", "local:2"]
+    units = tmp_path / "a.exr.units"
+    with subprocess.Popen(command, stderr=subprocess.DEVNULL, start_new_session=True) as render:
+        while render.poll() is None and len(list(units.glob("*.npz"))) < 3:
+            time.sleep(0.02)
+        os.killpg(render.pid, signal.SIGKILL)
+    assert len(list(units.glob("*.npz"))) >= 3, "the render had ended"
+    assert not (tmp_path / "a.exr").exists()
+    subprocess.run([*command, "--resume"], check=True, stderr=subprocess.DEVNULL)
+    assert same(et.read(tmp_path / "a.exr"), here)
+    assert not units.exists()
+
+
+def free_port() -> int:
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        return int(found.getsockname()[1])
+
+
+@contextmanager
+def daemon(*words: str, **variables: str) -> Iterator[subprocess.Popen[bytes]]:
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    command = [sys.executable, "-m", "distributed.cli." + words[0], *words[1:]]
+    with subprocess.Popen(command, env={**os.environ, **variables}, **quiet) as process:  # type: ignore[call-overload]
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def worker(address: str, **variables: str) -> Any:
+    return daemon("dask_worker", address, "--nthreads", "1", "--no-dashboard", "--no-nanny", **variables)
+
+
+def scheduler(port: int) -> Any:
+    return daemon("dask_scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard", "--no-show")
+
+
+def test_a_scheduler_that_ends_leaves_what_is_finished(tmp_path: Path, here: et.Result) -> None:
+    port, output = free_port(), tmp_path / "a.exr"
+    address = f"tcp://127.0.0.1:{port}"
+    with (
+        dask.config.set({"distributed.comm.timeouts.connect": "2s"}),
+        scheduler(port) as first,
+        worker(address),
+        at_progress(5, first.kill) as observer,
+        pytest.raises(RenderError, match="scheduler was lost"),
+    ):
+        et.render(SCENE, spp=SAMPLES, cluster=address, checkpoint=output, observer=observer)
+    assert list((tmp_path / "a.exr.units").glob("*.npz"))
+    with scheduler(port), worker(address):
+        assert same(et.render(SCENE, spp=SAMPLES, cluster=address, checkpoint=output), here)
+    assert not (tmp_path / "a.exr.units").exists()
+
+
+def test_a_worker_with_other_instructions_is_refused(here: et.Result) -> None:
+    port = free_port()
+    address = f"tcp://127.0.0.1:{port}"
+    with scheduler(port), worker(address, EQUALTIME_ISA="v2"):
+        refused = pytest.warns(EqualtimeWarning, match="takes no part: .*instructions of Embree")
+        with refused, pytest.raises(RenderError, match="no worker of the cluster can take part"):
+            et.render(SCENE, spp=2, cluster=address)
+        with worker(address), Client(address) as client:
+            client.wait_for_workers(2)
+            with pytest.warns(EqualtimeWarning, match="takes no part"):
+                assert same(et.render(SCENE, spp=SAMPLES, cluster=address), here)
+
+
+def test_an_executor_of_processes_gives_the_same_bits(here: et.Result) -> None:
+    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
+        assert same(et.render(SCENE, spp=SAMPLES, cluster=pool), here)
+
+
+def test_a_place_that_is_none_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dask_cluster, "_CONNECT", "0.5s")
+    with pytest.raises(ValueError, match="local:N"):
+        et.render(SCENE, spp=1, cluster="local:0")
+    with pytest.raises(RenderError, match="no scheduler"):
+        et.render(SCENE, spp=1, cluster=f"tcp://127.0.0.1:{free_port()}")
