@@ -25,9 +25,9 @@ __all__ = ["info"]
 FAMILIES: Final = ("shape", "bsdf", "texture", "emitter", "medium")
 """Families of plugins that ``info`` counts."""
 _OF_RENDERS: Final = (
-    *("scene", "digest", "size", "crop", "max_depth", "scene_max_depth", "strategy", "biased", "without", "seed"),
-    *("decision", "sources", "spp", "stopped_by", "error", "radiance_range", "seconds", "paths", "rays", "shadow_rays"),
-    *("threads", "kernel", "effects", "substitutions", "software", "build"),
+    *("scene", "digest", "size", "crop", "max_depth", "scene_max_depth", "strategy", "biased", "without", "frame"),
+    *("seed", "decision", "sources", "spp", "stopped_by", "error", "radiance_range", "seconds", "paths", "rays"),
+    *("shadow_rays", "threads", "kernel", "effects", "substitutions", "software", "build"),
 )
 """Keys of a saved render's record that are printed."""
 
