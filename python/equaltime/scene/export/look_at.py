@@ -28,14 +28,16 @@ _RIGID: Final = 1e-9
 _DECIMALS: Final = 6
 """Most decimals of a target with few digits."""
 _GRID: Final = 5
-"""Decimals that are tried for the coordinate of the target that changes most along the axis: up to 4."""
+"""Numbers of decimals that are tried, from 0, for the coordinate of the target that changes most along the axis."""
 _ALONG: Final = 10_000
 """Reach of that coordinate, in units of the last decimal, either side of 0 and of the origin's coordinate."""
 _MOST_SHORT: Final = 1000
 """Most targets, or up directions, with few digits that are tried. Points far apart on the axis may all have few digits,
 and many are rounded to another axis."""
 _DISTANCES: Final = (*range(1, 51), *(10.0**n for n in range(2, 7)), *(2.0**n for n in range(-3, 21)))
+"""Distances of targets with all digits from the origin: each choice is rounded in another way."""
 _SHORT_UPS: Final = np.array(list(product(range(-10, 11), repeat=3)), dtype=np.float64) / 10.0
+"""Up directions with few digits: up to 1 along each axis, in steps of 0.1."""
 _LENGTHS: Final = (1.0, *(1.0 + n / 16.0 for n in range(1, 16)))
 _LEANS: Final = (0.0, *(sign * n / 8.0 for n in range(1, 8) for sign in (1.0, -1.0)))
 """Lengths of up directions with all digits, and how far these lean forward: each choice is rounded in another way."""
