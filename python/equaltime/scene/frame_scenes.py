@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from equaltime.errors import Problem, SceneError
+from equaltime.examples import example_of
 from equaltime.scene.frames import Frame
 from equaltime.scene.motion import still
 from equaltime.scene.scene import GLTF, Scene, load_file
@@ -33,7 +34,7 @@ def frames_of(
     path = Path(path)
     if twice := next((name for name in _OF_AN_ANIMATION if name in defines), None):
         raise SceneError((Problem(str(path), f"the frames choose the time: leave '{twice}' out"),))
-    if path.suffix.lower() in GLTF:
+    if (example_of(path) or path).suffix.lower() in GLTF:
         for frame in frames:
             scene = load_file(path, {**defines, "shutter": frame.shutter}, substitute=substitute)
             given = {name: value for name, value in scene.defines.items() if name != "shutter"}

@@ -143,6 +143,11 @@ def test_frames_of_what_stands_still_are_refused(tmp_path: Path) -> None:
         next(frames_of(path, [Frame(0, 24.0, 0.0)], {}))
 
 
+def test_an_example_moves_under_its_name() -> None:
+    scenes = list(frames_of("windmill", [Frame(0), Frame(12)], {}))
+    assert len({scene.digest for scene in scenes}) == 2
+
+
 def test_the_frames_alone_choose_the_time(tmp_path: Path) -> None:
     path = one_triangle().gltf(tmp_path / "a.gltf")
     with pytest.raises(et.SceneError, match="the frames choose the time: leave 'time' out"):
