@@ -84,7 +84,7 @@ def _elsewhere(command: str) -> str:
     for number, word in enumerate(words):
         if word in ("-o", "--output") and number + 1 < len(words):
             words[number + 1] = f"{words[number + 1].rstrip('/')}-again"
-        elif word.startswith("--output="):
+        elif word.startswith(("--output=", "-o")):
             words[number] = f"{word.rstrip('/')}-again"
     return shlex.join(words)
 

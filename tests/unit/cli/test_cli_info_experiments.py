@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from equaltime.cli import main
+from equaltime.cli.info_experiment import _elsewhere
 
 SCENES = Path(__file__).parents[3] / "scenes"
 CORNELL = SCENES / "cornell-box.toml"
@@ -88,6 +89,11 @@ def test_the_command_that_repeats_an_experiment_writes_another_folder(
     assert main(command) == 0
     found, made = (json.loads((path / "experiment.json").read_text()) for path in (measured[0], tmp_path / "again"))
     assert found["identity"] == made["identity"]
+
+
+@pytest.mark.parametrize("option", ["-o b/", "--output=b", "-ob", "--output b"])
+def test_every_way_to_name_the_folder_is_understood(option: str) -> None:
+    assert _elsewhere(f"equaltime cost a.toml {option} --quick").split()[-2].endswith("b-again")
 
 
 def test_an_experiment_that_was_stopped_is_told_and_goes_on(copy: Path, capsys: pytest.CaptureFixture[str]) -> None:
