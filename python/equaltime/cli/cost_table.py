@@ -11,7 +11,7 @@ from equaltime.cli.messages import MOST_LINES, plain_console
 from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
 from equaltime.statistics.intervals import Interval
 
-__all__ = ["print_summary"]
+__all__ = ["every_row", "in_brackets", "print_summary"]
 
 _REPORT = "report.html"
 _MOST_TARGETS = 2
@@ -50,6 +50,12 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     longer = "; without --quick the numbers are more exact" if quick else ""
     console.print(f"Curves and pictures: open {folder / _REPORT}{longer}", style="dim", soft_wrap=True)
     print(summary.verdict)
+
+
+def every_row(summary: Summary) -> Table:
+    """Return the table of all strategies on all scenes: errors at equal time, and times to errors."""
+    rows = [(scene, strategy) for scene in summary.scenes for strategy in scene.strategies]
+    return _fitting(rows, summary.targets, plain_console().width)
 
 
 def _caveats(summary: Summary, verbose: bool) -> Iterator[str]:
@@ -130,14 +136,14 @@ def _table(rows: Sequence[_Row], targets: tuple[float, ...], most: int) -> Table
     for number, (scene, result) in enumerate(rows):
         times = (_marked(cells[target][number], result.time_to[target]) for target in known)
         first = (scene.name,) if several else ()
-        table.add_row(*first, result.label, _in_brackets(error_cell(result.error_at_budget)), *times)
+        table.add_row(*first, result.label, in_brackets(error_cell(result.error_at_budget)), *times)
     return table
 
 
 def _marked(cell: object, time: Interval) -> str:
-    return f"{_in_brackets(cell)}{_EXTRAPOLATED}" if time.reach > 1.0 and time.trusted else _in_brackets(cell)
+    return f"{in_brackets(cell)}{_EXTRAPOLATED}" if time.reach > 1.0 and time.trusted else in_brackets(cell)
 
 
-def _in_brackets(cell: object) -> str:
+def in_brackets(cell: object) -> str:
     """Return a cell of a report as text, with its interval as in sentences: ``12 % (11 to 13)``."""
     return str(cell).replace("[", "(").replace(", ", " to ").replace("]", ")")

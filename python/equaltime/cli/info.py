@@ -1,19 +1,33 @@
-"""The command ``equaltime info``: prints the contents of a scene or of a saved render."""
+"""The command ``equaltime info``: prints the contents of a scene, of a saved render or of an experiment."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Final
 
 import typer
 from rich.table import Table
 
+from equaltime.cli.info_experiment import (
+    experiment_facts,
+    experiment_summary,
+    experiment_table,
+    folder_facts,
+    folder_summary,
+    folder_table,
+    verdicts,
+)
 from equaltime.cli.info_render import saved_render
 from equaltime.cli.info_scene import scene_summary
 from equaltime.cli.messages import plain_console, print_json, print_lines, print_warnings
 from equaltime.cli.options import AsJson, Define, Substitute, Verbose, parse_definitions
-from equaltime.errors import ImageError
+from equaltime.errors import ImageError, SceneError
+from equaltime.examples import example_of
+from equaltime.experiments.model.experiment import Experiment
+from equaltime.experiments.model.reader import is_experiment, make_experiment
+from equaltime.experiments.run.folder import ExperimentFolder
+from equaltime.experiments.run.stored import StoredExperiment, stored_experiments
 from equaltime.rendering.render_file import holds_film, read_picture
 from equaltime.scene import Scene, SceneModel, load_file
 from equaltime.scene.scene import named_files
@@ -25,9 +39,9 @@ __all__ = ["info"]
 FAMILIES: Final = ("shape", "bsdf", "texture", "emitter", "medium")
 """Families of plugins that ``info`` counts."""
 _OF_RENDERS: Final = (
-    *("scene", "digest", "size", "crop", "max_depth", "scene_max_depth", "strategy", "biased", "without", "seed"),
-    *("decision", "sources", "spp", "stopped_by", "error", "radiance_range", "seconds", "paths", "rays", "shadow_rays"),
-    *("threads", "kernel", "effects", "substitutions", "software", "build"),
+    *("scene", "digest", "size", "crop", "max_depth", "scene_max_depth", "strategy", "biased", "without", "frame"),
+    *("seed", "decision", "sources", "spp", "stopped_by", "error", "radiance_range", "seconds", "paths", "rays"),
+    *("shadow_rays", "threads", "kernel", "effects", "substitutions", "software", "build"),
 )
 """Keys of a saved render's record that are printed."""
 
@@ -37,7 +51,8 @@ def info(
         Path,
         typer.Argument(
             metavar="FILE",
-            help="Scene file: TOML, Mitsuba 3 XML, glTF, OBJ or PLY; or a saved render, OUT.exr.",
+            help="Scene file: TOML, Mitsuba 3 XML, glTF, OBJ or PLY; a saved render, OUT.exr; an experiment file; or "
+            "the DIR of equaltime cost.",
             show_default=False,
         ),
     ],
@@ -46,21 +61,32 @@ def info(
     verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> int:
-    """Describe a scene, or how a saved render was made and the command that would repeat it.
+    """Describe a scene, or how a saved render or an experiment was made and the command that would repeat it.
 
     For instance:
 
     * `equaltime info scene.toml`
 
     * `equaltime info out.exr`
+
+    * `equaltime info report`, after `equaltime cost scene.toml -o report`
+
+    * `equaltime info x3-light.toml`, an experiment: what it would run, and how long that takes
     """
     if scene.suffix.lower() == ".exr":
         return _of_render(scene, verbose, as_json)
+    definitions = parse_definitions(define or ())
     if scene.is_dir():
-        raise typer.BadParameter(
-            f"{scene} is a folder; `equaltime open {scene}` opens the report in it, if there is one"
-        )
-    loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
+        if definitions or substitute:
+            raise typer.BadParameter("--define and --substitute are for scenes, not for a folder")
+        return _of_folder(scene, verbose, as_json)
+    try:
+        loaded = load_file(scene, definitions, substitute=substitute)
+    except SceneError:
+        path = example_of(scene) or scene
+        if not is_experiment(path):
+            raise
+        return _of_experiment(path, make_experiment(path, define=definitions, substitute=substitute), verbose, as_json)
     print_warnings(loaded)
     facts = _facts(loaded)
     if as_json:
@@ -108,6 +134,41 @@ def _of_render(path: Path, verbose: bool, as_json: bool) -> int:
                 table.add_row(name.replace("_", " "), _of_record(name, record[name]))
         plain_console().print("", table, sep="\n")
     return 0
+
+
+def _of_folder(folder: Path, verbose: bool, as_json: bool) -> int:
+    """Describe the experiment in a folder, or those in its subfolders."""
+    if not ExperimentFolder(folder).experiment.exists():
+        found = stored_experiments(folder)
+        if as_json:
+            print_json({"experiments": [folder_facts(stored) for stored in found]})
+        else:
+            print_lines([*verdicts(folder, found)])
+        return 0
+    stored = StoredExperiment.read(folder)
+    if as_json:
+        print_json(folder_facts(stored))
+        return 0
+    print_lines([*folder_summary(stored)])
+    if verbose:
+        _print_more(folder_table(stored))
+    return 0
+
+
+def _of_experiment(path: Path, experiment: Experiment, verbose: bool, as_json: bool) -> int:
+    scenes = experiment.load_scenes()
+    if as_json:
+        print_json(experiment_facts(path, experiment, scenes))
+        return 0
+    print_lines([*experiment_summary(path, experiment, scenes)])
+    if verbose:
+        _print_more(experiment_table(experiment))
+    return 0
+
+
+def _print_more(parts: Iterable[Table | str]) -> None:
+    for part in parts:
+        plain_console().print("", part, sep="\n", soft_wrap=isinstance(part, str), markup=False, highlight=False)
 
 
 def _of_record(name: str, value: Any) -> str:

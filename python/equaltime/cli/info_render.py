@@ -14,6 +14,8 @@ from equaltime.rendering.origin import Origin
 from equaltime.rendering.render_record import checked
 from equaltime.rendering.stated import paths_up_to, stated
 from equaltime.scene import Scene, load_file
+from equaltime.scene.frame_scenes import frames_of
+from equaltime.scene.frames import Frame, frame_pattern
 from equaltime.statistics.in_words import count, error_range
 from equaltime.statistics.intervals import UNKNOWN, Interval
 from equaltime.words import duration, percent
@@ -56,7 +58,9 @@ def saved_render(path: Path, record: Record, resumable: bool) -> Iterator[str]:
 def _parts(record: Record) -> str:
     """Return what the picture has of its scene, if not all of it."""
     (width, height), crop, asked = record["size"], record["crop"], record.get("scene_max_depth")
-    parts = [f"window {','.join(map(str, crop))}"] if crop != [0, 0, width, height] else []
+    parts = [] if record["frame"] is None else [f"frame {record['frame']['number']}"]
+    if crop != [0, 0, width, height]:
+        parts.append(f"window {','.join(map(str, crop))}")
     if asked is not None and asked != record["max_depth"]:
         parts.append(paths_up_to(record["max_depth"]))
     if record.get("without"):
@@ -81,8 +85,12 @@ def _repeat(path: Path, record: Record) -> Iterator[str]:
     """Yield the command that would repeat the render, and what differs if it cannot be repeated exactly."""
     if record["scene"] is None or record.get("sources"):
         return
-    limit, exact = _limit(record)
-    words = ["equaltime", "render", record["scene"], "-o", path.name, *limit, *_options(record)]
+    (limit, exact), frame, name, seed = _limit(record), Origin.from_record(record).frame, path.name, record["seed"]
+    if frame is not None:
+        name, seed = frame_pattern(name, frame.number), seed - frame.number
+    exact = exact and seed >= 0  # a frame that Python rendered may have any seed
+    words = ["equaltime", "render", record["scene"], "-o", name, *limit, *_frame(frame)]
+    words += _options(record, max(0, seed))
     yield f"{'repeat' if exact else 'similar':<10}{shlex.join(words)}"
     if changed := _changed(record):
         yield f"          but {changed}"
@@ -100,7 +108,24 @@ def _limit(record: Record) -> tuple[list[str], bool]:
     return ["--spp", str(max(1, round(record["spp"])))], False
 
 
-def _options(record: Record) -> Iterator[str]:
+def _frame(frame: Frame | None) -> Iterator[str]:
+    """Yield the options that choose the frame of an animation; none for other renders."""
+    if frame is None:
+        return
+    yield from ("--frames", str(frame.number))
+    if frame.fps != Frame.fps:
+        yield from ("--fps", _plain(frame.fps))
+    if frame.blur != Frame.blur:
+        yield from ("--blur", _plain(frame.blur))
+
+
+def _plain(number: float) -> str:
+    """Return a number with all its digits, but a whole one without its ``.0``."""
+    return str(number).removesuffix(".0")
+
+
+def _options(record: Record, seed: int) -> Iterator[str]:
+    """Yield the options that choose the picture's part of the scene, the strategy and the ``seed``."""
     (width, height), crop, asked = record["size"], record["crop"], record.get("scene_max_depth")
     yield from ("--size", f"{width}x{height}")
     if crop != [0, 0, width, height]:
@@ -117,7 +142,7 @@ def _options(record: Record) -> Iterator[str]:
         yield "--transparent"
     for effect in record.get("without") or ():
         yield from ("--without", effect)
-    yield from ("--seed", str(record["seed"]))
+    yield from ("--seed", str(seed))
     if record["backend"] != "core":
         yield from ("--backend", record["backend"])
 
@@ -129,11 +154,19 @@ def _changed(record: Record) -> str:
     if record.get("without"):  # the record's digest is that of the scene without them
         return ""
     try:
-        scene = load_file(Path(record["scene"]), record["defines"], substitute=bool(record["substitutions"]))
+        scene = _loaded(record)
         same = any(each.digest == record["digest"] for each in _as_asked(scene, record))
     except EqualtimeError:
         return "that file cannot be read as it is"
     return "" if same else "the scene has changed since, or was read with options that the record does not have"
+
+
+def _loaded(record: Record) -> Scene:
+    """Return the scene's file, as it is now, read with the options of the record."""
+    path, defines, substitute = Path(record["scene"]), record["defines"], bool(record["substitutions"])
+    if (frame := Origin.from_record(record).frame) is not None:
+        return next(frames_of(path, [frame], defines, substitute=substitute))
+    return load_file(path, defines, substitute=substitute)
 
 
 def _as_asked(scene: Scene, record: Record) -> Iterator[Scene]:

@@ -41,13 +41,12 @@ from equaltime.rendering.budget import StopRule
 from equaltime.rendering.job import Backend, Traps
 from equaltime.rendering.output_files import AovPicture, check_output
 from equaltime.scene import load_file
-from equaltime.scene.frames import Frame, frame_files, frames_of
+from equaltime.scene.frame_scenes import frames_of
+from equaltime.scene.frames import Frame, frame_files
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
 
 __all__ = ["render"]
-
-_FPS = 24.0
 
 
 def render(
@@ -106,7 +105,7 @@ def render(
         typer.Option(
             parser=parse_number(1e-3, 1e6), metavar="N", help="Frames a second: frame n is at n / fps seconds."
         ),
-    ] = _FPS,
+    ] = Frame.fps,
     blur: Annotated[
         float,
         typer.Option(
@@ -114,7 +113,7 @@ def render(
             metavar="SHARE",
             help="Share of a frame for which the shutter is open: 0 makes stills, 0.5 is usual for films.",
         ),
-    ] = 0.0,
+    ] = Frame.blur,
     transparent: Transparent = False,
     resume: Annotated[
         bool, typer.Option("--resume", help="Continue FILE.exr, if it is there, towards the limits given now.")
@@ -233,7 +232,7 @@ def render(
     definitions = parse_definitions(define or ())
     changes = {"size": size, "crop": crop, "max_depth": max_depth, "transparent": transparent}
     if frames is None:
-        if (fps, blur) != (_FPS, 0.0):
+        if (fps, blur) != (Frame.fps, Frame.blur):
             raise typer.BadParameter("--fps and --blur belong to --frames: give --frames too")
         loaded = load_file(scene, definitions, substitute=substitute)
         return render_picture(loaded, changes, output, order, seed)
@@ -241,6 +240,6 @@ def render(
         files = dict(zip(frames, frame_files(output, frames), strict=True))
     except ValueError as wrong:
         raise typer.BadParameter(str(wrong), param_hint="-o") from None
-    shown = [Frame.of(number, fps, blur) for number in frames]
+    shown = [Frame(number, fps, blur) for number in frames]
     scenes = frames_of(scene, shown, definitions, substitute=substitute)
     return render_frames(os.path.abspath(example_of(scene) or scene), scenes, changes, files, order, seed)

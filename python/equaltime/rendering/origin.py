@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from equaltime.images.image_files import Window
 from equaltime.rendering.film_picture import FilmPicture
+from equaltime.scene.frames import Frame
 from equaltime.strict_json import to_json
 
 __all__ = ["Origin"]
@@ -48,6 +49,8 @@ class Origin:
     """Whether the render was asked to make the background transparent (`Scene.with_`)."""
     defines: Mapping[str, str] = field(default_factory=dict, compare=False, hash=False)
     """Values for the variables of the scene's file, as text. The digest already contains their effect."""
+    frame: Frame | None = field(default=None, compare=False)
+    """The frame of an animation that the image is; None for other renders. The digest already contains its effect."""
     picture: FilmPicture = field(default_factory=FilmPicture, compare=False)
     """Form of the picture that the film asks for; the bits of the render do not depend on it."""
 
@@ -75,6 +78,7 @@ class Origin:
             scene_max_depth=record["scene_max_depth"],
             transparent=record["transparent"],
             defines=record["defines"],
+            frame=_frame(record["frame"]),
             picture=FilmPicture.from_dict(record["picture"]),
         )
 
@@ -97,7 +101,12 @@ class Origin:
             **({"without": list(self.without)} if self.without else {}),
             **({"transparent": True} if self.transparent else {}),
             **({"defines": dict(self.defines)} if self.defines else {}),
+            **({} if self.frame is None else {"frame": asdict(self.frame)}),
             "substitutions": list(self.substitutions),
             "sources": [dict(source) for source in self.sources],
             **({} if self.picture == FilmPicture() else {"picture": to_json(self.picture)}),
         }
+
+
+def _frame(record: Mapping[str, Any] | None) -> Frame | None:
+    return None if record is None else Frame(record["number"], record["fps"], record["blur"])

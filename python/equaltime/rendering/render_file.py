@@ -40,6 +40,8 @@ nets, second_net             independent nets of a pixel's samples: with 2 the r
                              with 1 they are not; k, if one of k pixels has a second net
 transparent                  true if the background was made transparent, beside what the scene's film asks for
 defines                      values of -D, by name, with which the scene's file was read
+frame                        number of a frame of an animation (--frames), fps (frames a second), and blur (share of
+                             the frame for which the shutter is open)
 substitutions                parts of the scene that were replaced since they cannot be rendered
 sources                      of a merged render: seed, samples, seconds and build of each part
 picture                      colors, alpha and half of the first part, if it is not R, G, B in 32 bits (`FilmPicture`)

@@ -94,6 +94,12 @@ class _Picture(_Facts):
     half: bool
 
 
+class _Frame(_Facts):
+    number: Count
+    fps: Annotated[float, Field(gt=0.0)]
+    blur: Annotated[float, Field(ge=0.0, le=1.0)]
+
+
 class _Record(_Facts):
     """Keys that resuming and merging need; `equaltime.rendering.render_file` describes them."""
 
@@ -114,6 +120,7 @@ class _Record(_Facts):
     without: list[str] = []
     transparent: bool = False
     defines: dict[str, str] = {}
+    frame: _Frame | None = None
     substitutions: list[str]
     sources: list[_Source]
     picture: _Picture | None = None

@@ -339,6 +339,7 @@ def origin_of(
         scene_max_depth=scene.own_max_depth,
         transparent=scene.transparent,
         defines=scene.defines,
+        frame=scene.frame,
         picture=FilmPicture.of(film),
     )
 

@@ -7,21 +7,17 @@ of the frame's duration. A share of 0 makes a still; 0.5 is the 180-degree shutt
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from equaltime.errors import Problem, SceneError
-from equaltime.scene.motion import still
-from equaltime.scene.scene import Scene, load_file
 from equaltime.words import shortened
 
-__all__ = ["MOST_FRAMES", "Frame", "frame_files", "frames_of", "parse_frames"]
+__all__ = ["MOST_FRAMES", "Frame", "frame_files", "frame_pattern", "parse_frames"]
 
 MOST_FRAMES = 100_000
 _LARGEST = 10**9
 _RANGE = re.compile(r"(\d{1,10})(?:-(\d{1,10})(?::(\d{1,10}))?)?")
-_OF_AN_ANIMATION = ("shutter", "time")
 
 
 @dataclass(frozen=True)
@@ -29,16 +25,15 @@ class Frame:
     """One frame of an animation."""
 
     number: int
-    shutter: tuple[float, float]
-    """Times at which the shutter opens and closes, in seconds; equal for a still."""
+    fps: float = 24.0
+    """Frames a second."""
+    blur: float = 0.0
+    """Share of the frame's duration for which the shutter is open, from 0 to 1; 0 makes a still."""
 
-    @classmethod
-    def of(cls, number: int, fps: float, blur: float) -> Frame:
-        """Return frame ``number`` of an animation with ``fps`` frames a second.
-
-        ``blur`` is the share of the frame's duration for which the shutter is open, from 0 to 1.
-        """
-        return cls(number, (number / fps, (number + blur) / fps))
+    @property
+    def shutter(self) -> tuple[float, float]:
+        """Times at which the shutter opens and closes, in seconds; equal for a still."""
+        return self.number / self.fps, (self.number + self.blur) / self.fps
 
 
 def parse_frames(text: str) -> tuple[int, ...]:
@@ -74,28 +69,15 @@ def frame_files(output: Path, numbers: Sequence[int]) -> tuple[Path, ...]:
     return tuple(output.with_name(f"{before}{number:0{len(digits)}d}{after}") for number in numbers)
 
 
-def frames_of(
-    path: str | Path, frames: Sequence[Frame], defines: Mapping[str, object], *, substitute: bool = False
-) -> Iterator[Scene]:
-    """Yield the scene in the file ``path`` once for each frame, with the frame's shutter.
+def frame_pattern(name: str, number: int) -> str:
+    """Return the name with ``#`` for which `frame_files` gives the file ``name`` to frame ``number``.
 
-    ``defines`` and ``substitute`` are as for `equaltime.scene.load_file`. glTF files are read anew for each frame,
-    since their animations are sampled while the shutter is open.
-
-    Raises
-    ------
-    SceneError
-        If the scene is invalid, if nothing in it is animated, or if a definition already chooses its time.
+    ``film_0012.exr`` becomes ``film_####.exr``. There is no such name if ``name`` lacks the number or has a ``#`` of
+    its own; then return a similar name, to which ``_####`` is added.
     """
-    path = Path(path)
-    if twice := next((name for name in _OF_AN_ANIMATION if name in defines), None):
-        raise SceneError((Problem(str(path), f"the frames choose the time: leave '{twice}' out"),))
-    if path.suffix.lower() in (".gltf", ".glb"):
-        for frame in frames:
-            yield load_file(path, {**defines, "shutter": frame.shutter}, substitute=substitute)
-        return
-    scene = load_file(path, defines, substitute=substitute)
-    if still(scene.model) is scene.model:
-        raise SceneError((Problem(str(path), "nothing in the scene is animated: all frames would be the same"),))
-    for frame in frames:
-        yield scene.with_(shutter=frame.shutter)
+    found = [] if "#" in name else re.finditer(rf"0*{number}(?!\d)", name)
+    place = max(found, key=lambda match: (len(match[0]), match.start()), default=None)
+    if place is not None:
+        return f"{name[: place.start()]}{'#' * len(place[0])}{name[place.end() :]}"
+    path = Path(name.replace("#", "_"))
+    return f"{path.stem}_####{path.suffix}"

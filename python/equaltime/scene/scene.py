@@ -27,6 +27,7 @@ from equaltime.scene.compile import compile_scene
 from equaltime.scene.compile_media import unseen_media
 from equaltime.scene.core import Unsupported
 from equaltime.scene.dict_reader import read_dict
+from equaltime.scene.frames import Frame
 from equaltime.scene.geometry import Surface, seen_whole
 from equaltime.scene.gltf import read_gltf
 from equaltime.scene.inert import shown
@@ -126,6 +127,8 @@ class Scene(Shown):
     """Values for the variables of the file, as text, with which it was read."""
     transparent: bool = False
     """Whether `with_` made the background transparent; False if only the scene's film asks for alpha."""
+    frame: Frame | None = None
+    """The frame whose shutter the scene has; None unless `equaltime.scene.frame_scenes.frames_of` made the scene."""
 
     def __str__(self) -> str:
         width, height = self.size
@@ -306,6 +309,7 @@ class Scene(Shown):
             self.replaced(model),
             warnings=warnings,
             transparent=transparent or self.transparent,
+            frame=self.frame if shutter is None else None,
             _own_max_depth=self.own_max_depth,
         )
 

@@ -12,6 +12,11 @@ import pytest
 import equaltime as et
 from equaltime.cli import main
 from equaltime.images import image_files as images
+from equaltime.scene.frame_scenes import frames_of
+from equaltime.scene.frames import Frame, frame_files
+
+from ..scene.test_frames import KEYS, STANDING
+from ..scene.test_gltf_animations import animated
 
 SCENES = Path(__file__).parents[3] / "scenes"
 
@@ -133,6 +138,69 @@ def test_the_command_that_repeats_a_render_has_its_definitions(
     a, b = (et.read(tmp_path / name) for name in ("a.exr", "b.exr"))
     assert (a.image == b.image).all()
     assert a.origin.defines == {"ball": "24", "shutter": "0.5"}
+
+
+@pytest.mark.parametrize("kind", ["toml", "gltf"])
+@pytest.mark.parametrize(
+    ("output", "words", "said"),
+    [
+        (
+            "f.exr",
+            "--frames 3 --blur 0.5 --seed 7",
+            "-o 'f_####.exr' --spp 2 --frames 3 --blur 0.5 --size 8x6 --seed 7",
+        ),
+        ("f-##.exr", "--frames 1,3 --fps 2.5", "-o 'f-##.exr' --spp 2 --frames 3 --fps 2.5 --size 8x6 --seed 0"),
+    ],
+)
+def test_the_command_that_repeats_a_frame_has_its_number(
+    kind: str, output: str, words: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It runs as it is printed, and gives the same picture."""
+    scene = tmp_path / f"scene.{kind}"
+    if kind == "toml":
+        scene.write_text(STANDING + KEYS)
+    else:
+        animated("translation", [0, 4], [[0, 0, 0], [4, 0, 0]]).gltf(scene)
+    file = tmp_path / frame_files(Path(output), [3])[0]
+    assert (
+        main(["render", str(scene), "-o", str(tmp_path / output), "--size", "8x6", "--spp", "2", *words.split()]) == 0
+    )
+    capsys.readouterr()
+    assert main(["info", str(file)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    (again,) = [line for line in lines if line.startswith("repeat")]
+    assert again == f"repeat    equaltime render {scene} {said}"
+    assert f"shows     {scene} at 8x6, frame 3" in lines
+    assert not any(line.strip().startswith("but ") for line in lines)
+    _, _, *command = shlex.split(again)
+    command[command.index("-o") + 1] = str(tmp_path / "again" / output)
+    (tmp_path / "again").mkdir()
+    assert main(command) == 0
+    a, b = et.read(file), et.read(tmp_path / "again" / file.name)
+    assert (a.image == b.image).all()
+    assert a.origin.frame == b.origin.frame
+    assert a.origin.defines == {}
+
+
+def test_a_frame_with_a_seed_below_its_number_is_repeated_with_another(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (scene := tmp_path / "scene.toml").write_text(STANDING + KEYS)
+    (moment,) = frames_of(scene, [Frame(3)], {})
+    et.render(moment.with_(size=(8, 6)), spp=2, seed=1).save(tmp_path / "f_0003.exr")
+    assert main(["info", str(tmp_path / "f_0003.exr")]) == 0
+    told = capsys.readouterr().out
+    assert f"similar   equaltime render {scene} -o 'f_####.exr' --spp 2 --frames 3 --size 8x6 --seed 0\n" in told
+
+
+def test_more_of_a_render_tells_its_frame(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (scene := tmp_path / "scene.toml").write_text(STANDING + KEYS)
+    words = ["--size", "8x6", "--spp", "2", "--frames", "3", "-q"]
+    assert main(["render", str(scene), "-o", str(tmp_path / "f.exr"), *words]) == 0
+    assert main(["info", str(tmp_path / "f_0003.exr"), "-v"]) == 0
+    assert "number 3, fps 24.0, blur 0.0" in capsys.readouterr().out
+    assert main(["info", str(tmp_path / "f_0003.exr"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["frame"] == {"number": 3, "fps": 24.0, "blur": 0.0}
 
 
 def test_definitions_from_python_are_recorded_as_text() -> None:

@@ -17,6 +17,7 @@ ROOT = Path(__file__).parents[3]
 PAGE = ROOT / "python" / "equaltime" / "cli" / "README.md"
 CORNELL = str(ROOT / "scenes" / "cornell-box.toml")
 RENDER = ["render", CORNELL, "--size", "16x16", "-o", "{}/x.exr", "--json"]
+COST = ["cost", CORNELL, "--size", "16x16", "--quick", "--budget", "0.02s"]
 INTERVAL = {"value", "low", "high", "trusted", "never", "doubt", "note", "bound", "reach"}
 
 
@@ -77,7 +78,9 @@ def saved(folder: Path, name: str, *options: str) -> str:
         ),
         ("render", ["info", "{}/a.exr", "--json"]),
         ("quote", ["quote", CORNELL, "--size", "16x16", "--error", "5%", "--why", "--json"]),
-        ("cost", ["cost", CORNELL, "--size", "16x16", "--quick", "--budget", "0.02s", "-o", "{}/cost", "--json"]),
+        ("cost", [*COST, "-o", "{}/cost", "--json"]),
+        ("cost", ["info", "{}/cost", "--json"]),
+        ("info of an experiment file", ["info", str(ROOT / "scenes" / "experiments" / "x3-light.toml"), "--json"]),
         ("compare", ["compare", "{}/a.exr", "{}/b.exr", "{}/c.exr", "--json"]),
         ("effects", ["effects", CORNELL, "--size", "16x16", "--quick", "--json"]),
         ("bench", ["bench", CORNELL, "--repeats", "2", "--spp", "1", "--threads", "1", "--json"]),
@@ -94,6 +97,8 @@ def test_every_key_of_a_command_is_named(
     for seed, name in enumerate("abc"):
         if any(f"{name}.exr" in word for word in command):
             saved(tmp_path, f"{name}.exr", "--seed", str(seed), "--spp", "8")
+    if command[0] == "info" and any(word.endswith("/cost") for word in command):
+        assert main([*COST, "-o", str(tmp_path / "cost")]) == 0
     capsys.readouterr()
     main([word.format(tmp_path) for word in command])
     found, patterns = {*keys(json.loads(capsys.readouterr().out))}, named(section)

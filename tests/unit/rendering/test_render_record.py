@@ -66,6 +66,7 @@ def test_a_key_that_is_missing_is_named(
         ("size", [6, 2**31], "'size.1': must be less than"),
         ("stopped_by", "night", "'stopped_by'"),
         ("strategy", "bets", "did you mean 'best'?"),
+        ("frame", {"number": 1, "fps": 0.0, "blur": 0.0}, "'frame.fps': must be more than 0"),
         ("bias", {"value": "small"}, "'bias.value'"),
         ("crop", [0, 0, 5, 6], "its parts are not of one size"),
         ("replicates", 3, "its parts are not of one size"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,9 @@ from equaltime.cli import main
 from equaltime.scene import model as m
 from equaltime.scene.export import FORMATS
 from equaltime.scene.export.files import Folder, write_ply
+from equaltime.scene.export.look_at import look_at_of
+from equaltime.scene.model import poses
+from equaltime.scene.transforms import parse
 
 from .gltf_files import Builder
 
@@ -98,6 +102,105 @@ def test_two_shapes_never_get_one_name() -> None:
     assert [part["type"] for part in scene_dict(named, str).values() if isinstance(part, dict)][-3:] == [
         *("sphere", "disk", "disk"),
     ]
+
+
+# -- cameras ---------------------------------------------------------------------------------------------------------
+
+
+def camera_of(text: str) -> Any:
+    """Return what stands for ``to_world`` in the only camera of a TOML file."""
+    return tomllib.loads(text)["sensor"]["to_world"]
+
+
+@pytest.mark.parametrize(
+    ("origin", "target", "up"),
+    [
+        *(([0, 1, 6.8], [0, 1, 0], [0, 1, 0]), ([0.95, 0.1, 0.9], [0.4, -0.3, -0.6], [0, 1, 0])),
+        *(([28.2792, 3.5, 0], [0, 3.5, 0], [0, 1, 0]), ([-9.41, -3.4, 6.68], [0, 0.75, 0], [0, 0, 1])),
+        *(([3, 4, 5], [0.15, 0.1, 0.05], [0.5, 1, 0]), ([0, 2, 0], [0, 0, 0], [1, 0, 0])),
+    ],
+)
+def test_a_camera_is_written_with_the_few_digits_that_it_was_given(
+    origin: list[float], target: list[float], up: list[float], tmp_path: Path
+) -> None:
+    placed = {"look_at": {"origin": origin, "target": target, "up": up}}
+    loaded = et.load_dict(scene() | {"sensor": {"type": "perspective", "to_world": placed}})
+    for kind in ("toml", "xml"):
+        loaded.write(tmp_path / f"new.{kind}")
+        assert et.load(tmp_path / f"new.{kind}").digest == loaded.digest
+    assert camera_of((tmp_path / "new.toml").read_text()) == [placed]
+    text = "".join(
+        f' {name}="{", ".join(str(float(n)) for n in vector)}"' for name, vector in placed["look_at"].items()
+    )
+    assert f'<transform name="to_world"><lookat{text}/></transform>' in (tmp_path / "new.xml").read_text()
+
+
+SCENES = Path(__file__).parents[3] / "scenes"
+FOLDERS = (".", "experiments", "montelight", "terrain")
+OURS = [path for name in FOLDERS for path in sorted((SCENES / name).glob("*.toml")) if "look_at" in path.read_text()]
+
+
+@pytest.mark.parametrize("path", OURS, ids=lambda path: path.stem)
+def test_cameras_of_our_scenes_are_written_as_look_at(path: Path, tmp_path: Path) -> None:
+    camera = et.load(path).model.sensor
+    for matrix in poses(camera.to_world):
+        found = look_at_of(matrix)
+        assert found is not None
+        assert np.array(matrix).tobytes() == parse({"look_at": found}).tobytes()
+    named = m.SceneModel(integrator=m.Path(), sensor=camera, shapes=(), emitters=())
+    for kind in ("toml", "xml"):
+        et.load_dict(scene()).replaced(named).write(tmp_path / f"new.{kind}")
+        assert repr(et.load(tmp_path / f"new.{kind}").model.sensor.to_world) == repr(camera.to_world)
+
+
+def test_a_camera_with_all_digits_is_written_as_look_at_only_if_no_bit_is_lost() -> None:
+    rng = np.random.default_rng(1)
+    made = [dict(zip(("origin", "target", "up"), rng.normal(size=(3, 3)).tolist(), strict=True)) for _ in range(20)]
+    matrices = [parse({"look_at": vectors}) for vectors in made]
+    found = [look_at_of(matrix.tolist()) for matrix in matrices]
+    assert sum(vectors is not None for vectors in found) >= 12
+    for matrix, vectors in zip(matrices, found, strict=True):
+        assert vectors is None or parse({"look_at": vectors}).tobytes() == matrix.tobytes()
+
+
+FAR = {"look_at": {"origin": [1e308, 0, 0], "target": [0, 0, 0], "up": [0, 1, 0]}}
+LEANING = {"look_at": {"origin": [0, 0, 4], "target": [0, 0, 0], "up": [0, 1e-9, 1]}}
+MIRRORED = [{"look_at": {"origin": [0, 1, 4], "target": [0, 0, 0], "up": [0, 1, 0]}}, {"scale": [-1, 1, 1]}]
+STRETCHED = [{"scale": [5, 5, 1]}, {"translate": [0, 0, -10]}]
+TURNED = [{"rotate": {"axis": [1, 2, 3], "angle": 40}}]
+
+
+@pytest.mark.parametrize(
+    ("placed", "is_look_at"),
+    [(FAR, True), (LEANING, True), (MIRRORED, False), (STRETCHED, False), (TURNED, False), ({"scale": 1e200}, False)],
+)
+def test_an_odd_camera_stays_as_it_is(placed: Any, is_look_at: bool, tmp_path: Path) -> None:
+    camera = et.load_dict(scene() | {"sensor": {"type": "orthographic", "to_world": placed}})
+    for kind in ("toml", "xml"):
+        camera.write(tmp_path / f"new.{kind}")
+        assert repr(et.load(tmp_path / f"new.{kind}").model.sensor.to_world) == repr(camera.model.sensor.to_world)
+    assert ("look_at" in str(camera_of((tmp_path / "new.toml").read_text()))) == is_look_at
+
+
+def test_the_keys_of_a_moving_camera_are_written_as_look_at(tmp_path: Path) -> None:
+    first, last = ({"origin": [x, 1.0, 4.0], "target": [x, 1.0, 0.0], "up": [0.0, 1.0, 0.0]} for x in (0.0, 0.5))
+    keys = [{"time": time, "look_at": vectors} for time, vectors in ((0.0, first), (1.0, last))]
+    camera = et.load_dict(scene() | {"sensor": {"type": "perspective", "to_world": {"animation": keys}}})
+    camera.write(tmp_path / "new.toml")
+    camera.write(tmp_path / "new.xml")
+    written = camera_of((tmp_path / "new.toml").read_text())["animation"]
+    assert written == [{"time": float(n), "transform": [{"look_at": look}]} for n, look in enumerate((first, last))]
+    assert (tmp_path / "new.xml").read_text().count("<lookat ") == 2
+    for name in ("new.toml", "new.xml"):
+        assert et.load(tmp_path / name).model.sensor.to_world == camera.model.sensor.to_world
+
+
+def test_only_cameras_are_written_as_look_at(tmp_path: Path) -> None:
+    placed = {"look_at": {"origin": [0, 0, 4], "target": [0, 0, 0], "up": [0, 1, 0]}}
+    loaded = et.load_dict(scene(ball={"type": "sphere", "to_world": placed}))
+    loaded.write(tmp_path / "new.toml")
+    assert "look_at" not in (tmp_path / "new.toml").read_text()
+    assert loaded.to_dict()["ball"]["to_world"][2] == [0.0, 0.0, -1.0, 4.0]
 
 
 # -- files -----------------------------------------------------------------------------------------------------------

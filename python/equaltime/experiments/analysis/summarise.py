@@ -32,7 +32,7 @@ from equaltime.statistics.curves import Runs, error_at, error_curve, least_error
 from equaltime.statistics.intervals import FEWEST_REPEATS, UNKNOWN, Interval, signed_root, sound
 from equaltime.words import percent
 
-__all__ = ["conclude", "summarise"]
+__all__ = ["conclude", "concluded", "summarise"]
 
 Floats = NDArray[np.float64]
 
@@ -47,13 +47,19 @@ def conclude(experiment: Experiment, folder: Path, command: str = "") -> Summary
     command
         Command line that started the experiment, for the report's provenance.
     """
-    summary = summarise(experiment, load(ExperimentFolder(folder).records), folder)
+    summary = concluded(experiment, folder)
     if command:
         summary = replace(summary, provenance={"command": command, **summary.provenance})
-    if experiment.theirs is not None:
-        summary = replace(summary, theirs=experiment.theirs, beside=beside(experiment.theirs, summary))
     report.write_report(summary, folder)
     return summary
+
+
+def concluded(experiment: Experiment, folder: Path) -> Summary:
+    """Return the summary of the records in ``folder``, with the published numbers beside the measured ones."""
+    summary = summarise(experiment, load(ExperimentFolder(folder).records), folder)
+    if experiment.theirs is None:
+        return summary
+    return replace(summary, theirs=experiment.theirs, beside=beside(experiment.theirs, summary))
 
 
 def summarise(experiment: Experiment, rows: Sequence[Row], folder: Path) -> Summary:

@@ -162,10 +162,8 @@ class ExperimentFolder:
         """
         try:
             if self.experiment.exists():
-                before = _read_json(self.experiment)
-                known = before.get("identity")
-                if not isinstance(known, dict) or not all(isinstance(known.get(key), dict) for key in _GROWING):
-                    raise ExperimentError((Problem(f"{self.experiment}: identity", _DAMAGED),))
+                before = self.read_experiment()
+                known = before["identity"]
                 joined = _joined(known, json.loads(json_text(identity)))
                 self._compare(known, joined)
                 if joined != known:
@@ -175,6 +173,17 @@ class ExperimentFolder:
                 self._write(self.experiment, {"identity": identity, "experiment": text})
         except OSError as error:
             raise _refused(self.path, error.strerror or str(error)) from error
+
+    def read_experiment(self) -> dict[str, Any]:
+        """Return the contents of the experiment's file: the tables ``identity`` and ``experiment``.
+
+        The identity has tables of scenes and of strategies. Raises ExperimentError if the file is missing or damaged.
+        """
+        content = _read_json(self.experiment)
+        known = content.get("identity")
+        if not isinstance(known, dict) or not all(isinstance(known.get(key), dict) for key in _GROWING):
+            raise ExperimentError((Problem(f"{self.experiment}: identity", _DAMAGED),))
+        return content
 
     def _refuse_foreign(self) -> None:
         found = [name for name in _OURS if (self.path / name).exists()]

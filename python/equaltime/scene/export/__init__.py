@@ -1,8 +1,8 @@
 """Export of scenes: as a dictionary, as TOML, or as XML for Mitsuba 3.
 
-`plain` converts a scene model to nested dictionaries with Mitsuba's names. `toml_writer` and `xml_writer` convert such
-a dictionary to text. `files` names files, and writes the contents of a glTF file as separate files. The function
-`convert` combines all steps.
+`plain` converts a scene model to nested dictionaries with Mitsuba's names. `look_at` replaces matrices of cameras by
+origin, target and up direction. `toml_writer` and `xml_writer` convert such a dictionary to text. `files` names files,
+and writes the contents of a glTF file as separate files. The function `convert` combines all steps.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from equaltime.errors import Problem, SceneError
 from equaltime.files import beside, give_new_name
 from equaltime.scene.assets import Assets
 from equaltime.scene.export.files import Folder, portable, relative
+from equaltime.scene.export.look_at import with_look_at
 from equaltime.scene.export.plain import PlainWriter, scene_dict, with_transforms
 from equaltime.scene.export.toml_writer import write_toml
 from equaltime.scene.export.xml_writer import write_xml
@@ -54,7 +55,7 @@ def convert(model: SceneModel, assets: Assets, file: Path, *, copy: bool = False
             path = folder.copy(path)
         return relative(path, file.parent) + ("" if inside is None else f"#{inside}")
 
-    text = FORMATS[file.suffix.lower()](scene_dict(model, name))
+    text = FORMATS[file.suffix.lower()](with_look_at(scene_dict(model, name)))
     with beside(file) as fresh:
         fresh.write_text(text, encoding="utf-8", newline="\n")
         give_new_name(fresh, file)

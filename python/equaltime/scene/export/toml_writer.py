@@ -13,7 +13,7 @@ __all__ = ["write_toml"]
 
 
 def write_toml(scene: Mapping[str, Any]) -> str:
-    """Return the TOML text of `scene`, a dictionary made by `plain.scene_dict`."""
+    """Return the TOML text of `scene`, a dictionary made by `plain.scene_dict`, with or without `look_at`."""
     tables = [_table(name, table) for name, table in scene.items() if name != "type"]
     return "\n".join(tables)
 
@@ -38,6 +38,9 @@ def _value(key: str, value: object, slots: frozenset[str], *, lines: bool = Fals
         return _array(value)
     if isinstance(value, Mapping) and "animation" in value:
         return _animation(key, value, slots)
+    if key in TRANSFORMS and isinstance(value, Mapping):
+        vectors = ", ".join(f"{name} = {_array(vector)}" for name, vector in value["look_at"].items())
+        return f"[{{ look_at = {{ {vectors} }} }}]"
     if isinstance(value, Mapping):
         return _nested(key, value, slots)
     if isinstance(value, bool):

@@ -18,7 +18,7 @@ BY_NAME: Final = frozenset({"texture", "medium"})
 
 
 def write_xml(scene: Mapping[str, Any]) -> str:
-    """Return the XML text of `scene`, a dictionary made by `plain.scene_dict`."""
+    """Return the XML text of `scene`, a dictionary made by `plain.scene_dict`, with or without `look_at`."""
     kinds = {name: PLUGINS[part["type"]].kind for name, part in scene.items() if name != "type"}
     lines = [f'<scene version="{VERSION}">']
     for name, kind in kinds.items():
@@ -52,22 +52,29 @@ def _part(key: str, value: Any, kinds: Mapping[str, str], depth: int) -> Iterato
                 else f"{indent}{INDENT}<string {time} value={_quoted(k[key])}/>"
             )
         yield f"{indent}</animation>"
+    elif key in TRANSFORMS:
+        yield _transform(f'name="{key}"', value, depth)
     elif isinstance(value, Mapping) and value["type"] == "ref":
         name = f" name={_quoted(key)}" if kinds.get(value["id"]) in BY_NAME else ""
         yield f"{indent}<ref id={_quoted(value['id'])}{name}/>"
     elif isinstance(value, Mapping) and value["type"] != "rgb":
         kind = PLUGINS[value["type"]].kind
         yield from _object(value, f"name={_quoted(key)}" if kind in BY_NAME else "", kind, kinds, depth)
-    elif key in TRANSFORMS:
-        yield _transform(f'name="{key}"', value, depth)
     else:
         yield f"{indent}<{_tag(key, value)} name={_quoted(key)} value={_quoted(_text(value))}/>"
 
 
-def _transform(called: str, matrix: list[list[float]], depth: int) -> str:
+def _transform(called: str, value: Any, depth: int) -> str:
+    """Return the element of a transform, which is a matrix or a `look_at`."""
     indent = INDENT * depth
-    rows = f"\n{indent}{INDENT * 4}".join(" ".join(map(repr, row)) for row in matrix)
-    return f'{indent}<transform {called}><matrix value="{rows}"/></transform>'
+    if isinstance(value, Mapping):
+        step = "lookat" + "".join(
+            f' {name}="{", ".join(map(repr, vector))}"' for name, vector in value["look_at"].items()
+        )
+    else:
+        rows = f"\n{indent}{INDENT * 4}".join(" ".join(map(repr, row)) for row in value)
+        step = f'matrix value="{rows}"'
+    return f"{indent}<transform {called}><{step}/></transform>"
 
 
 def _tag(key: str, value: Any) -> str:

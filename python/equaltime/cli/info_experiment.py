@@ -1,0 +1,236 @@
+"""Summaries of experiments for ``equaltime info``: of a folder that ``equaltime cost`` made, and of a file."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.table import Table
+
+from equaltime.cli.cost_table import every_row, in_brackets
+from equaltime.experiments.model.experiment import Experiment, StrategyEntry
+from equaltime.experiments.model.plan import planned, planned_runs, planned_seconds
+from equaltime.experiments.model.reader import quicker
+from equaltime.experiments.model.summary import StrategyResult, Summary
+from equaltime.experiments.report.telling import is_quick
+from equaltime.experiments.report.words import error_cell
+from equaltime.experiments.run.stored import StoredExperiment
+from equaltime.scene import Scene
+from equaltime.statistics.intervals import sound
+from equaltime.strict_json import to_json
+from equaltime.words import duration, percent
+
+__all__ = [
+    "experiment_facts",
+    "experiment_summary",
+    "experiment_table",
+    "folder_facts",
+    "folder_summary",
+    "folder_table",
+    "verdicts",
+]
+
+_MOST_NAMES = 6
+_THIN = "\N{NARROW NO-BREAK SPACE}"
+_MEASURED_ON = {"machines": ("cpu",), "builds": ("version", "compiler", "target")}
+
+
+def folder_summary(stored: StoredExperiment) -> Iterator[str]:
+    """Yield the verdict of a folder's experiment, and at most ten lines on how it was found."""
+    summary, experiment, done = stored.summary, stored.experiment, len(stored.runs)
+    yield _verdict(stored)
+    look = " (a first look, --quick)" if is_quick(summary) else ""
+    yield f"experiment  {experiment.title or stored.folder.resolve().name}{look}"
+    yield f"scenes      {_listed(stored.identity['scenes'])}{_size(stored.identity['scenes'].values())}"
+    yield f"strategies  {_strategies(experiment)}"
+    if summary.scenes:
+        yield f"error       {_errors(summary)}"
+    runs = f"all {_many(done, 'run')}" if stored.complete else f"{done} of {stored.planned} runs, not complete"
+    yield f"ran         {runs}" + (
+        f", {duration(stored.seconds)} of rendering, begun {stored.begun[:10]}" if done else ""
+    )
+    if machines := _measured_on(summary, "machines"):
+        yield f"machine     {machines}, {_many(stored.identity.get('threads', 0), 'thread')}"
+    if builds := _measured_on(summary, "builds"):
+        yield f"build       equaltime {builds}"
+    yield _command(stored)
+    yield f"report      equaltime open {shlex.quote(str(stored.folder))}; -v for more"
+
+
+def _verdict(stored: StoredExperiment) -> str:
+    if not stored.runs:
+        return f"{stored.folder}: no run of this experiment is finished"
+    return stored.summary.verdict
+
+
+def _command(stored: StoredExperiment) -> str:
+    """Return a line with the command that goes on with the experiment, or repeats it in another folder.
+
+    If there are several commands, it is the last.
+    """
+    name = "repeat" if stored.complete else "go on"
+    if not stored.commands:
+        return f"{name:<12}with the call that made it: the folder does not record a command"
+    last, others = stored.commands[-1], len(stored.commands) - 1
+    before = f" (and {_many(others, 'command')} before; see -v)" if others else ""
+    return f"{name:<12}{_elsewhere(last) if stored.complete else last}{before}"
+
+
+def _elsewhere(command: str) -> str:
+    """Return a command of ``cost`` with another folder for its results: in the same folder it repeats nothing."""
+    words = shlex.split(command)
+    for number, word in enumerate(words):
+        if word in ("-o", "--output") and number + 1 < len(words):
+            words[number + 1] = f"{words[number + 1].rstrip('/')}-again"
+        elif word.startswith(("--output=", "-o")):
+            words[number] = f"{word.rstrip('/')}-again"
+    return shlex.join(words)
+
+
+def _measured_on(summary: Summary, section: str) -> str:
+    """Return the main facts of the machines or builds on which the runs were made."""
+    found = summary.provenance.get(section, {}).values()
+    told = (", ".join(str(facts[name]) for name in _MEASURED_ON[section] if name in facts) for facts in found)
+    return "; ".join(dict.fromkeys(told))
+
+
+def _errors(summary: Summary) -> str:
+    """Return the error that each strategy reached; on several scenes, the smallest and the largest."""
+    budgets = {scene.budget_s for scene in summary.scenes}
+    after = f"after {duration(*budgets)}" if len(budgets) == 1 else "at equal time"
+    found: dict[str, list[StrategyResult]] = {}
+    for scene in summary.scenes:
+        for result in scene.strategies:
+            found.setdefault(result.label, []).append(result)
+    most = list(found.items())[:_MOST_NAMES]
+    more = f" and {len(found) - len(most)} more" if len(most) < len(found) else ""
+    return f"{after}: {', '.join(f'{label} {_reached(results)}' for label, results in most)}{more}"
+
+
+def _reached(results: Sequence[StrategyResult]) -> str:
+    if len(results) == 1:
+        return in_brackets(error_cell(results[0].error_at_budget)).replace(_THIN, " ")
+    known = [result.error_at_budget.value for result in results if sound(result.error_at_budget)]
+    if not known:
+        return "not trusted"
+    where = "" if len(known) == len(results) else f" on {len(known)} of {len(results)} scenes"
+    return " to ".join(dict.fromkeys((percent(min(known)), percent(max(known))))) + where
+
+
+def folder_table(stored: StoredExperiment) -> Iterator[Table | str]:
+    """Yield the table of all errors and times of a folder's experiment, and all commands that made its runs."""
+    yield every_row(stored.summary)
+    yield "\n".join(stored.commands)
+
+
+def folder_facts(stored: StoredExperiment) -> dict[str, Any]:
+    """Return the data of a folder's experiment: the summary that ``cost --json`` prints, and what has run."""
+    return {
+        **to_json(stored.summary),
+        "verdict": _verdict(stored),
+        "folder": str(stored.folder),
+        "complete": stored.complete,
+        "runs": len(stored.runs),
+        "planned_runs": stored.planned,
+        "seconds": stored.seconds,
+        "commands": list(stored.commands),
+    }
+
+
+def verdicts(folder: Path, found: Sequence[StoredExperiment]) -> Iterator[str]:
+    """Yield a line with the verdict of each experiment in the subfolders of a folder, and which commands show more."""
+    for stored in found:
+        yield f"{stored.folder.name}: {_verdict(stored)}{'' if stored.complete else ' (not complete)'}"
+    one, whole = (shlex.quote(str(path)) for path in (found[0].folder, folder))
+    yield f"More of one: equaltime info {one}; all of them: equaltime open {whole}"
+
+
+def experiment_summary(path: Path, experiment: Experiment, scenes: Sequence[Scene]) -> Iterator[str]:
+    """Yield at most ten lines on the experiment file ``path``: its runs, how long these take, and how to run it."""
+    yield f"{path}: {planned(experiment)}"
+    if experiment.title:
+        yield f"experiment  {experiment.title}"
+    yield f"scenes      {_listed(entry.name for entry in experiment.scenes)}{_size(map(_film, scenes))}"
+    yield f"strategies  {_strategies(experiment)}"
+    yield f"repeats     {experiment.repeats} of each strategy on each scene"
+    if experiment.question == "time":
+        yield f"times       to errors of {', '.join(map(percent, sorted(experiment.targets, reverse=True)))}"
+    if experiment.theirs is not None:
+        yield f"claim       {experiment.theirs.source}: {experiment.theirs.claim}"
+    yield f"--quick     {planned(quicker(experiment))}"
+    yield f"run         equaltime cost {shlex.quote(str(path))} -o {shlex.quote(path.stem)}; -v for more"
+
+
+def experiment_table(experiment: Experiment) -> Iterator[Table | str]:
+    """Yield the strategies of an experiment in full, and its description."""
+    table = Table(show_header=False, box=None)
+    for entry in experiment.strategies:
+        table.add_row(entry.label, _in_full(entry))
+    yield table
+    yield experiment.description
+
+
+def experiment_facts(path: Path, experiment: Experiment, scenes: Sequence[Scene]) -> dict[str, Any]:
+    """Return the data of an experiment file: its settings, the number of runs, and the seconds that they take."""
+    entries = zip(experiment.scenes, scenes, strict=True)
+    quick = quicker(experiment)
+    return {
+        "experiment": str(path),
+        "title": experiment.title,
+        "description": experiment.description,
+        "question": experiment.question,
+        "scenes": [
+            {"name": entry.name, "path": str(scene.source), **_film(scene), "max_depth": scene.max_depth}
+            for entry, scene in entries
+        ],
+        "strategies": [{"label": entry.label, "name": _in_full(entry)} for entry in experiment.strategies],
+        "baseline": experiment.baseline,
+        "budget": experiment.budget,
+        "spp": to_json(experiment.spp),
+        "repeats": experiment.repeats,
+        "targets": to_json(experiment.targets),
+        "reference": to_json(experiment.reference),
+        "theirs": to_json(experiment.theirs),
+        "runs": planned_runs(experiment),
+        "seconds": planned_seconds(experiment),
+        "quick": {"runs": planned_runs(quick), "seconds": planned_seconds(quick)},
+    }
+
+
+def _in_full(entry: StrategyEntry) -> str:
+    """Return the full text of a strategy, the command of another renderer, or its name with its words."""
+    if entry.strategy is not None:
+        return entry.strategy.name
+    if entry.peer is None:
+        return str(entry.python)
+    words = (entry.peer.command, entry.peer.renderer, entry.peer.variant, entry.peer.integrator, entry.peer.sampler)
+    return " ".join(filter(None, words))
+
+
+def _film(scene: Scene) -> dict[str, Any]:
+    return {"size": list(scene.size), "crop": list(scene.model.sensor.film.crop)}
+
+
+def _strategies(experiment: Experiment) -> str:
+    labels = [entry.label for entry in experiment.strategies]
+    return _listed(labels) + (f"; compared with {experiment.baseline}" if len(labels) > 1 else "")
+
+
+def _listed(names: Iterable[str]) -> str:
+    """Return names, the first few of many, after their number if there are several."""
+    names = list(names)
+    more = f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
+    number = f"{len(names)}: " if len(names) > 1 else ""
+    return f"{number}{', '.join(names[:_MOST_NAMES])}{more}"
+
+
+def _size(films: Iterable[Mapping[str, Any]]) -> str:
+    """Return the size in pixels of the rendered windows, if all scenes have one."""
+    sizes = {tuple(film["crop"][2:]) for film in films}
+    return f", {'x'.join(map(str, *sizes))} pixels" if len(sizes) == 1 else ""
+
+
+def _many(number: int, noun: str) -> str:
+    return f"{number:,} {noun}{'s' * (number != 1)}"

@@ -1,0 +1,113 @@
+"""Experiment of a folder as the folder records it: its settings, its results, and how much of it has run.
+
+Neither the experiment's file nor its scenes are read. They may have changed since.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from equaltime.errors import ExperimentError, Problem
+from equaltime.experiments.analysis.summarise import concluded
+from equaltime.experiments.model.experiment import Experiment
+from equaltime.experiments.model.summary import Summary
+from equaltime.experiments.report.telling import commands
+from equaltime.experiments.run.folder import ExperimentFolder
+from equaltime.experiments.run.record import Row, load
+
+__all__ = ["StoredExperiment", "stored_experiments"]
+
+
+@dataclass(frozen=True)
+class StoredExperiment:
+    """A folder's experiment and the runs that it holds."""
+
+    folder: Path
+    experiment: Experiment
+    """The experiment as it was first run, with the scenes and strategies that were added later.
+
+    Only the names of scenes and the labels of added strategies are known; neither can be rendered."""
+    identity: Mapping[str, Any]
+    """All settings that affect records (`equaltime.experiments.model.reader.identity_of`)."""
+    runs: tuple[Row, ...]
+    """Last rows of the finished runs, one for each run."""
+
+    @classmethod
+    def read(cls, folder: Path) -> StoredExperiment:
+        """Read the experiment of a folder; raises `ExperimentError` if it is missing or damaged."""
+        place = ExperimentFolder(folder)
+        content = place.read_experiment()
+        identity: Mapping[str, Any] = content["identity"]
+        try:
+            experiment = Experiment.model_validate(_named(content.get("experiment"), identity))
+        except ExperimentError as error:
+            keys = f"{place.experiment}: experiment"
+            found = (Problem(f"{keys}.{p.place}" if p.place else keys, p.message) for p in error.problems)
+            raise ExperimentError(tuple(found)) from None
+        return cls(folder, experiment, identity, tuple(row for row in load(place.records) if row.last))
+
+    @property
+    def planned(self) -> int:
+        """Number of runs when all strategies have been repeated equally often on all scenes."""
+        repeats = max((self.experiment.repeats, *(row.repeat + 1 for row in self.runs)))
+        return len(self.experiment.scenes) * len(self.experiment.strategies) * repeats
+
+    @property
+    def complete(self) -> bool:
+        """Whether all planned runs are finished."""
+        return len(self.runs) >= self.planned
+
+    @cached_property
+    def summary(self) -> Summary:
+        """Results of the finished runs."""
+        return concluded(self.experiment, self.folder)
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """Command lines that made the runs, each once, the last one last; empty if they were made from Python."""
+        return commands(self.summary)
+
+    @property
+    def seconds(self) -> float:
+        """Seconds that all finished runs took, from first sample to last; references are not counted."""
+        return sum(row.wall_s for row in self.runs)
+
+    @property
+    def begun(self) -> str:
+        """Start of the first finished run: UTC, ISO 8601; empty without a finished run."""
+        return min((row.started for row in self.runs), default="")
+
+
+def stored_experiments(folder: Path) -> tuple[StoredExperiment, ...]:
+    """Return the experiments in the subfolders of a folder, in the order of their names.
+
+    Raises `ExperimentError` if there is none, or if one is damaged.
+    """
+    found = sorted(path.parent for path in folder.glob("*/experiment.json"))
+    if not found:
+        problem = "holds no experiment; `equaltime cost SCENE -o DIR` makes such a folder"
+        raise ExperimentError((Problem(str(folder), problem),))
+    return tuple(map(StoredExperiment.read, found))
+
+
+def _named(stored: object, identity: Mapping[str, Any]) -> object:
+    """Return the stored values with scenes that have a name alone, and with later scenes and strategies."""
+    if not isinstance(stored, Mapping):
+        return stored
+    return {**stored, "scenes": list(_scenes(identity)), "strategies": list(_strategies(stored, identity))}
+
+
+def _scenes(identity: Mapping[str, Any]) -> Iterator[dict[str, str]]:
+    for name in identity["scenes"]:
+        yield {"name": name, "path": name}
+
+
+def _strategies(stored: Mapping[str, Any], identity: Mapping[str, Any]) -> Iterator[object]:
+    entries = stored.get("strategies")
+    known = {entry.get("label"): entry for entry in entries if isinstance(entry, dict)} if entries else {}
+    for label, facts in identity["strategies"].items():
+        yield known.get(label, {"label": label, "python": str(facts)})

@@ -1,0 +1,47 @@
+"""Scenes of an animation's frames: the scene of a file, once for each frame, with the frame's shutter."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from equaltime.errors import Problem, SceneError
+from equaltime.examples import example_of
+from equaltime.scene.frames import Frame
+from equaltime.scene.motion import still
+from equaltime.scene.scene import GLTF, Scene, load_file
+
+__all__ = ["frames_of"]
+
+_OF_AN_ANIMATION = ("shutter", "time")
+"""Definitions of glTF files that choose the time."""
+
+
+def frames_of(
+    path: str | Path, frames: Sequence[Frame], defines: Mapping[str, object], *, substitute: bool = False
+) -> Iterator[Scene]:
+    """Yield the scene in the file ``path`` once for each frame, with the frame's shutter.
+
+    ``defines`` and ``substitute`` are as for `equaltime.scene.load_file`. glTF files are read anew for each frame,
+    since their animations are sampled while the shutter is open.
+
+    Raises
+    ------
+    SceneError
+        If the scene is invalid, if nothing in it is animated, or if a definition already chooses its time.
+    """
+    path = Path(path)
+    if twice := next((name for name in _OF_AN_ANIMATION if name in defines), None):
+        raise SceneError((Problem(str(path), f"the frames choose the time: leave '{twice}' out"),))
+    if (example_of(path) or path).suffix.lower() in GLTF:
+        for frame in frames:
+            scene = load_file(path, {**defines, "shutter": frame.shutter}, substitute=substitute)
+            given = {name: value for name, value in scene.defines.items() if name != "shutter"}
+            yield dataclasses.replace(scene, defines=given, frame=frame)
+        return
+    scene = load_file(path, defines, substitute=substitute)
+    if still(scene.model) is scene.model:
+        raise SceneError((Problem(str(path), "nothing in the scene is animated: all frames would be the same"),))
+    for frame in frames:
+        yield dataclasses.replace(scene.with_(shutter=frame.shutter), frame=frame)

@@ -1,0 +1,216 @@
+"""``equaltime info`` tells what a folder of ``equaltime cost`` holds, and what an experiment file would run."""
+
+from __future__ import annotations
+
+import io
+import json
+import shlex
+import shutil
+from contextlib import redirect_stdout
+from pathlib import Path
+
+import pytest
+
+from equaltime.cli import main
+from equaltime.cli.info_experiment import _elsewhere
+
+SCENES = Path(__file__).parents[3] / "scenes"
+CORNELL = SCENES / "cornell-box.toml"
+EXPERIMENT = f"""
+title = "Boxes"
+scenes = [{{ path = "{CORNELL}", name = "box", size = [8, 8], max_depth = 2 }}]
+strategies = ["bsdf", "best"]
+budget = "20ms"
+repeats = 2
+threads = 1
+reference = {{ error = 0.5, seconds = 0.2 }}
+"""
+
+
+def told(capsys: pytest.CaptureFixture[str], *words: str) -> list[str]:
+    """Return the lines that ``equaltime info`` prints with these words."""
+    capsys.readouterr()
+    assert main(["info", *words]) == 0
+    return capsys.readouterr().out.splitlines()
+
+
+def line(lines: list[str], name: str) -> str:
+    """Return what the only line that begins with ``name`` says."""
+    (found,) = [text for text in lines if text.startswith(f"{name} ")]
+    return found.removeprefix(name).strip()
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """Return the folder of a small experiment, and the verdict that ``cost`` printed."""
+    folder = tmp_path_factory.mktemp("all") / "box"
+    (file := folder.with_suffix(".toml")).write_text(EXPERIMENT)
+    with pytest.MonkeyPatch.context() as patched, redirect_stdout(io.StringIO()) as printed:
+        patched.setenv("XDG_CACHE_HOME", str(folder.parent / "cache"))
+        assert main(["cost", str(file), "-o", str(folder)]) == 0
+    return folder, printed.getvalue().splitlines()[0]
+
+
+@pytest.fixture
+def copy(measured: tuple[Path, str], tmp_path: Path) -> Path:
+    """Return a copy of the folder, for changes."""
+    return Path(shutil.copytree(measured[0], tmp_path / "box"))
+
+
+def test_a_folder_answers_with_its_verdict_first(
+    measured: tuple[Path, str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, verdict = measured
+    lines = told(capsys, str(folder))
+    assert lines[0] == verdict
+    assert len(lines) <= 11
+    assert line(lines, "experiment") == "Boxes"
+    assert line(lines, "scenes") == "box, 8x8 pixels"
+    assert line(lines, "strategies") == "2: bsdf, best; compared with bsdf"
+    assert line(lines, "error").startswith("after 20 ms: bsdf ")
+    assert line(lines, "ran").startswith("all 4 runs, ")
+    assert line(lines, "machine").endswith(", 1 thread")
+    assert line(lines, "build").startswith("equaltime ")
+    assert line(lines, "report") == f"equaltime open {folder}; -v for more"
+    more = told(capsys, str(folder), "-v")[len(lines) :]
+    assert [text.split()[0] for text in more if text] == ["strategy", "bsdf", "best", "equaltime"]
+    assert more[-1] == f"equaltime cost {folder}.toml -o {folder}"
+
+
+def test_the_command_that_repeats_an_experiment_writes_another_folder(
+    measured: tuple[Path, str], tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the same folder it would repeat nothing."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    _, *command = shlex.split(line(told(capsys, str(measured[0])), "repeat"))
+    again = Path(command[command.index("-o") + 1])
+    assert again == measured[0].with_name("box-again")
+    command[command.index("-o") + 1] = str(tmp_path / "again")
+    assert main(command) == 0
+    found, made = (json.loads((path / "experiment.json").read_text()) for path in (measured[0], tmp_path / "again"))
+    assert found["identity"] == made["identity"]
+
+
+@pytest.mark.parametrize("option", ["-o b/", "--output=b", "-ob", "--output b"])
+def test_every_way_to_name_the_folder_is_understood(option: str) -> None:
+    assert _elsewhere(f"equaltime cost a.toml {option} --quick").split()[-2].endswith("b-again")
+
+
+def test_an_experiment_that_was_stopped_is_told_and_goes_on(copy: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    records = copy / "records.csv"
+    rows = records.read_text().splitlines(keepends=True)
+    records.write_text("".join(rows[:-1]))
+    lines = told(capsys, str(copy))
+    assert line(lines, "ran").startswith("3 of 4 runs, not complete, ")
+    assert line(lines, "go on").startswith("equaltime cost ")
+    assert line(lines, "go on").endswith("/box"), "the same folder"
+    records.write_text(rows[0])
+    (copy / "provenance.json").unlink()
+    lines = told(capsys, str(copy))
+    assert lines[0] == f"{copy}: no run of this experiment is finished"
+    assert line(lines, "ran") == "0 of 4 runs, not complete"
+    assert line(lines, "go on") == "with the call that made it: the folder does not record a command"
+    (data,) = [json.loads("\n".join(told(capsys, str(copy), "--json")))]
+    assert (data["verdict"], data["complete"], data["runs"], data["planned_runs"]) == (lines[0], False, 0, 4)
+
+
+def test_strategies_and_repeats_that_were_added_later_are_told(
+    copy: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(copy.parent / "cache"))
+    (file := copy.with_suffix(".toml")).write_text(EXPERIMENT)
+    assert main(["cost", str(file), "-o", str(copy), "--repeats", "3", "--strategies", "bsdf,best,light"]) == 0
+    lines = told(capsys, str(copy))
+    assert line(lines, "strategies") == "3: bsdf, best, light; compared with bsdf"
+    assert line(lines, "ran").startswith("all 9 runs, ")
+    assert line(lines, "repeat").endswith("--strategies bsdf,best,light (and 1 command before; see -v)")
+
+
+def test_json_has_the_summary_and_what_has_run(measured: tuple[Path, str], capsys: pytest.CaptureFixture[str]) -> None:
+    folder, verdict = measured
+    data = json.loads("\n".join(told(capsys, str(folder), "--json")))
+    assert (data["verdict"], data["complete"], data["runs"], data["planned_runs"]) == (verdict, True, 4, 4)
+    assert [strategy["label"] for strategy in data["scenes"][0]["strategies"]] == ["bsdf", "best"]
+    assert len(data["commands"]) == 1
+
+
+def test_a_folder_of_experiments_tells_the_verdict_of_each(
+    measured: tuple[Path, str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, verdict = measured
+    lines = told(capsys, str(folder.parent))
+    assert lines[0] == f"box: {verdict}"
+    assert lines[-1] == f"More of one: equaltime info {folder}; all of them: equaltime open {folder.parent}"
+    data = json.loads("\n".join(told(capsys, str(folder.parent), "--json")))
+    assert [each["verdict"] for each in data["experiments"]] == [verdict]
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (None, "box: holds no experiment; `equaltime cost SCENE -o DIR` makes such a folder"),
+        ("{", "experiment.json: cannot be read: "),
+        ({"identity": {"scenes": {}}}, "experiment.json: identity: is damaged"),
+        ({"titel": "x"}, "experiment.json: experiment.titel: unknown key 'titel'; did you mean 'title'?"),
+        (3, "experiment.json: experiment: expected a table, found 3"),
+        ({"strategies": [1], "baseline": "x"}, "experiment.baseline: no strategy has the label 'x'"),
+    ],
+)
+def test_a_folder_without_a_whole_experiment_is_refused_in_one_line(
+    content: object, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder := tmp_path / "box").mkdir()
+    identity = {"scenes": {"a": {}}, "strategies": {"b": {}}}
+    if content is not None:
+        whole = (
+            content
+            if isinstance(content, dict) and "identity" in content
+            else {"identity": identity, "experiment": content}
+        )
+        (folder / "experiment.json").write_text(content if isinstance(content, str) else json.dumps(whole))
+    assert main(["info", str(folder)]) == 2
+    error = capsys.readouterr().err
+    assert words in error
+    assert len(error.splitlines()) == 1
+
+
+def test_definitions_are_not_for_folders(measured: tuple[Path, str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["info", str(measured[0]), "-D", "a=1"]) == 2
+    assert "--define and --substitute are for scenes" in capsys.readouterr().err
+
+
+def test_an_experiment_file_tells_what_it_would_run_and_for_how_long(capsys: pytest.CaptureFixture[str]) -> None:
+    path = SCENES / "experiments" / "x3-light.toml"
+    lines = told(capsys, str(path))
+    assert lines[0] == f"{path}: about 37 min: references of up to 60 s each, then 224 runs of 8 s"
+    assert len(lines) <= 11
+    assert line(lines, "scenes").startswith("7: area 1, area 1/4, ")
+    assert line(lines, "scenes").endswith(" and 1 more, 128x128 pixels")
+    assert line(lines, "strategies") == "4: no light sampling, light, mis, best; compared with no light sampling"
+    assert line(lines, "repeats") == "8 of each strategy on each scene"
+    assert line(lines, "times") == "to errors of 20 %, 10 %, 5 %, 2 %"
+    assert line(lines, "--quick").startswith("about 42 s: ")
+    assert line(lines, "run") == f"equaltime cost {path} -o x3-light; -v for more"
+    assert "bsdf,roulette=albedo" in "\n".join(told(capsys, str(path), "-v"))
+    assert told(capsys, "x3-light")[1:] == lines[1:], "examples have names"
+    data = json.loads("\n".join(told(capsys, str(path), "--json")))
+    assert (data["runs"], data["repeats"], data["quick"]["runs"]) == (224, 8, 54)
+    assert data["strategies"][0] == {"label": "no light sampling", "name": "bsdf,roulette=albedo"}
+
+
+def test_an_experiment_file_with_sample_counts_promises_no_time(capsys: pytest.CaptureFixture[str]) -> None:
+    path = SCENES / "experiments" / "x1-naive.toml"
+    assert " runs of 512 samples a pixel" in told(capsys, str(path))[0]
+    assert json.loads("\n".join(told(capsys, str(path), "--json")))["seconds"] is None
+
+
+def test_an_experiment_file_is_read_as_cost_reads_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "x.toml"
+    path.write_text('scenes = [{ path = "none.toml" }]\nstrategies = ["bset"]\n')
+    assert main(["info", str(path)]) == 2
+    assert f"{path}:2: strategies[0].strategy: " in capsys.readouterr().err
+    path.write_text('scenes = [{ path = "none.toml" }]\nstrategies = ["best"]\n')
+    assert main(["info", str(path)]) == 2
+    assert "none.toml: cannot be read" in capsys.readouterr().err
+    assert main(["info", str(path), "-D", "a=1"]) == 2
+    assert "definitions belong to scenes" in capsys.readouterr().err
