@@ -36,3 +36,13 @@ def test_lights_shine_through_thin_glass_where_paths_cross_it_freely() -> None:
     assert "caustics-left-out" in lit("volpath", "thindielectric")
     for kind, bsdf in (("path", "thindielectric"), ("volpath", "dielectric")):
         assert "thindielectric" in lit(kind, bsdf)["lights-behind-glass"].advice, "the twin"
+
+
+def test_lamps_inside_thin_glass_are_found_where_paths_cross_it_freely() -> None:
+    def lit(kind: str, bsdf: str) -> dict[str, Finding]:
+        lamp = {"type": "sphere", "radius": 0.1, "emitter": {"type": "area"}}
+        return found(scene(lamp=lamp, ball={"type": "sphere", "bsdf": {"type": bsdf}}, integrator={"type": kind}))
+
+    assert "lamps-in-glass" not in lit("volpath", "thindielectric")
+    assert "lamps-in-glass" in lit("path", "thindielectric")
+    assert "lamps-in-glass" in lit("volpath", "dielectric")
