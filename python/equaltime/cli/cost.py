@@ -15,7 +15,7 @@ from equaltime.errors import ExperimentError
 from equaltime.examples import example_of, experiments_of
 from equaltime.experiments import cost as measure_cost
 from equaltime.experiments.model.experiment import MOST_REPEATS, Experiment
-from equaltime.experiments.model.plan import planned
+from equaltime.experiments.model.plan import PeerTimes, planned
 from equaltime.experiments.model.reader import check_installed, split_strategies
 from equaltime.experiments.report.index import Card
 from equaltime.experiments.run.collection import Changes, run_all
@@ -158,7 +158,7 @@ def cost(
                 substitute=substitute,
                 progress=progress,
                 command=context.obj,
-                begins=lambda experiment: print_aside(planned(experiment)),
+                begins=lambda experiment, peers: print_aside(planned(experiment, peers)),
             )
     except KeyboardInterrupt:
         print_error(f"interrupted; {_recorded(output)}")
@@ -178,8 +178,8 @@ def _cost_of_all(source: Path, output: Path, changes: Changes, command: str, as_
     """
     check_installed()
 
-    def announce(name: str, experiment: Experiment) -> None:
-        print_aside(f"{name}: {planned(experiment)}")
+    def announce(name: str, experiment: Experiment, peers: PeerTimes) -> None:
+        print_aside(f"{name}: {planned(experiment, peers)}")
 
     def tell(card: Card) -> None:
         if card.state == "failed":
