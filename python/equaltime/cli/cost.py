@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from equaltime.cli.cost_table import print_summary
-from equaltime.cli.messages import print_aside, print_error, print_json, print_warning
+from equaltime.cli.messages import print_aside, print_error, print_json, print_lines, print_warning
 from equaltime.cli.options import Define, Size, Substitute, Verbose, parse_definitions, parse_duration, parse_whole
 from equaltime.cli.progress import progress_bar
 from equaltime.errors import ExperimentError
@@ -185,7 +185,7 @@ def _cost_of_all(source: Path, output: Path, changes: Changes, command: str, as_
         if card.state == "failed":
             print_error(f"{card.name}: {card.problem}")
         elif not as_json:
-            print(f"{card.name}: {card.summary.verdict if card.summary else f'left out: {card.problem}'}", flush=True)
+            print_lines([f"{card.name}: {card.summary.verdict if card.summary else f'left out: {card.problem}'}"])
 
     try:
         with progress_bar() as progress:

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Final
 
 import typer
 
-from equaltime.cli.messages import print_json, print_warnings
+from equaltime.cli.messages import print_json, print_lines, print_warnings
 from equaltime.cli.options import (
     AsJson,
     Define,
@@ -103,7 +103,7 @@ def replay(
     if as_json:
         print_json(path)
     else:
-        print("\n".join(_told(path)))
+        print_lines([*_told(path)])
     return 0
 
 
