@@ -134,6 +134,7 @@ def test_the_command_tells_where(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*command, "-v"]) == 0
     words = " ".join(capsys.readouterr().out.split())
     assert "the noisiest 1 % of the pixels make" in words
+    assert "-v tells more" not in words
     assert "% of the picture, make" in words or "no rectangle of the picture stands out" in words
     assert main([*command, "--json"]) == 0
     places = json.loads(capsys.readouterr().out)["places"]
