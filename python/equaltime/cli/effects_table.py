@@ -153,7 +153,7 @@ def _shares(shares: Mapping[str, Interval]) -> Iterator[str]:
     """Yield the shares as text, the largest first; lengths of paths keep their order."""
     lengths = all(what.split()[0].isdigit() for what in shares)
     for what, share in shares.items() if lengths else _largest(shares):
-        yield f"{WAYS.get(what, what)} {_brief(share)}"
+        yield f"{WAYS.get(what, what)}{':' * lengths} {_brief(share)}"
 
 
 def _largest(shares: Mapping[str, Interval]) -> list[tuple[str, Interval]]:

@@ -17,6 +17,8 @@ _WIDEST_LABEL: Final = 26
 _UNIT = r"(?: (?:%|ms|s|min|h|days|[kMG]B|spp)(?!\w))?"
 _WHOLE: Final = re.compile(
     rf"\d[\d.,]*{_UNIT} \([\d.,]+ (?:to [\d.,]+|or more)\)"  # 2.1 s (1.9 to 2.4)
+    rf"|(?:\d+:? )?\d[\d.,]*{_UNIT} ±[\d.]+"  # 3: 39.4 % ±6.7
+    r"|\d+:? none measurable"
     rf"|(?:(?:about|under|most|[≥±<>=]) )?\d[\d.,]*(?: to \d[\d.,]*)?{_UNIT}"
     r"|`[^`]{,50}`"
     r"|equaltime [a-z]+ [^;]*? -+[a-z][^;]*"  # a command, to be copied as one line

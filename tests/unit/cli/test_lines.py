@@ -32,6 +32,7 @@ def test_a_file_gets_lines_in_one_piece() -> None:
     "kept",
     [
         *("2.1 s (1.9 to 2.4)", "4.1 % (0 to 8.5)", "24,478 spp", "140 MB", "12 % (3 or more)", "about 12 min"),
+        *("3: 39.4 % ±6.7", "3 39.4 % ±6.7", "14 none measurable", "0.5 %"),
         *("`equaltime replay SCENE --pixel 24,4`", "equaltime render scene.toml -o out.exr"),
     ],
 )
