@@ -233,9 +233,8 @@ def _through_glass(world: LintScene) -> Iterator[Finding]:
 
 def _lamps_in_glass(world: LintScene) -> Iterator[Finding]:
     """Find emitting shapes inside closed smooth glass that does not contain the camera."""
-    freely = sees_media(world.scene.model.integrator)
     lamps = [part for part in world.parts if _is_lamp(part, world)]
-    glass = [part for part in world.parts if lamps and _is_glass(part, freely) and not within(world.camera, part)]
+    glass = [part for part in world.parts if lamps and _is_glass(part) and not within(world.camera, part)]
     found = [lamp for lamp in lamps if any(encloses(part, _outline(lamp)) for part in glass)]
     if found:
         yield Finding(
@@ -246,8 +245,8 @@ def _lamps_in_glass(world: LintScene) -> Iterator[Finding]:
             len(found),
             "renders their light in full, but with much noise: only paths that hit a lamp by chance bring it, and the "
             "smaller the lamp, the fewer they are",
-            "enlarge the lamp, make the glass rough, or remove glass that does not matter; thindielectric lets light "
-            "samples through with the integrator volpath",
+            "enlarge the lamp, or remove glass that does not matter; a point light shines through thindielectric with "
+            "the integrator volpath",
         )
 
 
@@ -255,10 +254,10 @@ def _is_lamp(part: Part, world: LintScene) -> bool:
     return part.shape.emitter is not None and not part.grouped and not _is_dark(part.shape.emitter, world)
 
 
-def _is_glass(part: Part, freely: bool) -> bool:
-    """Tell whether every part of the BSDF is smooth glass that blocks light samples; see `_hides` for ``freely``."""
+def _is_glass(part: Part) -> bool:
+    """Tell whether every part of the BSDF is smooth glass: with any integrator it blocks light samples of lamps."""
     parts = [*leaves(part.shape.bsdf)]
-    return bool(parts) and all(_hides(leaf, freely) for leaf in parts) and not isinstance(part.shape.bsdf, Mask)
+    return bool(parts) and all(_hides(leaf, freely=False) for leaf in parts) and not isinstance(part.shape.bsdf, Mask)
 
 
 def _outline(part: Part) -> Array:
