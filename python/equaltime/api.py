@@ -20,7 +20,7 @@ from equaltime.quoting.observer import Observer, QuoteWatch, overrides
 from equaltime.quoting.pilot import Pilot
 from equaltime.rendering.black_picture import warn_if_black
 from equaltime.rendering.budget import Limits, StopRule
-from equaltime.rendering.job import Backend, Job, Traps, as_scene, check_arguments
+from equaltime.rendering.job import DEFAULT_SPP, Backend, Job, Traps, as_scene, check_arguments
 from equaltime.rendering.output_files import check_spares
 from equaltime.rendering.result import Result
 from equaltime.rendering.saved import Render, as_checkpoint
@@ -32,7 +32,6 @@ from equaltime.strategy import Strategy
 
 __all__ = ["render"]
 
-_DEFAULT_SPP = 64
 _LEFT_FOR_BIAS = 0.5
 """Largest bias from left-out effects, as a fraction of the error asked for; the noise may then be 87 % of it."""
 _CROSS_CHECK_ALONE = "the embreex backend accepts no strategy and no limit except spp: give only spp and seed"
@@ -179,7 +178,7 @@ def render(
     exposure = checked_exposure(checkpoint_exposure)
     chosen = Strategy.of(strategy)
     loaded = as_scene(scene)
-    limits = Limits(spp if spp or time or error else loaded.spp or _DEFAULT_SPP, time, error)
+    limits = Limits(spp if spp or time or error else loaded.spp or DEFAULT_SPP, time, error)
     if backend == "embreex":
         others = any(x is not None for x in (resume, checkpoint, within, show, cluster))
         if others or without or threads or traps != "ignore":

@@ -14,6 +14,7 @@ import equaltime as et
 from equaltime import _core
 from equaltime.cli import main
 from equaltime.film.moments import DTYPE, deviations, stored
+from equaltime.rendering.brightest import Brightest
 from equaltime.rendering.core import make_renderer
 
 from .shipped import FILES, FOLDER, shipped
@@ -148,6 +149,84 @@ def test_a_path_is_told_in_the_units_and_names_of_the_scene() -> None:
     assert (light["pmf"], light["visible"], light["mis_weight"]) == (1.0, 1.0, 1.0)
 
 
+def luminance(path: et.Replay) -> float:
+    return float(np.dot(path.radiance, (0.212671, 0.715160, 0.072169)))
+
+
+@pytest.mark.parametrize("strategy", ["best", "naive", "best,adaptive=error,sampler=sobol"])
+def test_without_a_number_the_brightest_sample_of_the_pixel_is_replayed(strategy: str) -> None:
+    scene = shipped("cornell-box.toml")
+    for x, y in PIXELS:
+        paths = [et.replay(scene, pixel=(x, y), sample=i, strategy=strategy, seed=SEED) for i in range(SAMPLES)]
+        light = [luminance(path) for path in paths]
+        found = et.replay(scene, pixel=(x, y), spp=SAMPLES, strategy=strategy, seed=SEED)
+        assert found.sample == int(np.argmax(light))
+        assert found.vertices == paths[found.sample].vertices
+        assert found.radiance == paths[found.sample].radiance
+        assert found.brightest is not None
+        assert (found.brightest.sample, found.brightest.samples) == (found.sample, SAMPLES)
+        assert found.brightest.luminance == pytest.approx(max(light), rel=1e-6)
+        assert found.brightest.mean_of_others == pytest.approx((sum(light) - max(light)) / (SAMPLES - 1), rel=1e-5)
+        assert str(found.brightest) in str(found)
+
+
+@pytest.mark.parametrize(("asked", "samples"), [(None, 64), (5, 5)])
+def test_as_many_samples_are_looked_at_as_a_render_takes(asked: int | None, samples: int) -> None:
+    scene = et.load_dict(
+        {
+            "type": "scene",
+            "sensor": {
+                "type": "perspective",
+                "film": {"type": "hdrfilm", "width": 2, "height": 2},
+                **({} if asked is None else {"sampler": {"type": "independent", "sample_count": asked}}),
+            },
+            "sky": {"type": "constant"},
+        }
+    )
+    found = et.replay(scene, pixel=(1, 1)).brightest
+    assert found is not None
+    assert found.samples == samples
+    assert et.replay(scene, pixel=(1, 1), sample=0).brightest is None
+    with pytest.raises(ValueError, match="give only one of them"):
+        et.replay(scene, pixel=(1, 1), sample=0, spp=4)
+
+
+@pytest.mark.parametrize(
+    ("luminance", "others", "samples", "words"),
+    [
+        (12.3, 0.3, 64, "sample 37 (counted from 0) of the first 64 is the brightest: 41 times the mean of the others"),
+        (12.3, 0.0, 64, "is the brightest: luminance 12.3; the others are black"),
+        (12.3, -0.3, 64, "is the brightest: luminance 12.3, and the mean of the others is -0.3"),
+        (0.0, 0.0, 64, "the first 64 samples are all black"),
+        (0.5, float("nan"), 1, "only sample 0 was looked at: luminance 0.5"),
+        (float("nan"), 0.3, 38, "sample 37 (counted from 0) of the first 38 is not a finite number"),
+    ],
+)
+def test_the_brightest_sample_is_compared_in_words(luminance: float, others: float, samples: int, words: str) -> None:
+    assert words in str(Brightest(37, samples, luminance, others))
+
+
+def test_a_sample_that_is_not_a_number_counts_as_the_brightest(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_core, "Renderer", Faulty)
+    found = et.replay(shipped("cornell-box.toml"), pixel=(12, 8), spp=9)
+    assert found.brightest is not None
+    assert (found.sample, found.brightest.samples) == (1, 2)
+    assert np.isnan(found.brightest.luminance)
+
+
+def test_the_command_prints_the_brightest_sample_first(capsys: pytest.CaptureFixture[str]) -> None:
+    file = str(FOLDER / "cornell-box.toml")
+    words = ["replay", file, "--pixel", "12,8", "--spp", "32", "--size", "24x16"]
+    assert main(words) == 0
+    path = et.replay(et.load(file).with_(size=(24, 16)), pixel=(12, 8), spp=32)
+    first, second = capsys.readouterr().out.splitlines()[:2]
+    assert first == str(path.brightest)
+    assert second.startswith(f"pixel 12,8, sample {path.sample}, ")
+    assert main([*words, "--json"]) == 0
+    assert path.brightest is not None
+    assert json.loads(capsys.readouterr().out)["brightest"] == vars(path.brightest)
+
+
 def test_the_command_prints_the_path_and_the_same_as_data(capsys: pytest.CaptureFixture[str]) -> None:
     file = str(FOLDER / "cornell-box.toml")
     words = ["replay", file, "--pixel", "12,8", "--sample", "3", "--size", "24x16", "--seed", "5"]
@@ -170,6 +249,7 @@ def test_the_command_prints_the_path_and_the_same_as_data(capsys: pytest.Capture
         (["--pixel", "24,0", "--sample", "0"], "pixel 24,0 is not on the film, 24x16 from 0,0"),
         (["--pixel", "5", "--sample", "0"], "'5' is no pixel"),
         (["--pixel", "1,1", "--sample", "-1"], "--sample"),
+        (["--pixel", "1,1", "--sample", "1", "--spp", "4"], "give --sample for one sample, or --spp"),
     ],
 )
 def test_what_is_no_sample_is_refused(words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -185,7 +265,9 @@ class Faulty:
 
     @property
     def nonfinite(self) -> list[tuple[int, int, int]]:
-        return [(2, 3, 1)] if self._renderer.counters["paths"] else []
+        crop_of_one_pixel = self._renderer.moments.shape[1:] == (1, 1)
+        x, y, index = (0, 0, 1) if crop_of_one_pixel else (2, 3, 1)
+        return [(x, y, index)] if self._renderer.counters["paths"] > index else []
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._renderer, name)

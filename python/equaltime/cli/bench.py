@@ -10,7 +10,7 @@ import typer
 from rich.table import Table
 
 from equaltime.bench import Benchmark, Measurement, measure
-from equaltime.cli.messages import plain_console, print_json, print_warnings
+from equaltime.cli.messages import plain_console, print_json, print_line, print_warnings
 from equaltime.cli.options import AsJson, Define, MaxDepth, Size, Substitute, Verbose, parse_definitions, parse_whole
 from equaltime.cli.progress import progress_bar
 from equaltime.rendering.job import MOST_THREADS
@@ -101,11 +101,11 @@ def bench(
 def _print(report: Benchmark, verbose: bool) -> None:
     """Print the speed of the first scene in a sentence, and a table if there is more than one measurement."""
     console = plain_console()
-    console.print(_answer(report.scenes[0]), soft_wrap=True)
+    print_line(console, _answer(report.scenes[0]))
     if verbose or len(report.scenes) > 1:
         console.print(_table(report.scenes, verbose))
     for line in (_measured(report), *_provenance(report)) if verbose else (_measured(report),):
-        console.print(line, style="dim", soft_wrap=True)
+        print_line(console, line, "dim")
 
 
 def _answer(row: Measurement) -> str:

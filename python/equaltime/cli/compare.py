@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from equaltime.cli.messages import MOST_LINES, plain_console, print_json
+from equaltime.cli.messages import MOST_LINES, plain_console, print_json, print_line
 from equaltime.cli.options import AsJson, Verbose
 from equaltime.rendering.compare import Compared, Comparison
 from equaltime.rendering.compare import compare as compare_files
@@ -59,17 +59,17 @@ def _print(found: Comparison, verbose: bool) -> None:
     console = plain_console()
     names = _names(found)
     for line in _answer(found, names):
-        console.print(line, soft_wrap=True)
+        print_line(console, line)
     console.print(table := _table(found, names, verbose))
     if verbose and found.efficiency is not None:
-        console.print(_ratio(found.efficiency, "the efficiency", found, names), soft_wrap=True)
+        print_line(console, _ratio(found.efficiency, "the efficiency", found, names))
     room = MOST_LINES - 4 - table.row_count
     shown = found.notes if verbose or len(found.notes) <= room else found.notes[: room - 1]
     more = [f"{len(found.notes) - len(shown)} more notes"] if len(shown) < len(found.notes) else []
     for note in shown:
-        console.print(f"note: {note}", style="dim", soft_wrap=True)
+        print_line(console, f"note: {note}", "dim")
     if not verbose:
-        console.print(f"-v shows {', '.join([*more, 'relmse, mse, mare, efficiency'])}", style="dim", soft_wrap=True)
+        print_line(console, f"-v shows {', '.join([*more, 'relmse, mse, mare, efficiency'])}", "dim")
 
 
 def _names(found: Comparison) -> Mapping[Path, str]:

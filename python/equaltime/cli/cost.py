@@ -8,14 +8,14 @@ from typing import Annotated
 import typer
 
 from equaltime.cli.cost_table import print_summary
-from equaltime.cli.messages import print_aside, print_error, print_json, print_warning
+from equaltime.cli.messages import print_aside, print_error, print_json, print_lines, print_warning
 from equaltime.cli.options import Define, Size, Substitute, Verbose, parse_definitions, parse_duration, parse_whole
 from equaltime.cli.progress import progress_bar
 from equaltime.errors import ExperimentError
 from equaltime.examples import example_of, experiments_of
 from equaltime.experiments import cost as measure_cost
 from equaltime.experiments.model.experiment import MOST_REPEATS, Experiment
-from equaltime.experiments.model.plan import planned
+from equaltime.experiments.model.plan import PeerTimes, planned
 from equaltime.experiments.model.reader import check_installed, split_strategies
 from equaltime.experiments.report.index import Card
 from equaltime.experiments.run.collection import Changes, run_all
@@ -158,7 +158,7 @@ def cost(
                 substitute=substitute,
                 progress=progress,
                 command=context.obj,
-                begins=lambda experiment: print_aside(planned(experiment)),
+                begins=lambda experiment, peers: print_aside(planned(experiment, peers)),
             )
     except KeyboardInterrupt:
         print_error(f"interrupted; {_recorded(output)}")
@@ -178,14 +178,14 @@ def _cost_of_all(source: Path, output: Path, changes: Changes, command: str, as_
     """
     check_installed()
 
-    def announce(name: str, experiment: Experiment) -> None:
-        print_aside(f"{name}: {planned(experiment)}")
+    def announce(name: str, experiment: Experiment, peers: PeerTimes) -> None:
+        print_aside(f"{name}: {planned(experiment, peers)}")
 
     def tell(card: Card) -> None:
         if card.state == "failed":
             print_error(f"{card.name}: {card.problem}")
         elif not as_json:
-            print(f"{card.name}: {card.summary.verdict if card.summary else f'left out: {card.problem}'}", flush=True)
+            print_lines([f"{card.name}: {card.summary.verdict if card.summary else f'left out: {card.problem}'}"])
 
     try:
         with progress_bar() as progress:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rich.table import Table
 
-from equaltime.cli.messages import MOST_LINES, plain_console
+from equaltime.cli.messages import MOST_LINES, plain_console, print_line, print_lines
 from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
 from equaltime.statistics.intervals import Interval
 
@@ -32,7 +32,7 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     console = plain_console()
     if not console.is_terminal:
         console.width = _ANY_WIDTH
-    print(summary.verdict)
+    print_lines([summary.verdict])
     every = [(scene, strategy) for scene in summary.scenes for strategy in scene.strategies]
     caveats = list(_caveats(summary, verbose))
     telling = [row for row in every if _tells(row[1])]
@@ -46,10 +46,10 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     more = [_count(len(every) - len(rows), "more row")] if len(rows) < len(every) else []
     more += [f"why {_count(len(reasons), 'error')} cannot be trusted"] if reasons else []
     for line in (*caveats, *(reasons if verbose else [f"-v shows {' and '.join(more)}"] if more else [])):
-        console.print(line, style="dim", soft_wrap=True)
+        print_line(console, line, "dim")
     longer = "; without --quick the numbers are more exact" if quick else ""
-    console.print(f"Curves and pictures: open {folder / _REPORT}{longer}", style="dim", soft_wrap=True)
-    print(summary.verdict)
+    print_line(console, f"Curves and pictures: open {folder / _REPORT}{longer}", "dim")
+    print_lines([summary.verdict])
 
 
 def every_row(summary: Summary) -> Table:

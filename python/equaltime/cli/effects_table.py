@@ -8,7 +8,7 @@ from typing import Final
 
 from rich.table import Table
 
-from equaltime.cli.messages import MOST_LINES, WAYS, plain_console
+from equaltime.cli.messages import MOST_LINES, WAYS, plain_console, print_line
 from equaltime.pricing import Price, PriceList
 from equaltime.quoting.light_parts import lamp
 from equaltime.rendering.stated import other_depth
@@ -36,13 +36,13 @@ def print_effects(found: PriceList, name: str, verbose: bool) -> None:
     """Print what makes the scene ``name`` slow, in at most `MOST_LINES` lines unless ``verbose``."""
     console = plain_console()
     for line in (_answer(found, name), _proposal(found)):
-        console.print(line, soft_wrap=True)
+        print_line(console, line)
     priced = [price for price in found.prices if price.instead is not None]
     rows = list(found.prices) if verbose else sorted(priced, key=_cost, reverse=True)[: MOST_LINES - _OTHER_LINES]
     if rows:
         console.print(_table(rows))
     for line in _everything(found) if verbose else _short(found, len(priced) - len(rows)):
-        console.print(line, soft_wrap=True)
+        print_line(console, line)
 
 
 def _cost(price: Price) -> float:
@@ -153,7 +153,7 @@ def _shares(shares: Mapping[str, Interval]) -> Iterator[str]:
     """Yield the shares as text, the largest first; lengths of paths keep their order."""
     lengths = all(what.split()[0].isdigit() for what in shares)
     for what, share in shares.items() if lengths else _largest(shares):
-        yield f"{WAYS.get(what, what)} {_brief(share)}"
+        yield f"{WAYS.get(what, what)}{':' * lengths} {_brief(share)}"
 
 
 def _largest(shares: Mapping[str, Interval]) -> list[tuple[str, Interval]]:

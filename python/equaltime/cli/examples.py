@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from equaltime.cli.messages import print_error
+from equaltime.cli.messages import print_error, print_lines
 from equaltime.examples import copy_to, experiment_names, scene_names
 
 __all__ = ["examples"]
@@ -31,7 +31,7 @@ def examples(
         return _copied(folder)
     print("Scenes, for equaltime render NAME -o OUT.exr:")
     print("\n".join(f"  {name}" for name in scene_names()))
-    print("Experiments, for equaltime cost NAME -o DIR; the name experiments stands for all of them:")
+    print_lines(["Experiments, for equaltime cost NAME -o DIR; the name experiments stands for all of them:"])
     print("\n".join(f"  {name}" for name in experiment_names()))
     return 0
 

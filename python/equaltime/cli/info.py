@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Final
 
 import typer
-from rich.table import Table
 
 from equaltime.cli.info_experiment import (
     experiment_facts,
@@ -20,7 +19,8 @@ from equaltime.cli.info_experiment import (
 )
 from equaltime.cli.info_render import saved_render
 from equaltime.cli.info_scene import scene_summary
-from equaltime.cli.messages import plain_console, print_json, print_lines, print_warnings
+from equaltime.cli.lines import in_columns
+from equaltime.cli.messages import print_json, print_lines, print_warnings
 from equaltime.cli.options import AsJson, Define, Substitute, Verbose, parse_definitions
 from equaltime.errors import ImageError, SceneError
 from equaltime.examples import example_of
@@ -92,31 +92,24 @@ def info(
     if as_json:
         print_json(facts)
         return 0
-    print_lines([*scene_summary(loaded, facts)])
+    print_lines([*scene_summary(loaded, facts, verbose)])
     if verbose:
-        _print_facts(facts)
+        print_lines(["", *in_columns(_rows(facts))])
     return 0
 
 
-def _print_facts(facts: Mapping[str, Any]) -> None:
-    table = Table(show_header=False, box=None)
+def _rows(facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield name and value of each fact of a scene."""
     for name, value in facts.items():
         if name == "extensions":
-            for extension, meaning in value.items():
-                table.add_row(extension, meaning)
-            continue
-        if name == "plugins":
+            yield from value.items()
+        elif name == "plugins":
             for family, counts in value.items():
-                table.add_row(family, ", ".join(f"{count:,} {plugin}" for plugin, count in counts.items()) or "none")
-            continue
-        if name == "files":
-            total = f"{len(value):,}, {sum(value.values()):,} bytes" if value else "none"
-            table.add_row(name, total)
-            continue
-        if value is None or (name == "substitutions" and not value):
-            continue
-        table.add_row(name.replace("_", " "), "x".join(map(str, value)) if name == "size" else _in_words(value))
-    plain_console().print("", table, sep="\n")
+                yield family, ", ".join(f"{count:,} {plugin}" for plugin, count in counts.items()) or "none"
+        elif name == "files":
+            yield name, f"{len(value):,}, {sum(value.values()):,} bytes" if value else "none"
+        elif value is not None and not (name == "substitutions" and not value):
+            yield name.replace("_", " "), "x".join(map(str, value)) if name == "size" else _in_words(value)
 
 
 def _of_render(path: Path, verbose: bool, as_json: bool) -> int:
@@ -126,13 +119,11 @@ def _of_render(path: Path, verbose: bool, as_json: bool) -> int:
     if as_json:
         print_json(record)
         return 0
-    print_lines([*saved_render(path, record, holds_film(path))])
+    print_lines([*saved_render(path, record, holds_film(path), verbose)])
     if verbose:
-        table = Table(show_header=False, box=None)
-        for name in _OF_RENDERS:
-            if record.get(name) not in (None, [], False):
-                table.add_row(name.replace("_", " "), _of_record(name, record[name]))
-        plain_console().print("", table, sep="\n")
+        told = (name for name in _OF_RENDERS if record.get(name) not in (None, [], False))
+        rows = ((name.replace("_", " "), _of_record(name, record[name])) for name in told)
+        print_lines(["", *in_columns(rows)])
     return 0
 
 
@@ -179,10 +170,13 @@ def _of_record(name: str, value: Any) -> str:
     if name == "sources":
         return ", ".join(f"seed {source['seed']}: {source['samples']['max']} spp" for source in value)
     if isinstance(value, dict):
-        return ", ".join(f"{key} {said}" for key, said in value.items())
+        return ", ".join(f"{key} {'none' if said is None else said}" for key, said in value.items())
+    if isinstance(value, float):
+        return f"{value:.4g}"
     if isinstance(value, list):
         return {"size": "x", "crop": ","}.get(name, ", ").join(map(str, value))
-    return str(value)
+    counts = isinstance(value, int) and not isinstance(value, bool) and name != "seed"
+    return f"{value:,}" if counts else str(value)
 
 
 def _facts(scene: Scene) -> dict[str, Any]:

@@ -36,8 +36,11 @@ _ENDS = {
 }
 
 
-def saved_render(path: Path, record: Record, resumable: bool) -> Iterator[str]:
-    """Yield at most ten lines on the saved render at ``path``, whose file holds ``record``."""
+def saved_render(path: Path, record: Record, resumable: bool, verbose: bool = False) -> Iterator[str]:
+    """Yield at most ten lines on the saved render at ``path``, whose file holds ``record``.
+
+    ``verbose`` tells that all facts follow, so that the lines do not point to ``-v``.
+    """
     record = checked(record, path)
     error = UNKNOWN if record["error"] is None else Interval.from_dict(record["error"])
     width, height = record["size"]
@@ -52,7 +55,8 @@ def saved_render(path: Path, record: Record, resumable: bool) -> Iterator[str]:
     if number.missing:
         yield f"lacks     {number.missing}"
     yield from _repeat(path, record)
-    yield f"goes on   {'with --resume or merge' if resumable else 'no longer: it was saved small'}; -v for more"
+    more = "" if verbose else "; -v for more"
+    yield f"goes on   {'with --resume or merge' if resumable else 'no longer: it was saved small'}{more}"
 
 
 def _parts(record: Record) -> str:

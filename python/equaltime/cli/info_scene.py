@@ -12,8 +12,11 @@ from equaltime.statistics.in_words import megabytes
 __all__ = ["scene_summary"]
 
 
-def scene_summary(scene: Scene, facts: Mapping[str, Any]) -> Iterator[str]:
-    """Yield at most ten lines on a scene. ``facts`` holds the data that ``info --json`` prints."""
+def scene_summary(scene: Scene, facts: Mapping[str, Any], verbose: bool = False) -> Iterator[str]:
+    """Yield at most ten lines on a scene. ``facts`` holds the data that ``info --json`` prints.
+
+    ``verbose`` tells that all facts follow, so that the lines do not point to ``-v``.
+    """
     width, height = scene.size
     lights, triangles, shapes = facts["lights"], facts["triangles"], facts["shapes"]
     yield (
@@ -28,10 +31,11 @@ def scene_summary(scene: Scene, facts: Mapping[str, Any]) -> Iterator[str]:
     if facts["effects"]:
         yield f"effects    {', '.join(effect.replace('_', ' ') for effect in facts['effects'])}"
     if facts["substitutions"]:
-        yield f"replaced   {_many(len(facts['substitutions']), 'part')} that cannot be rendered; see -v"
+        see = "below" if verbose else "-v"
+        yield f"replaced   {_many(len(facts['substitutions']), 'part')} that cannot be rendered; see {see}"
     depth = "all paths" if scene.max_depth < 0 else f"paths up to depth {scene.max_depth}"
     spp = "" if scene.spp is None else f", {scene.spp} samples a pixel"
-    yield f"asks for   {depth}{spp}; -v for more"
+    yield f"asks for   {depth}{spp}{'' if verbose else '; -v for more'}"
 
 
 def _camera(scene: Scene) -> str:

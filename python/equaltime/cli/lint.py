@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import shlex
-import sys
 from collections.abc import Sequence
 
-from equaltime.cli.messages import MOST_LINES, print_json, print_lines
+from equaltime.cli.messages import MOST_LINES, print_aside, print_json, print_lines
 from equaltime.cli.options import AsJson, Define, SceneFile, Substitute, Verbose, parse_definitions
 from equaltime.scene import Scene, load_file
 from equaltime.scene.lint import Finding
@@ -50,7 +49,7 @@ def print_hazards(scene: Scene) -> tuple[Finding, ...]:
         return ()  # the build of the scene reports it
     if told := summary(findings):
         more = shlex.join(("equaltime", "lint", str(scene.source))) if scene.source else "equaltime lint"
-        print(f"lint: {told}; see {more}", file=sys.stderr)
+        print_aside(f"lint: {told}; see {more}")
     return findings
 
 

@@ -12,6 +12,7 @@ from typing import Final, TypeVar
 
 from rich.console import Console
 
+from equaltime.cli.lines import fitted
 from equaltime.errors import ImageError
 from equaltime.film.unseen import FAR_APART
 from equaltime.images.exposure import exposure_in_words
@@ -38,6 +39,7 @@ __all__ = [
     "print_aside",
     "print_error",
     "print_json",
+    "print_line",
     "print_lines",
     "print_no_quote",
     "print_quote",
@@ -163,8 +165,8 @@ def kept_elsewhere(result: Result) -> str:
 
 T = TypeVar("T")
 
-WAYS = {"seen": "seen by the camera", "met": "met by a scattered ray", "aimed": "aimed at"}
-"""Descriptions of the ways in which a path finds light."""
+WAYS = {"seen": "seen by the camera", "met": "met by a scattered ray", "aimed": "aimed at", "none": "no surface"}
+"""Descriptions of the ways in which a path finds light, and of ``none``: light that no surface scattered."""
 
 
 def plain_console() -> Console:
@@ -172,10 +174,15 @@ def plain_console() -> Console:
     return Console(highlight=False, markup=False)
 
 
+def print_line(console: Console, text: str, style: str = "") -> None:
+    """Print a line to a console, broken to the width of a terminal; a file gets it in one piece."""
+    console.print(fitted(text, console.file), style=style, soft_wrap=True)
+
+
 def print_error(text: str) -> None:
     """Print each line of the text to stderr as ``error: …``."""
     for line in text.split("\n"):
-        print(f"error: {_visible(line)}", file=sys.stderr)
+        print(fitted(f"error: {_visible(line)}", sys.stderr), file=sys.stderr)
 
 
 def print_json(value: object) -> None:
@@ -191,18 +198,18 @@ def print_warnings(scene: Scene) -> None:
 
 def print_warning(text: str) -> None:
     """Print the text to stderr as ``warning: …``."""
-    print(f"warning: {_visible(text)}", file=sys.stderr)
+    print(fitted(f"warning: {_visible(text)}", sys.stderr), file=sys.stderr)
 
 
 def print_aside(text: str) -> None:
     """Print a line to stderr that is no warning, such as how long something will take."""
-    print(_visible(text), file=sys.stderr, flush=True)
+    print(fitted(_visible(text), sys.stderr), file=sys.stderr, flush=True)
 
 
 def print_lines(lines: Sequence[str]) -> None:
-    """Print lines to stdout, and flush after each."""
+    """Print lines to stdout, broken to the width of a terminal, and flush after each."""
     for line in lines:
-        print(_visible(line), flush=True)
+        print(fitted(_visible(line), sys.stdout), flush=True)
 
 
 def print_quote(quote: Quote) -> None:
@@ -210,13 +217,13 @@ def print_quote(quote: Quote) -> None:
     number = stated(quote.origin)
     said = f"{number.noun} {error_range(quote.error)}{number.of_paths} after {time_range(quote.seconds)}"
     doubt = f"; in doubt: {quote.error.doubt}" if quote.error.doubt else ""
-    print(f"Expect {said}, about {count(quote.spp.value)} samples a pixel{doubt}", flush=True)
+    print_lines([f"Expect {said}, about {count(quote.spp.value)} samples a pixel{doubt}"])
 
 
 def print_no_quote(why: str) -> None:
     """Print ``why``, the reason why there is no prediction; print nothing if the render merely ended too soon."""
     if why != ENDED_FIRST:
-        print(f"No prediction: {why}", flush=True)
+        print_lines([f"No prediction: {why}"])
 
 
 def while_heard(say: Callable[[T], object]) -> Callable[[T], None]:

@@ -108,9 +108,11 @@ def _(progress: Progress) -> str:
 def _(progress: RunProgress) -> str:
     words = {
         "setup": f"setting up {progress.strategy} on {progress.scene}",
-        "agreement": f"does {progress.strategy} mean the same image of {progress.scene}?",
+        "agreement": f"agreement of {progress.strategy} with equaltime on {progress.scene}",
+        "own reference": f"reference of {progress.scene} by {progress.strategy}",
         "reference": f"reference of {progress.scene}",
         "film": f"filming {progress.strategy} on {progress.scene}",
+        "report": " of ".join(filter(None, ("writing the report", progress.scene))),
     }
     if progress.phase in words:
         return words[progress.phase]

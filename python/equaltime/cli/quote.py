@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from typing import Annotated
 
 import typer
-from rich.table import Table
 
-from equaltime.cli.messages import plain_console, print_json, print_lines, print_warnings
+from equaltime.cli.lines import in_columns
+from equaltime.cli.messages import print_aside, print_json, print_lines, print_warnings
 from equaltime.cli.options import (
     AsJson,
     Crop,
@@ -29,7 +28,6 @@ from equaltime.cli.options import (
 from equaltime.cli.progress import progress_bar
 from equaltime.cli.quote_answer import Asked, answer
 from equaltime.cli.quote_details import details
-from equaltime.quoting.pilot import Quote
 from equaltime.quoting.quote import DEFAULT_SECONDS, USUAL_SECONDS, seconds_of_pilot
 from equaltime.quoting.quote import quote as quote_scene
 from equaltime.scene import load_file
@@ -99,7 +97,7 @@ def quote(
     loaded = loaded.with_(size=size, crop=crop, max_depth=max_depth)
     chosen = Strategy.parse(strategy)
     if (expected := seconds_of_pilot(loaded, chosen, threads)) > USUAL_SECONDS:
-        print(f"this quote takes about {rounded(expected)} s, as two samples a pixel do", file=sys.stderr)
+        print_aside(f"this quote takes about {rounded(expected)} s, as two samples a pixel do")
     if time is None and error is None:
         time = DEFAULT_SECONDS
     with progress_bar(as_json) as progress:
@@ -117,16 +115,7 @@ def quote(
     if as_json:
         print_json(found)
     else:
-        print_lines(answer(found, Asked(time, error)))
+        print_lines(answer(found, Asked(time, error), verbose))
         if verbose:
-            _print_details(found, why)
+            print_lines(["", *in_columns(details(found, why))])
     return 130 if found.interrupted else 0
-
-
-def _print_details(found: Quote, why: bool | None) -> None:
-    table = Table(show_header=False, box=None, pad_edge=False)
-    for row in details(found, why):
-        table.add_row(*row)
-    console = plain_console()
-    console.print()
-    console.print(table)

@@ -31,14 +31,17 @@ class Asked:
     error: float | None
 
 
-def answer(found: Quote, asked: Asked) -> list[str]:
-    """Return the answer in at most twelve lines, the numbers that were asked for first."""
+def answer(found: Quote, asked: Asked, verbose: bool = False) -> list[str]:
+    """Return the answer in at most twelve lines, the numbers that were asked for first.
+
+    ``verbose`` tells that details follow, so that the answer does not point to ``-v``.
+    """
     lines = [*_asked(found, asked), *_biased(found), *_prices(found), *_noise(found)]
     if found.error.doubt:
         lines.append(f"in doubt: {found.error.doubt}")
     if found.interrupted:
         lines.append(f"interrupted: the quote is from the {found.law.samples} samples a pixel until then")
-    return [*lines, f"This quote took {duration(found.pilot_seconds)}; -v tells more."]
+    return [*lines, f"This quote took {duration(found.pilot_seconds)}{'.' if verbose else '; -v tells more.'}"]
 
 
 def _asked(found: Quote, asked: Asked) -> Iterator[str]:

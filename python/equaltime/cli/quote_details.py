@@ -60,6 +60,8 @@ def _places(places: NoisePlaces) -> Iterator[tuple[str, str]]:
         at = "; ".join(f"{x},{y}" for x, y in places.single_pixels[:_MOST_PIXELS])
         more = "; …" if count > _MOST_PIXELS else ""
         yield "", f"{words} {_share(places.single)} of error², far above their neighbours: {at}{more}"
+        x, y = places.single_pixels[0]
+        yield "", f"`equaltime replay SCENE --pixel {x},{y}` shows the brightest path there (same size, seed, strategy)"
 
 
 def _light(light: NoiseLight, law: Law) -> Iterator[tuple[str, str]]:

@@ -1,4 +1,4 @@
-"""The command ``equaltime replay``: shows the path of one sample of a render."""
+"""The command ``equaltime replay``: shows the path of one sample of a render, by default a pixel's brightest."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated, Any, Final
 
 import typer
 
-from equaltime.cli.messages import print_json, print_warnings
+from equaltime.cli.messages import print_json, print_lines, print_warnings
 from equaltime.cli.options import (
     AsJson,
     Define,
@@ -54,14 +54,24 @@ def replay(
         ),
     ],
     sample: Annotated[
-        int,
+        int | None,
         typer.Option(
             parser=parse_whole(0, MOST_SAMPLES - 1),
             metavar="I",
             show_default=False,
-            help="Number of the sample in the pixel, from 0.",
+            help="Number of the sample in the pixel, from 0 [default: the brightest of the first --spp].",
         ),
-    ],
+    ] = None,
+    spp: Annotated[
+        int | None,
+        typer.Option(
+            parser=parse_whole(1, MOST_SAMPLES),
+            metavar="N",
+            show_default=False,
+            help="Number of samples of the pixel among which the brightest is looked for [default: the scene's, or "
+            "64]. A render may have taken more in a noisy pixel.",
+        ),
+    ] = None,
     seed: Seed = 0,
     strategy: StrategyWords = "best",
     size: Size = None,
@@ -74,24 +84,32 @@ def replay(
 ) -> int:
     """Show the path of one sample of a render, vertex by vertex, with every factor of its radiance.
 
+    Without `--sample`, the pixel's brightest sample is shown: the one that made a bright dot in the picture.
+
     With the same scene, size, depth, strategy and seed, path and radiance equal the render's bit by bit.
     """
+    if sample is not None and spp is not None:
+        raise typer.BadParameter("give --sample for one sample, or --spp for the brightest of N", param_hint="--spp")
     chosen = Strategy.parse(strategy)
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute).with_(transparent=transparent)
     print_warnings(loaded)
     loaded = loaded.with_(size=size, max_depth=max_depth)
     try:
-        path = replay_sample(loaded, pixel=pixel, sample=sample, strategy=chosen, seed=seed, without=without or ())
+        path = replay_sample(
+            loaded, pixel=pixel, sample=sample, spp=spp, strategy=chosen, seed=seed, without=without or ()
+        )
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--pixel") from error
     if as_json:
         print_json(path)
     else:
-        print("\n".join(_told(path)))
+        print_lines([*_told(path)])
     return 0
 
 
 def _told(path: Replay) -> Iterator[str]:
+    if path.brightest is not None:
+        yield str(path.brightest)
     x, y = path.pixel
     yield f"pixel {x},{y}, sample {path.sample}, seed {path.seed}, strategy {path.strategy}"
     for number, vertex in enumerate(path.vertices, 1):

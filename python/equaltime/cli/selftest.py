@@ -9,7 +9,7 @@ import typer
 from rich.table import Table
 from rich.text import Text
 
-from equaltime.cli.messages import plain_console, print_json
+from equaltime.cli.messages import plain_console, print_json, print_line
 from equaltime.cli.options import AsJson, Threads, Verbose
 from equaltime.cli.progress import progress_bar
 from equaltime.hardcases import CaseReport, SelfTest
@@ -65,14 +65,14 @@ def _print(report: SelfTest, verbose: bool) -> None:
     if not console.is_terminal:
         console.width = _WIDTH_OF_FILES
     for line in _summary(report):
-        console.print(line, soft_wrap=True)
+        print_line(console, line)
     cases = report.cases if verbose else [case for case in report.cases if not case.ours.passed]
     if cases:
         console.print(_table(cases, report.peer))
     for line in _failures(report.cases):
-        console.print(line, soft_wrap=True)
+        print_line(console, line)
     if not verbose:
-        console.print("-v shows all cases, with expected and found values", style="dim", soft_wrap=True)
+        print_line(console, "-v shows all cases, with expected and found values", "dim")
 
 
 def _table(cases: Sequence[CaseReport], peer: str | None) -> Table:

@@ -6,7 +6,8 @@ Every number in a report comes from recorded runs. It has an interval, or the re
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,7 @@ from equaltime.scene import Scene
 if TYPE_CHECKING:
     from equaltime.experiments.model.experiment import Experiment
     from equaltime.experiments.model.summary import Summary
-    from equaltime.experiments.run.runner import ProgressCallback
+    from equaltime.experiments.run.runner import Begins, ProgressCallback
 
 __all__ = ["cost"]
 
@@ -34,7 +35,7 @@ def cost(
     substitute: bool = False,
     progress: ProgressCallback | None = None,
     command: str = "",
-    begins: Callable[[Experiment], object] = lambda experiment: None,
+    begins: Begins = lambda experiment, peers: None,
 ) -> Summary:
     """Measure how long several strategies take to reach an error, and write a report.
 
@@ -67,7 +68,8 @@ def cost(
     command
         Command line that started the experiment, for the report's provenance.
     begins
-        Called with the experiment, as the options changed it, before its first run.
+        Called with the experiment, as the options changed it, and an `equaltime.experiments.model.plan.PeerTimes`,
+        before the first test of a peer, reference or run.
 
     Returns
     -------
@@ -94,7 +96,7 @@ def cost(
         check_installed,
         make_experiment,
     )
-    from equaltime.experiments.run.runner import run
+    from equaltime.experiments.run.runner import run, tell_report
 
     check_installed()
     experiment = make_experiment(
@@ -109,4 +111,4 @@ def cost(
         substitute=substitute,
     )
     run(experiment, Path(folder), progress, command=command, begins=begins)
-    return conclude(experiment, Path(folder), command)
+    return conclude(experiment, Path(folder), command, partial(tell_report, experiment, progress))

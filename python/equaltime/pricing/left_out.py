@@ -143,4 +143,4 @@ def _words(change: Interval) -> str:
 
 def _saved(versus: Versus) -> str:
     time = versus.time
-    return f"{100.0 * time.value:.2g} % of the time [{100.0 * time.low:.2g}, {100.0 * time.high:.2g}]"
+    return f"{100.0 * time.value:.2g} % of the time ({100.0 * time.low:.2g} to {100.0 * time.high:.2g})"

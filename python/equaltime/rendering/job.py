@@ -20,6 +20,7 @@ from equaltime.strategy import Strategy
 from equaltime.words import shortened
 
 __all__ = [
+    "DEFAULT_SPP",
     "MOST_SECONDS",
     "MOST_THREADS",
     "Backend",
@@ -34,6 +35,8 @@ __all__ = [
 Backend = Literal["core", "embreex"]
 Traps = Literal["ignore", "check", "stop"]
 """Treatment of floating-point faults: ``ignore``, name the sample (``check``), or end by SIGFPE (``stop``)."""
+DEFAULT_SPP = 64
+"""Number of samples per pixel where neither the user nor the scene gives a number or another limit."""
 MOST_THREADS = 4096
 """Largest number of threads that is accepted. It is more than any machine has processors; about ten thousand threads
 would end the process."""

@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from equaltime.rendering.brightest import Brightest, brightest_sample
 from equaltime.rendering.core import traced
-from equaltime.rendering.job import as_scene, check_arguments, is_whole
+from equaltime.rendering.job import DEFAULT_SPP, as_scene, check_arguments, is_whole
 from equaltime.scene import Scene
 from equaltime.scene.effects.leaving import leave_out
 from equaltime.scene.model import MOST_SAMPLES
@@ -55,10 +56,14 @@ class Replay(Shown):
     ``light`` is the sampled light, and ``scattering`` the scattering at the vertex. ``faults`` names the floating-point
     faults raised. ``from`` is the index of the vertex that the ray leaves, None at the camera. Keys of things that do
     not occur hold None."""
+    brightest: Brightest | None = None
+    """Comparison with the pixel's other samples, if the brightest sample was asked for; None otherwise."""
 
     def __str__(self) -> str:
         color = ", ".join(f"{channel:.4g}" for channel in self.radiance)
         lines = [f"pixel {self.pixel[0]},{self.pixel[1]}, sample {self.sample}: radiance ({color})"]
+        if self.brightest is not None:
+            lines.append(str(self.brightest))
         return "\n".join([*lines, f"{len(self.vertices)} vertices; the path ends: {self.end}"])
 
     @property
@@ -87,7 +92,8 @@ class Replay(Shown):
     def as_dict(self) -> dict[str, Any]:
         """Return the replay as JSON data. NaN and infinities, which JSON lacks, become the words nan, inf and -inf."""
         data = {name: getattr(self, name) for name in self.__dataclass_fields__}
-        record: dict[str, Any] = _as_json({**data, "sum": self.sum})
+        brightest = None if self.brightest is None else vars(self.brightest)
+        record: dict[str, Any] = _as_json({**data, "sum": self.sum, "brightest": brightest})
         return record
 
 
@@ -95,30 +101,39 @@ def replay(
     scene: Scene | str | os.PathLike[str] | Mapping[str, Any],
     *,
     pixel: tuple[int, int],
-    sample: int,
+    sample: int | None = None,
+    spp: int | None = None,
     strategy: Strategy | str = "best",
     seed: int = 0,
     without: Sequence[str] = (),
 ) -> Replay:
-    """Return the path of sample number ``sample`` (from 0) of a pixel, exactly as a render with this seed traces it.
+    """Return the path of a sample of a pixel, exactly as a render with this seed traces it.
 
-    ``pixel`` is (x, y) in the whole film. Effects named in ``without`` are left out, as in `equaltime.render`.
+    ``pixel`` is (x, y) in the whole film, and ``sample`` the number of the sample in the pixel, from 0. Without
+    ``sample``, the brightest of the pixel's first ``spp`` samples is replayed, and `Replay.brightest` compares the
+    brightest with the others. Without ``spp``, the scene's own sample count is taken, or else 64. An adaptive render
+    may have taken more samples of a noisy pixel. Effects named in ``without`` are left out, as in `equaltime.render`.
 
     Raises
     ------
     SceneError, StrategyError, EffectError
         If the scene or the strategy cannot be read, or an effect cannot be left out.
     ValueError
-        If the pixel is not on the film, or an argument is out of range, or of another type.
+        If the pixel is not on the film, if both ``sample`` and ``spp`` are given, or if an argument is out of range or
+        of another type.
 
     Examples
     --------
     >>> path = et.replay("scene.toml", pixel=(3, 4), sample=0)
     >>> path.pixel, len(path.vertices) > 0
     ((3, 4), True)
+    >>> et.replay("scene.toml", pixel=(3, 4), spp=16).brightest.samples
+    16
     """
-    check_arguments(seed=seed)
-    if not (is_whole(sample) and 0 <= sample < MOST_SAMPLES):
+    check_arguments(spp=spp, seed=seed)
+    if sample is not None and spp is not None:
+        raise ValueError("sample names one sample, and spp a number of samples to choose from: give only one of them")
+    if sample is not None and not (is_whole(sample) and 0 <= sample < MOST_SAMPLES):
         raise ValueError(f"sample must be a whole number from 0 to {MOST_SAMPLES - 1}, found {sample!r}")
     if not (isinstance(pixel, Sequence) and len(pixel) == 2 and all(map(is_whole, pixel))):
         raise ValueError(f"pixel must be two whole numbers, (x, y), found {pixel!r}")
@@ -127,6 +142,11 @@ def replay(
     x, y, width, height = loaded.model.sensor.film.crop
     if not (x <= pixel[0] < x + width and y <= pixel[1] < y + height):
         raise ValueError(f"pixel {pixel[0]},{pixel[1]} is not on the film, {width}x{height} from {x},{y}")
+    brightest = None
+    if sample is None:
+        loaded = loaded.with_(crop=(*pixel, 1, 1))
+        brightest = brightest_sample(loaded, chosen, spp or loaded.spp or DEFAULT_SPP, seed)
+        sample = brightest.sample
     path = traced(loaded, chosen, pixel, sample, seed)
     names = Names(loaded)
     for vertex in path["vertices"]:
@@ -140,6 +160,7 @@ def replay(
         radiance=path["radiance"],
         end=path["end"],
         vertices=tuple(path["vertices"]),
+        brightest=brightest,
     )
 
 

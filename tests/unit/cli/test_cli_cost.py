@@ -74,7 +74,7 @@ VERDICT = "On box, best is about 2 times faster than bsdf (1.5 to 3)."
 def quickly(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave out what takes seconds and has tests of its own."""
     monkeypatch.setattr(analysis, "summarise", stub, raising=False)
-    monkeypatch.setattr(report, "write_report", lambda summary, folder: folder / "report.html")
+    monkeypatch.setattr(report, "write_report", lambda summary, folder, told: folder / "report.html")
     monkeypatch.setattr(single_run, "flip", lambda image, truth: 0.5)
 
 
@@ -247,14 +247,20 @@ def test_definitions_are_for_scenes_only(experiment: Path) -> None:
     ("phase", "done", "words"),
     [
         ("setup", 0, "setting up best on box"),
-        ("agreement", 0, "does best mean the same image of box?"),
+        ("agreement", 0, "agreement of best with equaltime on box"),
+        ("own reference", 0, "reference of box by best"),
         ("reference", 0, "reference of box"),
         ("run", 4, "run 5 of 25: best on box"),
         ("run", 25, "25 runs done"),
+        ("report", 25, "writing the report of box"),
     ],
 )
 def test_the_progress_says_what_is_going_on(phase: Any, done: int, words: str) -> None:
     assert describe(RunProgress(phase, "box", "best", 0, done, 25, 0.2, None)) == words
+
+
+def test_the_report_of_a_single_experiment_has_no_name_in_the_progress() -> None:
+    assert describe(RunProgress("report", "", "", 0, 25, 25, 0.2, None)) == "writing the report"
 
 
 def test_the_time_left_is_a_countdown() -> None:
@@ -263,7 +269,9 @@ def test_the_time_left_is_a_countdown() -> None:
 
 def test_python_spells_the_same_words(experiment: Path, folder: Path) -> None:
     assert et.cost is measure_cost
-    summary = et.cost(experiment, folder, size=(6, 6), strategies=["best", "bsdf"])
+    seen: list[RunProgress] = []
+    summary = et.cost(experiment, folder, size=(6, 6), strategies=["best", "bsdf"], progress=seen.append)
     assert summary.verdict
+    assert [(told.phase, told.fraction) for told in seen[-2:]] == [("report", 0.0), ("report", 1.0)]
     assert [result.label for result in summary.scenes[0].strategies] == ["best", "bsdf"]
     assert (folder / "report.html").stat().st_size > 1000

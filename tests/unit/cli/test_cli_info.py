@@ -44,7 +44,10 @@ type = "area"
 """
 
 
-def test_it_counts_plugins_and_what_is_shared_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_it_counts_plugins_and_what_is_shared_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "60")
     file = tmp_path / "scene.toml"
     file.write_text(TEXT)
     assert main(["info", str(file), "--json"]) == 0
@@ -67,6 +70,7 @@ def test_it_counts_plugins_and_what_is_shared_once(tmp_path: Path, capsys: pytes
     told = capsys.readouterr().out
     assert facts["digest"] in told
     assert "substitutions" not in told
+    assert "-v for more" not in told
     assert "not given" not in told
 
 
@@ -80,7 +84,7 @@ def test_it_tells_the_sizes_of_files(capsys: pytest.CaptureFixture[str]) -> None
 @pytest.mark.parametrize("small", [False, True])
 def test_it_tells_how_a_saved_render_was_made(tmp_path: Path, capsys: pytest.CaptureFixture[str], small: bool) -> None:
     output = tmp_path / "a.exr"
-    options = ["--size", "8x6", "--spp", "4", "-q", *(["--small"] if small else [])]
+    options = ["--size", "8x6", "--spp", "4", "--seed", "1234567", "-q", *(["--small"] if small else [])]
     assert main(["render", str(SCENES / "cornell-box.toml"), "-o", str(output), *options]) == 0
     assert main(["info", str(output), "--json"]) == 0
     record = json.loads(capsys.readouterr().out)
@@ -90,6 +94,16 @@ def test_it_tells_how_a_saved_render_was_made(tmp_path: Path, capsys: pytest.Cap
     assert "8x6" in told
     assert len(told.splitlines()) <= 12
     assert ("no longer: it was saved small" if small else "with --resume or merge") in told
+    assert "-v for more" in told
+    assert main(["info", str(output), "-v"]) == 0
+    told = capsys.readouterr().out
+    assert "-v for more" not in told
+    rows = [line.split("  ", 1) for line in told.split("\n\n")[1].splitlines()]
+    values = {title: text.strip() for title, text in rows}
+    assert values["digest"] == record["digest"]
+    assert values["spp"] == "4"
+    assert values["seed"] == "1234567"
+    assert "splitting none" in values["decision"]
     assert main(["render", str(SCENES / "cornell-box.toml"), "-o", str(output), *options, "--resume"]) == 2 * small
 
 

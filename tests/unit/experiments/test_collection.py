@@ -44,7 +44,7 @@ THEIRS = Theirs(
 def quickly(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setattr(single_run, "flip", lambda image, truth: 0.5)
-    monkeypatch.setattr(collection.conclude.__globals__["report"], "write_report", lambda summary, folder: folder)
+    monkeypatch.setattr(collection.conclude.__globals__["report"], "write_report", lambda summary, folder, told: folder)
 
 
 @pytest.fixture
@@ -71,7 +71,7 @@ def test_each_experiment_gets_its_folder_and_a_second_time_nothing_is_run(source
     first = run_all(
         source, out, Changes(), lambda at: scenes.add(at.scene), lambda card: told.append(card.name), "equaltime cost x"
     )
-    assert scenes == {f"{name} / cornell-box" for name in told}
+    assert scenes == {f"{name} / cornell-box" for name in told} | {*told}  # the report has no scene
     assert told == ["x2-a", "x10-b", "own"]
     assert [card.state for card in first] == ["done"] * 3
     before = (out / "own" / "records.csv").read_bytes()

@@ -1,5 +1,6 @@
 """The gate that peers pass: once, with a shared false-alarm rate, and what happens to one that means another image."""
 
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -52,7 +53,8 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[float]:
         verdict: Any = Verdict(1e-5)
         return peer_agreement.Gate(verdict, OURS, level, (8, 8), 64)
 
-    def own(*_: Any) -> KnownReference:
+    def own(*_: Any, progress: Any) -> KnownReference:
+        progress(0.5)
         return KnownReference(Reference(np.full((8, 8, 3), 7.0), np.zeros((8, 8, 3))), {"own": True})
 
     monkeypatch.setattr(peer_agreement, "check", check)
@@ -82,6 +84,44 @@ def test_one_that_does_not_agree_gets_a_reference_of_its_own(tmp_path: Path, ask
     assert not noted["agrees"]
     assert "a reference of its own" in noted["note"]
     assert references.read(folder.reference("box", "theirs")).reference.mean[0, 0, 0] == 7.0
+
+
+class Clock(Peer):
+    """A peer whose render of any scene takes 20 ms."""
+
+    def __init__(self, label: str) -> None:
+        self.label = label
+        self.sizes: list[tuple[int, int]] = []
+
+    def prepare(self, scene: et.Scene, threads: int) -> float:
+        self.sizes.append(scene.size)
+        return 0.0
+
+    def run(self, *_: Any) -> Iterator[Point]:
+        time.sleep(0.02)
+        yield Point(16, 0.02, 0.02, np.ones((8, 8, 3), np.float32))
+
+
+def test_the_times_of_peers_are_measured_at_the_size_of_the_test(tmp_path: Path, asked: list[float]) -> None:
+    folder, peers = ExperimentFolder(tmp_path), [Clock("theirs"), Clock("other")]
+    large = SCENE.with_(size=(480, 240))
+    times = peer_agreement.measured_times(peers, "box", large, folder, 1)
+    assert peers[0].sizes == [(48, 24)]
+    assert 0.04 <= times.small_renders < times.tests / 64
+    peer_agreement.pass_gates(peers, "box", SCENE, ReferenceWish(), folder, 1, 2)
+    passed = peer_agreement.measured_times(peers, "box", SCENE, folder, 1)
+    assert passed.tests == 0.0
+    assert passed.small_renders >= 0.04
+
+
+def test_tests_and_references_of_peers_are_told(tmp_path: Path, asked: list[float]) -> None:
+    told: list[tuple[str, float]] = []
+    peer_agreement.pass_gates(
+        *([Peer()], "box", SCENE, ReferenceWish(), ExperimentFolder(tmp_path), 1, 1),
+        report_reference=lambda peer, share: told.append((peer.label, share)),
+    )
+    assert told == [("theirs", 0.5)]
+    del asked
 
 
 def test_the_gate_is_passed_once(tmp_path: Path, asked: list[float]) -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from equaltime.cli import main
 from equaltime.experiments.model.experiment import Experiment
-from equaltime.experiments.model.plan import planned
+from equaltime.experiments.model.plan import PeerTimes, planned, planned_seconds
 from equaltime.experiments.model.reader import quicker, read_experiment
 
 SCENES = Path(__file__).resolve().parents[3] / "scenes"
@@ -27,6 +27,32 @@ def test_a_budget_tells_how_long_all_takes() -> None:
     assert planned(experiment.replace(spp=(4, 64))) == (
         "references of up to 10 s each, then 12 runs of 64 samples a pixel"
     )
+
+
+def test_the_time_holds_tests_and_runs_of_other_renderers() -> None:
+    """A run of theirs renders each checkpoint anew: 2 s, 2.4 times 2 s for the earlier ones, and 16 starts of 0.5 s."""
+    command = {"label": "theirs", "peer": {"command": "render {spp} {seed} {out}"}}
+    experiment = Experiment(
+        scenes=({"path": str(CORNELL)},),  # type: ignore[arg-type]
+        strategies=("best", command),  # type: ignore[arg-type]
+        budget=2.0,
+        repeats=6,
+        reference={"seconds": 10.0},  # type: ignore[arg-type]
+    )
+    times = PeerTimes(tests=64.0, small_renders=0.5)
+    assert planned_seconds(experiment, times) == pytest.approx(64 + 10 + 5 + 12 * 2 + 6 * (2.4 * 2 + 16 * 0.5))
+    assert planned(experiment, times) == (
+        "about 180 s: tests of agreement with other renderers (64 s), references of up to 10 s each, then 12 runs of "
+        "2 s; up to 10 s more for each renderer whose picture differs"
+    )
+    assert planned_seconds(experiment.replace(spp=(4, 64)), times) is None
+    assert planned(experiment.replace(spp=(4, 64)), times).startswith("tests of agreement with other renderers (64 s),")
+
+
+def test_the_time_holds_films_and_a_report_for_each_scene() -> None:
+    scenes = ({"path": str(CORNELL)}, {"path": str(CORNELL), "name": "again"})
+    experiment = Experiment(scenes=scenes, strategies=("best",), budget=2.0, repeats=1, animate=True)  # type: ignore[arg-type]
+    assert planned_seconds(experiment) == pytest.approx(2 * (experiment.reference.seconds + 5 + 2 + 2))
 
 
 @pytest.mark.parametrize("path", sorted((SCENES / "experiments").glob("x*.toml")), ids=lambda path: path.stem)

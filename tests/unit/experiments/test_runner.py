@@ -13,6 +13,7 @@ import equaltime as et
 from equaltime.errors import ExperimentError, NonFiniteSample, PeerError, RenderError
 from equaltime.experiments.analysis.summarise import summarise
 from equaltime.experiments.model.experiment import Experiment
+from equaltime.experiments.model.plan import PeerTimes
 from equaltime.experiments.model.reader import film_seed, run_seeds
 from equaltime.experiments.run import runner, single_run
 from equaltime.experiments.run.folder import ExperimentFolder
@@ -262,6 +263,35 @@ def test_progress_tells_what_is_going_on_and_what_is_left(folder: Path, clockwor
         ("bsdf", 0, 0), ("best", 0, 1), ("best", 1, 2), ("bsdf", 1, 3)]  # fmt: skip
     assert {progress.total for progress in seen} == {4}
     assert all(progress.time_left is not None for progress in runs)
+
+
+def test_peers_are_measured_and_announced_before_their_tests(
+    folder: Path, clockworks: list[Clockwork], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[object] = []
+
+    def gates(peers: Any, *arguments: Any) -> None:
+        for report in arguments[-2:]:
+            report(peers[0], 0.5)
+
+    def measured(peers: Any, *_: Any) -> PeerTimes:
+        return PeerTimes(3.0 * len(peers), 0.25)
+
+    def told(progress: RunProgress) -> None:
+        left = progress.time_left
+        seen.append((progress.phase, progress.strategy, left is not None and 40.0 < left < 60.0))
+
+    monkeypatch.setattr(runner, "measured_times", measured)
+    monkeypatch.setattr(runner, "pass_gates", gates)
+    theirs = {"label": "best", "peer": {"command": "render {spp} {seed} {out}"}}
+    wanted = experiment(strategies=["bsdf", theirs], budget=3.0, spp=None)
+    run(wanted, folder, told, begins=lambda *found: seen.append(found))
+    assert seen[2:5] == [
+        (wanted, PeerTimes(3.0, 0.25)),
+        ("agreement", "best", True),
+        ("own reference", "best", True),
+    ]
+    assert ("run", "bsdf", True) in seen
 
 
 def test_a_reference_that_cannot_be_read_leaves_no_folder_behind(folder: Path, tmp_path: Path) -> None:

@@ -93,7 +93,14 @@ def test_a_share_that_is_not_above_zero_is_none_and_large_memory_is_in_mb(capsys
         ),
         Price(KINDS["principled"], reasons, None, variance=Interval(0.9, 0.8, 1.0)),
     )
-    shares = {"length": {}, "way": {}, "bsdf": {}, "light": {"light 0: sun (/tmp/a/b.toml:3)": Interval(0.6, 0.5, 0.7)}}
+    lengths = {"1": Interval(0.2, 0.1, 0.3), "2 and more": Interval(0.8, 0.7, 0.9)}
+    surfaces = {"diffuse": Interval(0.7, 0.6, 0.8), "none": Interval(0.3, 0.2, 0.4)}
+    shares = {
+        "length": lengths,
+        "way": {},
+        "bsdf": surfaces,
+        "light": {"light 0: sun (/tmp/a/b.toml:3)": Interval(0.6, 0.5, 0.7)},
+    }
     found = PriceList(prices, ("lens", "media"), shares, {}, {}, (8, 8), 8, 6, "best", 0, -1, -1)
     print_effects(found, "b.toml", verbose=False)
     lines = capsys.readouterr().out.splitlines()
@@ -102,6 +109,10 @@ def test_a_share_that_is_not_above_zero_is_none_and_large_memory_is_in_mb(capsys
     assert lines[3].split() == ["textures", *["none", "measurable", "34", "%", "±4", "25", "MB", "1", "%", "±0.1"]]
     assert "Always there: principled." in lines
     assert lines[-1] == "2 other effects cost nothing here. -v shows reasons, places and all shares."
+    print_effects(found, "b.toml", verbose=True)
+    told = capsys.readouterr().out
+    assert "(2: direct light): 1: 20 % ±10; 2 and more: 80 % ±10" in told
+    assert "by the last surface that scattered it: diffuse 70 % ±10; no surface 30 % ±10" in told
 
 
 @pytest.mark.parametrize("cut", [["--max-depth", "3"], ["--strategy", "best,truncate=3"]])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 import equaltime as et
 from equaltime.cli import main
+from equaltime.cli.quote_details import details
 from equaltime.film.error import PixelStatistics, error_parts
 from equaltime.quoting.noise_places import NoisePlaces, noise_places, share_within
 
@@ -81,6 +83,9 @@ def test_a_bright_pixel_is_told_apart_from_its_surroundings() -> None:
     assert places.single.low < share < places.single.high
     assert places.single.value == pytest.approx(share, rel=0.1)
     assert places.noisiest[0.01].value < 0.05  # it is not its neighbours that are noisy
+    quote = replace(et.quote(et.load(SCENE).with_(size=(8, 8)), error=0.5, why=False), places=places)
+    said = [text for _, text in details(quote, None)]
+    assert any("`equaltime replay SCENE --pixel 11,30` shows the brightest path there" in text for text in said)
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 2), (1, 40), (3, 5)])
@@ -129,6 +134,7 @@ def test_the_command_tells_where(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*command, "-v"]) == 0
     words = " ".join(capsys.readouterr().out.split())
     assert "the noisiest 1 % of the pixels make" in words
+    assert "-v tells more" not in words
     assert "% of the picture, make" in words or "no rectangle of the picture stands out" in words
     assert main([*command, "--json"]) == 0
     places = json.loads(capsys.readouterr().out)["places"]

@@ -205,6 +205,30 @@ def test_a_light_inside_a_glass_mesh_is_behind_glass(obj: Callable[..., dict[str
     assert "lights-behind-glass" not in at(1.3)
 
 
+@pytest.mark.parametrize("kind", ["sphere", "rectangle", "disk", "cylinder", "cube"])
+def test_a_lamp_inside_smooth_glass_is_noisy(kind: str, obj: Callable[..., dict[str, Any]]) -> None:
+    def at(x: float, bsdf: dict[str, Any] = GLASS, camera: float = 10.0, radiance: float = 1.0) -> dict[str, Finding]:
+        place = [{"scale": 0.1}, {"translate": [x, 0.1, 0.2]}]
+        lamp = {"type": kind, "to_world": place, "emitter": {"type": "area", "radiance": radiance}}
+        return found(scene(lamp=lamp, glass={"type": "sphere", "bsdf": bsdf}, camera=camera))
+
+    assert at(0.3)["lamps-in-glass"].severity == "note"
+    assert "lamp" in at(0.3)["lamps-in-glass"].where[0]
+    for other in (
+        at(1.3),  # beside the glass
+        at(0.95),  # half in the glass
+        at(0.3, {"type": "roughdielectric"}),
+        at(0.3, {"type": "mask", "bsdf": GLASS}),
+        at(0.3, {"type": "diffuse"}),
+        at(0.3, camera=0.9),
+        at(0.3, radiance=0.0),
+    ):
+        assert "lamps-in-glass" not in other
+    lamp = {"type": "sphere", "radius": 0.1, "emitter": {"type": "area"}}
+    assert "lamps-in-glass" in found(scene(lamp=lamp, glass=obj(CUBE, SIDES, bsdf=GLASS)))
+    assert "lamps-in-glass" not in found(scene(lamp=lamp, glass=obj(CUBE, SIDES[1:], bsdf=GLASS)))
+
+
 def test_a_light_inside_what_lets_nothing_out_is_enclosed(obj: Callable[..., dict[str, Any]]) -> None:
     def at(x: float, camera: float = 10.0, bsdf: str = "twosided") -> dict[str, Finding]:
         side = {"type": "diffuse"} if bsdf == "twosided" else {}

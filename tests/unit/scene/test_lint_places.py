@@ -36,3 +36,15 @@ def test_lights_shine_through_thin_glass_where_paths_cross_it_freely() -> None:
     assert "caustics-left-out" in lit("volpath", "thindielectric")
     for kind, bsdf in (("path", "thindielectric"), ("volpath", "dielectric")):
         assert "thindielectric" in lit(kind, bsdf)["lights-behind-glass"].advice, "the twin"
+
+
+def test_lamps_inside_thin_glass_are_noisy_with_any_integrator() -> None:
+    """Only lights without extent shine through thin glass: light samples of lamps do not, even with volpath."""
+
+    def lit(kind: str, bsdf: str) -> dict[str, Finding]:
+        lamp = {"type": "sphere", "radius": 0.1, "emitter": {"type": "area"}}
+        return found(scene(lamp=lamp, ball={"type": "sphere", "bsdf": {"type": bsdf}}, integrator={"type": kind}))
+
+    for kind in ("path", "volpath"):
+        for bsdf in ("dielectric", "thindielectric"):
+            assert "lamps-in-glass" in lit(kind, bsdf)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -39,18 +39,23 @@ Floats = NDArray[np.float64]
 _NO_COMMON_COUNT = "its repeats have no sample count in common, so that they cannot be joined"
 
 
-def conclude(experiment: Experiment, folder: Path, command: str = "") -> Summary:
+def conclude(
+    experiment: Experiment, folder: Path, command: str = "", told: Callable[[float], object] = lambda share: None
+) -> Summary:
     """Summarise the records in ``folder``, write the report to the same folder, and return the summary.
 
     Parameters
     ----------
     command
         Command line that started the experiment, for the report's provenance.
+    told
+        Called with the completed share of the work, in [0, 1], first with 0.
     """
+    told(0.0)
     summary = concluded(experiment, folder)
     if command:
         summary = replace(summary, provenance={"command": command, **summary.provenance})
-    report.write_report(summary, folder)
+    report.write_report(summary, folder, told)
     return summary
 
 

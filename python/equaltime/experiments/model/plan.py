@@ -2,37 +2,59 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from equaltime.experiments.model.experiment import DEFAULT_BUDGET, Experiment
 from equaltime.words import duration
 
-__all__ = ["planned", "planned_runs", "planned_seconds"]
+__all__ = ["PeerTimes", "planned", "planned_runs", "planned_seconds"]
 
 _REPORT_SECONDS = 5.0
-"""Seconds that loading and the report of a small experiment take."""
+"""Seconds that loading and the report of one scene take, if its images are small."""
+_EARLIER_CHECKPOINTS = 2.4
+"""Time of the earlier checkpoints of a peer, as a multiple of the last one's time. Each checkpoint is a render of its
+own, and the times of two checkpoints differ by a factor of about sqrt(2)."""
+_CHECKPOINTS = 16
+"""Typical number of checkpoints of a run; each starts the peer anew."""
 
 
-def planned(experiment: Experiment) -> str:
-    """Return a sentence on the planned references and runs; with a time budget, it gives the total time.
+@dataclass(frozen=True)
+class PeerTimes:
+    """Measured times of an experiment's peers (other renderers), in seconds; 0 without peers."""
+
+    tests: float = 0.0
+    """Time of all tests of agreement between peers and equaltime that are still to be made."""
+    small_renders: float = 0.0
+    """Time of one small render by each peer on each scene, added up."""
+
+
+def planned(experiment: Experiment, peers: PeerTimes = PeerTimes()) -> str:
+    """Return a sentence on the planned tests, references and runs; with a time budget, it gives the total time.
 
     The time is mostly an upper limit: references may end earlier, and runs that a folder already holds are not
-    repeated.
+    repeated. Two times are not included: references of peers whose images differ, which the sentence names, and the
+    measuring of errors.
     """
     runs = planned_runs(experiment)
     said = f"{runs} run{'s' * (runs != 1)}"
     references = _reference_seconds(experiment)
-    before = f"references of up to {duration(references)} each, then " if references else ""
+    first = []
+    if peers.tests:
+        first.append(f"tests of agreement with other renderers ({duration(_whole(peers.tests))})")
+    if references:
+        first.append(f"references of up to {duration(references)} each")
+    before = f"{', '.join(first)}, then " if first else ""
+    differs = f"; up to {duration(experiment.reference.seconds)} more for each renderer whose picture differs"
+    after = differs if peers.tests else ""
     if experiment.spp is not None:
-        return f"{before}{said} of {experiment.spp[-1]:,} samples a pixel"
-    whole = duration(round(planned_seconds(experiment) or 0.0))
-    return f"about {whole}: {before}{said} of {duration(experiment.budget or DEFAULT_BUDGET)}"
+        return f"{before}{said} of {experiment.spp[-1]:,} samples a pixel{after}"
+    seconds = _whole(_seconds(experiment, peers))
+    return f"about {duration(seconds)}: {before}{said} of {duration(experiment.budget or DEFAULT_BUDGET)}{after}"
 
 
-def planned_seconds(experiment: Experiment) -> float | None:
-    """Return the total time in seconds, mostly an upper limit as in `planned`; None if the experiment has no budget."""
-    if experiment.spp is not None:
-        return None
-    rendering = planned_runs(experiment) * (experiment.budget or DEFAULT_BUDGET)
-    return _reference_seconds(experiment) * len(experiment.scenes) + rendering + _REPORT_SECONDS
+def planned_seconds(experiment: Experiment, peers: PeerTimes = PeerTimes()) -> float | None:
+    """Return the seconds of all tests, references, runs, films and the report; None without a time budget."""
+    return None if experiment.spp is not None else _seconds(experiment, peers)
 
 
 def planned_runs(experiment: Experiment) -> int:
@@ -40,6 +62,21 @@ def planned_runs(experiment: Experiment) -> int:
     return experiment.repeats * len(experiment.scenes) * len(experiment.strategies)
 
 
+def _seconds(experiment: Experiment, peers: PeerTimes) -> float:
+    budget = experiment.budget or DEFAULT_BUDGET
+    scenes, strategies = len(experiment.scenes), len(experiment.strategies)
+    others = sum(entry.peer is not None for entry in experiment.strategies)
+    runs = experiment.repeats * budget * scenes * (strategies + _EARLIER_CHECKPOINTS * others)
+    starts = experiment.repeats * _CHECKPOINTS * peers.small_renders
+    films = scenes * strategies * budget if experiment.animate else 0.0
+    return peers.tests + scenes * (_reference_seconds(experiment) + _REPORT_SECONDS) + runs + starts + films
+
+
 def _reference_seconds(experiment: Experiment) -> float:
-    """Return the longest time to render one reference; 0 if the reference is a file."""
+    """Return the longest time of one reference in seconds; 0 if a file gives the reference."""
     return 0.0 if experiment.reference.file is not None else experiment.reference.seconds
+
+
+def _whole(seconds: float) -> float:
+    """Round to whole seconds, at least 1."""
+    return float(max(1, round(seconds)))

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.experiments.model.experiment import ReferenceWish
+from equaltime.experiments.model.plan import PeerTimes
 from equaltime.experiments.peers.common import with_box_filter
 from equaltime.experiments.peers.mitsuba import MitsubaPeer
 from equaltime.experiments.run import reference as references
@@ -35,7 +36,7 @@ from equaltime.scene import Scene
 from equaltime.statistics.agreement import LEVEL, Agreement, BlockMeans, compare, share
 from equaltime.strategy import Strategy
 
-__all__ = ["LEVEL", "SEEDS", "Gate", "check", "own_reference", "pass_gates", "resizable"]
+__all__ = ["LEVEL", "SEEDS", "Gate", "check", "measured_times", "own_reference", "pass_gates", "resizable", "untested"]
 
 SEEDS = 64
 """Independent renders of each side for the test of agreement."""
@@ -86,7 +87,8 @@ def pass_gates(
     folder: ExperimentFolder,
     threads: int,
     gates: int,
-    report: Callable[[Subject, float], object] | None = None,
+    report: Callable[[Subject, float], object] = lambda peer, share: None,
+    report_reference: Callable[[Subject, float], object] = lambda peer, share: None,
 ) -> None:
     """Test each peer once for the same expected image as equaltime's on a scene.
 
@@ -99,21 +101,55 @@ def pass_gates(
         Name of the scene.
     gates
         Number of such tests on all scenes of the experiment; all tests share one false-alarm rate.
+    report, report_reference
+        Called with a peer and the completed share, in [0, 1], of its test or of its own reference.
     """
     known: Mapping[str, Any] = folder.read_provenance().get("agreements", {}).get(name, {})
     ours: dict[bool, BlockMeans] = {}
-    for peer in peers:
-        if peer.label in known:
-            continue
-        told = None if report is None else partial(report, peer)
+    for peer in untested(peers, name, folder):
+        told = partial(report, peer)
         gate = check(peer, scene, threads, share(LEVEL, gates), progress=told, ours=ours.get(resizable(peer)))
         ours[resizable(peer)] = gate.ours
         if not gate.agrees:
-            own = own_reference(peer, scene, wish.error, wish.seconds, threads)
+            told = partial(report_reference, peer)
+            own = own_reference(peer, scene, wish.error, wish.seconds, threads, progress=told)
             references.write(folder.reference(name, peer.label), own)
         facts = {"agrees": gate.agrees, "p": gate.agreement.p, "level": gate.level, "seeds": gate.seeds}
         known = {**known, peer.label: {**facts, "note": gate.note, "size": list(gate.size)}}
         folder.note("agreements", name, known)
+
+
+def untested(peers: Sequence[Subject], name: str, folder: ExperimentFolder) -> list[Subject]:
+    """Return the peers without a recorded outcome of the test on the scene ``name``."""
+    known = folder.read_provenance().get("agreements", {}).get(name, {})
+    return [peer for peer in peers if peer.label not in known]
+
+
+def measured_times(
+    peers: Sequence[Subject], name: str, scene: Scene, folder: ExperimentFolder, threads: int
+) -> PeerTimes:
+    """Return the times of peers on one scene, from one render of each side at the size of the tests.
+
+    Prepare the peers again before they render ``scene``.
+    """
+    ahead, tests, renders = untested(peers, name, folder), 0.0, 0.0
+    ours: set[bool] = set()
+    for peer in peers:
+        small = _compared(peer, scene)
+        peer.prepare(small, threads)
+        begin = time.perf_counter()
+        _one(peer, _FIRST_SEED, _SPP)
+        took = time.perf_counter() - begin
+        renders += took
+        if peer not in ahead:
+            continue
+        tests += SEEDS * took
+        if resizable(peer) not in ours:  # equaltime's renders of one size serve for all peers
+            ours.add(resizable(peer))
+            begin = time.perf_counter()
+            _our_image(small, 0, threads)
+            tests += SEEDS * (time.perf_counter() - begin)
+    return PeerTimes(tests, renders)
 
 
 def check(
@@ -144,7 +180,7 @@ def check(
     PeerError
         If the peer cannot render the scene.
     """
-    small = _small(scene) if resizable(peer) else with_box_filter(scene)
+    small = _compared(peer, scene)
     peer.prepare(small, threads)
     renders = seeds if ours is not None else 2 * seeds
 
@@ -171,16 +207,22 @@ def resizable(peer: Subject) -> bool:
 
 
 def own_reference(
-    peer: Subject, scene: Scene, error: float, seconds: float, threads: int = 0, first_seed: int = _FIRST_REFERENCE_SEED
+    peer: Subject,
+    scene: Scene,
+    error: float,
+    seconds: float,
+    threads: int = 0,
+    first_seed: int = _FIRST_REFERENCE_SEED,
+    progress: Callable[[float], object] = lambda share: None,
 ) -> KnownReference:
     """Return a reference rendered by the peer: the mean of independent renders, whose spread gives the mean's noise.
 
     Rendering ends at the relative ``error`` or after ``seconds``, but not before eight renders. The two halves of the
     reference are the odd and the even renders. If the peer's sampler is biased, a copy of the peer with an unbiased
-    sampler renders.
+    sampler renders. ``progress`` is called with the completed share of the work, in [0, 1].
     """
     with _fit(peer) as renderer:
-        return _own_reference(renderer, scene, error, seconds, threads, first_seed)
+        return _own_reference(renderer, scene, error, seconds, threads, first_seed, progress)
 
 
 @contextmanager
@@ -195,13 +237,20 @@ def _fit(peer: Subject) -> Iterator[Subject]:
 
 
 def _own_reference(
-    peer: Subject, scene: Scene, error: float, seconds: float, threads: int, first_seed: int
+    peer: Subject,
+    scene: Scene,
+    error: float,
+    seconds: float,
+    threads: int,
+    first_seed: int,
+    progress: Callable[[float], object],
 ) -> KnownReference:
     peer.prepare(scene, threads)
     spp = _spp_of_parts(peer, seconds, first_seed)
     sums: list[NDArray[np.float64] | float] = [0.0, 0.0]
     squares: NDArray[np.float64] | float = 0.0
     begin, count, origin = time.perf_counter(), 0, None
+    progress(0.0)
     while True:
         image = _one(peer, first_seed + 1 + count, spp).astype(np.float64)
         origin = image if origin is None else origin  # subtracted to keep small differences in the squares
@@ -209,6 +258,7 @@ def _own_reference(
         squares += np.square(image - origin)
         count += 1
         passed = time.perf_counter() - begin
+        progress(min(1.0, passed / seconds))
         if count % 2 == 0 and count >= _FEWEST:
             reference = _joined(origin, sums, squares, count)
             found = math.sqrt(max(reference.relmse, 0.0))
@@ -244,6 +294,11 @@ def _spp_of_parts(peer: Subject, seconds: float, seed: int) -> int:
     (checkpoint,) = peer.run(seed, (_SPP,), None)
     affordable = checkpoint.spp * seconds / _WANTED / max(checkpoint.wall_s, 1e-3)
     return int(4 ** min(max(math.floor(math.log(max(affordable, 1.0), 4)), 1), 8))
+
+
+def _compared(peer: Subject, scene: Scene) -> Scene:
+    """Return the scene as a test renders it: small if the peer can render any size, and with a box filter."""
+    return _small(scene) if resizable(peer) else with_box_filter(scene)
 
 
 def _small(scene: Scene) -> Scene:

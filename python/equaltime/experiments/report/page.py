@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
@@ -208,7 +208,7 @@ _MAPS = 7
 """Pictures per strategy and scene on a page."""
 
 
-def write_report(summary: Summary, folder: Path) -> Path:
+def write_report(summary: Summary, folder: Path, told: Callable[[float], object] = lambda share: None) -> Path:
     """Write ``report.html`` and ``figures/`` (PDF, PNG, and a table in LaTeX) into a folder.
 
     Parameters
@@ -217,6 +217,8 @@ def write_report(summary: Summary, folder: Path) -> Path:
         Results of the experiment. If image files are missing, the page says which.
     folder
         Folder to write to; it is made if it does not exist.
+    told
+        Called after each scene with the completed share of the work, in [0, 1].
 
     Returns
     -------
@@ -235,10 +237,10 @@ def write_report(summary: Summary, folder: Path) -> Path:
     slugs: list[str] = list(_OWN_IDS)
     for scene in summary.scenes:
         slugs.append(slug(scene.name, slugs))
-    views = [
-        _scene_view(scene, name, summary, look, folder, longest)
-        for scene, name in zip(summary.scenes, slugs[len(_OWN_IDS) :], strict=True)
-    ]
+    views = []
+    for scene, name in zip(summary.scenes, slugs[len(_OWN_IDS) :], strict=True):
+        views.append(_scene_view(scene, name, summary, look, folder, longest))
+        told(len(views) / len(summary.scenes))
     overview = overview_views(summary, look) if len(summary.scenes) > 1 else ()
     write_latex(summary, folder / "figures" / "table.tex")
     return write_page(

@@ -14,10 +14,11 @@ from pathlib import Path
 from equaltime.errors import EqualtimeError, ExperimentError, Problem
 from equaltime.experiments.analysis.summarise import conclude
 from equaltime.experiments.model.experiment import Experiment
+from equaltime.experiments.model.plan import PeerTimes
 from equaltime.experiments.model.reader import is_experiment, make_experiment, read_experiment
 from equaltime.experiments.report.index import Card, write_index
 from equaltime.experiments.run.folder import ExperimentFolder, replacing
-from equaltime.experiments.run.runner import ProgressCallback, run
+from equaltime.experiments.run.runner import Begins, ProgressCallback, run, tell_report
 
 __all__ = ["Changes", "experiments_in", "run_all"]
 
@@ -64,7 +65,7 @@ def run_all(
     progress: ProgressCallback | None = None,
     told: Callable[[Card], object] = lambda card: None,
     command: str = "",
-    begins: Callable[[str, Experiment], object] = lambda name, experiment: None,
+    begins: Callable[[str, Experiment, PeerTimes], object] = lambda name, experiment, peers: None,
 ) -> tuple[Card, ...]:
     """Run or continue every experiment of a folder, and write the index page ``output/index.html``.
 
@@ -80,7 +81,7 @@ def run_all(
     told
         Called with the card of each experiment when it has ended.
     begins
-        Called with the name of each experiment and the experiment before it begins.
+        Called with the name of each experiment, the experiment and the times of its peers before it begins.
 
     Returns
     -------
@@ -115,15 +116,17 @@ def _run(
     folder: Path,
     progress: ProgressCallback | None,
     command: str,
-    begins: Callable[[Experiment], object],
+    begins: Begins,
 ) -> Card:
     """Run one experiment, and return its outcome."""
     if missing := _missing(experiment):
         return replace(card, state="left out", problem=missing)
     failure = ExperimentFolder(folder).failure
+    told = _named(card.name, progress)
     try:
-        run(experiment, folder, _named(card.name, progress), command=command, begins=begins)
-        return replace(card, state="done", summary=conclude(experiment, folder, command))
+        run(experiment, folder, told, command=command, begins=begins)
+        summary = conclude(experiment, folder, command, partial(tell_report, experiment, told))
+        return replace(card, state="done", summary=summary)
     except (EqualtimeError, OSError) as error:
         return replace(card, state="failed", problem=str(error))
     except Exception as error:  # any error: the other experiments must still run
@@ -147,10 +150,10 @@ def _keep_traceback(path: Path) -> str:
 
 
 def _named(name: str, progress: ProgressCallback | None) -> ProgressCallback | None:
-    """Return the callback with the experiment's name put before each scene's name."""
+    """Return the callback with the experiment's name put before each scene's name, or instead of an empty one."""
     if progress is None:
         return None
-    return lambda told: progress(replace(told, scene=f"{name} / {told.scene}"))
+    return lambda told: progress(replace(told, scene=f"{name} / {told.scene}" if told.scene else name))
 
 
 def _missing(experiment: Experiment) -> str:

@@ -18,8 +18,9 @@ from typing import Literal
 
 from equaltime.errors import ExperimentError, PeerError, Problem
 from equaltime.experiments.model.experiment import DEFAULT_BUDGET, Experiment
+from equaltime.experiments.model.plan import PeerTimes, planned_seconds
 from equaltime.experiments.model.reader import identity_of, run_seeds
-from equaltime.experiments.peers.agreement import pass_gates
+from equaltime.experiments.peers.agreement import measured_times, pass_gates
 from equaltime.experiments.run import reference as references
 from equaltime.experiments.run.directions import write_directions
 from equaltime.experiments.run.folder import OWN_DEPTHS, ExperimentFolder, build_facts, fingerprint, machine_facts
@@ -32,9 +33,9 @@ from equaltime.machine import worker_threads
 from equaltime.rendering.core_subject import Subject
 from equaltime.scene import Scene
 
-__all__ = ["ProgressCallback", "RunProgress", "Subject", "run"]
+__all__ = ["Begins", "ProgressCallback", "RunProgress", "Subject", "run", "tell_report"]
 
-Phase = Literal["setup", "agreement", "reference", "run", "film"]
+Phase = Literal["setup", "agreement", "own reference", "reference", "run", "film", "report"]
 
 
 @dataclass(frozen=True)
@@ -43,19 +44,22 @@ class RunProgress:
 
     phase: Phase
     scene: str
+    """Name of the scene; empty while the report is written."""
     strategy: str
+    """Label of the strategy; empty while the report is written."""
     repeat: int
     """Number of the current repeat, from 0."""
     done: int
     """Number of recorded runs."""
     total: int
     fraction: float
-    """Completed share of the phase, in [0, 1]: of the present test of agreement or reference, or of all runs."""
+    """Completed share of the phase, in [0, 1]: of the present test or reference, of the report, or of all runs."""
     time_left: float | None
-    """Estimated seconds to the end of the last run; None if unknown."""
+    """Estimated seconds to the end of the last run, before the runs to the end of the report; None if unknown."""
 
 
 ProgressCallback = Callable[[RunProgress], object]
+Begins = Callable[[Experiment, PeerTimes], object]
 
 
 def run(
@@ -64,7 +68,7 @@ def run(
     progress: ProgressCallback | None = None,
     cache: Path | None = None,
     command: str = "",
-    begins: Callable[[Experiment], object] = lambda experiment: None,
+    begins: Begins = lambda experiment, peers: None,
 ) -> None:
     """Run the missing runs of an experiment, and write records and images to ``folder``.
 
@@ -77,7 +81,8 @@ def run(
     command
         Command line that started the runs, for their provenance.
     begins
-        Called with the experiment once it and its folder are known to be good, before the first run.
+        Called with the experiment and the measured times of its peers once both and the folder are known to be good,
+        before the first test, reference or run.
 
     Raises
     ------
@@ -97,12 +102,18 @@ def run(
         with place.locked():
             place.claim(identity, experiment)
             place.failure.unlink(missing_ok=True)
-            begins(experiment)
             with Recorder(place.records) as recorder:
                 place.tidy()
-                _Session(experiment, scenes, subjects, threads, place, recorder, progress, cache, command).run()
+                _Session(experiment, scenes, subjects, threads, place, recorder, progress, cache, command).run(begins)
     finally:
         close_subjects(subjects)
+
+
+def tell_report(experiment: Experiment, progress: ProgressCallback | None, share: float) -> None:
+    """Tell the completed share, in [0, 1], of an experiment's report."""
+    if progress is not None:
+        runs = experiment.repeats * len(experiment.scenes) * len(experiment.strategies)
+        progress(RunProgress("report", "", "", 0, runs, runs, share, None))
 
 
 def _check_names(*names: object) -> None:
@@ -153,8 +164,12 @@ class _Session:
         self._done = {row.key for row in self.recorder.rows if row.last} & {turn.key for turn in self._turns}
         self._seconds: dict[tuple[str, str], float] = {}
         self._rendering = 0.0
+        labels = {entry.label for entry in self.experiment.strategies if entry.peer is not None}
+        self._peers = [subject for subject in self.subjects if subject.label in labels]
+        self._end: float | None = None
+        """Expected end of the report on the clock of `time.perf_counter`; None if unknown."""
 
-    def run(self) -> None:
+    def run(self, begins: Begins) -> None:
         """Run the missing runs, then make films and figures."""
         machine, build = self._origin()
         for entry, scene in zip(self.experiment.scenes, self.scenes, strict=True):
@@ -162,6 +177,11 @@ class _Session:
         left = [turn for turn in self._turns if turn.key not in self._done]
         if left:
             self._prepare()
+        times = self._measure_peers() if left else PeerTimes()
+        begins(self.experiment, times)
+        if (seconds := planned_seconds(self.experiment, times)) is not None and not self._done:
+            self._end = time.perf_counter() + seconds
+        if left:
             self._pass_gates()
         known = [self._reference(number) for number in range(len(self.scenes))]
         started, load, begin = now(), os.getloadavg()[0], time.perf_counter()
@@ -247,43 +267,60 @@ class _Session:
             with _told_on(turn.key[0]):
                 turn.subject.prepare(self.scenes[turn.number], self.threads)
 
+    def _measure_peers(self) -> PeerTimes:
+        """Return the times of all peers on all scenes."""
+        tests = renders = 0.0
+        for entry, scene in zip(self.experiment.scenes, self.scenes, strict=True):
+            with _told_on(entry.name):
+                times = measured_times(self._peers, entry.name, scene, self.folder, self.threads)
+            tests, renders = tests + times.tests, renders + times.small_renders
+        return PeerTimes(tests, renders)
+
     def _pass_gates(self) -> None:
         """Compare every peer with equaltime on every scene."""
-        labels = {entry.label for entry in self.experiment.strategies if entry.peer is not None}
-        peers = [subject for subject in self.subjects if subject.label in labels]
-        gates = len(peers) * len(self.scenes)
+        gates = len(self._peers) * len(self.scenes)
         for number, entry in enumerate(self.experiment.scenes):
-            told = partial(self._tell_agreement, number)
+            told = partial(self._tell_of_peer, "agreement", number)
+            told_reference = partial(self._tell_of_peer, "own reference", number)
             scene, wish = self.scenes[number], self.experiment.reference
             with _told_on(entry.name):
-                pass_gates(peers, entry.name, scene, wish, self.folder, self.threads, gates, told)
+                pass_gates(self._peers, entry.name, scene, wish, self.folder, self.threads, gates, told, told_reference)
 
     def _reference(self, number: int) -> Reference:
         """Return the scene's reference; one in the folder is kept even if the cache has a better one."""
         turn = self._turns[number * len(self.subjects)]
         path = self.folder.reference(turn.key[0])
         if not path.exists():
-            self._tell("reference", turn, 0.0, None)
+            self._tell("reference", turn, 0.0, self._left())
             known = references.obtain(
                 self.scenes[number],
                 self.experiment.reference,
                 self.cache,
                 self.threads,
-                lambda share: self._tell("reference", turn, share, None),
+                lambda share: self._tell("reference", turn, share, self._left()),
             )
             self.folder.note("references", turn.key[0], known.facts)  # first: skipped once the file exists
             references.write(path, known)
         return references.read(path).reference
 
     def _expected(self, left: Sequence[_Turn]) -> float:
-        """Estimate the seconds of the turns, from each one's last time, else the budget, else the mean time."""
+        """Estimate the seconds of the turns, from each one's last time, else the budget, else the mean time.
+
+        The plan counts if it is later and some strategy has no time yet: peers take longer than the budget.
+        """
         budget = self.experiment.budget
         mean = sum(self._seconds.values()) / len(self._seconds) if self._seconds else budget or 0.0
-        return sum(self._seconds.get(turn.key[:2], budget or mean) for turn in left)
+        known = sum(self._seconds.get(turn.key[:2], budget or mean) for turn in left)
+        untried = any(turn.key[:2] not in self._seconds for turn in left)
+        return max(known, self._left() or 0.0) if untried else known
 
-    def _tell_agreement(self, number: int, peer: Subject, fraction: float) -> None:
+    def _left(self) -> float | None:
+        """Return the seconds to the expected end of the report; None if unknown."""
+        return None if self._end is None else max(0.0, self._end - time.perf_counter())
+
+    def _tell_of_peer(self, phase: Phase, number: int, peer: Subject, fraction: float) -> None:
         turn = self._turns[number * len(self.subjects) + self.subjects.index(peer)]
-        self._tell("agreement", turn, fraction, None)
+        self._tell(phase, turn, fraction, self._left())
 
     def _tell(self, phase: Phase, turn: _Turn, fraction: float, time_left: float | None) -> None:
         if self.progress is not None:

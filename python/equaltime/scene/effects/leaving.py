@@ -39,11 +39,12 @@ from equaltime.scene.motion import moves, still
 from equaltime.strategy import Strategy
 from equaltime.words import suggestion
 
-__all__ = ["SHORTEST", "can_leave_out", "leave_out", "parse_names"]
+__all__ = ["LUMINANCE", "SHORTEST", "can_leave_out", "leave_out", "parse_names"]
 
 SHORTEST: Final = 2
 """Longest path, in segments, for ``long_paths`` without a depth: only emitted and direct light remain."""
 LUMINANCE: Final = (0.212671, 0.715160, 0.072169)
+"""Weights of red, green and blue in a colour's luminance."""
 KEPT: Final = ((NormalMap, "normalmap"), (BumpMap, "texture"), (Mask, "opacity"))
 """Texture parameters, as (plugin, field), that belong to another effect: leaving out textures keeps them."""
 NUMBERS: Final = frozenset(

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from equaltime.scene.geometry import SphereSurface
 from equaltime.scene.lint.parts import Part
 
-__all__ = ["MOST_PLACES", "Finding", "MeshFacts", "Severity", "border", "facts", "surrounds", "within"]
+__all__ = ["MOST_PLACES", "Finding", "MeshFacts", "Severity", "border", "encloses", "facts", "surrounds", "within"]
 
 Severity = Literal["warning", "note"]
 """Warning: the image may be wrong or take long. Note: the renderer handles the hazard, or it may be intended."""
@@ -155,7 +155,12 @@ def border(parts: list[Part]) -> list[int]:
 
 
 def within(place: Array, part: Part) -> bool:
-    """Tell whether the point `place` (3,), in world space, is inside the shape of `part`.
+    """Tell whether the point `place` (3,), in world space, is inside the shape of `part` (see `encloses`)."""
+    return encloses(part, place[None])
+
+
+def encloses(part: Part, points: Array) -> bool:
+    """Tell whether all `points` (N, 3), in world space, are inside the shape of `part`.
 
     Only spheres and closed meshes have an inside. The result is False for shapes of a group, because their coordinates
     are in the group's own space.
@@ -163,10 +168,10 @@ def within(place: Array, part: Part) -> bool:
     if part.grouped:
         return False
     if isinstance(part.surface, SphereSurface):
-        return float(np.linalg.norm(place - part.surface.center)) < part.surface.radius
-    if part.mesh is None or not in_bounds(place, part):
+        return bool((np.linalg.norm(points - part.surface.center, axis=1) < part.surface.radius).all())
+    if part.mesh is None or not all(in_bounds(point, part) for point in points):
         return False
-    return facts(part).closed and surrounds(part, place)
+    return facts(part).closed and all(surrounds(part, point) for point in points)
 
 
 def in_bounds(place: Array, part: Part) -> bool:

@@ -11,8 +11,8 @@ import numpy as np
 
 from equaltime.film.unseen import FAR_APART
 from equaltime.scene.compile_media import sees_media
-from equaltime.scene.geometry import DiskSurface
-from equaltime.scene.lint.facts import Finding, first_places, within
+from equaltime.scene.geometry import DiskSurface, SphereSurface
+from equaltime.scene.lint.facts import Finding, encloses, first_places, within
 from equaltime.scene.lint.parts import Array, LintScene, Part, leaves, lets_light_through
 from equaltime.scene.model import (
     Area,
@@ -22,6 +22,7 @@ from equaltime.scene.model import (
     Dielectric,
     Directional,
     EnvMap,
+    Mask,
     Plugin,
     Point,
     RoughConductor,
@@ -35,6 +36,8 @@ __all__ = ["check_lights"]
 AWAY = 1e-12
 """Distance from the plane of a flat light up to which a point counts as in the plane: a few rounding errors. The
 distance is a fraction of the size of the scene."""
+MOST_POINTS = 64
+"""Largest number of points of a lamp that are tested for being inside glass; a mesh with more gives every k-th."""
 FLAT = 1e-4
 """Largest angle, in radians, between the normals of the triangles of a light that counts as flat."""
 
@@ -44,7 +47,7 @@ def check_lights(world: LintScene) -> Iterator[Finding]:
 
     Reported emitters have no power, are very dim beside others, face away from the scene, or are enclosed by opaque
     shapes. Point, spot and directional lights are also reported in scenes with smooth glass or mirrors: no sampling
-    technique finds their caustics.
+    technique finds their caustics. Lamps inside smooth glass are reported as noisy.
     """
     model = world.scene.model
     nodes = {
@@ -78,6 +81,7 @@ def check_lights(world: LintScene) -> Iterator[Finding]:
     yield from _turned_away(world)
     yield from _enclosed(world)
     yield from _through_glass(world)
+    yield from _lamps_in_glass(world)
 
 
 def _is_dark(node: Plugin, world: LintScene) -> bool:
@@ -225,6 +229,45 @@ def _through_glass(world: LintScene) -> Iterator[Finding]:
             "thindielectric with the integrator volpath",
             "use small area lights, a sun as wide as it is, or rough surfaces, where the caustics matter",
         )
+
+
+def _lamps_in_glass(world: LintScene) -> Iterator[Finding]:
+    """Find emitting shapes inside closed smooth glass that does not contain the camera."""
+    lamps = [part for part in world.parts if _is_lamp(part, world)]
+    glass = [part for part in world.parts if lamps and _is_glass(part) and not within(world.camera, part)]
+    found = [lamp for lamp in lamps if any(encloses(part, _outline(lamp)) for part in glass)]
+    if found:
+        yield Finding(
+            "lamps-in-glass",
+            "note",
+            f"lamps inside smooth glass, through which no light sample reaches them: {len(found)}",
+            first_places(part.name for part in found),
+            len(found),
+            "renders their light in full, but with much noise: only paths that hit a lamp by chance bring it, and the "
+            "smaller the lamp, the fewer they are",
+            "enlarge the lamp, or remove glass that does not matter; a point light shines through thindielectric with "
+            "the integrator volpath",
+        )
+
+
+def _is_lamp(part: Part, world: LintScene) -> bool:
+    return part.shape.emitter is not None and not part.grouped and not _is_dark(part.shape.emitter, world)
+
+
+def _is_glass(part: Part) -> bool:
+    """Tell whether every part of the BSDF is smooth glass: with any integrator it blocks light samples of lamps."""
+    parts = [*leaves(part.shape.bsdf)]
+    return bool(parts) and all(_hides(leaf, freely=False) for leaf in parts) and not isinstance(part.shape.bsdf, Mask)
+
+
+def _outline(part: Part) -> Array:
+    """Return points (N, 3) on the surface: ends of a sphere's axes, vertices of a mesh, or corners of the bounds."""
+    if isinstance(part.surface, SphereSurface):
+        axes = part.surface.radius * np.eye(3)
+        return np.asarray(part.surface.center + np.concatenate([axes, -axes]))
+    if part.mesh is not None:
+        return part.mesh.vertices[:: 1 + len(part.mesh.vertices) // MOST_POINTS]
+    return np.array(np.meshgrid(*part.bounds.T)).reshape(3, -1).T
 
 
 def _is_smooth(leaf: BsdfPlugin) -> bool:
