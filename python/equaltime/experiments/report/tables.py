@@ -231,9 +231,9 @@ def _time_cell(scene: SceneResult, strategy: StrategyResult, target: float) -> C
 def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Style]) -> Table:
     """Return a table with checks of each strategy.
 
-    Columns are the slope of the error, the error at equal time and at the end of the runs, and the renders' own estimate
-    at the end. Two more are the bias, and whether the expected image is that of the standard strategy. ``slug`` begins
-    the table's id. ``looks`` gives colour, marker and line style by label.
+    Columns are the slope of the error, the error at equal time and at the end of the runs, and the renders' own
+    estimate at the end. Two more are the bias, and whether the expected image is that of the standard strategy.
+    ``slug`` begins the table's id. ``looks`` gives colour, marker and line style by label.
     """
     standard = scene.standard or "the standard"
     errors = [f"error after {seconds(scene.budget_s)}; below: at the end", "own estimate at the end"]
