@@ -29,6 +29,7 @@ from equaltime.images.bias_variance import BiasVariance
 from equaltime.images.metrics import Reference
 from equaltime.statistics.agreement import LEVEL, equality_test, near_normal, share
 from equaltime.statistics.curves import Runs, error_at, error_curve, least_error_at, second_curve, slope, time_to_error
+from equaltime.statistics.in_words import probability
 from equaltime.statistics.intervals import FEWEST_REPEATS, UNKNOWN, Interval, signed_root, sound
 from equaltime.words import percent
 
@@ -221,7 +222,7 @@ class _Scene:
         if not np.isfinite(runs.relmse).all():
             notes.append("some of its images have pixels that are not finite, and cannot be measured")
         if equality is not None and equality < self.level:
-            notes.append(f"its picture differs from the picture of {standard} (p = {equality:.1g})")
+            notes.append(f"its picture differs from the picture of {standard} ({probability(equality)})")
         return notes
 
 

@@ -9,6 +9,7 @@ from equaltime.experiments.report.words import error_cell, percent, seconds
 
 __all__ = ["mean_of_runs", "short_caption", "this_run"]
 
+_UNKNOWN = "error unknown"
 _BELOW = "below what the reference can show"
 
 
@@ -28,19 +29,24 @@ def mean_of_runs(strategy: StrategyResult) -> str:
     The mean is the root mean square of the runs' errors. The text is empty for a single run.
     """
     said = _mean_error(strategy)
-    return f"the {said} after {seconds(strategy.curve.seconds[-1].value)}" if said else ""
+    if not said:
+        return ""
+    return f"the mean of {strategy.repeats} runs: {said} after {seconds(strategy.curve.seconds[-1].value)}"
 
 
 def short_caption(strategy: StrategyResult) -> str:
-    """Return the errors of this run and of all runs in two short lines, for a narrow figure; or an empty text."""
-    one = f"this run: {_run_error(strategy)}" if strategy.image_seconds is not None else ""
-    return "\n".join(filter(None, (one, _mean_error(strategy))))
+    """Return the errors of this run and of all runs in two short lines, for a narrow figure; or an empty text.
+
+    Errors below what the reference can show are left out.
+    """
+    errors = {"this run": _run_error(strategy), f"mean of {strategy.repeats}": _mean_error(strategy)}
+    return "\n".join(f"{whose}: {error}" for whose, error in errors.items() if error not in ("", _UNKNOWN, _BELOW))
 
 
 def _run_error(strategy: StrategyResult) -> str:
     error = strategy.image_error
     if error is None:
-        return "error unknown"
+        return _UNKNOWN
     return percent(error) if error > 0.0 else _BELOW
 
 
@@ -50,5 +56,6 @@ def _mean_error(strategy: StrategyResult) -> str:
         return ""
     error = strategy.curve.error[-1]
     cell = error_cell(error)
-    measured = cell.text if cell.state == "trusted" else percent(error.value) if error.value > 0.0 else _BELOW
-    return f"mean of {strategy.repeats} runs: {measured}"
+    if cell.state == "trusted":
+        return cell.text
+    return percent(error.value) if error.value > 0.0 else _BELOW
