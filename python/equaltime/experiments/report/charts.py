@@ -43,7 +43,7 @@ def draw_curves(
     tick(axes.xaxis, seconds)
     tick(axes.yaxis, percent)
     axes.set_xlabel("time, first sample to image", color=INK)
-    axes.set_ylabel("error, root mean square over repeats", color=INK)
+    axes.set_ylabel("error (root mean square)", color=INK)
     if legend:
         _add_legend(axes)
     return figure
