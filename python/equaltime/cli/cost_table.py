@@ -117,7 +117,7 @@ def _table(rows: Sequence[_Row], targets: tuple[float, ...], most: int) -> Table
 
     Of several such targets the smallest are chosen.
     """
-    from equaltime.experiments.report.words import error_cell, percent, seconds, seconds_cell
+    from equaltime.experiments.report.words import measured_cell, percent, seconds, seconds_cell
 
     cells = {target: [seconds_cell(result.time_to[target]) for _, result in rows] for target in targets}
     counts = {target: sum(cell.state == "trusted" for cell in cells[target]) for target in targets}
@@ -136,7 +136,7 @@ def _table(rows: Sequence[_Row], targets: tuple[float, ...], most: int) -> Table
     for number, (scene, result) in enumerate(rows):
         times = (_marked(cells[target][number], result.time_to[target]) for target in known)
         first = (scene.name,) if several else ()
-        table.add_row(*first, result.label, in_brackets(error_cell(result.error_at_budget)), *times)
+        table.add_row(*first, result.label, in_brackets(measured_cell(result.error_at_budget)), *times)
     return table
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any, Final
 
 import typer
+from rich.table import Table
 
 from equaltime.cli.info_experiment import (
     experiment_facts,
@@ -20,7 +21,7 @@ from equaltime.cli.info_experiment import (
 from equaltime.cli.info_render import saved_render
 from equaltime.cli.info_scene import scene_summary
 from equaltime.cli.lines import in_columns
-from equaltime.cli.messages import print_json, print_lines, print_warnings
+from equaltime.cli.messages import plain_console, print_json, print_lines, print_warnings
 from equaltime.cli.options import AsJson, Define, Substitute, Verbose, parse_definitions
 from equaltime.errors import ImageError, SceneError
 from equaltime.examples import example_of

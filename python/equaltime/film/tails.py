@@ -76,7 +76,9 @@ class Tail:
         """
         if not self.ratio > MOST_RATIO or self.share <= MOST_SHARE:
             return ""
-        return f"heavy tail: one pixel of one render makes {100 * self.share:.3g} % of the error; others may make more"
+        return (
+            f"heavy tail: one pixel of one render makes {100 * self.share:.3g} % of the error, and others may make more"
+        )
 
     @property
     def unseen(self) -> float:

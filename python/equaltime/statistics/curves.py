@@ -2,9 +2,11 @@
 
 A strategy's curve shows the *expected* squared error: at each checkpoint the mean of relMSE over repeats. The variance
 of the reference is already subtracted from relMSE. The relMSE of a single repeat may therefore be below 0, but the mean
-is unbiased. Errors fall with time, though noise may make measured ones rise. So an isotonic regression is made, and the
-curve runs through the means of its blocks, straight in log-log axes. Every number read off the curve is a smooth
-function of means over repeats, computed on the logarithm. Its interval comes from the jackknife over repeats. The
+is unbiased. The error of a strategy after a time is read off this curve, which is straight between checkpoints in
+log-log axes: it is the root mean square over repeats. Times to an error need a curve that falls, though noise may make
+measured errors rise. So times are read off an isotonic regression, through the means of its blocks. Every number read
+off a curve is computed on the logarithm of means over repeats. Its interval comes from the jackknife over repeats,
+which also corrects times, ratios and slopes for the curvature of the logarithm; errors stay as they were measured. The
 jackknife accounts for samples that checkpoints of one run share, and for a drifting machine that two strategies'
 repeats share. The reference's noise affects all repeats alike, so their spread does not show it. So every number is
 computed again with relMSE moved by its standard error. If two strategies are compared, both are moved by the same
@@ -347,10 +349,11 @@ def _with_reach(found: Interval, value: float, begin: float, end: float, law: bo
 
 
 def error_at(runs: Runs, seconds: float) -> Interval:
-    """Return the relative error after ``seconds`` seconds, as an interval.
+    """Return the relative error after ``seconds`` seconds, as an interval: the root mean square over repeats.
 
-    The error is extrapolated by the curve's slope up to twice the longest time, and down to half of the shortest. It is
-    unknown farther outside.
+    At the mean time of a checkpoint, the value is that of `error_curve`; between checkpoints, both logarithms are
+    interpolated. The error is extrapolated by the curve's slope up to twice the longest time, and down to half of the
+    shortest. It is unknown farther outside.
     """
     wanted = math.log(seconds)
 
@@ -358,17 +361,16 @@ def error_at(runs: Runs, seconds: float) -> Interval:
         x, y = runs.moved(off).points(kept)
         if not x.size:
             return math.nan
-        level_x, level_y = falling(x, y)
-        if level_x[0] <= wanted <= level_x[-1]:
-            return float(np.interp(wanted, level_x, level_y))
-        late = bool(wanted > level_x[-1])
+        if x[0] <= wanted <= x[-1]:
+            return float(np.interp(wanted, x, y))
+        late = bool(wanted > x[-1])
         end, steep = -1 if late else 0, _outside(runs, x, y, late)
-        beyond = max(wanted - x[-1], 0.0) if late else min(wanted - x[0], 0.0)  # blocks may end within the runs
+        beyond = wanted - x[end]
         if abs(beyond) > math.log(_NEAR_ENOUGH if math.isnan(steep) else _FARTHEST_ERROR):
             return math.nan
-        return float(level_y[end] + (0.0 if math.isnan(steep) else min(steep, 0.0)) * beyond)
+        return float(y[end] + (0.0 if math.isnan(steep) else min(steep, 0.0)) * beyond)
 
-    found = interval_of(log_error, runs.repeats).map(exp)
+    found = _measured(log_error, runs.repeats)
     if math.isnan(found.value):
         return UNKNOWN.doubted("no run is near that time, or the error is below what the reference can show")
     if runs.tail:
@@ -431,4 +433,14 @@ def _root_mean(squares: Floats, shared: float) -> Interval:
 
     if np.ptp(squares) == shared == 0.0:
         return few(Interval(math.sqrt(mean), math.sqrt(mean), math.sqrt(mean)), squares.size)
-    return interval_of(log_root, squares.size).map(exp)
+    return _measured(log_root, squares.size)
+
+
+def _measured(log_error: Callable[[Floats, float], float], repeats: int) -> Interval:
+    """Return an error as it was measured over all repeats, with the interval of `interval_of`.
+
+    ``log_error`` takes the arguments of `interval_of`'s statistic. The value that the jackknife corrects for curvature
+    is not used: after one bad run of a few it is far from the root mean square, which maps and captions show.
+    """
+    found, value = interval_of(log_error, repeats), log_error(np.ones(repeats), 0.0)
+    return replace(found, value=value, low=min(found.low, value), high=max(found.high, value)).map(exp)

@@ -62,6 +62,8 @@ def strategy(label: str, folder: Path, scene: str) -> StrategyResult:
         bias=Interval(0.001, -0.002, 0.003),
         notes=("its paths are cut",) if label == "cut" else (),
         image=images[0],
+        image_error=1.05 * end,
+        image_seconds=1.9,
         images=images,
         variances=variances,
     )

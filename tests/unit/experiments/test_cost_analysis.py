@@ -16,6 +16,12 @@ from equaltime.errors import ExperimentError
 from equaltime.experiments.analysis.summarise import summarise
 from equaltime.experiments.model.experiment import Experiment
 from equaltime.experiments.model.summary import StrategyResult, Summary
+from equaltime.experiments.report.captions import mean_of_runs, this_run
+from equaltime.experiments.report.charts import point_titles
+from equaltime.experiments.report.gallery import kinds_of
+from equaltime.experiments.report.looks import looks
+from equaltime.experiments.report.pictures import Pictures, load_pictures
+from equaltime.experiments.report.tables import check_table
 from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.record import Row
 from equaltime.experiments.run.reference import KnownReference, write
@@ -182,7 +188,7 @@ def test_a_bias_is_measured_and_told(strategies: Mapping[str, StrategyResult]) -
     assert cut.equality_p < 1e-6
     assert cut.time_to[0.1].value == math.inf
     assert "cuts paths, so its picture stays different (20 % off)" in cut.notes
-    assert any("its picture differs from the picture of best" in note for note in cut.notes)
+    assert any("its picture differs from the picture of best (p < 0.0001)" in note for note in cut.notes)
 
 
 def test_the_unbiased_are_not_called_biased(strategies: Mapping[str, StrategyResult]) -> None:
@@ -200,6 +206,7 @@ def test_heavy_tails_are_marked_in_every_number(strategies: Mapping[str, Strateg
     assert any("heavy tail" in note for note in fireflies.notes)
     assert not any(number.trusted for number in (*fireflies.curve.error, fireflies.curve.slope))
     assert all(number.bound == "low" for number in fireflies.curve.error), "what was not seen can only add"
+    assert all(";" not in number.note for number in fireflies.curve.error), "a footnote that says nothing alone"
     assert all("heavy tail" in number.note for number in (*fireflies.time_to.values(), *fireflies.ratio.values()))
     assert all(TYPICAL in number.note for number in fireflies.time_to.values())
 
@@ -250,6 +257,47 @@ def test_images_are_those_of_the_first_repeat(strategies: Mapping[str, StrategyR
     image = strategies["best"].image
     assert image is not None
     np.testing.assert_allclose(np.load(image), KINDS["best"].image(1000)[-1], rtol=1e-6)
+
+
+def test_the_image_of_one_run_has_the_error_and_the_time_of_that_run(recorded: tuple[Path, list[Row]]) -> None:
+    folder, rows = recorded
+    first = next(row for row in rows if row.strategy == "best" and row.repeat == 0 and row.last)
+    best = summarise(experiment(), rows, folder).scenes[0].strategies[1]
+    assert best.image_error == pytest.approx(math.sqrt(first.relmse or 0.0))
+    assert best.image_seconds == first.wall_s
+    for relmse, error in ((-0.04, -0.2), (math.inf, None), (None, None)):
+        odd = [replace(row, relmse=relmse) if row is first else row for row in rows]
+        assert summarise(experiment(), odd, folder).scenes[0].strategies[1].image_error == error
+
+
+@pytest.mark.parametrize("label", list(KINDS))
+def test_curve_table_caption_and_map_show_one_error_at_one_time(recorded: tuple[Path, list[Row]], label: str) -> None:
+    """Also where a few events make most of the error, and where the reference's noise is subtracted."""
+    folder, rows = recorded
+    end = float(np.mean([row.wall_s for row in rows if row.strategy == label and row.last]))
+    timed = experiment().model_copy(update={"budget": end})
+    (scene,) = summarise(timed, rows, folder).scenes
+    strategy = next(one for one in scene.strategies if one.label == label)
+    pictures = load_pictures(scene)
+    assert isinstance(pictures, Pictures)
+    measured = math.sqrt(np.mean([row.relmse or 0.0 for row in rows if row.strategy == label and row.last]))
+    assert strategy.curve.error[-1].value == pytest.approx(measured)
+    assert strategy.error_at_budget.value == pytest.approx(measured)
+    assert math.sqrt(pictures.squares[label].mean()) == pytest.approx(measured, rel=1e-5)  # images are float32
+    table = check_table("box", scene, looks(list(KINDS), "naive"))
+    at_budget, at_the_end = next(row.cells[1] for row in table.rows if row.label == label)
+    said = mean_of_runs(strategy)
+    shown = said.removeprefix(f"the mean of {REPEATS} runs: ").partition(" after ")[0]
+    assert shown != said
+    assert point_titles(strategy)[-1].startswith(f"{label}: {at_the_end} after ")
+    assert shown in str(at_the_end)
+    number = float(re.findall(r"[\d.]+", str(at_budget) if "measured" not in str(at_budget) else shown)[0])
+    assert number == pytest.approx(100.0 * measured, rel=0.01), "in the digits that its wider interval allows"
+    kinds = {kind.slug: kind for kind in kinds_of(scene, pictures, looks(list(KINDS), "naive"), 64)}
+    for slug in ("image", "error"):
+        caption = next(frame.caption for frame in kinds[slug].frames if frame.label == label)
+        assert caption.endswith(said)
+    assert next(f.caption for f in kinds["image"].frames if f.label == label).startswith(this_run(strategy))
 
 
 def test_the_verdict_is_one_sentence_with_intervals(summary: Summary) -> None:

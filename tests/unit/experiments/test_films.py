@@ -96,7 +96,7 @@ def test_every_picture_is_in_the_sheet_with_its_time_and_words(tmp_path: Path) -
     assert (naive.label, naive.times, best.times) == ("naive", TIMES["naive"], TIMES["best"])
     assert (naive.columns, naive.rows, view.seconds, view.aspect) == (4, 1, 1.2, "12 / 8")
     assert naive.says[0] == "10\N{NARROW NO-BREAK SPACE}ms, 2 spp"  # its error drowns in the reference's noise
-    assert naive.says[1].endswith("3 spp, error 10\N{NARROW NO-BREAK SPACE}%")
+    assert naive.says[1].endswith("3 spp; error of this run: 10\N{NARROW NO-BREAK SPACE}%")
     assert naive.uri.startswith("data:image/webp;base64,")
 
 

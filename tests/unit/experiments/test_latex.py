@@ -35,6 +35,10 @@ def test_a_number_that_cannot_be_trusted_is_a_dash(tmp_path: Path) -> None:
     doubted = replace(first, error_at_budget=first.error_at_budget.doubted("few repeats"))
     table = latex_table(replace(found, scenes=(replace(scene, strategies=(doubted,)),)))
     assert f"{first.label} & -- &" in table
+    far = {target: replace(time.doubted("too far"), reach=99.0) for target, time in first.time_to.items()}
+    table = latex_table(replace(found, scenes=(replace(scene, strategies=(replace(first, time_to=far),)),)))
+    assert "--" in table
+    assert "--$^*$" not in table
 
 
 def test_what_limits_a_number_stands_beside_it(tmp_path: Path) -> None:

@@ -120,7 +120,7 @@ def test_columns_that_say_nothing_are_left_out_and_other_cells_are_dashes() -> N
     assert [str(row.cells[0][0]) for row in told.rows] == ["1", DASH]
     assert told.rows[1].cells[0][0].note == "heavy tail"
     assert told.footnotes == ()
-    assert told.unsaid == f"Left out (b, c), and {DASH}: too short to tell; run without --quick."
+    assert told.unsaid == f"Left out (b, c), and {DASH}: these runs are too short to tell; run without --quick."
 
 
 def test_a_biased_strategy_that_is_not_extrapolated_is_told() -> None:

@@ -11,7 +11,16 @@ from numpy.typing import NDArray
 
 from equaltime.experiments.report.looks import DARK, LIGHT, MARKERS, looks
 from equaltime.experiments.report.tables import Table, TableRow
-from equaltime.experiments.report.words import Cell, error_cell, factor_cell, percent, seconds, seconds_cell, slug
+from equaltime.experiments.report.words import (
+    Cell,
+    error_cell,
+    factor_cell,
+    measured_cell,
+    percent,
+    seconds,
+    seconds_cell,
+    slug,
+)
 from equaltime.statistics.intervals import UNKNOWN, Interval
 
 THIN, MINUS, TIMES = "\N{NARROW NO-BREAK SPACE}", "\N{MINUS SIGN}", "\N{MULTIPLICATION SIGN}"
@@ -50,6 +59,14 @@ def test_of_a_number_with_one_end_that_holds_that_end_is_printed() -> None:
     )
     assert factor_cell(heavy.map(lambda x: 1.0 / x)).text.startswith("\N{LESS-THAN OR EQUAL TO} 0.04")
     assert factor_cell(heavy.doubted("two repeats")).text == "not trusted"
+
+
+def test_a_measured_error_with_one_end_that_holds_shows_the_measured_value_too() -> None:
+    heavy = Interval(2.04, 1.65, 9.0).bounded("low", "heavy tail")
+    assert str(measured_cell(heavy)) == f"\N{GREATER-THAN OR EQUAL TO} 165{THIN}% (measured 204{THIN}%)"
+    plain = Interval(0.1155, 0.1145, 0.1164)
+    assert measured_cell(plain) == error_cell(plain)
+    assert measured_cell(heavy.doubted("two repeats")).interval == ""
 
 
 def test_an_interval_without_ends_is_not_trusted_whatever_it_says() -> None:
@@ -154,8 +171,8 @@ def test_extrapolation_is_said_in_plain_words() -> None:
     cells = [Cell("1", note=note) for note in (*notes, "this: extrapolated 3 times before the first checkpoint by x")]
     table = Table("slug", "caption", "corner", ("a",), tuple(TableRow("label", None, (), ((cell,),)) for cell in cells))
     assert [note.replace("\N{NARROW NO-BREAK SPACE}", " ") for note in table.footnotes] == [
-        "estimated: none of the runs was this long (1.33 to 10 000 times the longest)",
-        "estimated: 3 times before the first measurement",
+        "extrapolated beyond the longest run, 1.33 to 10 000 times as long",
+        "extrapolated before the first measurement, which was 3 times later",
     ]
 
 

@@ -32,7 +32,7 @@ from equaltime.statistics.intervals import (
     student,
 )
 
-from ..experiments.made_up_runs import SPP, close, power_law
+from ..experiments.made_up_runs import SPP, close, power_law, with_firefly
 
 Array = NDArray[np.float64]
 
@@ -178,7 +178,8 @@ def test_the_error_at_the_end_of_runs_is_told_though_it_rose_there() -> None:
     seconds = np.tile([1.0, 2.0, 4.0, 8.0, 16.0], (4, 1))
     runs = Runs(seconds, np.tile([1.0, 0.5, 0.6, 0.7, 0.8], (4, 1)) * np.array([[0.9], [1.0], [1.1], [1.0]]))
     level = error_at(runs, 16.0).value
-    assert level == pytest.approx(math.sqrt(0.65), rel=0.02)  # the block's mean
+    assert level == pytest.approx(error_curve(runs)[-1].value)
+    assert level == pytest.approx(math.sqrt(0.8))
     assert error_at(runs, 20.0).known
     independent = replace(runs, independent=True)
     assert error_at(independent, 16.0).value == pytest.approx(level)
@@ -187,6 +188,15 @@ def test_the_error_at_the_end_of_runs_is_told_though_it_rose_there() -> None:
     few = Runs(seconds[:, :2], runs.relmse[:, :2])
     assert error_at(few, 2.2).known
     assert not error_at(few, 2.6).known
+
+
+def test_the_error_at_a_checkpoint_is_that_of_the_curve_also_where_errors_rise_or_a_few_events_make_them() -> None:
+    for runs in (power_law(scatter=0.5), with_firefly()):
+        measured = np.sqrt(runs.relmse.mean(axis=0))
+        for time, error, root in zip(second_curve(runs), error_curve(runs), measured, strict=True):
+            assert error_at(runs, time.value).value == pytest.approx(root)
+            assert error.value == pytest.approx(root)
+            assert error.low <= root <= error.high
 
 
 def test_an_error_that_no_longer_falls_is_never_smaller() -> None:

@@ -29,6 +29,7 @@ from equaltime.images.bias_variance import BiasVariance
 from equaltime.images.metrics import Reference
 from equaltime.statistics.agreement import LEVEL, equality_test, near_normal, share
 from equaltime.statistics.curves import Runs, error_at, error_curve, least_error_at, second_curve, slope, time_to_error
+from equaltime.statistics.in_words import probability
 from equaltime.statistics.intervals import FEWEST_REPEATS, UNKNOWN, Interval, signed_root, sound
 from equaltime.words import percent
 
@@ -206,6 +207,8 @@ class _Scene:
             bias=None if parts is None else _bias(parts, unequal or runs.biased),
             notes=tuple(self._notes(strategy, baseline, standard, equality)),
             image=self.place.path / last[0].image if last and last[0].image else None,
+            image_error=_error_of(last[0]) if last else None,
+            image_seconds=last[0].wall_s if last else None,
             images=tuple(self.place.path / row.image for row in last if row.image),
             samples=self._samples(strategy),
             variances=self._variances(strategy),
@@ -230,7 +233,7 @@ class _Scene:
         if not np.isfinite(runs.relmse).all():
             notes.append("some of its images have pixels that are not finite, and cannot be measured")
         if equality is not None and equality < self.level:
-            notes.append(f"its picture differs from the picture of {standard} (p = {equality:.1g})")
+            notes.append(f"its picture differs from the picture of {standard} ({probability(equality)})")
         return notes
 
 
@@ -255,6 +258,11 @@ def _bias(parts: BiasVariance, differs: bool) -> Interval:
     if differs:
         return bias if bias.low > 0.0 else bias.bounded("high", "the picture differs, and by no more than this")
     return replace(bias, low=min(bias.low, 0.0))
+
+
+def _error_of(row: Row) -> float | None:
+    """Return the realised error of one run; None if it is not finite."""
+    return None if row.relmse is None or not math.isfinite(row.relmse) else signed_root(row.relmse)
 
 
 def _existing(path: Path) -> Path | None:

@@ -204,8 +204,8 @@ def default_experiment(scene: SceneEntry, strategies: tuple[str, ...] = ()) -> E
     return Experiment(
         title=f"What accuracy costs on {name}",
         description=(
-            "Each strategy renders the same scene with the same time, several times over. The curves show how its "
-            "error falls; where one crosses a horizontal line is the time that it needs to be so exact."
+            "Each strategy renders the same scene several times, and each run has the same time. The curves show how "
+            "its error falls. Where a curve crosses a dotted line, the strategy has reached that error."
         ),
         scenes=(entry.model_copy(update={"name": name}),),
         strategies=tuple(_suited(text, loaded) for text in given),

@@ -35,7 +35,9 @@ class Curve:
     seconds: tuple[Interval, ...]
     """Wall time since the first sample, without the time spent on measuring errors."""
     error: tuple[Interval, ...]
-    """Realised error against the reference: root mean square over repeats, with the reference's noise subtracted."""
+    """Realised error against the reference: root mean square over repeats, with the reference's noise subtracted.
+
+    Every number in reports that is called a strategy's error is a point of this curve."""
     slope: Interval
     """Slope of log error against log time: -0.5 for independent samples."""
     own_estimate: tuple[Interval, ...]
@@ -65,7 +67,7 @@ class StrategyResult:
 
     The median describes typical runs, however heavy their tails."""
     error_at_budget: Interval
-    """Error after the scene's equal time of ``SceneResult.budget_s`` seconds."""
+    """Error after the scene's equal time of ``SceneResult.budget_s`` seconds, read off ``curve.error``."""
     fewer_samples: Interval
     """The baseline's samples over this strategy's samples to the same error; ``inf`` if this strategy has no error."""
     equality_p: float | None
@@ -77,6 +79,10 @@ class StrategyResult:
     """Warnings to show beside this strategy on this scene."""
     image: Path | None
     """Final image of the first repeat at the budget (float32 .npy, (H, W, 3)), for comparison at equal time."""
+    image_error: float | None = None
+    """Realised error of ``image``, a single run; negative if below what the reference can show, None if unknown."""
+    image_seconds: float | None = None
+    """Wall time of the run that made ``image``, in seconds since its first sample; None if unknown."""
     images: tuple[Path, ...] = ()
     """Final images of all repeats in order, for the report's error and standard-error maps."""
     unequal: bool = False

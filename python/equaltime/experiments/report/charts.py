@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.looks import GRID, INK, MUTED, Style
 from equaltime.experiments.report.telling import says_slower
-from equaltime.experiments.report.words import error_cell, percent, seconds
+from equaltime.experiments.report.words import measured_cell, percent, seconds
 from equaltime.extras import optional
 from equaltime.statistics.intervals import UNKNOWN, Interval
 
@@ -43,7 +43,7 @@ def draw_curves(
     tick(axes.xaxis, seconds)
     tick(axes.yaxis, percent)
     axes.set_xlabel("time, first sample to image", color=INK)
-    axes.set_ylabel("error", color=INK)
+    axes.set_ylabel("error (root mean square)", color=INK)
     if legend:
         _add_legend(axes)
     return figure
@@ -58,7 +58,7 @@ def point_titles(strategy: StrategyResult) -> list[str]:
     """Return a tooltip for each drawn point of a strategy's curve: error, time and samples per pixel."""
     curve = strategy.curve
     return [
-        f"{strategy.label}: {error_cell(curve.error[i])} after {seconds(curve.seconds[i].value)}, {curve.spp[i]} spp"
+        f"{strategy.label}: {measured_cell(curve.error[i])} after {seconds(curve.seconds[i].value)}, {curve.spp[i]} spp"
         for i in _drawn(strategy)
     ]
 
@@ -148,7 +148,7 @@ def _draw_marks(axes: Axes, scene: SceneResult, targets: Sequence[float]) -> Non
         left, right = axes.get_xlim()
         room = math.log(scene.budget_s / left) > 0.3 * math.log(right / left)
         axes.annotate(
-            "equal time",
+            f"equal time, {seconds(scene.budget_s)}",
             (scene.budget_s, 1.0),
             (-5.0 if room else 5.0, -2.0),
             xycoords=("data", "axes fraction"),

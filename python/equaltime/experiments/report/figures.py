@@ -15,11 +15,12 @@ from xml.etree import ElementTree
 import numpy as np
 
 from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
+from equaltime.experiments.report.captions import short_caption
 from equaltime.experiments.report.charts import curve_gid, draw_curves, draw_dots, point_titles
 from equaltime.experiments.report.gallery import Window
 from equaltime.experiments.report.looks import GRID, INK, LIGHT, MUTED, Style
 from equaltime.experiments.report.pictures import Pictures
-from equaltime.experiments.report.words import error_cell, percent, seconds
+from equaltime.experiments.report.words import percent, seconds
 from equaltime.extras import optional
 from equaltime.files import replacing
 from equaltime.images.preview import srgb_bytes
@@ -217,7 +218,7 @@ def draw_comparison(scene: SceneResult, pictures: Pictures, crops: Sequence[Wind
     for (x, y, w, h), colour in zip(crops, _cycle(len(crops)), strict=True):
         rectangle = optional("matplotlib.patches").Rectangle((x, y), w, h, fill=False, edgecolor=colour, linewidth=1.5)
         whole.add_patch(rectangle)
-    _title(whole, f"{scene.name}, equal time")
+    _title(whole, scene.name)
     for column in range(columns):
         image = pictures.reference.mean if column == 0 else pictures.runs[shown[column - 1].label][0]
         for row, ((x, y, w, h), colour) in enumerate(zip(crops, _cycle(len(crops)), strict=True)):
@@ -229,8 +230,7 @@ def draw_comparison(scene: SceneResult, pictures: Pictures, crops: Sequence[Wind
 
 
 def _heading(strategy: StrategyResult) -> str:
-    error = error_cell(strategy.error_at_budget)
-    return f"{strategy.label}\n{error.text}" if error.state == "trusted" else strategy.label
+    return "\n".join(filter(None, (strategy.label, short_caption(strategy))))
 
 
 def _cycle(count: int) -> list[str]:

@@ -139,7 +139,7 @@ def _reel(label: str, film: Film, look: Style, scene: str, stops: float) -> Reel
 
 def _said(film: Film, number: int) -> str:
     error = float(film.error[number])
-    known = f", error {percent(error)}" if math.isfinite(error) else ""
+    known = f"; error of this run: {percent(error)}" if math.isfinite(error) else ""
     return f"{seconds(float(film.seconds[number]))}, {int(film.spp[number])} spp{known}"
 
 

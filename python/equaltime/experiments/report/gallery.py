@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
+from equaltime.experiments.report.captions import mean_of_runs, this_run
 from equaltime.experiments.report.looks import Style
 from equaltime.experiments.report.pictures import (
     Bar,
@@ -21,7 +22,7 @@ from equaltime.experiments.report.pictures import (
     error_map,
     spread_map,
 )
-from equaltime.experiments.report.words import error_cell, percent, seconds
+from equaltime.experiments.report.words import percent
 from equaltime.images.log_scale import LogScale
 from equaltime.images.preview import reduced, srgb_bytes
 from equaltime.images.variance_picture import scale_of
@@ -103,10 +104,12 @@ def kinds_of(scene: SceneResult, pictures: Pictures, looks: Mapping[str, Style],
     def paint(values: Floats) -> NDArray[np.uint8]:
         return coloured(np.sqrt(reduced(values**2, longest)), scale.low, scale.high, _ERRORS)
 
-    found.append(_maps("Error", _ERROR_WORDS, bar, shown, errors, paint, looks))
-    known = {label: spread for label, spread in spreads.items() if spread is not None}
+    means = {strategy.label: mean_of_runs(strategy) or this_run(strategy) for strategy in shown}
+    found.append(_maps("Error", _ERROR_WORDS, bar, means, errors, paint, looks))
+    known = {one.label: spread for one in shown if (spread := spreads[one.label]) is not None}
+    typical = {label: f"standard error {_root_mean(own)}" for label, own in known.items()}
     if known:
-        found.append(_maps("Standard error", _SPREAD_WORDS, bar, shown, known, paint, looks))
+        found.append(_maps("Standard error", _SPREAD_WORDS, bar, typical, known, paint, looks))
     if any(np.ptp(pictures.samples[strategy.label]) > 0.0 for strategy in shown):
         found.append(_counts(shown, pictures, looks, longest))
     return tuple(found)
@@ -123,19 +126,24 @@ def _best_first(scene: SceneResult) -> list[StrategyResult]:
     return [*best, *(strategy for strategy in scene.strategies if strategy not in best)]
 
 
+_IMAGE_WORDS = (
+    "Each picture is one run: the first of its strategy, at its end. Its caption gives the relative error of this run, "
+    "and the mean of all runs: the root mean square, which is the last point of the strategy's curve."
+)
 _ERROR_WORDS = (
-    "Relative error of each pixel at the end of a run, over all repeats, with the reference's own noise subtracted. "
-    "The colours are the same for all strategies."
+    "Relative error of each pixel at the end of the runs: the root mean square of all runs, with the reference's own "
+    "noise subtracted. The captions give that of all pixels. The colours are the same for all strategies."
 )
 _SPREAD_WORDS = (
-    "How far a pixel of one run typically is from the mean of all runs, relative as the error is and in its colours. "
-    "Where the error is larger than the standard error, a strategy is biased."
+    "Typical distance of a pixel of one run from the mean of all runs, relative and coloured as the error is. The "
+    "captions give the root mean square over all pixels. Where the error is clearly larger, all runs differ from the "
+    "reference alike: the strategy is biased there, or the runs or the reference lack light."
 )
 _VARIANCE_WORDS = (
-    "Variance of one sample of each pixel, in squared units of the image: darker is higher, on one scale for all "
-    "strategies. It is the mean of all repeats, and shows where light is hard to find, whatever the number of samples."
+    "Variance of one sample of each pixel, in squared units of the image: the mean of all repeats. Darker is higher, "
+    "on one scale for all strategies. The variance shows where light is hard to find, whatever the number of samples."
 )
-_COUNT_WORDS = "Samples of each pixel at the end of a run."
+_COUNT_WORDS = "Samples of each pixel at the end of the run that is shown."
 
 
 def choose_crops(pixels: Mapping[str, Floats], shape: tuple[int, ...], count: int = 2) -> tuple[Window, ...]:
@@ -190,7 +198,7 @@ def _images(
 ) -> Series:
     reference = pictures.reference.mean
     height, width = reference.shape[:2]
-    caption = f"error {percent(scene.reference_error)}" if scene.reference_error > 0.0 else "taken as exact"
+    caption = f"its own error: {percent(scene.reference_error)}" if scene.reference_error > 0.0 else "taken as exact"
 
     def frame(label: str, look: Style | None, image: NDArray[Any], alt: str, caption: str) -> Frame:
         cut = ((image[y : y + h, x : x + w], (x, y, w, h)) for x, y, w, h in crops)
@@ -201,44 +209,34 @@ def _images(
     frames = [frame("reference", None, reference, f"{scene.name}: reference", caption)]
     for strategy in shown:
         image, alt = pictures.runs[strategy.label][0], f"{scene.name} rendered by {strategy.label}"
-        frames.append(frame(strategy.label, looks[strategy.label], image, alt, _ended(strategy)))
-    words = [
-        "One run of each strategy, at equal time, with the same exposure"
-        + (f" ({pictures.stops:+g} stops)." if pictures.stops else ".")
-    ]
+        said = "; ".join(filter(None, (this_run(strategy), mean_of_runs(strategy))))
+        frames.append(frame(strategy.label, looks[strategy.label], image, alt, said))
+    exposure = f" ({pictures.stops:+g} stops)" if pictures.stops else ""
+    words = [_IMAGE_WORDS, f"All pictures have the same exposure{exposure}."]
     if max(width, height) > longest:
         words.append("The whole image is shown reduced, which hides noise; the crops have every pixel.")
     return Series("Image", "image", " ".join(words), None, tuple(frames))
-
-
-def _ended(strategy: StrategyResult) -> str:
-    """Format error, samples per pixel and time at the end of an image's run."""
-    curve = strategy.curve
-    if not curve.spp:
-        return ""
-    error = curve.error[-1]
-    said = f"error {error_cell(error).text}, " if error.trusted or error.bound else ""
-    return f"{said}{curve.spp[-1]} spp, {seconds(curve.seconds[-1].value)}"
 
 
 def _maps(
     name: str,
     words: str,
     bar: Bar,
-    shown: Sequence[StrategyResult],
+    captions: Mapping[str, str],
     maps: Mapping[str, Floats],
     paint: Callable[[Floats], NDArray[np.uint8]],
     looks: Mapping[str, Style],
 ) -> Series:
-    frames = []
-    for strategy in shown:
-        if (values := maps.get(strategy.label)) is None:
-            continue
-        whole = percent(float(np.sqrt(np.mean(values**2))))
-        alt = f"{name} map of {strategy.label}; its root mean square is {whole}"
-        caption = f"root mean square {whole}"
-        frames.append(Frame(strategy.label, looks[strategy.label], data_uri(paint(values)), alt, caption))
+    """Return a series of maps in the order of ``captions``, which are by label as the maps are."""
+    frames = [
+        Frame(label, looks[label], data_uri(paint(maps[label])), f"{name} map of {label}; {caption}", caption)
+        for label, caption in captions.items()
+    ]
     return Series(name, name.lower().replace(" ", "-"), words, bar, tuple(frames))
+
+
+def _root_mean(values: Floats) -> str:
+    return percent(float(np.sqrt(np.mean(values**2))))
 
 
 def _variances(shown: Sequence[StrategyResult], pictures: Pictures, looks: Mapping[str, Style], longest: int) -> Series:

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Final
 
 from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
-from equaltime.experiments.report.words import Cell, error_cell, percent, seconds, seconds_cell
+from equaltime.experiments.report.telling import DASH
+from equaltime.experiments.report.words import Cell, measured_cell, percent, seconds, seconds_cell
 from equaltime.files import replacing
 from equaltime.statistics.intervals import UNKNOWN
 
@@ -56,7 +57,11 @@ def write_latex(summary: Summary, path: Path) -> None:
 
 
 def _rows(scene: SceneResult, targets: tuple[float, ...]) -> Iterator[str]:
-    titles = (scene.name, f"error in {seconds(scene.budget_s)}", *(f"time to {percent(target)}" for target in targets))
+    titles = (
+        scene.name,
+        f"error after {seconds(scene.budget_s)}",
+        *(f"time to {percent(target)}" for target in targets),
+    )
     yield _row(titles)
     yield r"\midrule"
     for strategy in scene.strategies:
@@ -78,15 +83,16 @@ def _note(scene: SceneResult, columns: int) -> str:
 
 
 def _cells(strategy: StrategyResult, targets: tuple[float, ...]) -> Iterator[str]:
-    yield _text(error_cell(strategy.error_at_budget))
+    yield _text(measured_cell(strategy.error_at_budget))
     for target in targets:
         time = strategy.time_to.get(target, UNKNOWN)
-        yield _text(seconds_cell(time)) + _STAR * (time.known and time.reach > 1.0)
+        text = _text(seconds_cell(time))
+        yield text + _STAR * (text != DASH and time.known and time.reach > 1.0)
 
 
 def _text(cell: Cell) -> str:
     told = cell.interval or cell.text == "not reached" or cell.text[0] in _BOUNDS
-    return str(cell) if told else "\N{EN DASH}"
+    return str(cell) if told else DASH
 
 
 def _row(texts: tuple[str, ...]) -> str:

@@ -35,8 +35,8 @@ _MARK = np.array([232.0, 165.0, 0.0])
 
 INTRODUCTION = (
     "Left, in amber: the fewest blocks of pixels that make half of a strategy's squared error. Right, in colour: where "
-    "its error at equal time differs from the baseline's. Grey: no difference beyond chance "
-    f"(p < {LEVEL:g} for each block, Welch's t-test over repeats)."
+    "the strategy's error at equal time differs from the baseline's. Grey: no difference beyond chance "
+    f"(Welch's t-test over repeats, level {LEVEL:g} for each block)."
 )
 
 

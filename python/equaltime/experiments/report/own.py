@@ -40,8 +40,8 @@ def _sentence(label: str, found: _Found, targets: Sequence[float]) -> str:
     if not known:
         return f"{label}: these runs cannot tell its time to an error{_last_error(found)}."
     target = next((target for target in known if all(time.reach == 1.0 for time in times[target])), known[0])
-    estimated = "" if all(time.reach == 1.0 for time in times[target]) else ", estimated beyond its runs"
-    said = f"{label}: {percent(target)} in {seconds_cell(product_mean(times[target]))}{estimated}"
+    extrapolated = "" if all(time.reach == 1.0 for time in times[target]) else ", extrapolated beyond its runs"
+    said = f"{label}: {percent(target)} in {seconds_cell(product_mean(times[target]))}{extrapolated}"
     return f"{said}{_beside_baseline(found, target)}{_beside_best(found, target)}{on}."
 
 

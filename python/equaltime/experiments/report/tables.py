@@ -15,11 +15,13 @@ from equaltime.experiments.report.words import (
     Cell,
     error_cell,
     factor_cell,
+    measured_cell,
     percent,
     plain_cell,
     probability_cell,
     same_cell,
     samples_cell,
+    seconds,
     seconds_cell,
 )
 from equaltime.statistics.intervals import UNKNOWN, Interval, product_mean
@@ -108,21 +110,21 @@ _NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 _POWER = re.compile(r"\d+(?:\.\d+)?e\+\d+")
 
 
-_ESTIMATED = re.compile(r"extrapolated (\S+) times (beyond|before) .*")
+_OUTSIDE = re.compile(r"extrapolated (\S+) times (beyond|before) .*")
 
 
 def _remarks(cell: Cell) -> list[str]:
     """Split the note of a cell into remarks in plain words, without the prefix "this: "; a silent cell has none."""
     if cell.state == "silent":
         return []
-    return [_ESTIMATED.sub(_estimated, remark.removeprefix("this: ")) for remark in cell.note.split("; ") if remark]
+    return [_OUTSIDE.sub(_extrapolated, remark.removeprefix("this: ")) for remark in cell.note.split("; ") if remark]
 
 
-def _estimated(found: re.Match[str]) -> str:
+def _extrapolated(found: re.Match[str]) -> str:
     """Say in plain words how far a time lies outside the runs."""
     if found[2] == "before":
-        return f"estimated: {found[1]} times before the first measurement"
-    return f"estimated: none of the runs was this long ({found[1]} times the longest)"
+        return f"extrapolated before the first measurement, which was {found[1]} times later"
+    return f"extrapolated beyond the longest run, {found[1]} times as long"
 
 
 def _shape(remark: str) -> str:
@@ -154,8 +156,8 @@ _CELLS: Mapping[Quantity, Callable[[Interval], Cell]] = {
     "time": seconds_cell,
     "samples": samples_cell,
     "time of a sample": factor_cell,
-    "error": error_cell,
-    "last error": error_cell,
+    "error": measured_cell,
+    "last error": measured_cell,
     "bias": lambda interval: _bias_cell(interval),
     "p": lambda interval: probability_cell(interval.value if interval.known else None, interval.note),
 }
@@ -229,24 +231,28 @@ def _time_cell(scene: SceneResult, strategy: StrategyResult, target: float) -> C
 def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Style]) -> Table:
     """Return a table with checks of each strategy.
 
-    Columns are the slope of the error, the error at equal time, the render's own error estimate, the bias, and whether
-    the expected image is that of the standard strategy. ``slug`` begins the table's id. ``looks`` gives colour, marker
-    and line style by label.
+    Columns are the slope of the error, the error at equal time and at the end of the runs, and the renders' own
+    estimate at the end. Two more are the bias, and whether the expected image is that of the standard strategy.
+    ``slug`` begins the table's id. ``looks`` gives colour, marker and line style by label.
     """
     standard = scene.standard or "the standard"
-    columns = ["slope", "error at equal time", "its own estimate", "bias", f"same picture as {standard}?"]
+    errors = [f"error after {seconds(scene.budget_s)}; below: at the end", "own estimate at the end"]
+    columns = ["slope", *errors, "bias", f"same picture as {standard}?"]
     rows = []
     for strategy in scene.strategies:
         curve = strategy.curve
         cells = [
             [plain_cell(curve.slope)],
-            [error_cell(strategy.error_at_budget)],
+            [measured_cell(strategy.error_at_budget), *map(measured_cell, curve.error[-1:])],
             [_own_estimate(curve.own_estimate, strategy.biased)],
             [_bias_cell(strategy.bias)],
             [same_cell(strategy.equality_p, strategy.unequal)],
         ]
         rows.append(label_row(scene, strategy, looks[strategy.label], cells))
-    caption = "A slope of \N{MINUS SIGN}0.5 is that of independent samples; 95 % intervals"
+    caption = (
+        "Slope of log error against log time (independent samples: \N{MINUS SIGN}0.5), errors, bias, and test for an "
+        "equal picture; 95 % intervals. The end is the last point of a curve"
+    )
     return Table(f"{slug}-checks", caption, "strategy", tuple(columns), tuple(rows))
 
 
@@ -272,7 +278,7 @@ def point_table(slug: str, scene: SceneResult, looks: Mapping[str, Style]) -> Ta
             cells = [
                 [Cell(str(spp))],
                 [seconds_cell(curve.seconds[i])],
-                [error_cell(curve.error[i])],
+                [measured_cell(curve.error[i])],
                 [_own_estimate((own,), strategy.biased)],
             ]
             tags = ("biased",) * strategy.biased

@@ -70,7 +70,7 @@ def unsaid(names: Iterable[str], dashes: bool, quick: bool, cells: Iterable[Cell
     ``cells`` are all cells of the table, before any was left out.
     """
     listed = ", ".join(names)
-    why = "too short to tell; run without --quick" if quick else "these runs cannot tell"
+    why = "these runs are too short to tell; run without --quick" if quick else "these runs cannot tell"
     if any(_is_silent(cell) and _BIASED in cell.note for cell in cells):
         why += "; biased strategies may never reach an error, and are not extrapolated"
     if not listed:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from equaltime.experiments.model.summary import SceneResult, Summary
@@ -17,6 +17,7 @@ __all__ = [
     "error_cell",
     "factor_cell",
     "facts",
+    "measured_cell",
     "percent",
     "plain_cell",
     "probability_cell",
@@ -74,6 +75,18 @@ _SAMPLES = _Unit(1.0, f"{_THIN}spp")
 def error_cell(interval: Interval) -> Cell:
     """Return a table cell with a relative error (0.02 is 2 %) and its interval in per cent."""
     return _cell(interval, _ERROR)
+
+
+def measured_cell(interval: Interval) -> Cell:
+    """Return a table cell with a measured error.
+
+    If only one end of the interval is valid, the measured value stands behind that end, since charts and captions show
+    the value.
+    """
+    cell = error_cell(interval)
+    if cell.state != "untrusted" or not interval.bound or not 0.0 < interval.value < math.inf:
+        return cell
+    return replace(cell, interval=f"(measured {percent(interval.value)})")
 
 
 def factor_cell(interval: Interval) -> Cell:

@@ -1,0 +1,61 @@
+"""Captions of pictures: the error of the one run that is shown, and the error of all runs together."""
+
+from __future__ import annotations
+
+import math
+
+from equaltime.experiments.model.summary import StrategyResult
+from equaltime.experiments.report.words import error_cell, percent, seconds
+
+__all__ = ["mean_of_runs", "short_caption", "this_run"]
+
+_UNKNOWN = "error unknown"
+_BELOW = "below what the reference can show"
+
+
+def this_run(strategy: StrategyResult) -> str:
+    """Return error, time and samples of the run that a picture shows: ``this run: 4.1 % after 0.6 s, 38 spp``.
+
+    The text is empty if the run is not known.
+    """
+    if strategy.image_seconds is None or not strategy.curve.spp:
+        return ""
+    return f"this run: {_run_error(strategy)} after {seconds(strategy.image_seconds)}, {strategy.curve.spp[-1]} spp"
+
+
+def mean_of_runs(strategy: StrategyResult) -> str:
+    """Return the last point of a strategy's curve in words: ``the mean of 6 runs: 4.3 % after 0.7 s``.
+
+    The mean is the root mean square of the runs' errors. The text is empty for a single run.
+    """
+    said = _mean_error(strategy)
+    if not said:
+        return ""
+    return f"the mean of {strategy.repeats} runs: {said} after {seconds(strategy.curve.seconds[-1].value)}"
+
+
+def short_caption(strategy: StrategyResult) -> str:
+    """Return the errors of this run and of all runs in two short lines, for a narrow figure; or an empty text.
+
+    Errors below what the reference can show are left out.
+    """
+    errors = {"this run": _run_error(strategy), f"mean of {strategy.repeats}": _mean_error(strategy)}
+    return "\n".join(f"{whose}: {error}" for whose, error in errors.items() if error not in ("", _UNKNOWN, _BELOW))
+
+
+def _run_error(strategy: StrategyResult) -> str:
+    error = strategy.image_error
+    if error is None:
+        return _UNKNOWN
+    return percent(error) if error > 0.0 else _BELOW
+
+
+def _mean_error(strategy: StrategyResult) -> str:
+    """Return the error at the end of several runs, with the table's digits and without interval; or an empty text."""
+    if strategy.repeats < 2 or not strategy.curve.error or not math.isfinite(strategy.curve.error[-1].value):
+        return ""
+    error = strategy.curve.error[-1]
+    cell = error_cell(error)
+    if cell.state == "trusted":
+        return cell.text
+    return percent(error.value) if error.value > 0.0 else _BELOW
