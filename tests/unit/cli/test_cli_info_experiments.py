@@ -182,7 +182,7 @@ def test_definitions_are_not_for_folders(measured: tuple[Path, str], capsys: pyt
 def test_an_experiment_file_tells_what_it_would_run_and_for_how_long(capsys: pytest.CaptureFixture[str]) -> None:
     path = SCENES / "experiments" / "x3-light.toml"
     lines = told(capsys, str(path))
-    assert lines[0] == f"{path}: about 37 min: references of up to 60 s each, then 224 runs of 8 s"
+    assert lines[0] == f"{path}: about 37.5 min: references of up to 60 s each, then 224 runs of 8 s"
     assert len(lines) <= 11
     assert line(lines, "scenes").startswith("7: area 1, area 1/4, ")
     assert line(lines, "scenes").endswith(" and 1 more, 128x128 pixels")
