@@ -189,7 +189,7 @@ def test_an_experiment_file_tells_what_it_would_run_and_for_how_long(capsys: pyt
     assert line(lines, "strategies") == "4: no light sampling, light, mis, best; compared with no light sampling"
     assert line(lines, "repeats") == "8 of each strategy on each scene"
     assert line(lines, "times") == "to errors of 20 %, 10 %, 5 %, 2 %"
-    assert line(lines, "--quick").startswith("about 42 s: ")
+    assert line(lines, "--quick").startswith("about 52 s: ")
     assert line(lines, "run") == f"equaltime cost {path} -o x3-light; -v for more"
     assert "bsdf,roulette=albedo" in "\n".join(told(capsys, str(path), "-v"))
     assert told(capsys, "x3-light")[1:] == lines[1:], "examples have names"
