@@ -41,6 +41,7 @@ ELSEWHERE = {
     "agreement": "needs a peer",
     "build_variants": "builds the core anew",
     "building": "builds the core anew",
+    "cluster": "takes minutes, and the suite injects the same faults",
     "history": "needs valgrind",
     "inert": "needs valgrind",
     "instructions": "needs valgrind",

@@ -39,7 +39,8 @@ def main(folder: Path) -> et.Interval:
     again: et.Result = et.read(files[0])
     merged: et.Result = et.merge([again, et.render(scene, spp=16, seed=1)])
     compared: et.Comparison = et.compare(again, merged)
-    quote: et.Quote = et.quote(scene, time=30.0)
+    with et.open_cluster("local:2") as cluster:
+        quote: et.Quote = et.quote(scene, time=30.0, cluster=cluster)
     prices: et.PriceList = et.effects("scene.xml", quick=True)
     path: et.Replay = et.replay(plain, pixel=(1, 2), sample=0)
     passes: et.Progressive = et.progressive(scene, spp=8, resume=again)

@@ -45,6 +45,12 @@ def open_cluster(where: Any, output: str | os.PathLike[str] | None = None) -> It
         If Dask is needed and not installed.
     RenderError
         If no scheduler answers.
+
+    Examples
+    --------
+    >>> with et.open_cluster(None) as cluster:  # "local:4" for four processes here
+    ...     et.render("scene.toml", spp=4, cluster=cluster).spp
+    4.0
     """
     keep = None if output is None else Path(output).with_name(f"{Path(output).name}.units")
     if where is None or hasattr(where, "team"):

@@ -2,8 +2,8 @@
 
 Dask gives the units of a worker that ends to others, and lets workers join at any time. A worker takes units once it
 has the scene and has shown, by a small probe, that it gives the same bits: it then offers a resource that every unit
-asks for. A worker that differs never offers it. Dask looks for the resource only when a worker joins or a unit arrives:
-if all workers end, their units are submitted again.
+asks for. A worker that differs never offers it. Dask looks for the resource only when a worker joins or a unit arrives,
+which is before a new worker offers it: if all workers end, their units are submitted again.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import asyncio
 import logging
 import time
 import warnings
+from collections.abc import Mapping
 from concurrent.futures import CancelledError, Future
 from contextlib import suppress
 from pathlib import Path
@@ -35,6 +36,8 @@ _PART = 2**22
 """Bytes of a file that are sent at once: a message stays below 8 MB."""
 _CHECK_EVERY, _ALONE = 1.0, 60.0
 """Seconds between two looks at the workers, and the seconds without any that end a render."""
+_IDLE = 3
+"""Looks at which no worker does anything, though units wait, before they are submitted again."""
 _HUNG = "30s"
 """Time after which a worker on this machine that does not answer is given up."""
 _CONNECT = "20s"
@@ -56,7 +59,7 @@ class DaskCluster:
         ``keep`` is the folder for finished units. The client, unless it is ``shared``, and the cluster ``own`` are
         closed with this object.
         """
-        self._client, self._keep, self._threads, self._own, self._shared = client, keep, threads, own, shared
+        self.client, self._keep, self._threads, self._own, self._shared = client, keep, threads, own, shared
         self._teams: dict[str, DaskTeam] = {}
 
     @classmethod
@@ -85,13 +88,13 @@ class DaskCluster:
         """Start ``count`` worker processes on this machine, which share its processors."""
         dask.config.set({"distributed.scheduler.worker-ttl": _HUNG})
         local = LocalCluster(
-            n_workers=count, threads_per_worker=1, memory_limit=0, dashboard_address=None, silence_logs=logging.CRITICAL
+            n_workers=count, threads_per_worker=1, memory_limit=0, dashboard_address=":0", silence_logs=logging.CRITICAL
         )
         return cls(Client(local), keep, max(1, processors() // count), local)
 
     def team(self, scene: Scene) -> DaskTeam:
         """Return a team of the workers that are there, and of those that will join."""
-        self._teams[scene.digest] = team = DaskTeam(scene, self._keep, self._client, self._threads)
+        self._teams[scene.digest] = team = DaskTeam(scene, self._keep, self.client, self._threads)
         return team
 
     def close(self) -> None:
@@ -99,7 +102,7 @@ class DaskCluster:
         for team in self._teams.values():
             team.close()
         if not self._shared:
-            self._client.close()
+            self.client.close()
         if self._own is not None:
             self._own.close()
 
@@ -120,7 +123,7 @@ class DaskTeam(SceneTeam):
         self._workers: dict[str, str] = {}
         """Why each worker was refused, by its address; empty if it was not."""
         self._looked = self._met = time.monotonic()
-        self._present: set[str] = set()
+        self._idle = 0
         unit = probe_unit(scene)
         expected = bits(add_samples(scene, unit))
         release()
@@ -143,7 +146,7 @@ class DaskTeam(SceneTeam):
         for address in new:
             if why := self._workers.get(address):
                 warnings.warn(f"the worker {address} takes no part: {why}", EqualtimeWarning, stacklevel=2)
-        self._present = {address for address, why in self._workers.items() if not why}
+        self._idle = 0
         if self._workers and all(self._workers.values()):
             address, why = next(iter(self._workers.items()))
             raise RenderError(f"no worker of the cluster can take part; {address}: {why}")
@@ -154,22 +157,26 @@ class DaskTeam(SceneTeam):
         return future
 
     def check(self) -> bool:
-        """Tell whether all workers that were there have ended and others have joined: Dask forgets their units then.
+        """Tell whether the workers do nothing though units wait; then the units must be submitted again.
 
-        Raises RenderError if there has been no worker for a minute.
+        That happens if all workers ended and others have joined. Raises RenderError if there has been no worker for a
+        minute.
         """
         now = time.monotonic()
         if now - self._looked < _CHECK_EVERY:
             return False
         self._looked = now
-        there = {address for address in self._addresses() if not self._workers.get(address)}
+        there = [address for address, facts in self._facts().items() if facts["resources"].get(self._name)]
         if not there:
             if now - self._met > _ALONE:
                 raise RenderError(f"no worker of the cluster has been there for {_ALONE:g} s")
             return False
-        others = not there & self._present
-        self._met, self._present = now, there
-        return others
+        self._met = now
+        with suppress(OSError):  # the scheduler is gone, and the units fail by themselves
+            self._idle = 0 if any(self._client.processing(there).values()) else self._idle + 1
+        again = self._idle == _IDLE
+        self._idle %= _IDLE
+        return again
 
     def failure(self, error: Exception) -> RenderError:
         """Return an error that says whether workers or the scheduler were lost."""
@@ -185,7 +192,11 @@ class DaskTeam(SceneTeam):
             self._client.unregister_worker_plugin(self._name)
 
     def _addresses(self) -> list[str]:
-        return list(self._client.scheduler_info(n_workers=-1)["workers"])
+        return list(self._facts())
+
+    def _facts(self) -> Mapping[str, Any]:
+        """Return what the scheduler tells of each worker, by its address; nothing if the scheduler is gone."""
+        return self._client.scheduler_info(n_workers=-1).get("workers", {})  # type: ignore[no-any-return]
 
     def _joined(self, addresses: list[str]) -> dict[str, str]:
         """Return for each new worker why it is refused, after it got the files that it lacks."""

@@ -20,6 +20,7 @@ import numpy as np
 from equaltime.errors import ImageError
 from equaltime.files import replacing
 from equaltime.rendering.units import Recipe, Rendered, Unit, Window
+from equaltime.strict_json import json_text
 
 __all__ = ["KeptUnits"]
 
@@ -58,7 +59,7 @@ class KeptUnits:
         """Write a unit into a file; raise ImageError if that fails."""
         numbers = "_".join(map(str, (unit.begin, unit.end, *unit.window)))
         arrays: dict[str, Any] = {name: getattr(rendered, name) for name in _ARRAYS}
-        facts = json.dumps({name: getattr(rendered, name) for name in _FACTS})
+        facts = json_text({name: getattr(rendered, name) for name in _FACTS})
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
             with replacing(self._folder / f"{self._key(unit.recipe)}_{numbers}.npz") as part, part.open("wb") as file:
@@ -80,5 +81,5 @@ class KeptUnits:
         shutil.rmtree(self._folder, ignore_errors=True)
 
     def _key(self, recipe: Recipe) -> str:
-        text = json.dumps([self._digest, asdict(recipe)], sort_keys=True)
+        text = json_text([self._digest, asdict(recipe)], sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -18,6 +18,7 @@ from pathlib import Path
 from equaltime.errors import RenderError
 from equaltime.scene import Scene, load_dict
 from equaltime.scene.export import scene_dict
+from equaltime.strict_json import json_text
 
 __all__ = ["Files", "SceneText", "lacks", "scene_of", "store"]
 
@@ -46,7 +47,7 @@ class SceneText:
     @classmethod
     def of(cls, scene: Scene) -> SceneText:
         """Return the text of a scene; raise SceneError if one of its files is missing or has changed."""
-        text = json.dumps(scene_dict(scene.model, lambda name: _ROOT + scene.assets.absolute(name)))
+        text = json_text(scene_dict(scene.model, lambda name: _ROOT + scene.assets.absolute(name)))
         paths = sorted(path.absolute() for path in scene.assets.files if path.is_file())
         return cls(scene.digest, zlib.compress(text.encode()), tuple((str(p), p.stat().st_size) for p in paths))
 
@@ -62,7 +63,7 @@ class SceneText:
         """
         if self.digest not in _SCENES:
             root = "" if _at(Path("/"), self.files) else str(_copies())
-            text = zlib.decompress(self.text).decode().replace(_ROOT, json.dumps(root)[1:-1])
+            text = zlib.decompress(self.text).decode().replace(_ROOT, json_text(root)[1:-1])
             scene = load_dict(json.loads(text))
             if scene.digest != self.digest:
                 raise RenderError("the files of the scene have other contents here than where the render was started")

@@ -13,6 +13,7 @@ from equaltime.film.moments import DTYPE
 from equaltime.rendering.core import REPLICATES, build_info
 from equaltime.rendering.units import BLOCK, Recipe, Rendered, Unit, add_samples
 from equaltime.scene import Scene
+from equaltime.strict_json import json_text
 
 __all__ = ["bits", "probe_unit", "render_unit"]
 
@@ -54,7 +55,7 @@ def probe_unit(scene: Scene) -> Unit:
     _, _, width, height = scene.model.sensor.film.crop
     x0, y0 = (side // 2 // BLOCK * BLOCK for side in (width, height))
     x1, y1 = min(x0 + BLOCK, width), min(y0 + BLOCK, height)
-    recipe = Recipe(_PROBE, 0, REPLICATES, 0, False, "ignore", json.dumps(build_info(), sort_keys=True))
+    recipe = Recipe(_PROBE, 0, REPLICATES, 0, False, "ignore", json_text(build_info(), sort_keys=True))
     nothing = np.zeros((REPLICATES, y1 - y0, x1 - x0), DTYPE)
     return Unit(recipe, (x0, y0, x1, y1), 0, 2, nothing, nothing[:, :0, :0], None)
 

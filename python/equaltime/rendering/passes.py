@@ -201,15 +201,20 @@ class PassRenderer(Renders, Protocol):
         """Samples that raised floating-point faults, as (x, y, sample index, fault), if faults are looked for."""
 
 
-def pass_end(samples: int, pixels: int, breadth: int = 1) -> int:
+def pass_end(samples: int, pixels: int, breadth: int = 1, timed: bool = True) -> int:
     """Return the samples per pixel at the end of a pass that begins at ``samples`` per pixel.
 
     Passes of a small image end at 2, 4, 8, 16, 20, …, 32, 40, …, 64, 80, …. From 16 on a pass adds a quarter at most,
     so if a limit cuts a pass short, the sample counts of pixels still differ by a quarter at most. ``pixels`` is the
-    number of the image's pixels: the more there are, the sooner steps stop growing. ``breadth`` is the number of
-    processes that take samples at once: with more than one, passes are longer, since all wait for a pass to end. Every
-    step is a power of two, so that the replicates (halves of the samples) grow alike.
+    number of the image's pixels: the more there are, the sooner steps stop growing. Every step is a power of two, so
+    that the replicates (halves of the samples) grow alike.
+
+    ``breadth`` is the number of processes that take samples at once. More than one need longer passes, since the film
+    travels to them and back in each. Their passes double the samples if the render is not ``timed``, that is, has no
+    time limit.
     """
+    if breadth > 1 and not timed:
+        return samples + max(2, (1 << samples.bit_length()) // 2)
     share, most = (2, _FIRST_SAMPLES) if samples < 16 else (8, _PASS_SAMPLES)
     most *= 1 if breadth == 1 else _LONGER * breadth
     steps = (1 << samples.bit_length()) // share, (1 << (most // max(pixels, 1)).bit_length()) // 2
@@ -422,7 +427,7 @@ class Passes:
         self._looking = self.seconds - begin
 
     def _next_end(self) -> int:
-        ends = [pass_end(self.samples, self.pixels, self._breadth)]
+        ends = [pass_end(self.samples, self.pixels, self._breadth, self.limits.seconds is not None)]
         if self.limits.spp is not None:
             ends.append(self.limits.spp)
         if self.limits.error is not None:

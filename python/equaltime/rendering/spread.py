@@ -7,7 +7,6 @@ moments have the bits of a render in one process.
 
 from __future__ import annotations
 
-import json
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -35,6 +34,7 @@ from equaltime.rendering.team import KeptUnit, Team
 from equaltime.rendering.units import BLOCK, Recipe, Rendered, Unit, Window, place, second_place
 from equaltime.scene import Scene
 from equaltime.strategy import Strategy
+from equaltime.strict_json import json_text
 
 __all__ = ["AdaptiveSpreadRenderer", "SpreadRenderer", "spread_renderer", "windows"]
 
@@ -297,7 +297,7 @@ def spread_renderer(
 def _recipe(scene: Scene, strategy: Strategy, seed: int, traps: str, renderer: _core.Renderer) -> Recipe:
     decided = decision_of(renderer, strategy).applied(strategy).model_copy(update={"adaptive": "none"})
     rays = isinstance(renderer, AdaptiveRenderer)
-    build = json.dumps(build_info(), sort_keys=True)
+    build = json_text(build_info(), sort_keys=True)
     return Recipe(decided.name, seed, nets(scene, strategy), second_net(scene, strategy), rays, traps, build)
 
 

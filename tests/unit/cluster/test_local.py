@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import os
 import signal
-import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -23,7 +22,8 @@ import equaltime as et
 from equaltime.cluster import dask_cluster
 from equaltime.cluster.dask_cluster import DaskCluster
 from equaltime.errors import EqualtimeWarning, RenderError
-from equaltime.rendering.passes import Progress
+
+from .daemons import at_progress, free_port, same, scheduler, worker
 
 SCENE = et.load("cornell-box").with_(size=(128, 112))
 SAMPLES = 96
@@ -45,29 +45,8 @@ def cluster() -> Iterator[DaskCluster]:
             yield made
 
 
-def same(a: et.Result, b: et.Result) -> bool:
-    assert a.moments is not None
-    assert b.moments is not None
-    return a.moments.tobytes() == b.moments.tobytes()
-
-
 def processes(client: Client) -> list[int]:
     return [int(pid) for pid in client.run(os.getpid).values()]
-
-
-@contextmanager
-def at_progress(count: int, act: Callable[[], object]) -> Iterator[et.Observer]:
-    """Yield an observer that acts once, the ``count``-th time that it hears of the render."""
-    heard = 0
-
-    def progress(_: Progress) -> None:
-        nonlocal heard
-        heard += 1
-        if heard == count:
-            act()
-
-    yield et.Observer.of(progress=progress)
-    assert heard >= count
 
 
 @pytest.mark.parametrize("limits", [{"spp": SAMPLES}, {"error": 0.15}, {"spp": 20, "strategy": "mis,sampler=sobol"}])
@@ -80,7 +59,7 @@ def test_two_processes_give_the_bits_of_one(cluster: DaskCluster, limits: dict[s
 
 def test_killed_processes_change_no_bit(cluster: DaskCluster, here: et.Result) -> None:
     def kill() -> None:
-        os.kill(processes(cluster._client)[0], signal.SIGKILL)
+        os.kill(processes(cluster.client)[0], signal.SIGKILL)
 
     with at_progress(3, kill) as observer:
         assert same(et.render(SCENE, spp=SAMPLES, cluster=cluster, observer=observer), here)
@@ -88,7 +67,7 @@ def test_killed_processes_change_no_bit(cluster: DaskCluster, here: et.Result) -
 
 def test_when_all_processes_are_killed_new_ones_go_on(cluster: DaskCluster, here: et.Result) -> None:
     def kill() -> None:
-        for pid in processes(cluster._client):
+        for pid in processes(cluster.client):
             os.kill(pid, signal.SIGKILL)
 
     with at_progress(4, kill) as observer:
@@ -99,7 +78,7 @@ def test_a_process_that_hangs_is_given_up(cluster: DaskCluster, here: et.Result)
     stopped = []
 
     def stop() -> None:
-        stopped.append(processes(cluster._client)[0])
+        stopped.append(processes(cluster.client)[0])
         os.kill(stopped[0], signal.SIGSTOP)
 
     try:
@@ -125,44 +104,19 @@ def test_a_client_that_is_killed_loses_no_finished_unit(tmp_path: Path, here: et
     assert not units.exists()
 
 
-def free_port() -> int:
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        return int(found.getsockname()[1])
-
-
-@contextmanager
-def daemon(*words: str, **variables: str) -> Iterator[subprocess.Popen[bytes]]:
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    command = [sys.executable, "-m", "distributed.cli." + words[0], *words[1:]]
-    with subprocess.Popen(command, env={**os.environ, **variables}, **quiet) as process:  # type: ignore[call-overload]
-        try:
-            yield process
-        finally:
-            process.kill()
-
-
-def worker(address: str, **variables: str) -> Any:
-    return daemon("dask_worker", address, "--nthreads", "1", "--no-dashboard", "--no-nanny", **variables)
-
-
-def scheduler(port: int) -> Any:
-    return daemon("dask_scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard", "--no-show")
-
-
 def test_a_scheduler_that_ends_leaves_what_is_finished(tmp_path: Path, here: et.Result) -> None:
     port, output = free_port(), tmp_path / "a.exr"
     address = f"tcp://127.0.0.1:{port}"
     with (
         dask.config.set({"distributed.comm.timeouts.connect": "2s"}),
         scheduler(port) as first,
-        worker(address),
+        worker(port),
         at_progress(5, first.kill) as observer,
         pytest.raises(RenderError, match="scheduler was lost"),
     ):
         et.render(SCENE, spp=SAMPLES, cluster=address, checkpoint=output, observer=observer)
     assert list((tmp_path / "a.exr.units").glob("*.npz"))
-    with scheduler(port), worker(address):
+    with scheduler(port), worker(port):
         assert same(et.render(SCENE, spp=SAMPLES, cluster=address, checkpoint=output), here)
     assert not (tmp_path / "a.exr.units").exists()
 
@@ -170,11 +124,11 @@ def test_a_scheduler_that_ends_leaves_what_is_finished(tmp_path: Path, here: et.
 def test_a_worker_with_other_instructions_is_refused(here: et.Result) -> None:
     port = free_port()
     address = f"tcp://127.0.0.1:{port}"
-    with scheduler(port), worker(address, EQUALTIME_ISA="v2"):
+    with scheduler(port), worker(port, EQUALTIME_ISA="v2"):
         refused = pytest.warns(EqualtimeWarning, match="takes no part: .*instructions of Embree")
         with refused, pytest.raises(RenderError, match="no worker of the cluster can take part"):
             et.render(SCENE, spp=2, cluster=address)
-        with worker(address), Client(address) as client:
+        with worker(port), Client(address) as client:
             client.wait_for_workers(2)
             with pytest.warns(EqualtimeWarning, match="takes no part"):
                 assert same(et.render(SCENE, spp=SAMPLES, cluster=address), here)

@@ -6,7 +6,7 @@ Neither the experiment's file nor its scenes are read. They may have changed sin
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,7 @@ class StoredExperiment:
     """The experiment as it was first run, with the scenes and strategies that were added later.
 
     Only the names of scenes and the labels of added strategies are known; neither can be rendered."""
-    identity: Mapping[str, Any]
+    identity: Mapping[str, Any] = field(hash=False)
     """All settings that affect records (`equaltime.experiments.model.reader.identity_of`)."""
     runs: tuple[Row, ...]
     """Last rows of the finished runs, one for each run."""
