@@ -210,11 +210,11 @@ def pass_end(samples: int, pixels: int, breadth: int = 1, timed: bool = True) ->
     that the replicates (halves of the samples) grow alike.
 
     ``breadth`` is the number of processes that take samples at once. More than one need longer passes, since the film
-    travels to them and back in each. Their passes double the samples if the render is not ``timed``, that is, has no
+    travels to them and back in each. Their passes quadruple the samples if the render is not ``timed``, that is, has no
     time limit.
     """
     if breadth > 1 and not timed:
-        return samples + max(2, (1 << samples.bit_length()) // 2)
+        return samples + max(2, 3 * ((1 << samples.bit_length()) // 2))
     share, most = (2, _FIRST_SAMPLES) if samples < 16 else (8, _PASS_SAMPLES)
     most *= 1 if breadth == 1 else _LONGER * breadth
     steps = (1 << samples.bit_length()) // share, (1 << (most // max(pixels, 1)).bit_length()) // 2

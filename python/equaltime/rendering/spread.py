@@ -40,9 +40,9 @@ __all__ = ["AdaptiveSpreadRenderer", "SpreadRenderer", "spread_renderer", "windo
 
 _MOST_PIXELS = 2**16
 """Most pixels of a unit: its moments take 5 MB, and its message less than 8 MB."""
-_GOAL, _LONGEST = 2.0, 30.0
+_GOAL, _LONGEST = 1.0, 30.0
 """Seconds that a unit should take at least, if there are enough units for all processes, and at most."""
-_EACH = 4
+_EACH = 12
 """Units for each process in a long pass, so that all of them end nearly at once."""
 _FIRST_PACE = 1e-6
 """Assumed seconds of one sample of a pixel, before any were measured."""
