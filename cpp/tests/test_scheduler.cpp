@@ -103,6 +103,39 @@ TEST("moments that no pass leaves are not taken up") {
   }));
 }
 
+TEST("windows that are rendered one after another, in two steps each, give the image of one render") {
+  Renderer renderer(scene(), shallow(), kMany);
+  const std::uint32_t width = renderer.film().width(), height = renderer.film().height(), middle = width / 4 * 2;
+  for (const PixelBlock& window : {PixelBlock{middle, 0, width, height}, PixelBlock{0, 0, middle, height}}) {
+    renderer.limit_to(window);
+    CHECK(renderer.advance(8));
+    const Moments so_far = renderer.film().moments();
+    renderer.limit_to(window);
+    renderer.film().moments() = so_far;
+    renderer.take_up({}, {8, 8, 0});
+    CHECK(renderer.advance(kSamples));
+    CHECK(renderer.counters().paths == (kSamples - 8) * (window.x1 - window.x0) * height);
+  }
+  CHECK(same_bits(renderer.film().moments(), reference()));
+}
+
+TEST("windows that are no whole blocks, or none at all, are refused") {
+  Renderer renderer(scene(), shallow(), kMany);
+  const auto refused = [&](const PixelBlock& window) {
+    try {
+      renderer.limit_to(window);
+    } catch (const std::invalid_argument&) {
+      return true;
+    }
+    return false;
+  };
+  CHECK(refused({1, 0, 4, 4}));
+  CHECK(refused({0, 0, 3, 4}));
+  CHECK(refused({2, 2, 2, 4}));
+  CHECK(refused({0, 0, renderer.film().width() + 2, 2}));
+  CHECK(!refused({0, 0, renderer.film().width(), 2}));
+}
+
 std::vector<float> slanted(const Film& film) {
   std::vector<float> rates(std::size_t{film.width()} * film.height());
   for (std::size_t i = 0; i < rates.size(); ++i)
