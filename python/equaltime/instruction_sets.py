@@ -32,11 +32,14 @@ class LevelError(ImportError):
     """There is no core for the level that was asked for, or for any level of this machine."""
 
 
-def machine_levels() -> tuple[str, ...]:
-    """Return the levels that this machine has, best first."""
+def machine_levels(told: Path = Path("/proc/cpuinfo")) -> tuple[str, ...]:
+    """Return the levels that this machine has, best first; v2 alone if the file ``told`` is not there to tell them."""
     if platform.machine() not in ("x86_64", "AMD64"):
         return (OTHER,)
-    return levels_of(Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace"))
+    try:
+        return levels_of(told.read_text(encoding="utf-8", errors="replace"))
+    except OSError:
+        return ("v2",)
 
 
 def levels_of(cpuinfo: str) -> tuple[str, ...]:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import platform
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -30,6 +32,11 @@ V4 = f"{V3} avx512f avx512bw avx512cd avx512dq avx512vl"
 def test_a_level_has_all_its_flags_and_those_below(flags: str, levels: tuple[str, ...]) -> None:
     text = f"processor\t: 0\nvmx flags\t: {V4}\nflags\t\t: {flags}\nprocessor\t: 1\nflags\t\t: {V4}\n"
     assert levels_of(text) == levels
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="levels of x86-64")
+def test_a_system_that_does_not_tell_its_flags_has_the_least_level(tmp_path: Path) -> None:
+    assert machine_levels(tmp_path / "cpuinfo") == ("v2",)
 
 
 def test_the_best_level_that_was_built_is_taken() -> None:

@@ -53,8 +53,8 @@ class Compared:
     Known noise of the other image is subtracted. If that noise is too large, the value is NaN, and ``high`` is an upper
     limit."""
     bias_p: float | None
-    """P-value of the test that both images have equal expected values; None if the files do not allow the test. If the
-    p-value is small, one of the two images is biased."""
+    """P-value of the test that both images have equal expected values. If it is small, one of the two images is biased.
+    None if the files do not allow the test, or if few bright pixels make the noise."""
     own: Interval | None
     """Error that the file's record states, with the stated doubt; None if the record states no error."""
     doubt: str
@@ -241,15 +241,16 @@ def _own(file: _File) -> Interval | None:
 def _bias_p(first: _File, second: _File) -> float | None:
     """Test equal expectations by the block means, if both files know their errors and are independent.
 
-    Block means of a single pair of renders are near to normal, not normal: where few samples carry the light, p-values
-    of 0.001 are more frequent than that. For renders with many seeds use `equaltime.statistics.agreement`.
+    None if they do not, or if few pixels make the noise. For renders with many seeds use
+    `equaltime.statistics.agreement`.
     """
     height, width = first.image.shape[:2]
     blocks = (height // _BLOCK) * (width // _BLOCK)
     if first.errors is None or second.errors is None or blocks < FEWEST_BLOCKS or _same_seed(first, second):
         return None
     images = (first.image, np.square(first.errors)), (second.image, np.square(second.errors))
-    return compare_pair(*images, _BLOCK, _DEGREES).p
+    found = compare_pair(*images, _BLOCK, _DEGREES)
+    return None if found is None else found.p
 
 
 def _same_seed(first: _File, second: _File) -> bool:
