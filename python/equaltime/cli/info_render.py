@@ -56,7 +56,7 @@ def saved_render(path: Path, record: Record, resumable: bool, verbose: bool = Fa
         yield f"lacks     {number.missing}"
     yield from _repeat(path, record)
     more = "" if verbose else "; -v for more"
-    yield f"goes on   {'with --resume or merge' if resumable else 'no longer: it was saved small'}{more}"
+    yield f"goes on   {_how_on(record) if resumable else 'no longer: it was saved small'}{more}"
 
 
 def _parts(record: Record) -> str:
@@ -82,7 +82,17 @@ def _end(record: Record) -> str:
 def _seeds(record: Record) -> str:
     if not record.get("sources"):
         return f"seed {record['seed']}"
-    return ", ".join(f"seed {source['seed']}: {source['samples']['max']} spp" for source in record["sources"])
+    return ", ".join(f"seed {source['seed']}: {_spp(source['samples'])} spp" for source in record["sources"])
+
+
+def _how_on(record: Record) -> str:
+    """Return how a saved render can go on: a merged one has no position at which samples could go on."""
+    return "with merge" if record.get("sources") else "with --resume or merge"
+
+
+def _spp(samples: Mapping[str, int]) -> str:
+    """Return the sample count of the pixels, or the range of counts."""
+    return f"{samples['max']}" if samples["min"] == samples["max"] else f"{samples['min']} to {samples['max']}"
 
 
 def _repeat(path: Path, record: Record) -> Iterator[str]:

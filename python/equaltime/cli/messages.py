@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
@@ -126,6 +127,11 @@ def doubts(result: Result, findings: Sequence[Finding] = ()) -> list[str]:
     lines = []
     if not result.error.trusted:
         lines.append(f"the error's upper limit cannot be trusted: {result.error.doubt}")
+    elif result.error.known and math.isinf(result.error.high):
+        lines.append(
+            "the error has no upper limit yet, since few very bright samples make it: take more samples, or a strategy "
+            "that finds their light"
+        )
     if empty := int((result.samples == 0).sum()):
         lines.append(f"{empty} of {result.samples.size} pixels have no sample")
     apart = result.radiance_range

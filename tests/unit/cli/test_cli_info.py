@@ -111,7 +111,9 @@ def test_it_reads_a_render_of_before_and_refuses_the_picture_of_another(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["info", str(Path(__file__).parents[1] / "data" / "format_1" / "merged.exr")]) == 0
-    assert "seed 0: 6 spp, seed 1: 4 spp" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "seed 0: 6 spp, seed 1: 4 spp" in told
+    assert "goes on   with merge;" in told
     images.write_exr(tmp_path / "a.exr", np.zeros((2, 2, 3)))
     assert main(["info", str(tmp_path / "a.exr")]) == 2
     assert "was not rendered by equaltime" in capsys.readouterr().err

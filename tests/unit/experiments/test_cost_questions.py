@@ -157,9 +157,12 @@ def test_another_picture_is_told_whatever_the_question() -> None:
     """A strategy that is biased by name says so itself, and one that the test lets pass is not named."""
     other, same = strategy("other", 1e-9, fewer=Interval(2.0, 1.5, 2.5)), strategy("same", 0.4)
     cut = replace(strategy("cut", 1e-9), biased=True)
+    other, dark = (replace(other, label=label, renderer=by) for label, by in (("other", "command"), ("dark", "core")))
     for question in ("time", "samples", "efficiency"):
         said = verdict([scene(other, same, cut)], (0.1,), question)
         assert said.endswith(" Not the picture of right: other (p < 0.0001).")
+        said = verdict([scene(dark, same, cut)], (0.1,), question)
+        assert said.endswith(" Unlike right, too few samples to have met all the light: dark (p < 0.0001).")
         assert "Not the picture" not in verdict([scene(same, cut)], (0.1,), question)
 
 

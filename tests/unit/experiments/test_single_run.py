@@ -27,3 +27,10 @@ def test_a_count_that_was_rounded_up_is_not_asked_for_again() -> None:
     assert next(ladder) == 2
     ladder.taken(16, 0.01)
     assert next(ladder) == 24
+
+
+def test_a_renderer_that_takes_the_same_time_for_any_count_ends() -> None:
+    ladder, spp = BudgetLadder(10.0), 0
+    for spp in ladder:
+        ladder.taken(spp, 0.4)
+    assert 2**30 <= spp <= 2**31

@@ -53,14 +53,21 @@ def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Q
 
 
 def _other_pictures(scenes: Sequence[SceneResult]) -> str:
-    """Return a sentence on strategies whose pictures differ from the standard's, but for those that are biased."""
-    found = []
+    """Return sentences on strategies whose pictures differ from the standard's, but for those that are biased.
+
+    If the strategy is one of equaltime's own, its samples have not met all the light yet: it is unbiased.
+    """
+    found: dict[bool, list[str]] = {True: [], False: []}
     for scene, strategy in ((each, one) for each in scenes for one in each.strategies):
         if strategy.unequal and strategy.equality_p is not None and not strategy.biased:
             on = f" on {scene.name}" if len(scenes) > 1 else ""
-            found.append(f"{strategy.label}{on} ({probability(strategy.equality_p)})")
+            ours = strategy.renderer == "core"
+            found[ours].append(f"{strategy.label}{on} ({probability(strategy.equality_p)})")
     standard = joined(scene.standard or "" for scene in scenes)
-    return f" Not the picture of {standard}: {', '.join(found)}." if found else ""
+    said = f" Not the picture of {standard}: {', '.join(found[False])}." if found[False] else ""
+    if found[True]:
+        said += f" Unlike {standard}, too few samples to have met all the light: {', '.join(found[True])}."
+    return said
 
 
 def _answer_in_time(scenes: Sequence[SceneResult], targets: Sequence[float]) -> str:

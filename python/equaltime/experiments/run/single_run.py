@@ -36,6 +36,11 @@ def counts() -> Iterator[int]:
         power *= 2
 
 
+_MOST_SAMPLES = 2**31
+"""Samples per pixel at which a run ends before its budget is spent: a renderer that takes the same time for any number
+of samples would never spend it."""
+
+
 class BudgetLadder:
     """Iterator over the sample counts of a run that ends near its time budget.
 
@@ -62,6 +67,8 @@ class BudgetLadder:
         if self._ended or self._wall >= self._seconds:
             raise StopIteration
         spp = next(count for count in self._counts if count > self._spp)
+        if spp > _MOST_SAMPLES:
+            raise StopIteration
         if self._spp == 0 or self._wall * spp <= self._seconds * self._spp:
             return spp
         self._ended = True
