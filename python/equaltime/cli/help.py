@@ -83,7 +83,7 @@ class Command(TyperCommand):
 
 
 class Group(TyperGroup):
-    """The program ``equaltime`` without a command, with its few options."""
+    """Group of all commands: the program ``equaltime``, its own options and its help."""
 
     def get_params(self, ctx: Any) -> list[Any]:
         """Return the options of the program."""

@@ -251,7 +251,7 @@ def load_quantiles() -> None:
 
 @dataclass(frozen=True, eq=False)
 class ErrorParts:
-    """Each pixel's contribution to error², (H, W), by each of the three references that the module describes.
+    """Each pixel's contribution to error², (H, W), in three ways that differ in the brightness it is relative to.
 
     ``value`` is for the estimate, ``lenient`` for the lower limit, and ``cautious`` for the upper limit.
     """

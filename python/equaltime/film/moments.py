@@ -118,7 +118,11 @@ def packed_shape(height: int, width: int) -> tuple[int, int]:
 
 
 def packed(numbers: NDArray[Any]) -> NDArray[np.uint32]:
-    """Return (L, H, W) numbers as uint32 words (H, ceil(W / 4), C); `channel_names` lists the C channels."""
+    """Pack L numbers a pixel, (L, H, W), into an image of uint32 words, (H, ceil(W / 4), C).
+
+    A channel holds one byte of one of the L numbers, and a word that byte of four neighbouring pixels. `channel_names`
+    lists the C channels.
+    """
     layers, height, width = numbers.shape
     size = numbers.dtype.itemsize
     flat = np.ascontiguousarray(numbers).view(np.uint8).reshape(layers, height, width, size)

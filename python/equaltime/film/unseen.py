@@ -187,7 +187,7 @@ def stated(
 ) -> tuple[Interval, float]:
     """Return the estimate of `stated_error`, and the brightness of the brightest path.
 
-    That brightness is one of the numbers whose maximum is ``past`` in `equaltime.film.tails.averaged_out`. The
+    A later estimate of the same render takes the largest brightness of all estimates before it as ``brightest``. The
     arguments are as for `stated_error`.
     """
     if unseen is None:

@@ -60,7 +60,7 @@ class SelfTest(Shown):
 
     @property
     def passed(self) -> bool:
-        """Whether equaltime passed every case; failures of the peer are ignored."""
+        """Whether equaltime passed every case; failures of the other renderer that ran beside it do not count."""
         return all(case.ours.passed for case in self.cases)
 
     def as_dict(self) -> dict[str, Any]:

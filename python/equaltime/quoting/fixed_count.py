@@ -53,8 +53,8 @@ class Chosen:
     def limits(self, asked: Limits) -> Limits:
         """Return the limits of samples and time with which the image is rendered.
 
-        The sample limit is the chosen count, or the limit in ``asked`` if that is less. The time limit is the rest of
-        the time in ``asked``. There is no error limit.
+        The sample limit is the chosen count, or the limit in ``asked`` if that is less. The time limit is that in
+        ``asked``, less the seconds of the pilot. There is no error limit.
         """
         counts = [count for count in (self.stop.spp, asked.spp) if count is not None]
         seconds = asked.seconds

@@ -48,7 +48,7 @@ class Renders:
 
 @dataclass(frozen=True, eq=False)
 class Versus:
-    """Differences that leaving effects out makes in time, variance, image and memory. Intervals are at 95 %."""
+    """Render without some effects beside the full render: differences in time, variance, image and memory, at 95 %."""
 
     time: Interval
     """Share of the whole scene's rendering time that the effects take."""

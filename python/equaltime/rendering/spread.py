@@ -67,7 +67,7 @@ class _Pass:
 
 
 class SpreadRenderer(_core.Renderer):
-    """Renderer of the core whose samples the processes of a team take, once `spread` was called."""
+    """Renderer whose samples a `Team` of processes takes, given by `spread`; passes and decisions stay here."""
 
     def spread(self, team: Team, recipe: Callable[[_core.Renderer], Recipe]) -> None:
         """Let ``team`` take the samples; ``recipe`` makes the recipe of units once the roulette is decided."""

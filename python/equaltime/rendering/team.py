@@ -14,7 +14,7 @@ __all__ = ["Cluster", "KeptUnit", "Team"]
 
 
 class KeptUnit(Protocol):
-    """A unit that was rendered earlier and kept."""
+    """Unit (a window with its samples between two counts) that an earlier process of this render finished and saved."""
 
     @property
     def window(self) -> Window:

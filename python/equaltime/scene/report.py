@@ -74,7 +74,7 @@ class Report:
 
 
 class Account:
-    """The unused statements of one file, counted by message, with the file and line of each message's first one.
+    """Counts of the statements in a file that are not used, by message, with the place of the first for each message.
 
     Iteration yields the lines to report, as text.
     """

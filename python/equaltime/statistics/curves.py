@@ -115,7 +115,8 @@ class Runs:
     def tail(self) -> str:
         """Reason, in words, why the mean error is not the error of typical runs; empty if there is none.
 
-        The reason is ``doubt``, or that one repeat makes more than half of the squared error.
+        The reason is the text in the field ``doubt``. Without one, it is that one repeat makes more than half of the
+        squared error.
         """
         sums = self.relmse.sum(axis=0)
         clear = sums > max(_CLEAR * self.repeats * self.shared, 0.0)
@@ -309,8 +310,9 @@ def typical_interval(logs: Callable[[float], Floats], more: float) -> Interval:
 def slope_doubt(runs: Runs, value: float) -> float:
     """Return the uncertainty of an extrapolated log time due to the slope of the median curve.
 
-    ``value`` is the log time. The result is half the width of a 95 % interval, and 0 between the curve's ends. The
-    jackknife overestimates the variance of a median on average, however many repeats there are.
+    ``value`` is the log time. The result is half the width of a 95 % interval, and 0 between the curve's ends. It is
+    estimated by the jackknife over repeats, and is too large on average, since the jackknife overestimates the variance
+    of a median.
     """
     x, _ = runs.typical(np.ones(runs.repeats))
     beyond = max(value - x[-1], x[0] - value, 0.0)

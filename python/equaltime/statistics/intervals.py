@@ -144,7 +144,7 @@ class Interval(Shown):
     def with_bias(self, bias: Interval | None) -> Interval:
         """Return the total error of an image, with this interval as its noise: the root of noise² plus bias².
 
-        The total has the doubts of both. ``bias`` None stands for no bias.
+        The total keeps the reasons for doubt (``doubt``) of both. ``bias`` None stands for no bias.
         """
         if bias is None:
             return self

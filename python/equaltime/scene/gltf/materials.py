@@ -88,7 +88,7 @@ class GltfMaterials:
         return self._looks[material]
 
     def bsdf(self, material: int | None, variant: Variant) -> str:
-        """Return the id of a material's BSDF for meshes of the given variant.
+        """Return the id of a material's BSDF for meshes with the attributes in ``variant``.
 
         The BSDF is created at the first call.
         """

@@ -152,11 +152,11 @@ BLACK = Diffuse(reflectance=(0.0, 0.0, 0.0))
 
 
 def sides(bsdf: Bsdf) -> tuple[Bsdf | None, Bsdf | None]:
-    """Return the BSDF of the front and the BSDF of the back, without ``twosided``.
+    """Return the BSDF of the front and the BSDF of the back; a ``twosided`` around them is removed.
 
     None stands for a side that absorbs all light. A transmitting BSDF is returned for both sides, because it
-    distinguishes the sides itself. If a mask or a map wraps a BSDF, it wraps the BSDF of each side in the result. A
-    hole in the front is therefore a hole in the back, even if the rest of the back absorbs light.
+    distinguishes the sides itself. A mask, bump map or normal map around a BSDF is put around the BSDF of each side.
+    So a mask's hole is in both sides, even if the back absorbs light elsewhere.
     """
     if isinstance(bsdf, TwoSided):
         return sides(bsdf.bsdf[0])[0], sides(bsdf.bsdf[-1])[0]
