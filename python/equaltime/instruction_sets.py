@@ -29,7 +29,7 @@ EMBREE: Final = {"v2": "sse4.2", "v3": "avx2", "v4": "avx512"}
 
 
 class LevelError(ImportError):
-    """Raised if no compiled module fits: none for the level of x86-64 that was asked for, or for any of this machine."""
+    """Raised if no compiled module fits: none for the level of x86-64 that was asked for, or for any level here."""
 
 
 def machine_levels(told: Path = Path("/proc/cpuinfo")) -> tuple[str, ...]:
