@@ -41,6 +41,7 @@ _IDLE = 3
 _HUNG = "30s"
 """Time after which a worker on this machine that does not answer is given up."""
 _CONNECT = "20s"
+_SOON = 0.05
 
 
 class DaskCluster:
@@ -168,6 +169,7 @@ class DaskTeam(SceneTeam):
         self._looked = now
         there = [address for address, facts in self._facts().items() if facts["resources"].get(self._name)]
         if not there:
+            self.begin()
             if now - self._met > _ALONE:
                 raise RenderError(f"no worker of the cluster has been there for {_ALONE:g} s")
             return False
@@ -223,10 +225,12 @@ class _Joining(WorkerPlugin):  # type: ignore[misc]  # Dask is not typed
 
     def __init__(self, name: str, scene: SceneText, unit: Unit, expected: str, threads: int) -> None:
         self.name, self._scene, self._unit, self._expected, self._threads = name, scene, unit, expected, threads
-        self.why = ""
+        self.why: str | None = None
+        """Why the worker is refused; empty if it is not, None while that is not known."""
 
     async def setup(self, worker: Worker) -> None:
         """Find out whether the worker gives the same bits; its loop goes on meanwhile."""
+        self.why = None
         self.why = await asyncio.to_thread(self._differs)
         await worker.set_resources(**{self.name: 0 if self.why else 1})
 
@@ -246,9 +250,11 @@ class _Joining(WorkerPlugin):  # type: ignore[misc]  # Dask is not typed
 
 
 async def _reason(name: str, dask_worker: Worker) -> str:
-    return str(dask_worker.plugins[name].why)
+    while (why := dask_worker.plugins[name].why) is None:
+        await asyncio.sleep(_SOON)
+    return str(why)
 
 
 async def _tried_again(name: str, dask_worker: Worker) -> str:
     await dask_worker.plugins[name].setup(dask_worker)
-    return str(dask_worker.plugins[name].why)
+    return await _reason(name, dask_worker)
