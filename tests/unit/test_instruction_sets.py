@@ -39,8 +39,9 @@ def test_a_system_that_does_not_tell_its_flags_has_the_least_level(tmp_path: Pat
     assert machine_levels(tmp_path / "cpuinfo") == ("v2",)
 
 
-def test_the_best_level_that_was_built_is_taken() -> None:
-    assert choose(("v2", "v3", "v4"), ("v3", "v2")) == "v3"
+def test_the_fastest_level_that_was_built_is_taken() -> None:
+    assert choose(("v2", "v3", "v4"), ("v3", "v2")) == "v2"
+    assert choose(("v3", "v4"), ("v4", "v3", "v2")) == "v3"
     assert choose(("v2",), ("v4", "v3", "v2")) == "v2"
     assert choose(("v2", "v4"), ("v4", "v3", "v2"), "v2") == "v2"
 
