@@ -89,7 +89,11 @@ class DaskCluster:
         """Start ``count`` worker processes on this machine, which share its processors."""
         dask.config.set({"distributed.scheduler.worker-ttl": _HUNG})
         local = LocalCluster(
-            n_workers=count, threads_per_worker=1, memory_limit=0, dashboard_address=":0", silence_logs=logging.CRITICAL
+            n_workers=count,
+            threads_per_worker=1,
+            memory_limit=0,
+            dashboard_address="127.0.0.1:0",
+            silence_logs=logging.CRITICAL,
         )
         return cls(Client(local), keep, max(1, processors() // count), local)
 
