@@ -27,8 +27,8 @@ OTHER: Final = "generic"
 FASTEST: Final = ("v2", "v3", "v4", OTHER)
 """Levels by the speed of their cores, fastest first.
 
-On a Xeon with AVX-512, v3 renders .94 to 1.00 and v4 .87 to .96 of the paths that v2 does in the same time, since the
-core works on one path at a time (tests/bench/build_variants.py). Embree takes the machine's best in any case.
+On a Xeon with AVX-512, v3 renders .94 to 1.00 of the paths that v2 does in the same time, and v4 .87 to .96
+(tests/bench/build_variants.py): the core works on one path at a time. Embree takes the machine's best in any case.
 """
 EMBREE: Final = {"v2": "sse4.2", "v3": "avx2", "v4": "avx512"}
 """Embree's name for the best of a level's instruction sets."""
