@@ -52,9 +52,9 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=9_000_000, help="the first seed [%(default)s]")
     parser.add_argument("--size", type=int, default=16, help="pixels along each side [%(default)s]")
     parser.add_argument("--most", type=int, default=16384, help="samples a pixel, whatever a stop says [%(default)s]")
-    parser.add_argument("--reference", type=int, default=400_000, help="its samples a pixel [%(default)s]")
+    parser.add_argument("--reference", type=int, default=16_000, help="its samples a pixel [%(default)s]")
     parser.add_argument("--scenes", nargs="+", default=[*ORDERS], choices=ORDERS)
-    options = parsed(parser, seeds=20, reference=20_000)
+    options = parsed(parser, seeds=20, reference=4_000)
     print("scene      error  stop   bias, %                 order reached       samples: median   mean   pilot   /look")
     for name in options.scenes:
         scene, truth = trial_scene(name, options.size), reference(name, options.size, options.reference)
