@@ -24,6 +24,7 @@ LEVEL = 0.01
 MOST = int(stats.binom.isf(1e-4, PAIRS, LEVEL))
 """More rejections than this have a probability below 1e-4 if p-values are right."""
 SIDE = 384
+"""So large that its blocks of 128 pixels a side have the events that a test needs: smaller pictures allow none."""
 
 
 Render = tuple[Floats, Floats]

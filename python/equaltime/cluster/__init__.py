@@ -40,7 +40,7 @@ def open_cluster(where: Any, output: str | os.PathLike[str] | None = None) -> It
     Raises
     ------
     ValueError
-        If ``where`` is none of these.
+        If ``where`` is of another kind.
     EqualtimeError
         If Dask is needed and not installed.
     RenderError

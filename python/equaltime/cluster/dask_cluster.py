@@ -42,6 +42,7 @@ _HUNG = "30s"
 """Time after which a worker on this machine that does not answer is given up."""
 _CONNECT = "20s"
 _SOON = 0.05
+"""Seconds between two looks whether a worker has ended its probe."""
 
 
 class DaskCluster:
@@ -202,7 +203,7 @@ class DaskTeam(SceneTeam):
 
     def _facts(self) -> Mapping[str, Any]:
         """Return what the scheduler tells of each worker, by its address; nothing if the scheduler is gone."""
-        return self._client.scheduler_info(n_workers=-1).get("workers", {})  # type: ignore[no-any-return]
+        return self._client.scheduler_info(n_workers=-1).get("workers", {})  # type: ignore[no-any-return]  # Dask is not typed
 
     def _joined(self, addresses: list[str]) -> dict[str, str]:
         """Return for each new worker why it is refused, after it got the files that it lacks."""

@@ -178,7 +178,7 @@ def _renderer(scene: Scene, recipe: Recipe, threads: int) -> _core.Renderer:
         nets=recipe.nets,
         second_net=recipe.second_net,
         pixel_rays=recipe.pixel_rays,
-        traps=recipe.traps,  # type: ignore[arg-type]
+        traps=recipe.traps,  # type: ignore[arg-type]  # a word of `Traps`
     )
     _CACHED.append((scene, recipe, threads, made))
     return made

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 import tempfile
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -12,6 +14,7 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
+from equaltime.cli.messages import doubts
 
 SCENE = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
 
@@ -137,3 +140,11 @@ def test_a_render_whose_folder_is_gone_is_kept_elsewhere(
     place, said = capsys.readouterr().err.rstrip("\n").split("; the render is kept in ")
     assert place == f"error: {folder / 'a.exr'}: the folder {folder} does not exist"
     assert et.render(et.load(SCENE).with_(size=(8, 8)), spp=6, resume=said).spp == 6
+
+
+def test_an_error_without_an_upper_limit_is_told() -> None:
+    result = et.render(et.load("cornell-box").with_(size=(8, 8)), spp=2)
+    endless, known = (replace(result, error=et.Interval(0.5, 0.0, high)) for high in (math.inf, 2.0))
+    assert doubts(known) == []
+    assert [line for line in doubts(endless) if line.startswith("the error has no upper limit yet")] == doubts(endless)
+    assert len(doubts(endless)) == 1

@@ -55,7 +55,7 @@ def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Q
 def _other_pictures(scenes: Sequence[SceneResult]) -> str:
     """Return sentences on strategies whose pictures differ from the standard's, but for those that are biased.
 
-    If the strategy is one of equaltime's own, its samples have not met all the light yet: it is unbiased.
+    A strategy of equaltime's own is unbiased by its words. So the likely reason is light that its samples have not met.
     """
     found: dict[bool, list[str]] = {True: [], False: []}
     for scene, strategy in ((each, one) for each in scenes for one in each.strategies):
@@ -66,7 +66,7 @@ def _other_pictures(scenes: Sequence[SceneResult]) -> str:
     standard = joined(scene.standard or "" for scene in scenes)
     said = f" Not the picture of {standard}: {', '.join(found[False])}." if found[False] else ""
     if found[True]:
-        said += f" Unlike {standard}, too few samples to have met all the light: {', '.join(found[True])}."
+        said += f" Unlike {standard}, by a bias or because few samples met some light: {', '.join(found[True])}."
     return said
 
 
