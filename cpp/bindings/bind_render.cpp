@@ -173,7 +173,8 @@ void bind_render(py::module_& m) {
   py::class_<Settings>(m, "Settings", "A strategy, as the core reads it.")
       .def(py::init(&make_settings), py::kw_only(), "technique"_a = "mis", "heuristic"_a = "power",
            "lights"_a = "power", "environment"_a = "plain", "roulette"_a = "throughput", "roulette_depth"_a = 5,
-           "survival"_a = 0.75, "truncate"_a = 0, "sampler"_a = "lattice", "max_depth"_a = -1);
+           "survival"_a = 0.75, "truncate"_a = 0, "sampler"_a = "lattice", "max_depth"_a = -1)
+      .def_readonly("max_depth", &Settings::max_depth);
   py::class_<Renderer>(m, "Renderer", "Brings a film to a number of samples, pass by pass.")
       .def(py::init([](std::shared_ptr<Scene> scene, const Settings& settings, std::uint64_t seed, unsigned threads,
                        std::uint32_t tile, std::uint32_t replicates, bool pixel_rays,

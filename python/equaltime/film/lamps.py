@@ -31,6 +31,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import reduce
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +42,9 @@ from equaltime.film.sums import error_contributions, error_floor, lamps_in_sight
 __all__ = ["Lamps"]
 
 Floats = NDArray[np.float64]
+
+_Found = tuple[NDArray[Any], Floats, NDArray[Any]]
+"""Pixels, moments and numbers of points, as the core's searches for lamps return them."""
 
 _POINTS = 4096
 _CHAINS = 2**17
@@ -59,6 +63,8 @@ _RARE = 0.025
 """Chance below which a case need not be covered by an upper limit."""
 _DOUBTED = 2.0
 """Standard deviations subtracted from light that is surely there: few points or chains make it uncertain."""
+_MIRRORED: WeakKeyDictionary[Any, dict[int, _Found]] = WeakKeyDictionary()
+"""Lamps in mirrors by scene and largest depth. The search takes longer than 16 samples a pixel of a small image."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,11 +91,12 @@ class Lamps:
     def of(cls, scene: Any, settings: Any, seed: int, threads: int, mirrors: bool) -> Lamps:
         """Return the lamps that the camera of the core's scene sees.
 
-        With ``mirrors``, lamps that the camera sees in mirrors or through glass are included.
+        With ``mirrors``, lamps that the camera sees in mirrors or through glass are included. They are searched once
+        for each scene, with the same chains for every seed.
         """
         found = [lamps_in_sight(scene, settings, seed, _POINTS)]
         if mirrors:
-            found.append(mirrored_lamps(scene, settings, seed, threads, _CHAINS))
+            found.append(_in_mirrors(scene, settings, threads))
         return cls._made_of(found)
 
     @classmethod
@@ -101,7 +108,7 @@ class Lamps:
         return cls._made_of([lamps_in_sight(scene, settings, 0, _POINTS, whole_film=True)])
 
     @classmethod
-    def _made_of(cls, found: list[tuple[NDArray[Any], Floats, NDArray[Any]]]) -> Lamps:
+    def _made_of(cls, found: list[_Found]) -> Lamps:
         """Return lamps from pixels, moments and numbers of points, as the core's searches return them."""
         lit, each = np.unique(np.concatenate([pixels for pixels, _, _ in found]), return_inverse=True)
         points, moments = np.zeros(len(lit)), np.zeros((len(lit), 2, 3))
@@ -217,6 +224,13 @@ class Lamps:
         expected = pixels.samples.ravel()[self.pixels] / (pixels.degrees + 1.0) * self.share
         lacking = (expected > 0.0) & (expected < most)
         return lacking, np.maximum(expected[lacking], _LEAST)
+
+
+def _in_mirrors(scene: Any, settings: Any, threads: int) -> _Found:
+    by_depth = _MIRRORED.setdefault(scene, {})
+    if settings.max_depth not in by_depth:
+        by_depth[settings.max_depth] = mirrored_lamps(scene, settings, 0, threads, _CHAINS)
+    return by_depth[settings.max_depth]
 
 
 def _meetings(expected: Floats, replicates: float) -> tuple[Floats, Floats]:

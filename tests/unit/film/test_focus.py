@@ -10,6 +10,7 @@ import pytest
 
 import equaltime as et
 from equaltime.film.focus import Focus
+from equaltime.film.lamps import Lamps
 from equaltime.film.sums import focused_light, mirrored_lamps
 from equaltime.rendering.core import core_settings, make_renderer
 from equaltime.strategy import Strategy
@@ -91,6 +92,25 @@ def test_a_lamp_in_plain_sight_is_none_in_a_mirror() -> None:
     front = {"type": "sphere", "center": [0, 0, 2], "radius": 0.01, "emitter": {"type": "area", "radiance": 5.0}}
     alone = room({"type": "diffuse"}, bulb=front)
     assert mirrored_lamps(alone.core, core_settings(alone, ALONE), 0, 1, 1 << 16)[0].size == 0
+
+
+def test_lamps_in_mirrors_are_searched_once_for_a_scene_and_a_depth(monkeypatch: pytest.MonkeyPatch) -> None:
+    searches: list[int] = []
+
+    def counted(scene: Any, settings: Any, seed: int, threads: int, chains: int) -> Any:
+        searches.append(settings.max_depth)
+        return mirrored_lamps(scene, settings, seed, threads, chains)
+
+    monkeypatch.setattr("equaltime.film.lamps.mirrored_lamps", counted)
+    deep = room(MIRROR)
+    found = [
+        Lamps.of(scene.core, core_settings(scene, ALONE), seed, 1, mirrors=True).lit.size > 0
+        for scene in (deep, deep.with_(max_depth=2), deep.with_(max_depth=1), room(MIRROR))
+        for seed in (0, 1)
+    ]
+    assert searches[1:3] == [2, 1]
+    assert len(searches) == 4
+    assert found == [True, True, True, True, False, False, True, True]
 
 
 def test_too_few_chains_say_nothing() -> None:
