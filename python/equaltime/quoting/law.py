@@ -117,7 +117,13 @@ _NORMAL = NormalDist()
 # paths make the noise, and 0.9, where the picture is smooth (measured, a dozen scenes).
 _EXPONENTS = {"independent": (0.5, 0.005), "stratified": (0.55, 0.08), "sobol": (0.58, 0.13), "lattice": (0.6, 0.13)}
 
+# Exponents between two counts at which the error is measured; those below ½ come from errors that were too low at the
+# first count, since few of its samples had met rare light.
 _LEAST_EXPONENT, _MOST_EXPONENT = 0.3, 1.0
+
+# Least and largest exponent beyond all measured counts. The expected error² of independent samples is exactly inverse to
+# their number, and that of low-discrepancy samples falls no slower for long.
+_LASTING = {"independent": (0.5, 0.5), "stratified": (0.45, 1.0), "sobol": (0.45, 1.0), "lattice": (0.45, 1.0)}
 
 # Standard deviation of the exponent beyond the pilot from that within it (measured).
 _BEND = {"independent": 0.005, "stratified": 0.06, "sobol": 0.06, "lattice": 0.06}
@@ -194,13 +200,14 @@ class Law:
         before = [(self.samples, self.error), *((found.samples, found.error) for found in probed[:-1])]
         start, error = next((n, e) for n, e in reversed(before) if 2 * n <= last.samples or n == self.samples)
         exponent = math.log(error / value) / math.log(last.samples / start)
+        slowest, fastest = _LASTING[sampler]
         return replace(
             self,
             samples=last.samples,
             error=value,
             width=last.width,
             narrowing=math.log(self.width / last.width) / math.log(last.samples / self.samples),
-            exponent=min(max(exponent, _LEAST_EXPONENT), _MOST_EXPONENT),
+            exponent=min(max(exponent, slowest), fastest),
             exponent_doubt=_BEND[sampler],
             before=tuple(before),
             doubt=math.sqrt(weight) * last.doubt,

@@ -170,6 +170,15 @@ def test_a_law_goes_through_what_was_probed() -> None:
     assert law.exponent == pytest.approx(math.log(0.06 / 0.03) / math.log(4.0), rel=0.02)
 
 
+@pytest.mark.parametrize(("sampler", "slope"), [("independent", 0.5), ("sobol", 0.45), ("lattice", 0.45)])
+def test_beyond_a_probe_no_error_falls_slower_than_independent_samples_for_long(sampler: str, slope: float) -> None:
+    """Estimates fall slowly while light is still being met: veach-mis by BSDF sampling, n^-0.34, quoted 80 times."""
+    pilot = Law(8, 8.0, 0.6, 0.1, 0.4, 0.005, 1.0, 0.1)
+    law = pilot.through([Probed(64, 5.0, 0.01, 0.4), Probed(646, 2.73, 0.01, 0.3)], sampler)
+    assert law.error_at(64).value / law.error_at(646).value < 2.0
+    assert law.error_at(646).value / law.error_at(646 * 4**5).value == pytest.approx(4.0 ** (5 * slope))
+
+
 def test_what_a_probe_finds_just_beyond_a_pilot_says_nothing_of_what_lies_before_it() -> None:
     pilot = Law(58, 0.0884, 0.061, 0.16, 0.545, 0.064, 0.01, 0.1)
     law = pilot.through([Probed(64, 0.098, 0.001, 0.06), Probed(512, 0.024, 0.001, 0.043)], "sobol")
