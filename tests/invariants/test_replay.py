@@ -240,7 +240,19 @@ def test_the_command_prints_the_path_and_the_same_as_data(capsys: pytest.Capture
     data = json.loads(capsys.readouterr().out)
     path = et.replay(et.load(file).with_(size=(24, 16)), pixel=(12, 8), sample=3, seed=5)
     assert data["radiance"] == list(path.radiance) == data["sum"]
-    assert len(data["vertices"]) == len(path.vertices) == text.count("throughput")
+    assert len(data["vertices"]) == len(path.vertices) == text.count("\n   throughput ")
+
+
+def test_a_picked_light_adds_the_product_that_the_command_prints() -> None:
+    """The pdf contains the probability of the pick: with the probability once more, contributions would differ."""
+    path = et.replay(et.load(FOLDER / "veach-mis.toml").with_(size=(64, 36)), pixel=(30, 20), spp=16)
+    lights = [(each["left"], each["light"]) for each in path.vertices if each["light"] and each["light"]["sampled"]]
+    picked = [(left, light) for left, light in lights if light["visible"] and light["pmf"] < 0.9 and any(light["bsdf"])]
+    assert picked
+    for left, light in picked:
+        factor = light["mis_weight"] * light["visible"] / light["pdf"]
+        product = np.array(left) * light["radiance"] * light["bsdf"] * factor
+        np.testing.assert_allclose(product, light["gathered"], rtol=1e-5)
 
 
 @pytest.mark.parametrize(

@@ -116,7 +116,7 @@ def _told(path: Replay) -> Iterator[str]:
         yield ""
         yield f"{number}. from {_numbers(vertex['origin'])} along {_numbers(vertex['direction'])}"
         if vertex["from"] not in (None, number - 2):
-            yield f"   one more copy of the path, split at {vertex['from'] + 1}"
+            yield f"   a copy of the path, split off at vertex {vertex['from'] + 1}: copies share the throughput there"
         yield f"   throughput {_numbers(vertex['throughput'])}"
         yield from (f"   {line}" for line in _vertex(vertex, last=number == len(path.vertices)))
     yield f"   ends: {ENDS[path.end]}"
@@ -124,6 +124,8 @@ def _told(path: Replay) -> Iterator[str]:
     agrees = "the sample" if path.sum == path.radiance else f"{_numbers(path.sum)}, which is not the sample"
     yield f"radiance {_numbers(path.radiance)}"
     yield f"the sum of what is added, times the filter weight {path.filter_weight:.9g}, is {agrees}"
+    yield "a picked light adds throughput · radiance · BSDF·cos · MIS weight · visible / pdf; a pdf is per steradian,"
+    yield "and that of a picked light contains the probability of the pick"
     if (found := path.first_nonfinite) is not None:
         yield f"the first number that is not finite: at vertex {found[0] + 1}, {found[1].replace('_', ' ')}"
 
@@ -165,7 +167,7 @@ def _surface(surface: Mapping[str, Any]) -> Iterator[str]:
 def _light(light: Mapping[str, Any]) -> Iterator[str]:
     yield f"picks {light['light']['name']} with probability {light['pmf']:.9g}"
     if not light["sampled"]:
-        yield "  of which no direction was sampled for its own light"
+        yield "  which gives no direction from here, for example because it faces away: adds nothing"
         return
     away = "" if light["distance"] is None else f", {light['distance']:.9g} away"
     yield f"  towards {_numbers(light['direction'])}{away}, pdf {light['pdf']:.9g}"
