@@ -13,10 +13,11 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from contextlib import ExitStack
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from measuring import SCENES, arguments, noise, print_conditions, ratio, rounds, text
+from measuring import SCENES, arguments, defines, noise, print_conditions, ratio, rounds, text
 from numpy.typing import NDArray
 
 import equaltime as et
@@ -31,7 +32,8 @@ NO_ROULETTE = 10**6
 
 def main() -> None:
     parser = arguments(__doc__)
-    parser.add_argument("--scenes", nargs="+", default=["cornell-box"], help="folders of scenes/mitsuba [%(default)s]")
+    files = [str(SCENES / "mitsuba/cornell-box/scene.xml")]
+    parser.add_argument("--scenes", nargs="+", default=files, help="files that Mitsuba reads [%(default)s]")
     parser.add_argument("--variants", nargs="+", default=["llvm_ad_rgb", "scalar_rgb"])
     parser.add_argument("--size", type=int, nargs=2, default=[256, 256])
     parser.add_argument("--max-depth", type=int, default=8)
@@ -49,13 +51,13 @@ def main() -> None:
             stack.callback(peer.close)
             peers.append(peer)
         subjects = (CoreSubject("equaltime", et.Strategy.parse(options.strategy)), *peers)
-        for name in options.scenes:
-            compare(name, subjects, options)
+        for path in map(Path, options.scenes):
+            compare(path, subjects, options)
 
 
-def compare(name: str, subjects: Sequence[Subject], options: Any) -> None:
+def compare(path: Path, subjects: Sequence[Subject], options: Any) -> None:
     """Render one scene with everyone in turn, and print ratios."""
-    loaded = et.load(SCENES / "mitsuba" / name / "scene.xml", integrator="path")
+    loaded = et.load(path, substitute=True, **defines(path))
     scene = with_box_filter(loaded.with_(size=tuple(options.size), max_depth=options.max_depth))
     named = {subject.label: subject for subject in subjects}
     images: dict[str, list[NDArray[np.float64]]] = {who: [] for who in named}
@@ -73,7 +75,7 @@ def compare(name: str, subjects: Sequence[Subject], options: Any) -> None:
 
     rates = rounds(images, render, options.repeats)
     width, height = options.size
-    print(f"\n{name}, {width}x{height}, {options.spp} spp, depth {options.max_depth}")
+    print(f"\n{path.parent.name}/{path.stem}, {width}x{height}, {options.spp} spp, depth {options.max_depth}")
     for who, values in rates.items():
         print(
             f"  {who:14} {text(median_interval([v / 1e6 for v in values]))} M paths/s, relMSE {noise(images[who]):.4g}"

@@ -27,6 +27,7 @@ from typing import Any
 
 import mitsuba as mi
 import numpy as np
+from measuring import defines
 from numpy.typing import NDArray
 
 import equaltime as et
@@ -63,13 +64,6 @@ def main() -> int:
         verdict = "agrees" if agrees else f"known to disagree: {why}" if why else "DISAGREES"
         print(f"{path.relative_to(options.folder)}{note}: {verdict}, {agreement}; z {at}", flush=True)
     return 1 if wrong else 0
-
-
-def defines(path: Path) -> dict[str, Any]:
-    """Return values for the variables that have no default that either renderer knows."""
-    text = path.read_text()
-    kind = "volpath" if "<medium" in text else "path"
-    return {"integrator": kind} if "$integrator" in text else {}
 
 
 def readable(path: Path) -> tuple[Path, et.Scene] | None:

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from measuring import SCENES, Floats, arguments, parsed
+from measuring import SCENES, Floats, arguments, defines, parsed
 
 import equaltime as et
 from equaltime.rendering.core import make_renderer
@@ -83,8 +83,7 @@ def measured(path: str, options: Any) -> tuple[dict[str, float], dict[str, float
 
 def sized(path: str, side: int, max_depth: int) -> et.Scene:
     """Load a scene with about side² pixels and no fewer, in the shape of its picture."""
-    names_none = "$integrator" in Path(path).read_text(encoding="utf-8")
-    loaded = et.load(path, substitute=True, **({"integrator": "path"} if names_none else {}))
+    loaded = et.load(path, substitute=True, **defines(Path(path)))
     width, height = loaded.size
     across = math.ceil(side * math.sqrt(width / height))
     scene = loaded.with_(size=(across, math.ceil(side * side / across)))

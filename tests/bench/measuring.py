@@ -53,6 +53,12 @@ def print_conditions(options: argparse.Namespace) -> None:
     print(f"repeats  {options.repeats}, threads {options.threads or here['processors']}; medians [95 % intervals]")
 
 
+def defines(path: Path) -> dict[str, Any]:
+    """Return values for the variables of a scene file that have no default that either renderer knows."""
+    text = path.read_text(encoding="utf-8")
+    return {"integrator": "volpath" if "<medium" in text else "path"} if "$integrator" in text else {}
+
+
 def rounds(names: Iterable[str], measure: Callable[[str, int], float], repeats: int) -> dict[str, list[float]]:
     """Measure every name once a round, there and back; return what each gave.
 
