@@ -70,7 +70,7 @@ class Walls {
                 q = reinterpret_cast<Mask>(b) < 0 ? b - half : b + half;
     const Lanes t0 = q != 0 ? c / (q != 0 ? q : one) : zero, t1 = q / a;
     const Lanes first = t0 > t1 ? t1 : t0, second = t0 > t1 ? t0 : t1, t = first > 0 ? first : second;
-    return real & (t > 0) ? t : static_cast<double>(kInfinity) + zero;
+    return (real & (t > 0)) ? t : static_cast<double>(kInfinity) + zero;
   }
   [[nodiscard]] static Lanes square_root(Lanes v) noexcept { return Lanes{std::sqrt(v[0]), std::sqrt(v[1])}; }
 

@@ -44,12 +44,21 @@ EQUALTIME_INLINE Lanes second_dimension_reversed(Lanes index, Lanes use) noexcep
 
 EQUALTIME_INLINE Lanes reverse_bits(Lanes x) noexcept {
   using Bytes = std::uint8_t __attribute__((vector_size(16)));
-  // Each half of a byte by a table (the shuffle looks at four bits of a byte alone), then the order of bytes.
+  // Each byte, then the order of bytes.
+#ifdef __clang__  // has no shuffle by a variable
+  x = ((x >> 1) & 0x55555555U) | ((x & 0x55555555U) << 1);
+  x = ((x >> 2) & 0x33333333U) | ((x & 0x33333333U) << 2);
+  x = ((x >> 4) & 0x0f0f0f0fU) | ((x & 0x0f0f0f0fU) << 4);
+  const Bytes bytes = reinterpret_cast<Bytes>(x);
+#else
+  // Halves of a byte by a table: the shuffle looks at four bits of a byte alone.
   constexpr Bytes reversed{0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15};
   const Bytes low = __builtin_shuffle(reversed * 16, reinterpret_cast<Bytes>(x));
   const Bytes high = __builtin_shuffle(reversed, reinterpret_cast<Bytes>(x >> 4));
   const Bytes bytes = low | high;
-  return reinterpret_cast<Lanes>(__builtin_shuffle(bytes, Bytes{3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12}));
+#endif
+  return reinterpret_cast<Lanes>(
+      __builtin_shufflevector(bytes, bytes, 3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12));
 }
 
 // The three seeds of a slot, from its 64-bit hash: of the index's shuffle and of each dimension's scrambling.

@@ -278,7 +278,7 @@ Nesting make_nesting(const SceneDescription& d, const ShapesToNest& shapes, cons
     const auto& [group, to_world] = shapes.moving[i];
     const Instance at_first(group, to_world.at(0));
     search.look_at(grouped[group], static_cast<std::uint32_t>(shapes.instances.size() + i), &at_first, true,
-                   [&](const Bounds& own) { return to_world.swept(own); });
+                   [&path = to_world](const Bounds& own) { return path.swept(own); });
   }
   return nesting;
 }

@@ -31,7 +31,8 @@ class PictureLight {
   [[nodiscard]] EmitterBounds bounds() const noexcept { return flat_.bounds(); }
   [[nodiscard]] std::size_t memory_bytes() const noexcept { return picture_->memory_bytes(); }
   /// The same light, taken to where an instance puts it that mirrors nothing.
-  [[nodiscard]] PictureLight placed(const Placement& to) const noexcept requires(Movable<Flat>) {
+  template <Movable F = Flat>  // a template, so that it need not compile for lights that cannot be moved
+  [[nodiscard]] PictureLight placed(const Placement& to) const noexcept {
     return {flat_.placed(to), picture_};
   }
   /// As if it shone evenly.

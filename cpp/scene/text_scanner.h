@@ -77,7 +77,7 @@ class TextScanner {
   static std::string quoted(std::string_view text) {
     if (text.empty()) return "the end of the line";
     std::string shown = "'";
-    for (const char c : text.substr(0, 32)) shown += (c >= 0 && c < ' ') || c == '\x7f' ? '?' : c;
+    for (const char c : text.substr(0, 32)) shown += static_cast<unsigned char>(c) < ' ' || c == '\x7f' ? '?' : c;
     return shown + (text.size() > 32 ? "…'" : "'");
   }
 
