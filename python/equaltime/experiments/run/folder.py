@@ -52,7 +52,13 @@ _OURS = ("records.csv", "experiment.json", "provenance.json", "references", "ima
 _GROWING = ("scenes", "strategies")
 """Sections of an identity to which named entries may be added later."""
 _DAMAGED = "is damaged; put a copy of the file there, or use another folder"
-_TYPES: Mapping[str, type[int] | type[str]] = {"max_depth": int, "caveat": str, "note": str}
+_TYPES: Mapping[str, type[int] | type[float] | type[str]] = {
+    "max_depth": int,
+    "caveat": str,
+    "note": str,
+    "agrees": bool,
+    "p": float,
+}
 """Types of optional facts that readers of the provenance rely on."""
 _RESTORE = "put a copy of the file there, or remove it to go on without it"
 OWN_DEPTHS = "own_depths"
