@@ -90,7 +90,7 @@ class StrategyResult:
     agreement_p: float | None = None
     """P-value of the test of agreement with equaltime that another renderer failed; None if it passed or had none.
 
-    Its errors are measured against ``reference``, so its times to an error are those of another picture."""
+    Its errors are measured against ``reference``, so its times to an error belong to another picture."""
     difference: Interval | None = None
     """Relative distance of the expected image from the scene's reference, if ``agreement_p`` is given; else None."""
     samples: Path | None = None
