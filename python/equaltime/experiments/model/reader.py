@@ -15,6 +15,7 @@ from typing import Any, Final
 
 from equaltime.errors import EqualtimeError, ExperimentError, Problem, StrategyError
 from equaltime.experiments.model.experiment import Experiment, QuickWish, ReferenceWish, SceneEntry, StrategyEntry
+from equaltime.experiments.model.sources import PROGRAM_FILES, program_files, sha256_of
 from equaltime.rendering.core_subject import Subject
 from equaltime.scene import Scene
 from equaltime.scene.changes import smaller_film
@@ -45,7 +46,8 @@ def identity_of(
     """Return every setting that affects the records of an experiment, as JSON data.
 
     ``subjects`` are the renderers of its strategies. Titles, targets, crops, the baseline and the number of repeats do
-    not affect records, and may change between calls.
+    not affect records, and may change between calls. Other renderers have the SHA-256 of the files of their programs
+    (`sources.program_files`).
     """
     wish = experiment.reference
     return {
@@ -58,7 +60,10 @@ def identity_of(
             }
             for entry, scene in zip(experiment.scenes, scenes, strict=True)
         },
-        "strategies": {subject.label: {"renderer": subject.renderer, "name": subject.name} for subject in subjects},
+        "strategies": {
+            entry.label: {"renderer": subject.renderer, "name": subject.name, **_program(entry, experiment.folder)}
+            for entry, subject in zip(experiment.strategies, subjects, strict=True)
+        },
         "budget": experiment.budget,
         "spp": None if experiment.spp is None else list(experiment.spp),
         "reference": {
@@ -97,9 +102,15 @@ def _hashed(*words: str) -> int:
     return int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "big") >> 1
 
 
+def _program(entry: StrategyEntry, folder: Path) -> dict[str, Any]:
+    """Return the SHA-256 of the files of an entry's program, as a part of the identity; empty without such files."""
+    sums = {name: sha256_of(path) for name, path in program_files(entry, folder).items()}
+    return {PROGRAM_FILES: sums} if sums else {}
+
+
 def _sha256(path: Path) -> str:
     try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
+        return sha256_of(path)
     except OSError as error:
         text = f"{path}: cannot be read: {error.strerror or error}"
         raise ExperimentError((Problem("reference.file", text),)) from error
