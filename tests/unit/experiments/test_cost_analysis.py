@@ -215,6 +215,17 @@ def test_a_renderer_that_failed_its_test_of_agreement_is_told_with_its_differenc
     assert "no (p < 0.0001)" in [str(cell) for cells in row.cells for cell in cells]
 
 
+def test_windows_that_a_small_film_makes_too_small_are_left_out_and_told(recorded: tuple[Path, list[Row]]) -> None:
+    folder, rows = recorded
+    whole = experiment().replace(crops=((0, 0, 4, 4),))
+    assert summarise(whole, rows, folder).scenes[0].crops == ((0, 0, 4, 4),)
+    own = (whole.scenes[0].model_copy(update={"crops": ((0, 0, 16, 16), (2, 3, 12, 7))}),)
+    (scene,) = summarise(whole.replace(scenes=own), rows, folder).scenes
+    assert scene.crops == ((0, 0, 16, 16),)
+    told = "Not shown enlarged, since a side has fewer than 8 pixels at this size: 12x7 at 2, 3."
+    assert scene.crops_left_out == told
+
+
 def test_the_unbiased_are_not_called_biased(strategies: Mapping[str, StrategyResult]) -> None:
     naive = strategies["naive"]
     assert naive.bias is not None

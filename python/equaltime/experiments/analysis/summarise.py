@@ -20,7 +20,7 @@ from equaltime.experiments import report
 from equaltime.experiments.analysis.beside import beside
 from equaltime.experiments.analysis.strategy_runs import StrategyRuns, efficiency, fewer_samples, speed_up
 from equaltime.experiments.analysis.verdict import pick_standard, verdict
-from equaltime.experiments.model.experiment import Experiment
+from equaltime.experiments.model.experiment import LEAST_CROP, Experiment, Window
 from equaltime.experiments.model.summary import Curve, SceneResult, StrategyResult, Summary
 from equaltime.experiments.run.folder import OWN_DEPTHS, ExperimentFolder
 from equaltime.experiments.run.record import Row, complete, load
@@ -146,11 +146,22 @@ class _Scene:
             budget_s=budget,
             strategies=tuple(self._one(s, baseline, standard, images, budget) for s in strategies),
             reference=self._reference_file(None),
-            crops=self.experiment.crops,
+            crops=tuple(window for window in self._crops() if window not in self._small_crops()),
+            crops_left_out=_left_out(self._small_crops()),
             scene_max_depth=self.provenance.get(OWN_DEPTHS, {}).get(self.name, {}).get("max_depth"),
             left_out=tuple((strategy.label, _NO_COMMON_COUNT) for strategy in found if not strategy.spp),
             reference_caveat=self.provenance.get("references", {}).get(self.name, {}).get("caveat", ""),
         )
+
+    def _crops(self) -> tuple[Window, ...]:
+        """Return the windows that the report is to show enlarged: the scene's own, else the experiment's."""
+        own = next((entry.crops for entry in self.experiment.scenes if entry.name == self.name), None)
+        return self.experiment.crops if own is None else own
+
+    def _small_crops(self) -> tuple[Window, ...]:
+        """Return the windows that the scene's own size makes too small to be shown."""
+        own = self._crops() if self._crops() is not self.experiment.crops else ()
+        return tuple(window for window in own if min(window[2:]) < LEAST_CROP)
 
     def _can_be_tested(self, strategy: StrategyRuns) -> bool:
         """Tell whether its images may be tested against others: not if rarely found light looks like a bias.
@@ -256,6 +267,14 @@ class _Scene:
         if equality is not None and equality < self.level:
             notes.append(f"its picture differs from the picture of {standard} ({probability(equality)})")
         return notes
+
+
+def _left_out(windows: Sequence[Window]) -> str:
+    """Return a sentence on windows that are too small to be shown; empty without any."""
+    if not windows:
+        return ""
+    told = ", ".join(f"{w}x{h} at {x}, {y}" for x, y, w, h in windows)
+    return f"Not shown enlarged, since a side has fewer than {LEAST_CROP} pixels at this size: {told}."
 
 
 def _bias_note(strategy: StrategyRuns) -> str:

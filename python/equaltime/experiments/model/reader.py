@@ -14,7 +14,14 @@ from pathlib import Path
 from typing import Any, Final
 
 from equaltime.errors import EqualtimeError, ExperimentError, Problem, StrategyError
-from equaltime.experiments.model.experiment import Experiment, QuickWish, ReferenceWish, SceneEntry, StrategyEntry
+from equaltime.experiments.model.experiment import (
+    Experiment,
+    QuickWish,
+    ReferenceWish,
+    SceneEntry,
+    StrategyEntry,
+    Window,
+)
 from equaltime.experiments.model.sources import PROGRAM_FILES, program_files, sha256_of
 from equaltime.rendering.core_subject import Subject
 from equaltime.scene import Scene
@@ -247,9 +254,9 @@ def with_roulette(strategy: Strategy, scene: Scene) -> Strategy:
 def quicker(experiment: Experiment) -> Experiment:
     """Return the quick version of the experiment, as its setting ``quick`` describes it.
 
-    With a time budget, the quick version of a small experiment ends in under a minute. Films shrink, unless the
-    reference is a file, whose size is fixed. Budgets shrink until all runs together take ``quick.seconds``. Sample
-    counts (``spp``) above ``quick.spp`` are left out.
+    With a time budget, the quick version of a small experiment ends in under a minute. Films shrink, and enlarged
+    windows with them, unless the reference is a file, whose size is fixed. Budgets shrink until all runs together take
+    ``quick.seconds``. Sample counts (``spp``) above ``quick.spp`` are left out.
     """
     quick, wish = experiment.quick, experiment.reference
     scenes = tuple(entry for entry in experiment.scenes if not quick.scenes or entry.name in quick.scenes)
@@ -265,23 +272,34 @@ def quicker(experiment: Experiment) -> Experiment:
         ladder["spp"] = tuple(count for count in experiment.spp if count <= quick.spp) or experiment.spp[:1]
     seconds = min(wish.seconds, quick.reference / len(scenes))
     return experiment.replace(
-        scenes=scenes if wish.file is not None else tuple(_smaller(entry, quick.size) for entry in scenes),
+        scenes=scenes
+        if wish.file is not None
+        else tuple(_smaller(entry, quick.size, experiment.crops) for entry in scenes),
         strategies=strategies,
         repeats=repeats,
-        crops=(),
         reference=ReferenceWish(error=max(wish.error, 0.01), seconds=seconds, file=wish.file),
         quick=QuickWish(),  # which is done
         **ladder,
     )
 
 
-def _smaller(entry: SceneEntry, longest: int) -> SceneEntry:
+def _smaller(entry: SceneEntry, longest: int, crops: Sequence[Window]) -> SceneEntry:
+    """Return a scene whose film has no side above ``longest`` pixels; its enlarged windows shrink with it.
+
+    ``crops`` are the windows of the experiment.
+    """
     film = entry.load().model.sensor.film
     scale = longest / max(film.crop[2:])
     if scale >= 1.0:
         return entry
     size, crop = smaller_film((film.width, film.height), film.crop, scale)
-    return entry.model_copy(update={"size": size, "crop": crop})
+    shown = tuple(_scaled(window, scale) for window in (crops if entry.crops is None else entry.crops))
+    return entry.model_copy(update={"size": size, "crop": crop, "crops": shown or None})
+
+
+def _scaled(window: Window, scale: float) -> Window:
+    x, y, width, height = (round(scale * length) for length in window)
+    return x, y, max(width, 1), max(height, 1)
 
 
 Source = Experiment | Scene | str | os.PathLike[str] | Mapping[str, Any]
@@ -321,7 +339,7 @@ def make_experiment(
         experiment = quicker(experiment)
     changes: dict[str, object] = {}
     if size is not None:
-        update = {"size": size, "crop": None}
+        update = {"size": size, "crop": None, "crops": None}
         changes["scenes"] = tuple(entry.model_copy(update=update) for entry in experiment.scenes)
         changes["crops"] = ()
     if budget is not None:

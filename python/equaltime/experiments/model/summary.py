@@ -142,6 +142,8 @@ class SceneResult:
     """File of the reference, for `equaltime.experiments.run.reference.read`; None if the folder has none."""
     crops: tuple[tuple[int, int, int, int], ...] = ()
     """Windows to show enlarged: x, y, width, height in pixels of the image; empty to let the report choose."""
+    crops_left_out: str = ""
+    """Sentence on wanted windows that are too small to be shown; empty if there are none."""
     scene_max_depth: int | None = None
     """``max_depth`` of the scene's file; None if the folder does not record it."""
     left_out: tuple[tuple[str, str], ...] = ()

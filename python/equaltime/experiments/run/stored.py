@@ -1,7 +1,6 @@
 """Experiment of a folder as the folder records it: its settings, its results, and how much of it has run.
 
-Its settings are those of the folder. The experiment's file and its scenes may have changed since
-(`StoredExperiment.changes`).
+The folder holds all settings. The experiment's file and its scenes may have changed since (`StoredExperiment.changes`).
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ class StoredExperiment:
     experiment: Experiment
     """The experiment as it was first run, with the scenes and strategies that were added later.
 
-    Only the names of scenes and the labels of added strategies are known; neither can be rendered."""
+    Only the names and crops of scenes and the labels of added strategies are known; neither can be rendered."""
     identity: Mapping[str, Any] = field(hash=False)
     """All settings that affect records (`equaltime.experiments.model.reader.identity_of`)."""
     runs: tuple[Row, ...]
@@ -126,12 +125,14 @@ def _named(stored: object, identity: Mapping[str, Any]) -> object:
     """Return the stored values with scenes that have a name alone, and with later scenes and strategies."""
     if not isinstance(stored, Mapping):
         return stored
-    return {**stored, "scenes": list(_scenes(identity)), "strategies": list(_strategies(stored, identity))}
+    return {**stored, "scenes": list(_scenes(stored, identity)), "strategies": list(_strategies(stored, identity))}
 
 
-def _scenes(identity: Mapping[str, Any]) -> Iterator[dict[str, str]]:
+def _scenes(stored: Mapping[str, Any], identity: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    entries = stored.get("scenes")
+    crops = {entry.get("name"): entry.get("crops") for entry in entries if isinstance(entry, dict)} if entries else {}
     for name in identity["scenes"]:
-        yield {"name": name, "path": name}
+        yield {"name": name, "path": name, "crops": crops.get(name)}
 
 
 def _strategies(stored: Mapping[str, Any], identity: Mapping[str, Any]) -> Iterator[object]:
