@@ -122,6 +122,11 @@ class Strategy(BaseModel):
         candidates = [_text_as_variation(self, preset) for preset in PRESETS]
         return min(candidates, key=lambda text: text.count(","))
 
+    @property
+    def in_full(self) -> str:
+        """Text from which `parse` makes this strategy, with every key that has a value, whatever the presets mean."""
+        return ",".join(f"{key}={str(value).lower()}" for key, value in self.model_dump(exclude_none=True).items())
+
     def __str__(self) -> str:
         return self.name
 

@@ -48,7 +48,7 @@ def row(scene: SceneResult | None, strategy: StrategyResult, targets: tuple[floa
     """Return the row of a renderer; the scene is named in the first row of its renderers."""
     name = "" if scene is None else f"{scene.name}, {scene.size[0]}x{scene.size[1]}"
     times = (str(seconds_cell(strategy.time_to.get(target, UNKNOWN))) for target in targets)
-    agrees = same_cell(strategy.equality_p, strategy.unequal).text
+    agrees = same_cell(strategy.picture_p, strategy.another_picture).text
     return f"| {name} | {strategy.label} | {' | '.join(times)} | {agrees} |"
 
 

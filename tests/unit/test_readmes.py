@@ -6,6 +6,7 @@ import re
 import shlex
 import subprocess
 import sys
+from datetime import date
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -37,6 +38,23 @@ def test_the_readme_is_short() -> None:
 def test_it_is_cited_by_its_version() -> None:
     (version,) = re.findall(r"VERSION (\d+\.\d+\.\d+)", (ROOT / "CMakeLists.txt").read_text())
     assert f"version: {version}\n" in (ROOT / "CITATION.cff").read_text()
+
+
+def test_the_bibtex_entry_agrees_with_the_citation_file() -> None:
+    """CFF 1.2.0: a day is text, year-month-day."""
+    citation = (ROOT / "CITATION.cff").read_text()
+    page = (ROOT / "scenes" / "experiments" / "README.md").read_text()
+    (entry,) = re.findall(r"```bibtex\n@software\{equaltime,\n(.*?)^\}", page, flags=re.MULTILINE | re.DOTALL)
+    fields = dict(re.findall(r"^  (\w+) = \{(.*)\},$", entry, flags=re.MULTILINE))
+    said = dict(re.findall(r'^(?:  - )?([a-z-]+): "?(.*?)"?$', citation, flags=re.MULTILINE))
+    assert said["cff-version"] == "1.2.0"
+    assert fields == {
+        "title": said["title"],
+        "author": f"{{{said['name']}}}",
+        "version": said["version"],
+        "date": said["date-released"],
+        "year": date.fromisoformat(said["date-released"]).strftime("%Y"),
+    }
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))

@@ -53,6 +53,13 @@ def test_a_preset_is_called_by_its_name(name: str) -> None:
     assert Strategy.parse(name).name == name
 
 
+@pytest.mark.parametrize("text", [*PRESETS, "best,roulette=constant,survival=0.8", "naive,truncate=3"])
+def test_a_strategy_in_full_does_not_depend_on_presets(text: str) -> None:
+    strategy = Strategy.parse(text)
+    assert not strategy.in_full.startswith(tuple(PRESETS))
+    assert Strategy.parse(strategy.in_full) == strategy
+
+
 def test_best_is_the_default() -> None:
     assert Strategy() == Strategy.parse("best")
 

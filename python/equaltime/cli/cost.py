@@ -121,7 +121,8 @@ def cost(
 
     Keys of an experiment file (a misspelt key is reported with the nearest known one):
 
-    * `scenes = [{ path = "scene.toml", name, size, max_depth, crop, define, substitute }]`
+    * `scenes = [{ path = "scene.toml", name, size, max_depth, crop, crops, define,
+      substitute }]`
 
     * `strategies = ["naive", { label = "ours", strategy = "best,lights=uniform" },
       { label = "theirs", peer = { renderer = "mitsuba", variant, integrator, sampler } },

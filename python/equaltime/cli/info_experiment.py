@@ -56,6 +56,8 @@ def folder_summary(stored: StoredExperiment) -> Iterator[str]:
     if builds := _measured_on(summary, "builds"):
         yield f"build       equaltime {builds}"
     yield _command(stored)
+    if stored.changes:
+        yield f"changed     {_changes(stored)}"
     yield f"report      equaltime open {shlex.quote(str(stored.folder))}; -v for more"
 
 
@@ -76,6 +78,21 @@ def _command(stored: StoredExperiment) -> str:
     last, others = stored.commands[-1], len(stored.commands) - 1
     before = f" (and {_many(others, 'command')} before; see -v)" if others else ""
     return f"{name:<12}{_elsewhere(last) if stored.complete else last}{before}"
+
+
+def _changes(stored: StoredExperiment) -> str:
+    """Return a sentence on the files that have changed or are gone since the last command."""
+    told = [
+        f"{_shown(path)} {'has changed' if state == 'changed' else 'is gone'}" for path, state in stored.changes.items()
+    ]
+    more = f" and {len(told) - _MOST_NAMES} more" if len(told) > _MOST_NAMES else ""
+    return f"{', '.join(told[:_MOST_NAMES])}{more} since the last command, which may now give another experiment"
+
+
+def _shown(path: Path) -> str:
+    """Return a path relative to the working directory if it is within, else the absolute path."""
+    here = Path.cwd()
+    return str(path.relative_to(here) if path.is_relative_to(here) else path)
 
 
 def _elsewhere(command: str) -> str:
@@ -120,8 +137,10 @@ def _reached(results: Sequence[StrategyResult]) -> str:
 
 
 def folder_table(stored: StoredExperiment) -> Iterator[Table | str]:
-    """Yield the table of all errors and times of a folder's experiment, and all commands that made its runs."""
+    """Yield the table of all errors and times of a folder's experiment, its strategies in full, and all commands."""
     yield every_row(stored.summary)
+    if stored.strategies_in_full:
+        yield "\n".join(f"{label}: {words}" for label, words in stored.strategies_in_full.items())
     yield "\n".join(stored.commands)
 
 
@@ -136,6 +155,7 @@ def folder_facts(stored: StoredExperiment) -> dict[str, Any]:
         "planned_runs": stored.planned,
         "seconds": stored.seconds,
         "commands": list(stored.commands),
+        "changes": [{"path": str(path), "state": state} for path, state in stored.changes.items()],
     }
 
 

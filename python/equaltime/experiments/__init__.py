@@ -96,6 +96,7 @@ def cost(
         check_installed,
         make_experiment,
     )
+    from equaltime.experiments.model.sources import strategy_files
     from equaltime.experiments.run.runner import run, tell_report
 
     check_installed()
@@ -110,5 +111,6 @@ def cost(
         define=define,
         substitute=substitute,
     )
-    run(experiment, Path(folder), progress, command=command, begins=begins)
+    files = strategy_files(Path(source), strategies) if isinstance(source, str | os.PathLike) else ()
+    run(experiment, Path(folder), progress, command=command, begins=begins, files=files)
     return conclude(experiment, Path(folder), command, partial(tell_report, experiment, progress))

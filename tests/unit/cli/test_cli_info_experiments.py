@@ -74,8 +74,40 @@ def test_a_folder_answers_with_its_verdict_first(
     assert line(lines, "build").startswith("equaltime ")
     assert line(lines, "report") == f"equaltime open {folder}; -v for more"
     more = told(capsys, str(folder), "-v")[len(lines) :]
-    assert [text.split()[0] for text in more if text] == ["strategy", "bsdf", "best", "equaltime"]
+    assert [text.split()[0] for text in more if text] == ["strategy", "bsdf", "best", "bsdf:", "best:", "equaltime"]
+    assert more[-3].startswith("best: technique=mis,heuristic=power,lights=tree,")
     assert more[-1] == f"equaltime cost {folder}.toml -o {folder}"
+
+
+def test_files_that_changed_since_the_runs_are_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The experiment's file, its scene and a strategy's file, each by itself."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.chdir(tmp_path)
+    scene, own = Path(shutil.copy(CORNELL, tmp_path / "box.toml")), tmp_path / "own.toml"
+    own.write_text('preset = "mis"\n')
+    changed = EXPERIMENT.replace(str(CORNELL), "box.toml").replace('"best"', '"own.toml"')
+    (file := tmp_path / "x.toml").write_text(changed)
+    assert main(["cost", "x.toml", "-o", "out", "--repeats", "1"]) == 0
+    assert not any(text.startswith("changed") for text in told(capsys, "out"))
+    file.write_text(f"{file.read_text()}# changed\n")
+    after = "since the last command, which may now give another experiment"
+    assert line(told(capsys, "out"), "changed") == f"x.toml has changed {after}"
+    scene.unlink()
+    own.unlink()
+    assert line(told(capsys, "out"), "changed") == f"box.toml is gone, own.toml is gone, x.toml has changed {after}"
+    monkeypatch.chdir("/")
+    changes = json.loads("\n".join(told(capsys, str(tmp_path / "out"), "--json")))["changes"]
+    assert [one["state"] for one in changes] == ["gone", "gone", "changed"]
+    assert changes[0]["path"] == str(scene)
+
+
+def test_a_damaged_table_of_files_is_an_error_with_its_place(copy: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    stored = json.loads((copy / "experiment.json").read_text())
+    (copy / "experiment.json").write_text(json.dumps(stored | {"files": {"/x": 5}}))
+    assert main(["info", str(copy)]) == 2
+    assert "experiment.json: files: is damaged" in capsys.readouterr().err
 
 
 def test_the_command_that_repeats_an_experiment_writes_another_folder(

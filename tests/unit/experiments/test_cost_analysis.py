@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,6 +21,7 @@ from equaltime.experiments.report.captions import mean_of_runs, this_run
 from equaltime.experiments.report.charts import point_titles
 from equaltime.experiments.report.gallery import kinds_of
 from equaltime.experiments.report.looks import looks
+from equaltime.experiments.report.own import other_renderers
 from equaltime.experiments.report.pictures import Pictures, load_pictures
 from equaltime.experiments.report.tables import check_table
 from equaltime.experiments.run.folder import ExperimentFolder
@@ -189,6 +191,39 @@ def test_a_bias_is_measured_and_told(strategies: Mapping[str, StrategyResult]) -
     assert cut.time_to[0.1].value == math.inf
     assert "cuts paths, so its picture stays different (20 % off)" in cut.notes
     assert any("its picture differs from the picture of best (p < 0.0001)" in note for note in cut.notes)
+
+
+def test_a_renderer_that_failed_its_test_of_agreement_is_told_with_its_difference(
+    recorded: tuple[Path, list[Row]], tmp_path: Path
+) -> None:
+    """Against its own reference it has no error beside noise; its distance is that from the common reference."""
+    folder = ExperimentFolder(shutil.copytree(recorded[0], tmp_path / "cost"))
+    write(folder.reference("box", "cut"), KnownReference(Reference(1.2 * TRUTH, np.full(TRUTH.shape, 1e-6)), {}))
+    folder.note("agreements", "box", {"cut": {"agrees": False, "p": 1e-9, "note": "another"}})
+    rows = changed(recorded[1], "cut", renderer=lambda _: "command", name=lambda _: "mine", biased=lambda _: False)
+    summary = summarise(experiment(("naive", "cut")), rows, folder.path)
+    (scene,) = summary.scenes
+    mine = scene.strategies[1]
+    assert scene.standard == "naive"
+    assert (mine.agreement_p, scene.strategies[0].agreement_p) == (1e-9, None)
+    assert mine.difference is not None
+    assert mine.difference.value == pytest.approx(0.2 / math.sqrt(1.01), rel=0.02)
+    assert 0.19 < mine.difference.low < mine.difference.value < mine.difference.high < 0.21
+    assert "Not the picture of equaltime: cut is 19.7 % off (" in summary.verdict
+    assert other_renderers(summary)[0].startswith("cut: "), "its times are still told"
+    row = check_table("box", scene, looks(["naive", "cut"], "naive")).rows[1]
+    assert "no (p < 0.0001)" in [str(cell) for cells in row.cells for cell in cells]
+
+
+def test_windows_that_a_small_film_makes_too_small_are_left_out_and_told(recorded: tuple[Path, list[Row]]) -> None:
+    folder, rows = recorded
+    whole = experiment().replace(crops=((0, 0, 4, 4),))
+    assert summarise(whole, rows, folder).scenes[0].crops == ((0, 0, 4, 4),)
+    own = (whole.scenes[0].model_copy(update={"crops": ((0, 0, 16, 16), (2, 3, 12, 7))}),)
+    (scene,) = summarise(whole.replace(scenes=own), rows, folder).scenes
+    assert scene.crops == ((0, 0, 16, 16),)
+    told = "Not shown enlarged, since a side has fewer than 8 pixels at this size: 12x7 at 2, 3."
+    assert scene.crops_left_out == told
 
 
 def test_the_unbiased_are_not_called_biased(strategies: Mapping[str, StrategyResult]) -> None:

@@ -166,6 +166,34 @@ def test_another_picture_is_told_whatever_the_question() -> None:
         assert "Not the picture" not in verdict([scene(same, cut)], (0.1,), question)
 
 
+OFF = Interval(0.099, 0.098, 0.1)
+
+
+def test_a_renderer_that_failed_its_test_of_agreement_is_told_whatever_the_question() -> None:
+    """How far its picture is off, and that its times are not to the same picture, also without a second test."""
+    mine = replace(strategy("mine", fewer=Interval(2.0, 1.5, 2.5)), renderer="command", agreement_p=0.0, difference=OFF)
+    told = "Not the picture of equaltime: mine is 9.9 % off (9.8 to 10). "
+    told += "Its times to an error are those of another picture."
+    for question in ("time", "samples", "efficiency", "bias"):
+        assert verdict([scene(mine, strategy("same", 0.4))], (0.1,), question).endswith(f" {told}")
+    assert bias_verdict([scene(mine)], LEVEL) == told
+    unequal = replace(mine, equality_p=1e-9, unequal=True)
+    assert verdict([scene(unequal)], (0.1,)).count("Not the picture") == 1
+
+
+def test_several_renderers_that_failed_are_told_with_their_scenes() -> None:
+    bound = OFF.bounded("high", "the picture differs, and by no more than this")
+    known = replace(strategy("mine"), renderer="command", agreement_p=1e-9, difference=bound)
+    unknown = replace(known, label="theirs", difference=UNKNOWN)
+    said = verdict([scene(known), scene(unknown, name="room")], (0.1,))
+    assert "mine on box is off by at most 10 %, theirs on room (p < 0.0001). Their times to an error are" in said
+
+
+def test_a_renderer_that_differs_from_the_standard_alone_is_told_with_its_bias() -> None:
+    other = replace(strategy("other", 1e-9, OFF), renderer="command")
+    assert verdict([scene(other)], (0.1,)).endswith(" Not the picture of right: other is 9.9 % off (9.8 to 10).")
+
+
 def test_samples_of_typical_runs_are_not_those_of_the_mean() -> None:
     ratio = Interval(0.025, 0.016, 0.029)
     typical = samples_verdict([scene(strategy("opposite", fewer=ratio.noted(TYPICAL)))])

@@ -10,7 +10,13 @@ import pytest
 import equaltime as et
 from equaltime.errors import ExperimentError, SceneError
 from equaltime.experiments.model.experiment import Experiment, SceneEntry, StrategyEntry
-from equaltime.experiments.model.reader import default_experiment, is_experiment, quicker, read_experiment
+from equaltime.experiments.model.reader import (
+    default_experiment,
+    is_experiment,
+    make_experiment,
+    quicker,
+    read_experiment,
+)
 from equaltime.images import image_files as images
 from equaltime.strategy import Strategy
 
@@ -239,6 +245,15 @@ def test_a_loaded_scene_will_do_as_well() -> None:
     experiment = default_experiment(SceneEntry(scene=scene))
     assert experiment.load_scenes()[0].size == (20, 10)
     assert experiment.scenes[0].name == "cornell-box"
+
+
+def test_a_quick_experiment_keeps_its_crops_scaled_with_each_film() -> None:
+    scenes = [{"path": str(CORNELL), "name": name, "size": [side, side]} for name, side in (("a", 384), ("b", 64))]
+    own = {**scenes[0], "name": "c", "crops": [[8, 8, 64, 128]]}
+    quick = quicker(made(scenes=[*scenes, own], crops=[[200, 40, 80, 40], [0, 0, 12, 12]]))
+    assert [entry.crops for entry in quick.scenes] == [((50, 10, 20, 10), (0, 0, 3, 3)), None, ((2, 2, 16, 32),)]
+    assert quick.crops == ((200, 40, 80, 40), (0, 0, 12, 12)), "those of b, whose film stays"
+    assert [entry.crops for entry in make_experiment(quick, size=(8, 8)).scenes] == [None] * 3
 
 
 def test_a_quick_experiment_is_small_and_keeps_what_is_compared() -> None:

@@ -32,6 +32,8 @@ def test_tidying_removes_what_a_killed_experiment_was_writing_and_nothing_else(t
         ('{"references": {"box": {"caveat": 5}}}', ": references.box"),
         ('{"own_depths": {"box": {"max_depth": "8"}}}', ": own_depths.box"),
         ('{"agreements": {"box": {"mitsuba": []}}}', ": agreements.box.mitsuba"),
+        ('{"agreements": {"box": {"mitsuba": {"agrees": "no"}}}}', ": agreements.box.mitsuba"),
+        ('{"agreements": {"box": {"mitsuba": {"p": "0"}}}}', ": agreements.box.mitsuba"),
     ],
 )
 def test_a_damaged_provenance_is_an_error_with_its_place(tmp_path: Path, content: str, place: str) -> None:

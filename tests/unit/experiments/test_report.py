@@ -264,6 +264,14 @@ def test_a_strategy_with_a_reference_of_its_own_is_held_against_that(tmp_path: P
 
 
 @pytest.mark.usefixtures("without_figures")
+def test_windows_that_are_not_shown_are_told_beside_the_pictures(tmp_path: Path) -> None:
+    value = summary(tmp_path)
+    scene = replace(value.scenes[0], crops_left_out="Not shown enlarged: 3x3 at 0, 0.")
+    page, _ = written(replace(value, scenes=(scene,)), tmp_path)
+    assert "Not shown enlarged: 3x3 at 0, 0." in page.visible
+
+
+@pytest.mark.usefixtures("without_figures")
 def test_crops_are_cut_at_the_border_of_the_image_and_left_out_beyond_it(tmp_path: Path) -> None:
     value = summary(tmp_path)
     scene = replace(value.scenes[0], crops=((30, 20, 12, 12), (36, 0, 5, 5)))

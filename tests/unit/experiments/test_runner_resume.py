@@ -11,14 +11,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from equaltime.errors import ExperimentError
+from equaltime.errors import ExperimentError, PeerError
 from equaltime.experiments.analysis.summarise import summarise
 from equaltime.experiments.model.experiment import Experiment
 from equaltime.experiments.run import reference as references
 from equaltime.experiments.run import runner, single_run
 from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.record import load
+from equaltime.experiments.run.reference import KnownReference
 from equaltime.experiments.run.runner import RunProgress, run
+from equaltime.images.metrics import Reference
+from equaltime.strategy import Strategy
 
 CORNELL = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
 
@@ -110,6 +113,74 @@ def test_another_experiment_does_not_get_into_the_same_folder(folder: Path, chan
     with pytest.raises(ExperimentError, match=f"has records of another experiment: {what}"):
         run(experiment(**changes), folder)
     assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == files
+
+
+def with_program(folder: Path, text: str, repeats: int = 1, log: str = "") -> Experiment:
+    """Return an experiment with a renderer that is a script, which stands beside the folder with this text."""
+    (folder.parent / "mine.sh").write_text(f"#!/bin/sh\n{text}\ncp image.pfm $1\n")
+    (folder.parent / "image.pfm").write_bytes(b"PF\n12 8\n-1.0\n" + np.ones((8, 12, 3), "<f4").tobytes())
+    command = f"sh mine.sh {{out}}.pfm {{spp}} {{seed}} --log={log}"
+    strategies = ["best", {"label": "mine", "peer": {"command": command}}]
+    return experiment(strategies=strategies, baseline="best", repeats=repeats, folder=folder.parent)
+
+
+def test_a_program_that_changed_after_its_runs_does_not_get_into_the_same_folder(folder: Path) -> None:
+    run(with_program(folder, "true", log="log.txt"), folder)
+    identity = json.loads((folder / "experiment.json").read_text())["identity"]["strategies"]
+    assert identity["mine"]["files"].keys() == {"sh", "mine.sh"}
+    assert "files" not in identity["best"]
+    (folder.parent / "log.txt").write_text("the program wrote this")
+    run(with_program(folder, "true", repeats=2, log="log.txt"), folder)
+    before = (folder / "records.csv").read_bytes()
+    (folder.parent / "log.txt").write_text("and this")
+    what = (
+        r"mine\.sh, a file of the program of mine, has changed since its runs; use another folder, or remove this one$"
+    )
+    with pytest.raises(ExperimentError, match=f"has records of another experiment: {what}"):
+        run(with_program(folder, "false", repeats=3, log="log.txt"), folder)
+    assert (folder / "records.csv").read_bytes() == before
+
+
+def test_a_folder_of_an_earlier_version_takes_the_files_of_programs(folder: Path) -> None:
+    run(with_program(folder, "true"), folder)
+    stored = json.loads((folder / "experiment.json").read_text())
+    files = stored["identity"]["strategies"]["mine"].pop("files")
+    (folder / "experiment.json").write_text(json.dumps(stored))
+    run(with_program(folder, "true", repeats=2), folder)
+    assert json.loads((folder / "experiment.json").read_text())["identity"]["strategies"]["mine"]["files"] == files
+
+
+def test_a_folder_without_a_finished_run_takes_another_experiment(folder: Path) -> None:
+    with pytest.raises(PeerError, match="mine"):
+        run(with_program(folder, "exit 3"), folder)
+    (folder / "notes.txt").write_text("mine")
+    references.write(
+        ExperimentFolder(folder).reference("box"),
+        KnownReference(Reference(np.ones((9, 9, 3)), np.zeros((9, 9, 3))), {}),
+    )
+    run(experiment(repeats=1, spp=[3, 9]), folder)
+    assert {row.strategy for row in load(folder / "records.csv")} == {"bsdf", "best"}
+    stored = json.loads((folder / "experiment.json").read_text())
+    assert stored["identity"]["spp"] == stored["experiment"]["spp"] == [3, 9]
+    assert "mine" not in stored["identity"]["strategies"]
+    assert "agreements" not in ExperimentFolder(folder).read_provenance()
+    assert (folder / "notes.txt").read_text() == "mine"
+
+
+def test_a_run_that_did_not_end_does_not_hold_the_folder(folder: Path) -> None:
+    """Rows of an unfinished run are no record: the next call removes them anyway."""
+    run(experiment(repeats=1), folder)
+    records = folder / "records.csv"
+    records.write_text("".join(records.read_text().splitlines(keepends=True)[:2]))
+    run(experiment(repeats=1, spp=[3, 9]), folder)
+    assert {row.spp for row in load(records)} == {3, 9}
+
+
+def test_all_words_of_a_strategy_are_kept_whatever_its_preset_becomes(folder: Path) -> None:
+    run(experiment(repeats=1), folder)
+    kept = ExperimentFolder(folder).read_provenance()["strategies"]
+    assert kept["best"]["words"].startswith("technique=mis,heuristic=power,")
+    assert {Strategy.parse(facts["words"]).name for facts in kept.values()} == {"bsdf", "best"}
 
 
 @pytest.mark.parametrize("kind", ["machine", "build"])
@@ -224,7 +295,7 @@ def test_the_provenance_is_written_by_the_process_that_has_the_lock(
 
     monkeypatch.setattr(ExperimentFolder, "note", noted_under_lock)
     run(experiment(), folder)
-    assert set(noted) == {"machines", "builds", "own_depths", "references", "sessions"}
+    assert set(noted) == {"machines", "builds", "own_depths", "strategies", "references", "sessions"}
 
 
 @pytest.mark.parametrize("step", ["note", "write"])

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
+from equaltime.experiments.analysis.pictures import differing_renderers, size_of
 from equaltime.experiments.analysis.sentences import joined, less_time, listed, times
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.statistics.curves import TYPICAL
-from equaltime.statistics.in_words import figure, in_percent
+from equaltime.statistics.in_words import figure
 from equaltime.statistics.intervals import Interval, product_mean, sound
-from equaltime.words import percent
 
 __all__ = ["bias_verdict", "efficiency_verdict", "samples_verdict"]
 
@@ -19,15 +19,18 @@ def bias_verdict(scenes: Sequence[SceneResult], level: float) -> str:
     """Return sentences that name the strategies found biased, those not found biased, and those not tested.
 
     A strategy is biased if its expected image differs from the expected image of the scene's standard strategy.
-    ``level`` is the false-alarm rate of all these tests together.
+    ``level`` is the false-alarm rate of all these tests together. A renderer that failed the test of agreement with
+    equaltime has a sentence of its own.
     """
     found, right, untested = [], [], []
     for scene, strategy in _others(scenes):
         on = f" on {scene.name}" if len(scenes) > 1 else ""
+        if strategy.disagrees:
+            continue  # told by its own sentence: that test is another one
         if strategy.equality_p is None:
             untested.append(f"{strategy.label}{on}{f' ({strategy.notes[0]})' if strategy.notes else ''}")
         elif strategy.unequal:
-            found.append(f"{strategy.label}{on} {_size(strategy.bias)}")
+            found.append(f"{strategy.label}{on} {size_of(strategy.bias)}")
         else:
             right.append(f"{strategy.label}{on}")
     standard = joined(scene.standard or "no strategy" for scene in scenes)
@@ -40,7 +43,8 @@ def bias_verdict(scenes: Sequence[SceneResult], level: float) -> str:
         said.append(f"Not tested: {', '.join(untested)}.")
     if found or right:
         said.append(f"Compared with {standard}; the risk of a false alarm is {figure(100.0 * level)} %.")
-    return " ".join(said) or "No other strategy was compared."
+    different = differing_renderers(scenes).strip()
+    return " ".join((*said, different)).strip() or "No other strategy was compared."
 
 
 def _cause(scenes: Sequence[SceneResult]) -> str:
@@ -113,12 +117,3 @@ def _fewer(ratio: Interval) -> str:
         return f"cannot be told ({ratio.note})"
     typical = " in typical runs, and more where rare bright samples come" if TYPICAL in ratio.note else ""
     return f"needs {times(ratio, 'fewer samples', 'more samples')}{typical}"
-
-
-def _size(bias: Interval | None) -> str:
-    """Return a bias in per cent, its upper limit, or that neither is known."""
-    if bias is not None and bias.bound == "high":
-        return f"is off by at most {percent(bias.high)}"
-    if bias is None or not bias.trusted or bias.low <= 0.0:
-        return "(how much is not known)"
-    return f"is {in_percent(bias).replace(' (', ' off (', 1)}"

@@ -20,12 +20,12 @@ from equaltime.experiments import report
 from equaltime.experiments.analysis.beside import beside
 from equaltime.experiments.analysis.strategy_runs import StrategyRuns, efficiency, fewer_samples, speed_up
 from equaltime.experiments.analysis.verdict import pick_standard, verdict
-from equaltime.experiments.model.experiment import Experiment
+from equaltime.experiments.model.experiment import LEAST_CROP, Experiment, Window
 from equaltime.experiments.model.summary import Curve, SceneResult, StrategyResult, Summary
 from equaltime.experiments.run.folder import OWN_DEPTHS, ExperimentFolder
 from equaltime.experiments.run.record import Row, complete, load
 from equaltime.experiments.run.reference import read as read_reference
-from equaltime.images.bias_variance import BiasVariance
+from equaltime.images.bias_variance import BiasVariance, relmse_of_parts
 from equaltime.images.metrics import Reference
 from equaltime.statistics.agreement import LEVEL, equality_test, near_normal, share
 from equaltime.statistics.curves import Runs, error_at, error_curve, least_error_at, second_curve, slope, time_to_error
@@ -129,7 +129,10 @@ class _Scene:
         baseline = next((s for s in strategies if s.label == self.experiment.baseline), strategies[0])
         standard: str | None = baseline.label
         if self.experiment.question != "bias":
-            standard = pick_standard(labels, [s.runs.biased for s in strategies], errors)
+            biased = [s.runs.biased for s in strategies]
+            other = [self._agreement_p(label) is not None for label in labels]
+            standard = pick_standard(labels, [b or o for b, o in zip(biased, other, strict=True)], errors)
+            standard = standard or pick_standard(labels, biased, errors)
         images = next((s.images() for s in strategies if s.label == standard and self._can_be_tested(s)), None)
         own = math.sqrt(max(first.reference_relmse or 0.0, 0.0)) if reference is None else math.sqrt(reference.relmse)
         return SceneResult(
@@ -143,11 +146,22 @@ class _Scene:
             budget_s=budget,
             strategies=tuple(self._one(s, baseline, standard, images, budget) for s in strategies),
             reference=self._reference_file(None),
-            crops=self.experiment.crops,
+            crops=tuple(window for window in self._crops() if window not in self._small_crops()),
+            crops_left_out=_left_out(self._small_crops()),
             scene_max_depth=self.provenance.get(OWN_DEPTHS, {}).get(self.name, {}).get("max_depth"),
             left_out=tuple((strategy.label, _NO_COMMON_COUNT) for strategy in found if not strategy.spp),
             reference_caveat=self.provenance.get("references", {}).get(self.name, {}).get("caveat", ""),
         )
+
+    def _crops(self) -> tuple[Window, ...]:
+        """Return the windows that the report is to show enlarged: the scene's own, else the experiment's."""
+        own = next((entry.crops for entry in self.experiment.scenes if entry.name == self.name), None)
+        return self.experiment.crops if own is None else own
+
+    def _small_crops(self) -> tuple[Window, ...]:
+        """Return the windows that the scene's own size makes too small to be shown."""
+        own = self._crops() if self._crops() is not self.experiment.crops else ()
+        return tuple(window for window in own if min(window[2:]) < LEAST_CROP)
 
     def _can_be_tested(self, strategy: StrategyRuns) -> bool:
         """Tell whether its images may be tested against others: not if rarely found light looks like a bias.
@@ -155,6 +169,23 @@ class _Scene:
         An experiment with the question "bias" declares that its scenes have no such light.
         """
         return self.experiment.question == "bias" or not strategy.heavy
+
+    def _agreement(self, label: str) -> Mapping[str, Any]:
+        """Return the recorded outcome of the test of agreement of another renderer; empty without a test."""
+        facts: Mapping[str, Any] = self.provenance.get("agreements", {}).get(self.name, {}).get(label, {})
+        return facts
+
+    def _agreement_p(self, label: str) -> float | None:
+        """Return the p-value of the test of agreement if another renderer failed it, else None."""
+        agreement = self._agreement(label)
+        return agreement.get("p", 0.0) if agreement.get("agrees") is False else None
+
+    def _difference(self, strategy: StrategyRuns) -> Interval:
+        """Return the relative distance of a strategy's expected image from the scene's reference."""
+        images, reference = strategy.images(), self._reference(None)
+        if images is None or reference is None or reference.mean.shape != images.shape[1:]:
+            return UNKNOWN
+        return _bias(relmse_of_parts(images, reference), differs=True)
 
     def _samples(self, strategy: StrategyRuns) -> Path | None:
         """Return the file with the sample counts of the first repeat's image, if its counts differ between pixels."""
@@ -204,6 +235,8 @@ class _Scene:
             fewer_samples=Interval(1.0, 1.0, 1.0) if same else fewer_samples(baseline, strategy),
             equality_p=equality,
             unequal=unequal,
+            agreement_p=self._agreement_p(strategy.label),
+            difference=None if self._agreement_p(strategy.label) is None else self._difference(strategy),
             bias=None if parts is None else _bias(parts, unequal or runs.biased),
             notes=tuple(self._notes(strategy, baseline, standard, equality)),
             image=self.place.path / last[0].image if last and last[0].image else None,
@@ -224,8 +257,7 @@ class _Scene:
             notes.append(f"measured apart from {baseline.label}, not in turns: ratios may show a change of the machine")
         if runs.biased:
             notes.append(_bias_note(strategy))
-        agreements = self.provenance.get("agreements", {}).get(self.name, {})
-        if note := agreements.get(strategy.label, {}).get("note"):
+        if note := self._agreement(strategy.label).get("note"):
             notes.append(note)
         if runs.repeats < FEWEST_REPEATS:
             notes.append(f"too few repeats for intervals: {runs.repeats}, and {FEWEST_REPEATS} are needed")
@@ -235,6 +267,14 @@ class _Scene:
         if equality is not None and equality < self.level:
             notes.append(f"its picture differs from the picture of {standard} ({probability(equality)})")
         return notes
+
+
+def _left_out(windows: Sequence[Window]) -> str:
+    """Return a sentence on windows that are too small to be shown; empty without any."""
+    if not windows:
+        return ""
+    told = ", ".join(f"{w}x{h} at {x}, {y}" for x, y, w, h in windows)
+    return f"Not shown enlarged, since a side has fewer than {LEAST_CROP} pixels at this size: {told}."
 
 
 def _bias_note(strategy: StrategyRuns) -> str:

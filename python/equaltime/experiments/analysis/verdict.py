@@ -8,13 +8,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
+from equaltime.experiments.analysis.pictures import other_pictures
 from equaltime.experiments.analysis.questions import bias_verdict, efficiency_verdict, samples_verdict
 from equaltime.experiments.analysis.sentences import compared, joined, less_time, where
 from equaltime.experiments.model.experiment import Question
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.statistics.agreement import LEVEL
 from equaltime.statistics.curves import TYPICAL
-from equaltime.statistics.in_words import about, figure, in_time, probability, span
+from equaltime.statistics.in_words import about, figure, in_time, span
 from equaltime.statistics.intervals import Interval, product_mean, sound, sound_below
 from equaltime.words import percent
 
@@ -36,7 +37,8 @@ def pick_standard(labels: Sequence[str], biased: Sequence[bool], errors: Sequenc
 def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Question = "time") -> str:
     """Return the answer to an experiment's question in a line of one to five sentences, the answer first.
 
-    The last sentence names strategies that are found to converge to another picture, though they do not say so.
+    The last sentence names strategies and renderers that are found to converge to another picture, though they do not
+    say so, and how far off these pictures are.
 
     For the question ``time`` the answer has two numbers: the standard strategy's speed-up over the baseline, and its
     time to an error. Both numbers are for the smallest target error at which their intervals are trusted, on all
@@ -46,28 +48,10 @@ def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Q
     if question == "bias":
         return bias_verdict(scenes, LEVEL)
     if question == "samples":
-        return samples_verdict(scenes) + _other_pictures(scenes)
+        return samples_verdict(scenes) + other_pictures(scenes)
     if question == "efficiency":
-        return efficiency_verdict(scenes) + _other_pictures(scenes)
-    return _answer_in_time(scenes, targets) + _other_pictures(scenes)
-
-
-def _other_pictures(scenes: Sequence[SceneResult]) -> str:
-    """Return sentences on strategies whose pictures differ from the standard's, but for those that are biased.
-
-    A strategy of equaltime's own is unbiased by its words. So the likely reason is light that its samples have not met.
-    """
-    found: dict[bool, list[str]] = {True: [], False: []}
-    for scene, strategy in ((each, one) for each in scenes for one in each.strategies):
-        if strategy.unequal and strategy.equality_p is not None and not strategy.biased:
-            on = f" on {scene.name}" if len(scenes) > 1 else ""
-            ours = strategy.renderer == "core"
-            found[ours].append(f"{strategy.label}{on} ({probability(strategy.equality_p)})")
-    standard = joined(scene.standard or "" for scene in scenes)
-    said = f" Not the picture of {standard}: {', '.join(found[False])}." if found[False] else ""
-    if found[True]:
-        said += f" Unlike {standard}, by a bias or because few samples met some light: {', '.join(found[True])}."
-    return said
+        return efficiency_verdict(scenes) + other_pictures(scenes)
+    return _answer_in_time(scenes, targets) + other_pictures(scenes)
 
 
 def _answer_in_time(scenes: Sequence[SceneResult], targets: Sequence[float]) -> str:

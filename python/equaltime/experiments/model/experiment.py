@@ -84,6 +84,10 @@ class Value(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, arbitrary_types_allowed=True)
 
 
+LEAST_CROP = 8
+"""Shortest side, in pixels, of an enlarged window on a scene of its own size: fewer pixels do not show a detail."""
+
+
 class SceneEntry(Value):
     """A scene of an experiment, and the settings that override the scene's file."""
 
@@ -102,6 +106,10 @@ class SceneEntry(Value):
     """Values for the variables of the file."""
     substitute: bool = False
     """Replace the parts that cannot be rendered, as `equaltime.load` does."""
+    crops: Annotated[tuple[Window, ...], Field(strict=False)] | None = None
+    """Windows that the report shows enlarged, instead of the experiment's ``crops``: x, y, width, height.
+
+    A window with a side below `LEAST_CROP` pixels is left out, and the report says so."""
 
     def load(self) -> Scene:
         """Return the scene, with the entry's size, crop and max_depth; raises SceneError for an invalid scene."""

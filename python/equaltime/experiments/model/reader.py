@@ -14,7 +14,15 @@ from pathlib import Path
 from typing import Any, Final
 
 from equaltime.errors import EqualtimeError, ExperimentError, Problem, StrategyError
-from equaltime.experiments.model.experiment import Experiment, QuickWish, ReferenceWish, SceneEntry, StrategyEntry
+from equaltime.experiments.model.experiment import (
+    Experiment,
+    QuickWish,
+    ReferenceWish,
+    SceneEntry,
+    StrategyEntry,
+    Window,
+)
+from equaltime.experiments.model.sources import PROGRAM_FILES, program_files, sha256_of
 from equaltime.rendering.core_subject import Subject
 from equaltime.scene import Scene
 from equaltime.scene.changes import smaller_film
@@ -45,7 +53,8 @@ def identity_of(
     """Return every setting that affects the records of an experiment, as JSON data.
 
     ``subjects`` are the renderers of its strategies. Titles, targets, crops, the baseline and the number of repeats do
-    not affect records, and may change between calls.
+    not affect records, and may change between calls. Other renderers have the SHA-256 of the files of their programs
+    (`sources.program_files`).
     """
     wish = experiment.reference
     return {
@@ -58,7 +67,10 @@ def identity_of(
             }
             for entry, scene in zip(experiment.scenes, scenes, strict=True)
         },
-        "strategies": {subject.label: {"renderer": subject.renderer, "name": subject.name} for subject in subjects},
+        "strategies": {
+            entry.label: {"renderer": subject.renderer, "name": subject.name, **_program(entry, experiment.folder)}
+            for entry, subject in zip(experiment.strategies, subjects, strict=True)
+        },
         "budget": experiment.budget,
         "spp": None if experiment.spp is None else list(experiment.spp),
         "reference": {
@@ -97,9 +109,15 @@ def _hashed(*words: str) -> int:
     return int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "big") >> 1
 
 
+def _program(entry: StrategyEntry, folder: Path) -> dict[str, Any]:
+    """Return the SHA-256 of the files of an entry's program, as a part of the identity; empty without such files."""
+    sums = {name: sha256_of(path) for name, path in program_files(entry, folder).items()}
+    return {PROGRAM_FILES: sums} if sums else {}
+
+
 def _sha256(path: Path) -> str:
     try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
+        return sha256_of(path)
     except OSError as error:
         text = f"{path}: cannot be read: {error.strerror or error}"
         raise ExperimentError((Problem("reference.file", text),)) from error
@@ -236,9 +254,9 @@ def with_roulette(strategy: Strategy, scene: Scene) -> Strategy:
 def quicker(experiment: Experiment) -> Experiment:
     """Return the quick version of the experiment, as its setting ``quick`` describes it.
 
-    With a time budget, the quick version of a small experiment ends in under a minute. Films shrink, unless the
-    reference is a file, whose size is fixed. Budgets shrink until all runs together take ``quick.seconds``. Sample
-    counts (``spp``) above ``quick.spp`` are left out.
+    With a time budget, the quick version of a small experiment ends in under a minute. Films shrink, and enlarged
+    windows with them, unless the reference is a file, whose size is fixed. Budgets shrink until all runs together take
+    ``quick.seconds``. Sample counts (``spp``) above ``quick.spp`` are left out.
     """
     quick, wish = experiment.quick, experiment.reference
     scenes = tuple(entry for entry in experiment.scenes if not quick.scenes or entry.name in quick.scenes)
@@ -254,23 +272,34 @@ def quicker(experiment: Experiment) -> Experiment:
         ladder["spp"] = tuple(count for count in experiment.spp if count <= quick.spp) or experiment.spp[:1]
     seconds = min(wish.seconds, quick.reference / len(scenes))
     return experiment.replace(
-        scenes=scenes if wish.file is not None else tuple(_smaller(entry, quick.size) for entry in scenes),
+        scenes=scenes
+        if wish.file is not None
+        else tuple(_smaller(entry, quick.size, experiment.crops) for entry in scenes),
         strategies=strategies,
         repeats=repeats,
-        crops=(),
         reference=ReferenceWish(error=max(wish.error, 0.01), seconds=seconds, file=wish.file),
         quick=QuickWish(),  # which is done
         **ladder,
     )
 
 
-def _smaller(entry: SceneEntry, longest: int) -> SceneEntry:
+def _smaller(entry: SceneEntry, longest: int, crops: Sequence[Window]) -> SceneEntry:
+    """Return a scene whose film has no side above ``longest`` pixels; its enlarged windows shrink with it.
+
+    ``crops`` are the windows of the experiment.
+    """
     film = entry.load().model.sensor.film
     scale = longest / max(film.crop[2:])
     if scale >= 1.0:
         return entry
     size, crop = smaller_film((film.width, film.height), film.crop, scale)
-    return entry.model_copy(update={"size": size, "crop": crop})
+    shown = tuple(_scaled(window, scale) for window in (crops if entry.crops is None else entry.crops))
+    return entry.model_copy(update={"size": size, "crop": crop, "crops": shown or None})
+
+
+def _scaled(window: Window, scale: float) -> Window:
+    x, y, width, height = (round(scale * length) for length in window)
+    return x, y, max(width, 1), max(height, 1)
 
 
 Source = Experiment | Scene | str | os.PathLike[str] | Mapping[str, Any]
@@ -310,7 +339,7 @@ def make_experiment(
         experiment = quicker(experiment)
     changes: dict[str, object] = {}
     if size is not None:
-        update = {"size": size, "crop": None}
+        update = {"size": size, "crop": None, "crops": None}
         changes["scenes"] = tuple(entry.model_copy(update=update) for entry in experiment.scenes)
         changes["crops"] = ()
     if budget is not None:

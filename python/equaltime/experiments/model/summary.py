@@ -87,6 +87,12 @@ class StrategyResult:
     """Final images of all repeats in order, for the report's error and standard-error maps."""
     unequal: bool = False
     """Whether ``equality_p`` is below the level of the experiment's tests."""
+    agreement_p: float | None = None
+    """P-value of the test of agreement with equaltime that another renderer failed; None if it passed or had none.
+
+    Its errors are measured against ``reference``, so its times to an error belong to another picture."""
+    difference: Interval | None = None
+    """Relative distance of the expected image from the scene's reference, if ``agreement_p`` is given; else None."""
     samples: Path | None = None
     """Samples of each pixel of ``image`` (.npy, (H, W)); None if all pixels have equal counts."""
     variances: tuple[Path, ...] = ()
@@ -97,6 +103,21 @@ class StrategyResult:
     film: Path | None = None
     """Film of the strategy's converging image, for `equaltime.experiments.run.forming.read_film`; None if not
     wanted."""
+
+    @property
+    def disagrees(self) -> bool:
+        """Whether this is another renderer that failed the test of agreement with equaltime."""
+        return self.agreement_p is not None
+
+    @property
+    def another_picture(self) -> bool:
+        """Whether a test found another expected image: that of agreement, or that against the standard strategy."""
+        return self.unequal or self.disagrees
+
+    @property
+    def picture_p(self) -> float | None:
+        """P-value of the test that decides `another_picture`; None if there was none."""
+        return self.agreement_p if self.disagrees else self.equality_p
 
 
 @dataclass(frozen=True)
@@ -121,6 +142,8 @@ class SceneResult:
     """File of the reference, for `equaltime.experiments.run.reference.read`; None if the folder has none."""
     crops: tuple[tuple[int, int, int, int], ...] = ()
     """Windows to show enlarged: x, y, width, height in pixels of the image; empty to let the report choose."""
+    crops_left_out: str = ""
+    """Sentence on wanted windows that are too small to be shown; empty if there are none."""
     scene_max_depth: int | None = None
     """``max_depth`` of the scene's file; None if the folder does not record it."""
     left_out: tuple[tuple[str, str], ...] = ()

@@ -71,7 +71,7 @@ def _rows(scene: SceneResult, targets: tuple[float, ...]) -> Iterator[str]:
 
 
 def _kind(strategy: StrategyResult) -> str:
-    return " (biased)" if strategy.biased else " (another picture)" if strategy.unequal else ""
+    return " (biased)" if strategy.biased else " (another picture)" if strategy.another_picture else ""
 
 
 def _note(scene: SceneResult, columns: int) -> str:

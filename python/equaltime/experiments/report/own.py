@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from equaltime.experiments.analysis.pictures import other_pictures
 from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.words import Cell, error_cell, factor_cell, percent, seconds, seconds_cell
 from equaltime.statistics.intervals import UNKNOWN, product_mean, sound
@@ -15,16 +16,17 @@ _Found = Sequence[tuple[SceneResult, StrategyResult]]
 
 
 def other_renderers(summary: Summary) -> tuple[str, ...]:
-    """Return one sentence for each renderer that is not equaltime's own and that the verdict does not name.
+    """Return one sentence for each renderer that is not equaltime's own and whose times the verdict does not give.
 
     The sentence gives the renderer's time to the smallest error at which this time can be trusted on all scenes of the
     renderer. It compares the time with the times of the baseline and of the best strategy. Errors that the runs reached
     are preferred to extrapolated ones.
     """
     found: dict[str, list[tuple[SceneResult, StrategyResult]]] = {}
+    answer = summary.verdict.replace(other_pictures(summary.scenes), "")
     for scene in summary.scenes:
         for strategy in scene.strategies:
-            if strategy.renderer != "core" and not _names(summary.verdict, strategy.label):
+            if strategy.renderer != "core" and not _names(answer, strategy.label):
                 found.setdefault(strategy.label, []).append((scene, strategy))
     return tuple(_sentence(label, ones, summary.targets) for label, ones in found.items())
 

@@ -299,7 +299,7 @@ def _scene_view(
         ),
         kinds=kinds,
         size=(pictures.reference.mean.shape[1], pictures.reference.mean.shape[0]) if pictures else scene.size,
-        picture_notes=loaded.missing if isinstance(loaded, Pictures) else (loaded,),
+        picture_notes=_picture_notes(scene, loaded),
         losses=views,
         loss_bar=bar,
         losses_intro=INTRODUCTION,
@@ -309,6 +309,12 @@ def _scene_view(
             *write_animation(folder / "figures", name, scene, stops),
         ),
     )
+
+
+def _picture_notes(scene: SceneResult, loaded: Pictures | str) -> tuple[str, ...]:
+    """Return sentences on images that could not be read, and on windows that are not shown."""
+    missing = loaded.missing if isinstance(loaded, Pictures) else (loaded,)
+    return (*missing, scene.crops_left_out) if scene.crops_left_out else missing
 
 
 def _tables(

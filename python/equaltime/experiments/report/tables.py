@@ -246,7 +246,7 @@ def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Style]) -> Ta
             [measured_cell(strategy.error_at_budget), *map(measured_cell, curve.error[-1:])],
             [_own_estimate(curve.own_estimate, strategy.biased)],
             [_bias_cell(strategy.bias)],
-            [same_cell(strategy.equality_p, strategy.unequal)],
+            [same_cell(strategy.picture_p, strategy.another_picture)],
         ]
         rows.append(label_row(scene, strategy, looks[strategy.label], cells))
     caption = (

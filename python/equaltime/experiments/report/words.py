@@ -253,10 +253,12 @@ def provenance_groups(summary: Summary) -> list[tuple[str, list[tuple[str, str]]
     Each group is a heading and its rows; each row is the name and the value of a fact.
     """
     groups: dict[str, list[tuple[str, str]]] = {"": []}
-    _sort_into(groups, "", summary.provenance)
+    in_full = summary.provenance.get("strategies", {})
+    _sort_into(groups, "", {key: facts for key, facts in summary.provenance.items() if key != "strategies"})
     groups["digests of the scenes"] = [(scene.name, scene.digest) for scene in summary.scenes]
     names = {(strategy.label, strategy.name): None for scene in summary.scenes for strategy in scene.strategies}
-    groups["strategies"] = list(names)
+    told = {label: f": {facts['words']}" for label, facts in in_full.items() if facts.get("words")}
+    groups["strategies"] = [(label, f"{name}{told.get(label, '')}") for label, name in names]
     return [(heading, rows) for heading, rows in groups.items() if rows]
 
 

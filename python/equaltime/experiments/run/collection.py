@@ -16,6 +16,7 @@ from equaltime.experiments.analysis.summarise import conclude
 from equaltime.experiments.model.experiment import Experiment
 from equaltime.experiments.model.plan import PeerTimes
 from equaltime.experiments.model.reader import is_experiment, make_experiment, read_experiment
+from equaltime.experiments.model.sources import strategy_files
 from equaltime.experiments.report.index import Card, write_index
 from equaltime.experiments.run.folder import ExperimentFolder, replacing
 from equaltime.experiments.run.runner import Begins, ProgressCallback, run, tell_report
@@ -104,7 +105,8 @@ def run_all(
     output.mkdir(parents=True, exist_ok=True)
     write_index(cards, output, changes.quick, command)
     for number, (card, experiment) in enumerate(zip(cards, experiments, strict=True)):
-        cards[number] = _run(card, experiment, output / card.name, progress, command, partial(begins, card.name))
+        path, begin = paths[number], partial(begins, card.name)
+        cards[number] = _run(card, experiment, path, output / card.name, progress, command, begin)
         told(cards[number])
         write_index(cards, output, changes.quick, command)
     return tuple(cards)
@@ -113,18 +115,19 @@ def run_all(
 def _run(
     card: Card,
     experiment: Experiment,
+    path: Path,
     folder: Path,
     progress: ProgressCallback | None,
     command: str,
     begins: Begins,
 ) -> Card:
-    """Run one experiment, and return its outcome."""
+    """Run one experiment, which the file ``path`` describes, and return its outcome."""
     if missing := _missing(experiment):
         return replace(card, state="left out", problem=missing)
     failure = ExperimentFolder(folder).failure
     told = _named(card.name, progress)
     try:
-        run(experiment, folder, told, command=command, begins=begins)
+        run(experiment, folder, told, command=command, begins=begins, files=strategy_files(path))
         summary = conclude(experiment, folder, command, partial(tell_report, experiment, told))
         return replace(card, state="done", summary=summary)
     except (EqualtimeError, OSError) as error:

@@ -3,9 +3,11 @@
 ::
 
     records.csv      one row for each checkpoint of each run (`record`)
-    experiment.json  the experiment and its identity, which a continuation must match
+    experiment.json  the experiment, its identity, which a continuation must match, and the SHA-256 of the files from
+                     which the last call made it
     experiment.lock  empty; locked by the process that runs the experiment
-    provenance.json  machines and builds by their keys in the records; references; agreements; sessions; own_depths
+    provenance.json  machines and builds by their keys in the records; references; agreements; sessions;
+                     own_depths; strategies in full
     references/      SCENE.npz (`reference`); SCENE--PEER.npz for a peer with another expected image
     images/          SCENE/STRATEGY-r0.npy: the last image of each run, float32 (H, W, 3); STRATEGY-r0-samples.npy:
                      sample counts (H, W) if they differ between pixels; STRATEGY-r0-variance.npy: variance of one
@@ -19,10 +21,12 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import IO, Any
 
 import numpy as np
@@ -32,12 +36,15 @@ from pydantic import BaseModel
 from equaltime import files as disk
 from equaltime.errors import ExperimentError, ImageError, Problem
 from equaltime.experiments.model.problems import file_name
+from equaltime.experiments.model.sources import PROGRAM_FILES
+from equaltime.experiments.run.record import load
 from equaltime.files import try_lock
 from equaltime.machine import machine
 from equaltime.rendering.core import build_facts
 from equaltime.strict_json import json_text
 
 __all__ = [
+    "IN_FULL",
     "OWN_DEPTHS",
     "ExperimentFolder",
     "build_facts",
@@ -52,11 +59,20 @@ _OURS = ("records.csv", "experiment.json", "provenance.json", "references", "ima
 _GROWING = ("scenes", "strategies")
 """Sections of an identity to which named entries may be added later."""
 _DAMAGED = "is damaged; put a copy of the file there, or use another folder"
-_TYPES: Mapping[str, type[int] | type[str]] = {"max_depth": int, "caveat": str, "note": str}
+_TYPES: Mapping[str, type[int] | type[float] | type[str]] = {
+    "max_depth": int,
+    "caveat": str,
+    "note": str,
+    "words": str,
+    "agrees": bool,
+    "p": float,
+}
 """Types of optional facts that readers of the provenance rely on."""
 _RESTORE = "put a copy of the file there, or remove it to go on without it"
 OWN_DEPTHS = "own_depths"
 """Section of the provenance with the ``max_depth`` of each scene's file, before the experiment's changes."""
+IN_FULL = "strategies"
+"""Section of the provenance with all words of each strategy of equaltime's own, by label: presets may change later."""
 
 
 @dataclass(frozen=True)
@@ -149,11 +165,19 @@ class ExperimentFolder:
         except OSError as error:  # for example a network folder without locks
             raise _refused(self.path, f"cannot be locked: {error.strerror or error}; use another folder") from error
 
-    def claim(self, identity: Mapping[str, Any], experiment: BaseModel) -> None:
+    def claim(
+        self, identity: Mapping[str, Any], experiment: BaseModel, files: Mapping[str, str] = MappingProxyType({})
+    ) -> None:
         """Write the ``identity`` of an experiment to the folder, or check that it matches the identity written before.
 
         The folder must be locked. Scenes and strategies may be added or dropped; their records stay in the folder. A
-        scene or strategy with a recorded name must be unchanged, and so must all other settings.
+        scene or strategy with a recorded name must be unchanged, and so must all other settings. A folder without a
+        finished run takes any experiment.
+
+        Parameters
+        ----------
+        files
+            SHA-256 of the files from which the experiment is made, by absolute path (`sources.made_from`).
 
         Raises
         ------
@@ -161,18 +185,34 @@ class ExperimentFolder:
             If the folder holds another experiment; lists the differences.
         """
         try:
-            if self.experiment.exists():
-                before = self.read_experiment()
+            before = self.read_experiment() if self.experiment.exists() else None
+            now = json.loads(json_text(identity))
+            if before is not None and any(row.last for row in load(self.records)):
                 known = before["identity"]
-                joined = _joined(known, json.loads(json_text(identity)))
+                joined = _joined(known, now)
                 self._compare(known, joined)
-                if joined != known:
-                    self._write(self.experiment, {**before, "identity": joined})
+                after = {**before, "identity": joined, "files": dict(files)}
             else:
+                if before is not None and before["identity"] != now:
+                    self._forget(before["identity"])
                 text = experiment.model_dump(mode="json", exclude_none=True, fallback=str)
-                self._write(self.experiment, {"identity": identity, "experiment": text})
+                after = {"identity": now, "experiment": text, "files": dict(files)}
+            if after != before:
+                self._write(self.experiment, after)
         except OSError as error:
             raise _refused(self.path, error.strerror or str(error)) from error
+
+    def _forget(self, known: Mapping[str, Any]) -> None:
+        """Remove what an experiment left behind that has another identity and no finished run.
+
+        References would stand for other scenes, and tests of agreement for other renderers. References that equaltime
+        rendered stay in the cache.
+        """
+        for scene in known["scenes"]:
+            for strategy in (None, *known["strategies"]):
+                self.reference(scene, strategy).unlink(missing_ok=True)
+        for path in (self.provenance, self.records, self.directions):
+            path.unlink(missing_ok=True)
 
     def read_experiment(self) -> dict[str, Any]:
         """Return the contents of the experiment's file: the tables ``identity`` and ``experiment``.
@@ -225,10 +265,10 @@ class ExperimentFolder:
             for name in joined.get(section, {})
             if not isinstance(there, dict) or name not in there.get(section, {})
         )
+        added += tuple(f"strategies.{name}.{PROGRAM_FILES}." for name in _without_files(there))
         differing = [key for key in {**before, **now} if before.get(key) != now.get(key) and not key.startswith(added)]
         if differing:
-            message = "{} is {} there, and {} now; use another folder, or remove this one"
-            texts = (message.format(key, *(json_text(side.get(key)) for side in (before, now))) for key in differing)
+            texts = (_difference(key, before.get(key), now.get(key)) for key in differing)
             place = f"{self.path}: has records of another experiment"
             raise ExperimentError(tuple(Problem(place, text) for text in texts))
 
@@ -306,8 +346,34 @@ def fingerprint(facts: Mapping[str, Any]) -> str:
 
 
 def _joined(there: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the present identity, with earlier scenes and strategies that are no longer asked for added."""
-    return {**now, **{section: {**there.get(section, {}), **now.get(section, {})} for section in _GROWING}}
+    """Return the present identity, with earlier scenes and strategies that are no longer asked for added.
+
+    A program's files are those that were there at first: the program may write others that its command names.
+    """
+    joined = {**now, **{section: {**there.get(section, {}), **now.get(section, {})} for section in _GROWING}}
+    for label, facts in joined["strategies"].items():
+        first = there["strategies"].get(label, {}).get(PROGRAM_FILES)
+        if first is not None and (sums := facts.get(PROGRAM_FILES)):
+            kept = {name: sums[name] for name in first if name in sums}
+            joined["strategies"][label] = {**facts, PROGRAM_FILES: kept}
+    return joined
+
+
+def _without_files(identity: object) -> Iterator[str]:
+    """Yield the strategies of a stored identity that an earlier version wrote, without files of programs."""
+    strategies = identity.get("strategies") if isinstance(identity, dict) else None
+    for label, facts in strategies.items() if isinstance(strategies, dict) else ():
+        if not isinstance(facts, dict) or PROGRAM_FILES not in facts:
+            yield label
+
+
+def _difference(key: str, before: object, now: object) -> str:
+    """Return a sentence on a value of an identity that differs, and on what to do."""
+    what = f"{key} is {json_text(before)} there, and {json_text(now)} now"
+    if program := re.fullmatch(rf"strategies\.(.+)\.{PROGRAM_FILES}\.(.+)", key):
+        label, file = program.groups()
+        what = f"{file}, a file of the program of {label}, {'has changed' if now else 'is gone'} since its runs"
+    return f"{what}; use another folder, or remove this one"
 
 
 def _read_json(path: Path) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -20,10 +20,18 @@ from equaltime.errors import ExperimentError, PeerError, Problem
 from equaltime.experiments.model.experiment import DEFAULT_BUDGET, Experiment
 from equaltime.experiments.model.plan import PeerTimes, planned_seconds
 from equaltime.experiments.model.reader import identity_of, run_seeds
+from equaltime.experiments.model.sources import made_from
 from equaltime.experiments.peers.agreement import measured_times, pass_gates
 from equaltime.experiments.run import reference as references
 from equaltime.experiments.run.directions import write_directions
-from equaltime.experiments.run.folder import OWN_DEPTHS, ExperimentFolder, build_facts, fingerprint, machine_facts
+from equaltime.experiments.run.folder import (
+    IN_FULL,
+    OWN_DEPTHS,
+    ExperimentFolder,
+    build_facts,
+    fingerprint,
+    machine_facts,
+)
 from equaltime.experiments.run.forming import Studio
 from equaltime.experiments.run.record import Key, Recorder, check_seeds
 from equaltime.experiments.run.single_run import SingleRun, now
@@ -69,6 +77,7 @@ def run(
     cache: Path | None = None,
     command: str = "",
     begins: Begins = lambda experiment, peers: None,
+    files: Iterable[Path] = (),
 ) -> None:
     """Run the missing runs of an experiment, and write records and images to ``folder``.
 
@@ -83,6 +92,8 @@ def run(
     begins
         Called with the experiment and the measured times of its peers once both and the folder are known to be good,
         before the first test, reference or run.
+    files
+        Files from which the experiment was made, besides scenes and programs; their SHA-256 is recorded.
 
     Raises
     ------
@@ -100,7 +111,7 @@ def run(
         threads = worker_threads(experiment.threads)
         identity = identity_of(experiment, scenes, subjects, threads)  # before the folder is made: may raise
         with place.locked():
-            place.claim(identity, experiment)
+            place.claim(identity, experiment, made_from(experiment, scenes, files))
             place.failure.unlink(missing_ok=True)
             with Recorder(place.records) as recorder:
                 place.tidy()
@@ -174,6 +185,9 @@ class _Session:
         machine, build = self._origin()
         for entry, scene in zip(self.experiment.scenes, self.scenes, strict=True):
             self.folder.note(OWN_DEPTHS, entry.name, {"max_depth": scene.own_max_depth})
+        for strategy in self.experiment.strategies:
+            if strategy.strategy is not None:
+                self.folder.note(IN_FULL, strategy.label, {"words": strategy.strategy.in_full})
         left = [turn for turn in self._turns if turn.key not in self._done]
         if left:
             self._prepare()

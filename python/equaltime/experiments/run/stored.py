@@ -1,6 +1,6 @@
 """Experiment of a folder as the folder records it: its settings, its results, and how much of it has run.
 
-Neither the experiment's file nor its scenes are read. They may have changed since.
+The folder holds all settings. The experiment's file and its scenes may have changed since (`StoredExperiment.changes`).
 """
 
 from __future__ import annotations
@@ -9,14 +9,15 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from equaltime.errors import ExperimentError, Problem
 from equaltime.experiments.analysis.summarise import concluded
 from equaltime.experiments.model.experiment import Experiment
+from equaltime.experiments.model.sources import sums_of
 from equaltime.experiments.model.summary import Summary
 from equaltime.experiments.report.telling import commands
-from equaltime.experiments.run.folder import ExperimentFolder
+from equaltime.experiments.run.folder import IN_FULL, ExperimentFolder
 from equaltime.experiments.run.record import Row, load
 
 __all__ = ["StoredExperiment", "stored_experiments"]
@@ -30,11 +31,13 @@ class StoredExperiment:
     experiment: Experiment
     """The experiment as it was first run, with the scenes and strategies that were added later.
 
-    Only the names of scenes and the labels of added strategies are known; neither can be rendered."""
+    Only the names and crops of scenes and the labels of added strategies are known; neither can be rendered."""
     identity: Mapping[str, Any] = field(hash=False)
     """All settings that affect records (`equaltime.experiments.model.reader.identity_of`)."""
     runs: tuple[Row, ...]
     """Last rows of the finished runs, one for each run."""
+    files: Mapping[str, str] = field(hash=False)
+    """SHA-256 of the files from which the last call made the experiment, by absolute path."""
 
     @classmethod
     def read(cls, folder: Path) -> StoredExperiment:
@@ -48,7 +51,8 @@ class StoredExperiment:
             keys = f"{place.experiment}: experiment"
             found = (Problem(f"{keys}.{p.place}" if p.place else keys, p.message) for p in error.problems)
             raise ExperimentError(tuple(found)) from None
-        return cls(folder, experiment, identity, tuple(row for row in load(place.records) if row.last))
+        runs = tuple(row for row in load(place.records) if row.last)
+        return cls(folder, experiment, identity, runs, _sums(content.get("files", {}), f"{place.experiment}: files"))
 
     @property
     def planned(self) -> int:
@@ -65,6 +69,22 @@ class StoredExperiment:
     def summary(self) -> Summary:
         """Results of the finished runs."""
         return concluded(self.experiment, self.folder)
+
+    @cached_property
+    def changes(self) -> Mapping[Path, Literal["changed", "gone"]]:
+        """Files from which the experiment was made that have changed or are gone since the last call."""
+        now = sums_of(map(Path, self.files))
+        return {
+            Path(path): "changed" if path in now else "gone"
+            for path, sum_ in self.files.items()
+            if now.get(path) != sum_
+        }
+
+    @property
+    def strategies_in_full(self) -> Mapping[str, str]:
+        """All words of each strategy of equaltime's own, by label; an earlier version did not record them."""
+        recorded = self.summary.provenance.get(IN_FULL, {})
+        return {label: str(facts.get("words", "")) for label, facts in recorded.items()}
 
     @property
     def commands(self) -> tuple[str, ...]:
@@ -94,16 +114,25 @@ def stored_experiments(folder: Path) -> tuple[StoredExperiment, ...]:
     return tuple(map(StoredExperiment.read, found))
 
 
+def _sums(stored: object, place: str) -> Mapping[str, str]:
+    """Return the stored SHA-256 of files; raises `ExperimentError` if they are not a table of texts."""
+    if not isinstance(stored, dict) or not all(isinstance(value, str) for value in stored.values()):
+        raise ExperimentError((Problem(place, "is damaged; put a copy of the file there, or use another folder"),))
+    return stored
+
+
 def _named(stored: object, identity: Mapping[str, Any]) -> object:
     """Return the stored values with scenes that have a name alone, and with later scenes and strategies."""
     if not isinstance(stored, Mapping):
         return stored
-    return {**stored, "scenes": list(_scenes(identity)), "strategies": list(_strategies(stored, identity))}
+    return {**stored, "scenes": list(_scenes(stored, identity)), "strategies": list(_strategies(stored, identity))}
 
 
-def _scenes(identity: Mapping[str, Any]) -> Iterator[dict[str, str]]:
+def _scenes(stored: Mapping[str, Any], identity: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    entries = stored.get("scenes")
+    crops = {entry.get("name"): entry.get("crops") for entry in entries if isinstance(entry, dict)} if entries else {}
     for name in identity["scenes"]:
-        yield {"name": name, "path": name}
+        yield {"name": name, "path": name, "crops": crops.get(name)}
 
 
 def _strategies(stored: Mapping[str, Any], identity: Mapping[str, Any]) -> Iterator[object]:

@@ -1,0 +1,82 @@
+"""Sentences of verdicts on strategies and renderers whose pictures differ, and by how much."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from equaltime.experiments.analysis.sentences import joined
+from equaltime.experiments.model.summary import SceneResult, StrategyResult
+from equaltime.statistics.in_words import in_percent, probability
+from equaltime.statistics.intervals import Interval
+from equaltime.words import percent
+
+__all__ = ["differing_renderers", "other_pictures", "size_of"]
+
+_Found = tuple[SceneResult, StrategyResult]
+
+
+def other_pictures(scenes: Sequence[SceneResult]) -> str:
+    """Return sentences on strategies whose pictures differ from the standard's, but for those that are biased.
+
+    A strategy of equaltime's own is unbiased by its words. So the likely reason is light that its samples have not met.
+    Renderers that failed the test of agreement are named apart (`differing_renderers`).
+    """
+    found = [
+        (scene, strategy)
+        for scene, strategy in _all(scenes)
+        if strategy.unequal and not strategy.disagrees and not strategy.biased
+    ]
+    standard = joined(scene.standard or "" for scene in scenes)
+    said = differing_renderers(scenes) + _not_the_picture_of(
+        standard, [one for one in found if one[1].renderer != "core"], len(scenes)
+    )
+    if ours := [f"{_named(one, len(scenes))} {_probability(one[1])}" for one in found if one[1].renderer == "core"]:
+        said += f" Unlike {standard}, by a bias or because few samples met some light: {', '.join(ours)}."
+    return said
+
+
+def differing_renderers(scenes: Sequence[SceneResult]) -> str:
+    """Return sentences on the renderers that failed the test of agreement with equaltime; empty if there are none.
+
+    Each of them is measured against a reference of its own.
+    """
+    found = [one for one in _all(scenes) if one[1].disagrees]
+    if not found:
+        return ""
+    whose = "Its" if len(found) == 1 else "Their"
+    different = _not_the_picture_of("equaltime", found, len(scenes))
+    return f"{different} {whose} times to an error are those of another picture."
+
+
+def size_of(bias: Interval | None) -> str:
+    """Return a bias in per cent, its upper limit, or that neither is known."""
+    if bias is not None and bias.bound == "high":
+        return f"is off by at most {percent(bias.high)}"
+    if bias is None or not bias.trusted or bias.low <= 0.0:
+        return "(how much is not known)"
+    return f"is {in_percent(bias).replace(' (', ' off (', 1)}"
+
+
+def _not_the_picture_of(standard: str, found: Sequence[_Found], scenes: int) -> str:
+    """Return a sentence on renderers whose pictures differ, with the difference or its p-value; empty without any."""
+    told = ", ".join(f"{_named(one, scenes)} {_off(one[1])}" for one in found)
+    return f" Not the picture of {standard}: {told}." if told else ""
+
+
+def _off(strategy: StrategyResult) -> str:
+    size = strategy.difference if strategy.disagrees else strategy.bias
+    known = size is not None and (size.bound == "high" or (size.trusted and size.low > 0.0))
+    return size_of(size) if known else _probability(strategy)
+
+
+def _probability(strategy: StrategyResult) -> str:
+    return "" if strategy.picture_p is None else f"({probability(strategy.picture_p)})"
+
+
+def _named(one: _Found, scenes: int) -> str:
+    scene, strategy = one
+    return f"{strategy.label} on {scene.name}" if scenes > 1 else strategy.label
+
+
+def _all(scenes: Sequence[SceneResult]) -> list[_Found]:
+    return [(scene, strategy) for scene in scenes for strategy in scene.strategies]
