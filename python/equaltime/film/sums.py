@@ -1,4 +1,4 @@
-"""Array operations on films and images, most of them in C++, and searches for light that samples may miss."""
+"""Array operations that the film's statistics share, most of them in C++: sums over neighbourhoods, and error terms."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ __all__ = [
 Floats = NDArray[np.float64]
 
 RADIUS = 3
-"""Distance from the centre of a neighbourhood to its edge, in pixels; 3 makes it 7x7."""
+"""Distance in pixels from the centre of a neighbourhood to its outermost pixels: 3, so a neighbourhood is 7x7."""
 
 
 def error_floor(mean: float) -> float:
