@@ -45,9 +45,9 @@ def explain(details: ErrorDetails, known: Iterable[str] = (), nouns: Mapping[str
 
 
 def expectation(details: ErrorDetails, nouns: Mapping[str, str] = NOUNS) -> str:
-    """Return what one of pydantic's errors expected: ``expected a number`` or ``must be at least 1``.
+    """Return in words the value that one of pydantic's errors expected: ``expected a number``, ``must be at least 1``.
 
-    ``nouns`` is described at `explain`.
+    ``nouns`` has expected values in words, by pydantic's type of error.
     """
     kind, context = details["type"], details.get("ctx", {})
     if kind in nouns:

@@ -53,7 +53,7 @@ METRICS: tuple[Metric, ...] = get_args(Metric)
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """An image that stands for the truth, with its noise. All arrays are float64 (H, W, 3)."""
+    """An image that stands for the truth when errors are measured, with its noise. All arrays are float64 (H, W, 3)."""
 
     mean: Floats
     variance: Floats
@@ -65,7 +65,8 @@ class Reference:
     def of_images(cls, images: ArrayLike) -> Reference:
         """Return the reference that is the mean of K independent renders (K, H, W, 3) by one strategy.
 
-        K is 2 or more. If K is even, ``halves`` are the means of the first and of the last K / 2 renders.
+        K is 2 or more. The variance comes from the scatter between the renders. If K is even, ``halves`` are the means
+        of the first and of the last K / 2 renders.
         """
         stack = np.asarray(images, np.float64)
         middle = len(stack) // 2
@@ -102,7 +103,7 @@ class Reference:
 
     @property
     def relmse(self) -> float:
-        """Relative MSE that the reference's own noise adds to an image's relative MSE; one number."""
+        """Relative mean squared error of the reference itself, which its noise adds to an image's; one number."""
         return float(divided(self.noise, self.denominator).mean())
 
     @property
@@ -154,7 +155,7 @@ def measure(image: ArrayLike, reference: Reference, metrics: Iterable[Metric] = 
 
 
 def contributions(image: ArrayLike, reference: Reference) -> Floats:
-    """Return the relative squared error of each pixel (H, W), minus the reference's variance.
+    """Return the relative squared error of each pixel (H, W), minus the reference's variance, as a map of the error.
 
     The mean over pixels is relMSE. A pixel's value is the mean over its channels, and may be negative.
     """

@@ -90,7 +90,9 @@ def write(
 
 
 def write_grey(path: Path, grey: NDArray[np.uint8], description: str = "", scene: str | None = None) -> None:
-    """Write bytes (H, W) as a grey PNG file, with attributes as `write` has them.
+    """Write bytes (H, W) as a grey PNG file; 0 is black, 255 white.
+
+    ``description`` and ``scene`` (the path of the scene file) become attributes of the file.
 
     Raises
     ------
@@ -113,7 +115,8 @@ def _attributes(description: str, scene: str | None) -> dict[str, Any]:
 def png_bytes(image: NDArray[Any], alpha: NDArray[Any] | None = None, stops: float = 0.0) -> bytes:
     """Return the preview of a linear image (H, W, 3) as the bytes of a PNG file.
 
-    ``alpha`` (H, W) and ``stops`` are as for `write`.
+    ``stops`` is the exposure, positive for brighter. If ``alpha`` (H, W) is given, the image must already be multiplied
+    by it; the PNG gets alpha and unmultiplied colours.
     """
     with tempfile.TemporaryDirectory(prefix="equaltime-") as folder:
         path = Path(folder) / "preview.png"
