@@ -87,7 +87,7 @@ def render(
     threads
         Number of worker threads; 0 is one for each processor.
     backend
-        ``core``, or ``embreex`` for a second, slow renderer in float64 that checks the first (``spp`` and ``seed`` only).
+        ``core``, or ``embreex``: a second, slow renderer in float64 that checks the first (``spp`` and ``seed`` only).
     error
         Relative error to reach: 0.02 is 2 %. The argument ``stop`` chooses the rule that ends the render.
     resume

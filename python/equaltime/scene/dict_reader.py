@@ -39,7 +39,7 @@ def read_dict(scene: Mapping[str, object], report: Report, search: Search) -> Ob
 
 
 class DictReader:
-    """Reader that turns dictionaries into nodes of the tree. Invalid entries are reported and left out."""
+    """Reader that turns a scene's dictionaries into nodes of the tree. Invalid entries are reported and left out."""
 
     def __init__(self, report: Report, search: Search) -> None:
         self._report = report

@@ -37,7 +37,7 @@ def animation(keys: Sequence[tuple[float, Array]]) -> Animation:
 
 
 def pose(placement: Matrix | Animation, time: float) -> Array:
-    """Return the transform (4, 4) of `placement` at a time.
+    """Return the transform (4, 4) from local to world space that `placement` has at a time.
 
     At the time of a key, and before the first or after the last key, it is exactly the nearest key's transform.
     """

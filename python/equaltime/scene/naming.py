@@ -27,7 +27,7 @@ __all__ = ["Name", "Names"]
 
 @dataclass(frozen=True, slots=True)
 class Name:
-    """Name and type of an object of a scene, and the file and line where the object is described."""
+    """Name and type of an object of a scene, and the file and line where the object is described, for messages."""
 
     id: str | None
     type: str

@@ -43,7 +43,10 @@ _COLORS: Final = frozenset({"map_kd", "map_ke"})
 
 
 class ObjMaterials:
-    """The materials in the libraries (MTL files) that an OBJ file names; false if no library has any."""
+    """The materials of an OBJ file, read from the libraries (MTL files) that it names, as BSDFs and emitters.
+
+    The truth value of this object is False if no library has any material.
+    """
 
     def __init__(self, path: Path, libraries: list[tuple[bytes, int]], account: Account, search: Search) -> None:
         self._path = path

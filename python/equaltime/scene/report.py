@@ -44,7 +44,7 @@ class Report:
             raise SceneError((*self._ordered(), last))
 
     def note(self, message: str) -> None:
-        """Add a warning for the user; warnings beyond `MOST_TOLD` are only counted."""
+        """Add a warning for the user; warnings beyond `MOST_TOLD` are counted but not kept."""
         if len(self._notes) < MOST_TOLD:
             self._notes[_quoted(message)] = None
         else:

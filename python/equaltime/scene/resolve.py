@@ -76,7 +76,7 @@ VOLUMETRIC: Final = ("medium", "phase")
 
 @dataclass(frozen=True, slots=True)
 class Resolved:
-    """The model of a scene, and the objects of the file from which the model's plugins were made.
+    """The model of a scene, and the objects of the file from which the model's plugins were made, for messages.
 
     `model` is None if the scene is invalid. `parts` are all valid plugins, each in a pair after its object.
     """

@@ -45,7 +45,8 @@ from equaltime.words import Shown, shortened
 __all__ = ["Scene", "digest", "load", "load_dict", "load_file", "named_files", "smaller"]
 
 VERSION = "equaltime scene 1"
-"""Version of the digest; change the version if equal contents must get another digest than before."""
+"""Version of the digest (a hash of the scene). Change the version if equal contents must get another digest than
+before."""
 
 
 def digest(model: SceneModel, assets: Assets) -> str:
@@ -152,7 +153,10 @@ class Scene(Shown):
 
     @property
     def own_max_depth(self) -> int:
-        """Value of `max_depth` when the scene was loaded; changes by `with_` do not affect it."""
+        """Largest number of segments of a path when the scene was loaded; changes by `with_` do not affect it.
+
+        It is -1 if there is no limit.
+        """
         return self.max_depth if self._own_max_depth is None else self._own_max_depth
 
     @property
@@ -257,7 +261,7 @@ class Scene(Shown):
         return str(self.places.of(part) or "")
 
     def replaced(self, model: SceneModel) -> Scene:
-        """Return this scene with another `model`, which must use the same files."""
+        """Return this scene with another `model` (plugins and parameters), which must use the same files."""
         return dataclasses.replace(self, model=model, _seconds={"load": self._seconds.get("load", 0.0)})
 
     def with_(
@@ -345,9 +349,11 @@ def load(path: str | Path, /, *, substitute: bool = False, **defines: object) ->
 
 
 def load_file(path: str | Path, defines: Mapping[str, object], *, substitute: bool = False) -> Scene:
-    """Read a scene file like `load`, with the values of the variables in the mapping `defines`.
+    """Read a scene file, with the values of its variables in the mapping `defines`.
 
-    A variable may have any name here, even the name of a keyword argument of `load`.
+    A variable may have any name here, even the name of a keyword argument of `load`. With `substitute`, unsupported
+    plugins are replaced by similar ones instead of being refused. Raises SceneError, which lists all problems, for an
+    invalid scene.
     """
     started = perf_counter()
     path, report = Path(path), Report()
@@ -434,7 +440,7 @@ def _finish(
 
 
 def smaller(scene: Scene, most: float) -> Scene:
-    """Return the scene with about `most` pixels in its crop window.
+    """Return the scene with a smaller film, so that about `most` pixels are in its crop window, for quick renders.
 
     If the crop window of `scene` has `most` pixels or fewer, return `scene` itself.
     """

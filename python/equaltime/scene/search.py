@@ -38,7 +38,7 @@ class Search:
         return self._home / name
 
     def note(self, path: Path) -> Path:
-        """Add the file at `path`, which was not looked for by `find`, to `files`, and return `path`."""
+        """Record the file at `path`, which was found in another way, among the scene's `files`, and return `path`."""
         self.files.add(path)
         return path
 
@@ -55,11 +55,11 @@ MOST_DEEP: Final = 15
 MOST_READ_AGAIN: Final = 1 << 19
 """Largest total size, in bytes, of repeated readings of included files. Their number can double with each level."""
 A_FILE: Final = 1 << 10
-"""Bytes that each repeated reading counts in addition to the file's size, for the work of opening the file."""
+"""Bytes that each repeated reading of a file counts in addition to its size, for the work of opening the file."""
 
 
 class Includes:
-    """Reader of the files that one scene includes. It counts repeated readings against a limit."""
+    """Reader of the files that one scene includes. It limits the total size of repeated readings."""
 
     def __init__(self) -> None:
         self._opened: set[Path] = set()

@@ -23,14 +23,14 @@ THINNEST: Final = 1e-8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Placed:
-    """A node of a glTF file, with its transform to world space."""
+    """A node of a glTF file, with its transform to world space, or with several transforms if it moves."""
 
     index: int
     node: Any
     to_world: Array
     """Transform (4, 4) of column vectors from the node to world space."""
     moving: tuple[Array, ...] = ()
-    """Transform to world space at each time of the clip; empty if the node does not move."""
+    """Transforms to world space at the times of the animation, in order; empty if the node does not move."""
 
 
 def placed(document: Document, scene: int | None, clip: Clip | None = None, hidden: bool = False) -> Iterator[Placed]:

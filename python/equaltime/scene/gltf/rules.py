@@ -74,13 +74,13 @@ def numbers(count: int, low: float = -math.inf, high: float = math.inf) -> Rule:
 
 @dataclass(frozen=True, slots=True)
 class Index:
-    """A rule that accepts an index into one of the document's lists."""
+    """A rule that accepts an index into one of the document's lists, and refuses one that is negative or too large."""
 
     path: tuple[str, ...]
     """Keys from the top of the document to the list."""
 
     def __call__(self, value: Any, place: str, document: Mapping[str, Any]) -> Problems:
-        """Yield a problem if `value` is not an index into the list."""
+        """Yield a problem if `value` is not an index into the list; `place` is the value's path in the JSON."""
         items: Any = document
         for step in self.path:
             items = items.get(step, []) if isinstance(items, Mapping) else []
@@ -108,13 +108,19 @@ def one_of(*choices: object) -> Rule:
 
 
 def text(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
-    """Yield a problem if `value` is not a string. This function is a rule itself."""
+    """Yield a problem if `value` is not a string; a rule for `table`, `every` and the like.
+
+    `place` is the value's path in the JSON. `document` is not used.
+    """
     if not isinstance(value, str):
         yield place, _expected("a string", value)
 
 
 def flag(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
-    """Yield a problem if `value` is not a boolean. This function is a rule itself."""
+    """Yield a problem if `value` is not a boolean; a rule for `table`, `every` and the like.
+
+    `place` is the value's path in the JSON. `document` is not used.
+    """
     if not isinstance(value, bool):
         yield place, _expected("true or false", value)
 

@@ -28,7 +28,7 @@ MOST_PLACES: Final = 8
 
 @dataclass(frozen=True)
 class Finding:
-    """A hazard found in a scene: the check that found it, the objects concerned, their number, and advice.
+    """A hazard found in a scene, for the user: the check that found it, the objects concerned, a count, and advice.
 
     One finding covers all objects with the same hazard.
     """
@@ -83,7 +83,7 @@ class MeshFacts:
     slivers: int
     """Number of slivers: triangles with area that rounding may tilt by more than `UNCERTAIN`."""
     sliver_area: float
-    """Fraction of the mesh's area in slivers."""
+    """Fraction of the mesh's area, in [0, 1], that slivers have."""
     tilt: float
     """Largest angle, in radians, by which rounding may tilt a sliver."""
     backwards: int
@@ -155,7 +155,10 @@ def border(parts: list[Part]) -> list[int]:
 
 
 def within(place: Array, part: Part) -> bool:
-    """Tell whether the point `place` (3,), in world space, is inside the shape of `part` (see `encloses`)."""
+    """Tell whether the point `place` (3,), in world space, is inside the sphere or closed mesh of `part`.
+
+    Other shapes, and shapes of a group, have no inside: the result is False.
+    """
     return encloses(part, place[None])
 
 
@@ -175,12 +178,12 @@ def encloses(part: Part, points: Array) -> bool:
 
 
 def in_bounds(place: Array, part: Part) -> bool:
-    """Tell whether the point `place` (3,) is inside the bounding box of the shape of `part`."""
+    """Tell whether the point `place` (3,), in world space, is inside the bounding box of the shape of `part`."""
     return bool(((part.bounds[0] < place) & (place < part.bounds[1])).all())
 
 
 def surrounds(part: Part, place: Array) -> bool:
-    """Tell whether the point `place` (3,) is inside the closed mesh of `part`.
+    """Tell whether the point `place` (3,), in world space, is inside the mesh of `part`, which must be closed.
 
     The test is the solid angle of the mesh as seen from the point (Van Oosterom & Strackee 1983).
     """

@@ -186,7 +186,7 @@ class ThinLens(Projective):
     rotation: float = 0.0
     """Angle of the polygon's first corner, in degrees from the camera's +x towards +y; an extension to Mitsuba."""
     focus_distance: PositiveFloat | None = None
-    """Distance of the plane in focus, measured along the camera's axis; see `focus`."""
+    """Distance of the plane in focus, measured along the camera's axis; by default ``far_clip``, or else 10000."""
 
     @model_validator(mode="after")
     def _only_polygons_turn(self) -> Self:

@@ -153,14 +153,17 @@ def as_lower(value: object) -> object:
 
 
 def as_share(value: object) -> float:
-    """Return `value` as one number (see `as_number`). Raises ValueError if the number is outside [0, 1]."""
+    """Return `value` as one number in [0, 1]; a colour or spectrum becomes the mean of its channels.
+
+    Raises ValueError for anything else, and for a number outside [0, 1].
+    """
     if not 0.0 <= (number := as_number(value)) <= 1.0:
         raise ValueError("must lie in [0, 1]")
     return number
 
 
 def as_weight(value: object) -> float:
-    """Return `value` as one number in [0, 1] (see `as_number`).
+    """Return `value` as one number in [0, 1]; a colour or spectrum becomes the mean of its channels.
 
     A single number or a uniform spectrum is clamped to [0, 1], as in Mitsuba. A colour or a curve raises ValueError if
     its mean is outside.
