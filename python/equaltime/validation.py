@@ -22,12 +22,12 @@ _LIMITS = {"gt": "more than", "ge": "at least", "lt": "less than", "le": "at mos
 
 
 def explain(details: ErrorDetails, known: Iterable[str] = (), nouns: Mapping[str, str] = NOUNS) -> str:
-    """Return one of pydantic's errors as a message, such as ``expected a number, found 'x'``.
+    """Return one of pydantic's errors as a message for the user, such as ``expected a number, found 'x'``.
 
     Parameters
     ----------
     details
-        One of ``ValidationError.errors(include_url=False)``.
+        One of the errors that ``ValidationError.errors(include_url=False)`` lists.
     known
         Names to suggest for an unknown key.
     nouns

@@ -71,7 +71,8 @@ class PixelStatistics:
     mean: Floats
     """(H, W, 3): the image; 0 where there is no sample."""
     variance: Floats
-    """(H, W, 3): estimated variance *of the mean*; NaN where fewer than two replicates have samples."""
+    """(H, W, 3): estimated variance *of the mean*; NaN where fewer than two replicates (groups of samples) have
+    samples."""
     samples: NDArray[np.int64]
     """(H, W): samples taken."""
     degrees: float
@@ -96,9 +97,10 @@ class PixelStatistics:
 
 
 def pixel_statistics(moments: NDArray[Any]) -> PixelStatistics:
-    """Return mean, variance and sample count of every pixel, with all replicates joined into one image.
+    """Return mean, variance and sample count of every pixel, from the means of its R replicates.
 
-    With ``n_r`` samples and mean ``M_r`` in replicate r, and ``N = Σ n_r``, the image is ``I = Σ n_r M_r / N``, and
+    Replicates are disjoint groups of a pixel's samples, usually two. With ``n_r`` samples and mean ``M_r`` in replicate
+    r, and ``N = Σ n_r``, the image is ``I = Σ n_r M_r / N``, and
 
         ``Var(I) ≈ Σ n_r (M_r - I)² / ((K - 1) N)``,  K the number of replicates that have samples.
 
@@ -120,9 +122,9 @@ def pixel_statistics(moments: NDArray[Any]) -> PixelStatistics:
 def standard_error(pixels: PixelStatistics) -> NDArray[np.float32]:
     """Return the standard error of every pixel, (H, W, 3) float32, ``inf`` where unknown.
 
-    One pixel's R replicates tell little about its variance (R - 1 degrees of freedom). So the variance *of one sample*
-    is averaged over the 7x7 neighbourhood, as far as it lies in the image and variances are known. That average is
-    divided by the pixel's own sample count.
+    It is the standard deviation of the pixel's mean. A pixel's own variance comes from few replicates (groups of its
+    samples), and so is poorly known. So the variance *of one sample* is averaged over the 7x7 neighbourhood, as far as
+    it lies in the image and variances are known. That average is divided by the pixel's own sample count.
     """
     return standard_errors(pixels.mean, pixels.variance, pixels.samples)
 

@@ -40,16 +40,17 @@ DTYPE: Final = np.dtype([("mean", "<f8", (3,)), ("count", "<u4"), ("deviation", 
 mean square of their deviations from the mean (over n, not n - 1), by channel. A deviation is the upper half of a
 float64 (`deviations`). A film of the core is an array (R, H, W) of this type, with R replicates."""
 MOST: Final = 2**32 - 1
-"""Largest number of samples of a pixel in one replicate: the limit of uint32."""
+"""Largest number of samples of a pixel in one replicate (group of its samples): the limit of uint32."""
 PARTS: Final = np.dtype(
     [
         *((name, "<u8") for name in ("parts", "uneven", "squares")),
         *((name, "<f8", (3,)) for name in ("within", "between")),
     ]
 )
-"""Sums over the parts (merged renders) that have samples in a pixel. ``parts`` counts the parts, and ``uneven`` the
-parts whose replicates have unequal counts. ``squares``, ``within`` and ``between`` are the sums of ``n²``, ``n² V`` and
-``n (I_k - I)²`` (`equaltime.film.parts_of_merge`)."""
+"""Sums over the merged renders (parts) that have samples in a pixel. ``parts`` counts these renders, and ``uneven``
+counts those whose two groups of samples (replicates) have unequal counts. With n samples, mean I_k and variance V in
+render k, and the merged mean I, ``squares``, ``within`` and ``between`` are the sums of ``n²``, ``n² V`` and ``n (I_k -
+I)²``. `equaltime.film.parts_of_merge` has the formulas."""
 
 
 _ROWS: Final = 64

@@ -126,9 +126,9 @@ class Assets:
         return self._texels[key]
 
     def sha256(self, filename: str) -> str:
-        """Return the SHA-256, in hexadecimal digits, of a file.
+        """Return the SHA-256, in hexadecimal digits, of a file, to detect changes.
 
-        For ``file.gltf#fragment``, it covers only the mesh or the image that the fragment names.
+        For ``file.gltf#fragment``, the hash covers only the mesh or the image that the fragment names.
         """
         path, fragment = self.path(filename), split(filename)[1]
         if fragment is not None:

@@ -27,9 +27,10 @@ TRANSFORMS: Final = ("to_world", "to_uv")
 
 
 def read_dict(scene: Mapping[str, object], report: Report, search: Search) -> Object | None:
-    """Return the root of the tree (parsed nodes) of `scene`, a dictionary as for ``mitsuba.load_dict``.
+    """Return the root of the tree (parsed nodes) of `scene`, nested dictionaries with Mitsuba's names.
 
-    Problems go to `report`. Return None if `scene` has no ``"type": "scene"``, or its limits are exceeded.
+    Problems go to `report`. Return None if `scene` has no ``"type": "scene"``, is nested too deeply, or repeats its
+    parts too often.
     """
     place = Place(path="")
     if not isinstance(kind := scene.get("type"), str) or kind != "scene":

@@ -89,7 +89,7 @@ def _between(first: Array, last: Array, share: float) -> Array:
 
 
 def center(sensor: Sensor) -> float:
-    """Return the time halfway between the opening and the closing of the shutter."""
+    """Return the time halfway between the opening and the closing of the shutter, in the scene's units of time."""
     return 0.5 * (sensor.shutter_open + sensor.shutter_close)
 
 
@@ -121,7 +121,7 @@ def in_shutters(model: SceneModel) -> SceneModel:
 
 
 def still(model: SceneModel) -> SceneModel:
-    """Return the scene, without motion, at the time halfway between opening and closing of the shutter.
+    """Return the scene without motion, as it is at the time halfway between opening and closing of the shutter.
 
     If nothing is animated, return `model` itself.
     """
@@ -129,7 +129,10 @@ def still(model: SceneModel) -> SceneModel:
 
 
 def at_time(model: SceneModel, time: float) -> SceneModel:
-    """Return the scene, without motion, at a time; if nothing is animated, return `model` itself."""
+    """Return the scene without motion, as it is at one time; if nothing is animated, return `model` itself.
+
+    The unit of `time` is that of the animations and of the shutter in `model`.
+    """
 
     def at(changing: Animation | Deformation) -> object:
         if isinstance(changing, Animation):

@@ -147,7 +147,7 @@ def shown(name: bytes) -> str:
 
 
 def read_mtl(content: bytes, file: str, account: Account) -> dict[bytes, Material]:
-    """Return the materials in the `content` of an MTL file, by name; unused statements go into `account`.
+    """Return the materials in the `content` of an MTL file, as a dict by name; count unused statements in `account`.
 
     `file` is the file's name for messages.
     """

@@ -40,7 +40,7 @@ class Name:
 
 
 class Names:
-    """Names of a scene's shapes, instances and lights, found by their numbers in the core."""
+    """Names of a scene's shapes, instances and lights, found by their numbers in the core, for messages to the user."""
 
     def __init__(self, scene: Scene) -> None:
         model = scene.model

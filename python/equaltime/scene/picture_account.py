@@ -56,12 +56,12 @@ class PictureAccount:
         self._notes: dict[str, None] = {}
 
     def channels(self, *names: str) -> None:
-        """Remove the channels called `names` from the account, because the reader uses them."""
+        """Record that the reader uses the channels called `names`, so that they are not reported as unused."""
         for name in names:
             self._channels.pop(name, None)
 
     def attribute(self, name: str, *harmless: object) -> Any:
-        """Return the value of the attribute `name`, and remove it from the account, because the reader uses it.
+        """Return the value of the attribute `name`, and record that the reader uses it.
 
         Return None if the attribute is missing, or if its value is one of `harmless`: values that change nothing.
         """

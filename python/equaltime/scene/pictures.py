@@ -337,7 +337,8 @@ def _decoded(colors: Array, curve: float | str) -> NDArray[np.float32]:
 
 MAGIC: Final = (b"#?RADIANCE", b"#?RGBE")
 LONGEST: Final = 1 << 16
-"""Largest size of a header in bytes; real headers have a few hundred bytes."""
+"""Largest size, in bytes, of the header of a Radiance picture (.hdr) that is read; real headers have a few hundred
+bytes."""
 ORIENTATIONS: Final = {
     **{"-Y +X": 1, "-Y -X": 2, "+Y -X": 3, "+Y +X": 4},
     **{"+X -Y": 5, "-X -Y": 6, "-X +Y": 7, "+X +Y": 8},

@@ -55,7 +55,7 @@ MOST_DEEP: Final = 15
 MOST_READ_AGAIN: Final = 1 << 19
 """Largest total size, in bytes, of repeated readings of included files. Their number can double with each level."""
 A_FILE: Final = 1 << 10
-"""Bytes that each repeated reading of a file counts in addition to its size, for the work of opening the file."""
+"""Bytes that each repeated reading of a file counts beyond the file's size, for the work of opening the file."""
 
 
 class Includes:

@@ -116,7 +116,7 @@ class Object:
                 yield from child.node.objects()
 
     def mentioned(self) -> set[str]:
-        """Return all names in this object that may refer to objects.
+        """Return all names in this object that may refer to objects, to find out which objects of a scene are used.
 
         These are the ids of all references and aliases, and all string values, because a string may be a reference.
         """

@@ -66,9 +66,9 @@ def sidak(p: float, looks: int) -> float:
 
 
 def share(level: float, parts: int) -> float:
-    """Return the false-alarm rate to use in each of several tests so that all together have the rate ``level``.
+    """Return the false-alarm rate of each of several tests with which all together have the rate ``level``, by Šidák.
 
-    ``parts`` is the number of tests.
+    ``parts`` is the number of tests. Both rates are in [0, 1].
     """
     return -math.expm1(math.log1p(-level) / parts)
 

@@ -291,8 +291,7 @@ def ratio_interval(numerators: ArrayLike, denominators: ArrayLike) -> Interval:
     """Return the ratio of the means of two paired sets of positive values, (N,) each, with its 95 % interval.
 
     The interval is formed on the logarithm. The pairs (one per repeat) may be correlated, which the jackknife over
-    pairs takes into account. The ratio of means is used, since the mean of ratios is biased by the noise of the
-    denominators.
+    pairs allows for. The ratio of means is used, since the mean of ratios is biased by the noise of the denominators.
     """
     top, bottom = np.asarray(numerators, np.float64), np.asarray(denominators, np.float64)
 

@@ -103,7 +103,8 @@ class PlainWriter:
     def node(self, plugin: Plugin) -> Dict:
         """Return a node as a dictionary of its type and of the parameters that the scene sets.
 
-        Other parameters are left out, because they have the same default in Mitsuba; see `ALWAYS` for exceptions.
+        Other parameters are left out, because they have the same default in Mitsuba. The parameters in `ALWAYS` are
+        written in any case, because their defaults differ.
         """
         result: Dict = {"type": plugin.title}
         for name in type(plugin).model_fields:

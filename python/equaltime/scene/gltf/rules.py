@@ -108,7 +108,7 @@ def one_of(*choices: object) -> Rule:
 
 
 def text(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
-    """Yield a problem if `value` is not a string; a rule for `table`, `every` and the like.
+    """Yield a problem if `value` is not a string. The function can itself be used as a rule, such as in `table`.
 
     `place` is the value's path in the JSON. `document` is not used.
     """
@@ -117,7 +117,7 @@ def text(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
 
 
 def flag(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
-    """Yield a problem if `value` is not a boolean; a rule for `table`, `every` and the like.
+    """Yield a problem if `value` is not a boolean. The function can itself be used as a rule, such as in `table`.
 
     `place` is the value's path in the JSON. `document` is not used.
     """

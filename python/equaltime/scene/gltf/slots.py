@@ -88,7 +88,7 @@ class Slot:
     curve: Callable[[Array], Array] | None = None
     """Function applied to the product of factor and texture (..., channels); the result has 1 or 3 channels."""
     cutoff: float | None = None
-    """Threshold that makes the slot a mask: 1 where the value is at least the threshold, else 0; None: no mask."""
+    """Threshold that makes the parameter a mask: 1 where the value is at least the threshold, else 0; None: no mask."""
 
     @property
     def constant(self) -> tuple[float, ...]:
@@ -107,9 +107,10 @@ class Slot:
 
     @property
     def raw(self) -> bool:
-        """Value of the parameter ``raw`` of the plugin `bitmap`.
+        """Value of the parameter ``raw`` of the plugin `bitmap`: True if texels are used without sRGB decoding.
 
-        It is False if the slot is plain and its texels may be encoded as sRGB.
+        It is False if the texels may be encoded as sRGB and are used unchanged, so that the decoding is left to the
+        lookup.
         """
         return not (self.encoded and self.plain)
 

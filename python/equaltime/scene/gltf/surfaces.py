@@ -32,7 +32,7 @@ _DEEPEST = 3
 
 
 def capped(document: Mapping[str, Any]) -> list[str]:
-    """Set material factors above 1 in the JSON `document` to 1, in place; see `UNIT_FACTORS`.
+    """Set material factors above 1 in the JSON `document` to 1, in place, because the specification forbids them.
 
     Return the JSON paths of the changed factors, such as ``materials[2].pbrMetallicRoughness.metallicFactor``.
     """

@@ -138,9 +138,9 @@ def facts(part: Part) -> MeshFacts:
 
 
 def border(parts: list[Part]) -> list[int]:
-    """Return the number of border edges of each mesh in `parts`.
+    """Return the number of border edges of each mesh in `parts`, which shows meshes with gaps.
 
-    A border edge belongs to a single triangle among all these meshes.
+    A border edge belongs to a single triangle among all these meshes, so edges at which two meshes meet do not count.
     """
     keys, owners = [], []
     for number, part in enumerate(parts):

@@ -50,7 +50,7 @@ def mesh_files(filename: str | Deformation) -> tuple[str, ...]:
 
 
 def poses(placement: Matrix | Animation) -> tuple[Matrix, ...]:
-    """Return the transforms in `placement` as a tuple: one transform, or for an `Animation` one for each key."""
+    """Return the transforms (4, 4) in `placement` as a tuple: one, or for an `Animation` one for each key."""
     return placement.matrices if isinstance(placement, Animation) else (placement,)
 
 

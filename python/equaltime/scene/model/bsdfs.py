@@ -41,7 +41,7 @@ WHITE: Color = (1.0, 1.0, 1.0)
 
 
 class BsdfPlugin(Plugin):
-    """Base of the BSDFs."""
+    """Base class of all BSDFs, which describe how a surface scatters light."""
 
     kind: ClassVar[Kind] = "bsdf"
 

@@ -15,7 +15,7 @@ __all__ = ["Area", "Constant", "Directional", "EnvMap", "FreeEmitter", "Point", 
 
 
 class EmitterPlugin(Plugin):
-    """Base of the emitters."""
+    """Base class of all emitters: lights and environments."""
 
     kind: ClassVar[Kind] = "emitter"
     hints: ClassVar[frozenset[str]] = frozenset({"sampling_weight"})

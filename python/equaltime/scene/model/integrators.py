@@ -42,7 +42,7 @@ LOOKS_AT_UV: Final = frozenset({"uv", "dp_du", "dp_dv", "duv_dx", "duv_dy"})
 
 
 class IntegratorPlugin(Plugin):
-    """Base of the integrators."""
+    """Base class of all integrators, which decide what light or quantity an image shows."""
 
     kind: ClassVar[Kind] = "integrator"
     hints: ClassVar[frozenset[str]] = frozenset({"block_size", "samples_per_pass", "timeout"})

@@ -24,7 +24,7 @@ __all__ = [
 
 
 class ShapePlugin(Plugin):
-    """Base of the shapes."""
+    """Base class of all shapes, instances included."""
 
     kind: ClassVar[Kind] = "shape"
     hints: ClassVar[frozenset[str]] = frozenset({"silhouette_sampling_weight"})

@@ -39,7 +39,7 @@ SMALLEST_ROUGHNESS = 1e-4
 
 
 class TexturePlugin(Plugin):
-    """Base of the textures."""
+    """Base class of all textures."""
 
     kind: ClassVar[Kind] = "texture"
 

@@ -228,8 +228,8 @@ def without_shear(matrix: Matrix, about: Sequence[float] = (0.0, 0.0, 0.0)) -> N
     """Return a transform as an array (4, 4), with small shear removed.
 
     A rotation written with four digits has small shear, but shapes that are sampled in closed form must have none. A
-    transform with larger shear or uneven scale (see `SHAPE_TOLERANCE`) is returned unchanged. The corrected transform
-    maps the point `about` as before.
+    transform whose shear or uneven scale exceeds `SHAPE_TOLERANCE` is returned unchanged. The corrected transform maps
+    the point `about` as before.
     """
     result, scale = as_array(matrix), linear_scale(matrix)
     if scale is None:
@@ -245,7 +245,7 @@ def without_shear(matrix: Matrix, about: Sequence[float] = (0.0, 0.0, 0.0)) -> N
 
 
 def scale_across(matrix: Matrix, axis: Sequence[float]) -> float | None:
-    """Return the factor by which a transform scales lengths perpendicular to `axis`.
+    """Return the factor by which a transform scales lengths perpendicular to `axis` (3 numbers), such as a radius.
 
     Returns None if the factor depends on the direction, or if the transform shears.
     """
