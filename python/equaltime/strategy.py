@@ -34,10 +34,11 @@ __all__ = ["PRESETS", "Strategy"]
 
 
 class Strategy(BaseModel):
-    """A choice of methods for sampling light paths; immutable.
+    """A choice of methods for sampling light paths, on which the cost of an image depends; immutable.
 
     ``Strategy()`` is the preset ``best``. `Strategy.parse` reads ``preset,key=value,…`` or a TOML file. ``str()`` of a
-    strategy gives `name`, a text from which `Strategy.parse` makes an equal strategy.
+    strategy gives a text from which `Strategy.parse` makes an equal strategy. The expected image is the same with all
+    strategies whose `biased` is False.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
@@ -119,7 +120,7 @@ class Strategy(BaseModel):
 
     @property
     def name(self) -> str:
-        """Text from which `parse` makes this strategy, with the fewest keys: such as ``mis,sampler=sobol``."""
+        """Text with the fewest keys from which `Strategy.parse` makes this strategy, such as ``mis,sampler=sobol``."""
         candidates = [_text_as_variation(self, preset) for preset in PRESETS]
         return min(candidates, key=lambda text: text.count(","))
 
@@ -128,7 +129,10 @@ class Strategy(BaseModel):
 
     @classmethod
     def of(cls, strategy: Strategy | str) -> Strategy:
-        """Return ``strategy`` if it is a `Strategy`, or else parse it as text; raises `StrategyError` like `parse`."""
+        """Return ``strategy`` itself if it is a `Strategy`, or else the strategy that `parse` reads from the text.
+
+        Raises `StrategyError` for a text that describes no strategy.
+        """
         return strategy if isinstance(strategy, Strategy) else cls.parse(strategy)
 
     @classmethod

@@ -126,11 +126,15 @@ class Reference:
 
 
 def measure(image: ArrayLike, reference: Reference, metrics: Iterable[Metric] = METRICS) -> dict[str, Interval]:
-    """Return the wanted ``metrics`` of an image (H, W, 3) against a reference, as a dict by the metric's name.
+    """Return the distance of an image (H, W, 3) from the truth in several ``metrics``, as a dict by the metric's name.
 
-    Each metric is the distance of this image from the truth, with the uncertainty due to the reference's noise; another
-    render has another distance. The limits of error, relmse and mse are at 95 %. The limits of mare and flip hold on
-    average over references. Limits are infinite, and not trusted, if the reference's noise is not known.
+    The metrics are the relative mean squared error ``relmse``, its root ``error`` (0.02 is 2 %), the mean squared error
+    ``mse``, the mean absolute relative error ``mare``, and HDR-FLIP ``flip``. The first three subtract the reference's
+    noise, so they may be negative.
+
+    Each interval holds the distance of this very image, and its width is due to the reference's noise. The limits of
+    error, relmse and mse are at 95 %. The limits of mare and flip hold on average over references. Limits are infinite,
+    and not trusted, if the reference's noise is not known.
 
     All metrics are NaN for an image with a pixel that is not finite. Against a black reference, relative metrics are 0
     for a black image, and infinite for any other image.
@@ -227,7 +231,7 @@ def _bounded(value: float, doubt: float) -> Interval:
 
 
 def divided(numerator: Floats, denominator: Floats) -> Floats:
-    """Return the ratio of two arrays, element by element; 0 / 0 is 0, as for black pixels of a black reference."""
+    """Return the ratio of two arrays, element by element, with 0 / 0 = 0, as for black pixels of a black reference."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio: Floats = np.where(numerator == 0.0, 0.0, numerator / denominator)
     return ratio
@@ -242,9 +246,10 @@ def _check(pixels: Floats, reference: Reference) -> None:
 
 
 def squared_errors(images: Iterable[ArrayLike], reference: Reference) -> NDArray[np.float64]:
-    """Return the relative squared error of every pixel (K, H * W) of K images (H, W, 3).
+    """Return the relative squared error of every pixel of K images (H, W, 3), as an array (K, H * W).
 
-    A pixel's value is the mean over R, G and B. The reference's variance is not subtracted.
+    Tests of heavy tails use it, which compare the errors of single pixels over images. A pixel's value is the mean over
+    R, G and B. The reference's variance is not subtracted.
     """
     denominator = np.maximum(reference.denominator, np.finfo(np.float64).tiny)
     squares = (np.square(np.asarray(image, np.float64) - reference.mean) / denominator for image in images)

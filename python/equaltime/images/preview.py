@@ -41,10 +41,10 @@ def srgb_bytes(image: NDArray[Any], stops: float = 0.0) -> NDArray[np.uint8]:
 
 
 def reduced(values: NDArray[Any], longest: int) -> NDArray[np.float64]:
-    """Return the image ``values`` (H, W, …) reduced until no side exceeds ``longest`` pixels.
+    """Return the image ``values`` (H, W, …) reduced in size until no side exceeds ``longest`` pixels.
 
-    Each new pixel is the mean of a block of pixels. Rows and columns at the end that fill no block are dropped. A
-    small image is returned unchanged.
+    Each new pixel is the mean of a block of pixels. Rows and columns at the end that fill no block are dropped. A small
+    image is returned unchanged.
     """
     factor = math.ceil(max(values.shape[:2]) / longest)
     if factor == 1:

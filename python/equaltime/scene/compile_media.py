@@ -30,7 +30,7 @@ MOST_LOBES = 8
 
 
 def sees_media(integrator: Integrator) -> bool:
-    """Tell whether the integrator, or an integrator inside it, is volumetric: ``volpath`` or ``volpathmis``."""
+    """Tell whether an integrator renders media: whether it, or one inside it, is ``volpath`` or ``volpathmis``."""
     within = getattr(integrator, "integrators", ())
     return isinstance(integrator, VolPath | VolPathMis) or any(map(sees_media, within))
 

@@ -31,7 +31,10 @@ CHANGING: Final = (Animation, Deformation)
 
 
 def animation(keys: Sequence[tuple[float, Array]]) -> Animation:
-    """Return the animation with these keys, each a time and a transform (4, 4); the keys are not checked."""
+    """Return an `Animation` with these keys, each a time and a transform (4, 4) to world space.
+
+    The keys are not checked.
+    """
     matrices: list[Any] = [tuple(map(tuple, matrix.tolist())) for _, matrix in keys]
     return Animation(tuple(time for time, _ in keys), tuple(matrices))
 

@@ -74,9 +74,9 @@ class Report:
 
 
 class Account:
-    """Counts of the statements in a file that are not used, by message, with the place of the first for each message.
+    """Counts of the statements in a file that are not used, by message, to be listed to the user.
 
-    Iteration yields the lines to report, as text.
+    The place of the first statement is kept for each message. Iteration yields the lines to report, as text.
     """
 
     def __init__(self) -> None:

@@ -107,7 +107,7 @@ _SHAPE: Final = re.compile(r"shape (\d+): (.*)", re.DOTALL)
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Scene(Shown):
-    """A valid scene that is ready to render; immutable."""
+    """A loaded and checked scene, ready to render: its model, its files and the warnings about them; immutable."""
 
     model: SceneModel
     """All plugins of the scene and their parameters, with references replaced by the plugins."""

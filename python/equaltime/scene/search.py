@@ -21,7 +21,10 @@ class Search:
         """Every file that was found, or that `note` was given."""
 
     def add(self, folder: Path, *, first: bool = False) -> None:
-        """Add `folder` at the end of the list of folders, or with `first` at the beginning, unless it is listed."""
+        """Add `folder` to the folders in which files are looked for, unless it is already there.
+
+        It becomes the last folder, or with `first` the first one.
+        """
         if folder not in self._folders:
             self._folders.insert(0 if first else len(self._folders), folder)
 

@@ -40,7 +40,7 @@ each that is in the file."""
 
 
 class Place(NamedTuple):
-    """A position in the description of a scene: a file with a line, a path of keys, or both."""
+    """A position in the description of a scene, for messages: a file with a line, a path of keys, or both."""
 
     file: str = ""
     line: int | None = None

@@ -194,11 +194,12 @@ def compare_pair(
 ) -> Agreement | None:
     """Return the outcome of a comparison of two single images; None if the images are too small for it.
 
-    Each image is a pair of arrays (H, W, C): the pixels and their variances. Blocks have ``block`` pixels a side, or 2,
-    4, ... times as many where few pixels make the differences: a block needs `_EVENTS` degrees of freedom. It has 3
-    (sum d^2)^2 / sum d^4 of them, with d the differences of its pixels (Satterthwaite 1946); a single pixel has 3. In
-    smaller blocks, some would have met no bright path, and would seem dark without noise. At most ``degrees`` degrees
-    of freedom are used for a block. The z's of the blocks are not tested for their normal distribution.
+    Each image is a pair of arrays (H, W, C): the pixels and their variances. Means over blocks are compared. Blocks
+    have ``block`` pixels a side, or 2, 4, ... times as many where few pixels make the differences: otherwise some
+    blocks would have met no bright path, and would seem dark without noise. A block needs 40 degrees of freedom. It has
+    3 (sum d^2)^2 / sum d^4 of them, with d the differences of its pixels (Satterthwaite 1946); a single pixel has 3. At
+    most ``degrees`` degrees of freedom are used for a block. The normal deviates of the blocks are not tested for their
+    distribution.
     """
     square = np.square(np.asarray(first[0], np.float64) - np.asarray(second[0], np.float64))
     while min(square.shape[:2]) >= _FEWEST_ALONG * block:

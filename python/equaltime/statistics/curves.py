@@ -195,8 +195,9 @@ class Runs:
 def interval_of(statistic: Callable[[Floats, float], float], repeats: int) -> Interval:
     """Return a statistic over repeats with its 95 % interval, which includes the uncertainty of the reference.
 
-    ``statistic`` takes two arguments: the weights of the repeats, (K,), and an error of the reference, in standard
-    errors, as for `Runs.moved`. ``repeats`` is K. The spread over repeats comes from the jackknife.
+    ``statistic`` takes two arguments. The first is the weights of the repeats, (K,). The second is an assumed error of
+    the reference, in standard errors of relMSE; 0 for none. ``repeats`` is K. The spread over repeats comes from the
+    jackknife.
     """
     found = jackknife(lambda kept: statistic(kept, 0.0), repeats)
     everything = np.ones(repeats)
@@ -310,9 +311,8 @@ def time_to_error(runs: Runs, target: float) -> Interval:
 def typical_interval(logs: Callable[[float], Floats], more: float) -> Interval:
     """Return the median over repeats of a logarithm, with an interval that includes the reference's uncertainty.
 
-    Use it for times of typical runs. ``logs`` takes an error of the reference, in standard errors (as for
-    `Runs.moved`), and returns the logarithms of all repeats, (K,). ``more`` is the half width of a further independent
-    uncertainty.
+    Use it for times of typical runs. ``logs`` takes an assumed error of the reference, in standard errors of relMSE,
+    and returns the logarithms of all repeats, (K,). ``more`` is the half width of a further independent uncertainty.
     """
     found = median_interval(logs(0.0))
     if not math.isfinite(found.value):

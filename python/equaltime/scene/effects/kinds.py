@@ -60,7 +60,7 @@ __all__ = ["KINDS", "Effect", "Reason", "derive", "kind_of"]
 
 @dataclass(frozen=True)
 class Effect:
-    """Description of an effect, a feature of scenes such as media.
+    """Description of an effect, a feature of scenes (such as media) that costs time and may be left out of a render.
 
     It has the effect's name, its title, a test for objects that use the effect, and the stand-in if the effect is left
     out.

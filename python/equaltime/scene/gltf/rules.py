@@ -185,10 +185,10 @@ def table(needs: str = "", /, **fields: Rule) -> Rule:
 
 
 def walk(rule: Rule, value: Any, place: str = "") -> Iterator[tuple[Rule | None, Any, str]]:
-    """Iterate over the leaves of a JSON value that follows `rule`, as triples (rule, leaf, path in the JSON).
+    """Iterate over the leaves of a JSON value that follows `rule`, to find properties that are not read.
 
-    A leaf is a value whose rule has no smaller rules for parts of the value. Properties that no `table` lists are
-    leaves, too, with None as their rule.
+    Each leaf comes as a triple (rule, leaf, path in the JSON). A leaf is a value whose rule has no smaller rules for
+    parts of the value. Properties that no `table` lists are leaves, too, with None as their rule.
     """
     if isinstance(rule, _Every):
         for i, entry in enumerate(value):

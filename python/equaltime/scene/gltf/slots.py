@@ -27,7 +27,7 @@ ALPHA = (3,)
 
 @dataclass(frozen=True, slots=True)
 class TextureUse:
-    """A textureInfo object of glTF: the index of a texture, and a transform of the texture coordinates."""
+    """A textureInfo object of glTF: how a material uses a texture, with a transform of the texture coordinates."""
 
     index: int
     uv_set: int = 0

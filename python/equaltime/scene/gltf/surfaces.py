@@ -74,7 +74,7 @@ INFINITE_IOR = 1000.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SurfaceLook:
-    """Parameters of the BSDF, emitter and medium of a glTF material."""
+    """A glTF material, converted to parameters of a BSDF, an emitter and a medium."""
 
     slots: Mapping[str, Slot]
     """Parameters of `principled` by name, and ``opacity``, ``normal``, ``radiance``, ``transmission`` (thin walls).

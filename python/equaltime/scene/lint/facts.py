@@ -73,9 +73,9 @@ UNCERTAIN: Final = 1e-2
 
 @dataclass(frozen=True, eq=False)
 class MeshFacts:
-    """Results of one pass over the triangles of a mesh.
+    """Facts about a mesh, from which lint finds hazards such as gaps or a wrong orientation.
 
-    The results are counts of bad triangles, area, volume, closedness, and hashes for comparison with other meshes.
+    They are counts of bad triangles, area, volume, closedness, and hashes for comparison with other meshes.
     """
 
     degenerate: int
@@ -103,7 +103,10 @@ class MeshFacts:
 
 
 def facts(part: Part) -> MeshFacts:
-    """Return the results of one pass over all triangles of the mesh of `part`, the surface of a shape."""
+    """Return counts of bad triangles, area, volume and closedness of the mesh of `part`, the surface of a shape.
+
+    All are computed in one pass over the triangles. `part` must have a mesh.
+    """
     mesh = part.mesh
     assert mesh is not None
     points = part.points.astype(np.float64)

@@ -150,7 +150,7 @@ class LintScene:
 
     @cached_property
     def meshes(self) -> tuple[Part, ...]:
-        """Surfaces in `parts` that consist of triangles."""
+        """All surfaces in `parts` that consist of triangles."""
         return tuple(part for part in self.parts if part.mesh is not None)
 
 

@@ -21,7 +21,7 @@ __all__ = ["Animation", "Deformation", "MeshName", "Placement", "RigidPlacement"
 
 @dataclass(frozen=True, slots=True)
 class Animation:
-    """Transforms from local to world space at several times."""
+    """Motion of a shape or a camera: transforms from local to world space at several times (keys)."""
 
     times: tuple[float, ...]
     """Times of the keys, increasing, in the units of the sensor's ``shutter_open`` and ``shutter_close``."""

@@ -90,7 +90,7 @@ class Conductor(BsdfPlugin):
 
 
 class Rough(BsdfPlugin):
-    """Base of the microfacet BSDFs whose roughness may differ between tangent and bitangent."""
+    """Base class of the microfacet BSDFs whose roughness may differ between tangent and bitangent."""
 
     distribution: Distribution = "beckmann"
     alpha: Roughness = 0.1

@@ -49,7 +49,7 @@ FARTHEST_UV: Final = 2.0**24
 
 
 class OnUv(TexturePlugin):
-    """Base of the textures that are evaluated at texture coordinates (u, v)."""
+    """Base class of the textures that are evaluated at texture coordinates (u, v)."""
 
     to_uv: Transform = IDENTITY
     """Transform (4, 4) of the texture coordinates before the lookup; only rows 0 and 1, columns 0, 1 and 3, are
