@@ -275,10 +275,10 @@ class Scene(Shown):
     ) -> Scene:
         """Return the scene with another film size, crop window (x, y, width, height), path length or shutter.
 
-        `shutter` holds the times of opening and closing, in the units of the scene's animations; equal times make a
-        still. A new size without a crop renders the whole film. A new `max_depth` changes the exact image. The error of
-        a render is then the distance from the new exact image, not from the image with `own_max_depth`. With
-        `transparent`, images get alpha, and the camera does not see the sky (`equaltime.scene.changes.transparent`).
+        `size` is (width, height) in pixels; without a crop, the whole film is rendered. `max_depth` is the largest
+        number of segments of a path. A new value changes the image to which a render converges, and errors are measured
+        from that image. `shutter` holds the times of opening and closing, in the units of the scene's animations; equal
+        times make a still. With `transparent`, images get alpha, and the camera does not see the sky.
 
         Raises
         ------

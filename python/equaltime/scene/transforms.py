@@ -105,10 +105,16 @@ def parse(value: object, *, flat: bool = False) -> Matrix4:
     """Return the transform (4, 4) that `value` describes in one of the spellings of scene files.
 
     `value` may be a 4x4 matrix (NumPy array, nested lists, an object with a ``matrix`` such as Mitsuba's transforms),
-    one step, or a list of steps. A step is a table with one key: ``{"translate": [x, y, z]}``, ``{"scale": s}`` or
-    ``[x, y, z]``, ``{"rotate": {"axis": [x, y, z], "angle": degrees}}``, ``{"look_at": {"origin": …, "target": …, "up":
-    …}}``, ``{"matrix": [...]}``. With `flat`, for a map of the plane, a 3x3 matrix and steps with two numbers are
-    accepted too. Raises ValueError for any other `value`.
+    one step, or a list of steps. A step is a table with one key:
+
+    - ``{"translate": [x, y, z]}``
+    - ``{"scale": s}`` or ``{"scale": [x, y, z]}``
+    - ``{"rotate": {"axis": [x, y, z], "angle": degrees}}``
+    - ``{"look_at": {"origin": …, "target": …, "up": …}}``
+    - ``{"matrix": [...]}``
+
+    With `flat`, for a map of the plane, a 3x3 matrix and steps with two numbers are accepted too. Raises ValueError for
+    any other `value`.
     """
     if isinstance(value, Mapping):
         value = [value]

@@ -85,7 +85,7 @@ def megabytes(size: float) -> str:
 
 
 def probability(p: float) -> str:
-    """Return a p-value as text with its sign, such as ``p = 0.03``; below 0.0001 it is ``p < 0.0001``."""
+    """Return a p-value as text, such as ``p = 0.03``, or ``p < 0.0001`` if it is smaller."""
     return f"p = {p:.2f}" if p >= 0.01 else f"p = {p:.4f}" if p >= 0.0001 else "p < 0.0001"
 
 

@@ -107,10 +107,9 @@ class Slot:
 
     @property
     def raw(self) -> bool:
-        """Value of the parameter ``raw`` of the plugin `bitmap`: True if texels are used without sRGB decoding.
+        """Value of the parameter ``raw`` of the plugin `bitmap`: True if its texels must not be decoded from sRGB.
 
-        It is False if the texels may be encoded as sRGB and are used unchanged, so that the decoding is left to the
-        lookup.
+        It is False for texels that may be encoded as sRGB and come unchanged from the image.
         """
         return not (self.encoded and self.plain)
 
