@@ -104,8 +104,8 @@ class Lamps:
     def in_plain_sight(cls, scene: Any, settings: Any) -> Lamps:
         """Return the lamps that the camera of the core's scene sees directly, in the whole film.
 
-        ``settings`` are the core's settings of a render, whose crop has no effect here. Pixel indices are ``y * width +
-        x`` of the whole film.
+        ``settings`` are the core's settings of a render, whose crop has no effect here. The indices of pixels in the
+        whole film are ``y * width + x``.
         """
         return cls._made_of([lamps_in_sight(scene, settings, 0, _POINTS, whole_film=True)])
 

@@ -48,9 +48,9 @@ PARTS: Final = np.dtype(
     ]
 )
 """Sums over the merged renders (parts) that have samples in a pixel. ``parts`` counts these renders, and ``uneven``
-counts those whose two groups of samples (replicates) have unequal counts. With n samples, mean I_k and variance V in
-render k, and the merged mean I, ``squares``, ``within`` and ``between`` are the sums of ``n²``, ``n² V`` and ``n (I_k -
-I)²``. `equaltime.film.parts_of_merge` has the formulas."""
+counts those whose two groups of samples (replicates) have unequal counts. Let render k have n samples with mean I_k and
+variance V, and let I be the merged mean. Then ``squares``, ``within`` and ``between`` are the sums of ``n²``, ``n² V``
+and ``n (I_k - I)²``. `equaltime.film.parts_of_merge` has the formulas."""
 
 
 _ROWS: Final = 64
