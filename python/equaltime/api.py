@@ -67,7 +67,7 @@ def render(
     Parameters
     ----------
     scene
-        A loaded scene, the path of a scene file, or a dict as for `load_dict`.
+        A loaded scene, the path of a scene file, or nested dictionaries with Mitsuba's names (`load_dict`).
     spp
         Samples per pixel. Without ``spp``, ``time`` and ``error``, the scene's own sample count is taken, or else 64.
         One sample alone gives no standard error. If several of the three limits are given, the first one reached ends
@@ -77,7 +77,8 @@ def render(
         completed: some pixels then have fewer samples, or none. Outputs that the scene asks for beside the image take
         additional time, which ``stats.phases["outputs"]`` holds in seconds.
     strategy
-        A `Strategy`, or text for `Strategy.parse`.
+        The methods by which paths are sampled: a `Strategy`, or text such as ``best`` or ``mis,sampler=sobol``, as
+        `Strategy.parse` reads it.
     observer
         An `Observer`. Its methods are called for progress, quotes (predictions of time and error), ended passes, and
         checkpoints that could not be written.
@@ -86,7 +87,7 @@ def render(
     threads
         Number of worker threads; 0 is one for each processor.
     backend
-        ``core``, or ``embreex`` for the slow float64 cross-check (``spp`` and ``seed`` only).
+        ``core``, or ``embreex``: a second, slow renderer in float64 that checks the first (``spp`` and ``seed`` only).
     error
         Relative error to reach: 0.02 is 2 %. The argument ``stop`` chooses the rule that ends the render.
     resume
@@ -94,7 +95,7 @@ def render(
         was never stopped.
     checkpoint, checkpoint_every, checkpoint_exposure
         EXR file in which the render so far is saved, the seconds between two savings, and the exposure of the previews
-        beside it as for `Result.save`. The interval grows if saving would take more than half of the time.
+        beside it, in stops or ``auto``. The interval grows if saving would take more than half of the time.
     without
         Names of effects to leave out; an effect is a feature of the scene or of its light, see `equaltime.effects`. The
         image is then biased, and is labelled as biased. A pilot (a short render) measures the bias, and the image's
@@ -105,8 +106,8 @@ def render(
     cluster
         Processes that take the samples: ``local:N`` for N processes on this machine, the address of a scheduler of Dask
         such as ``tcp://node1:8786``, a ``distributed.Client``, or a ``concurrent.futures.Executor``. The image has the
-        bits of a render in this process (`equaltime.cluster`). With ``checkpoint``, units that are finished are kept
-        beside that file until it has them.
+        bits of a render in this process (`equaltime.cluster`). With ``checkpoint``, samples that a process has
+        finished are kept beside that file until the file contains them.
     show
         A viewer that receives the image after passes, at most a few times a second, and at the end.
     traps

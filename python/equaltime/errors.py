@@ -56,7 +56,7 @@ class Problem:
     place: str
     """``file:line`` or ``file: key.path``, as exact as the format allows."""
     message: str
-    """Words that say which value was found, which values are allowed, and often the nearest known name."""
+    """Text that says which value was found, which values are allowed, and often the nearest known name."""
 
     def __str__(self) -> str:
         return f"{self.place}: {self.message}" if self.place else self.message
@@ -104,7 +104,7 @@ class RenderError(EqualtimeError):
 
 
 class BrightImage(RenderError):
-    """Raised if a pixel is larger than float32 can hold. ``result`` has all samples, and infinity at this pixel."""
+    """Raised if a pixel is larger than float32 can hold. ``result`` holds the render, with infinity at this pixel."""
 
     def __init__(self, pixel: str, value: float, result: object = None, kept: str = "") -> None:
         self.pixel, self.value, self.result, self.kept = pixel, value, result, kept
@@ -115,15 +115,15 @@ class BrightImage(RenderError):
         return type(self), (self.pixel, self.value, self.result, self.kept)
 
     def with_result(self, result: object, kept: str = "") -> Self:
-        """Return a copy of this error that carries another result.
+        """Return a copy of this error that carries another result, such as one with the outputs beside the image.
 
-        ``kept`` names the file where that result is saved; empty if it is not saved.
+        ``kept`` names the file in which that result is saved; empty if it is not saved.
         """
         return type(self)(self.pixel, self.value, result, kept)
 
 
 class SampleError(RenderError):
-    """Raised for an unusable sample, after the pass of the render that took the sample.
+    """Raised for an unusable sample, after the pass (round of samples) of the render that took the sample.
 
     ``pixel`` is the sample's pixel (x, y) in the whole film, and ``index`` its number within the pixel. ``result`` is
     the render so far. ``command`` is a command line, as a tuple of words, that shows the sample's path. ``command`` is
@@ -131,7 +131,7 @@ class SampleError(RenderError):
     """
 
     kind: ClassVar[str] = "bad sample"
-    """Words for the problem in the error message, unless the argument ``what`` gives other words."""
+    """Name of the problem in the error message, unless the argument ``what`` names it."""
 
     def __init__(
         self,
@@ -151,7 +151,10 @@ class SampleError(RenderError):
         return type(self), (self.pixel, self.index, self.seed, self.result, self.command, self.what)
 
     def with_words(self, *words: str) -> Self:
-        """Return a copy of this error with ``words`` appended to ``command``; an empty command stays empty."""
+        """Return a copy of this error with ``words``, such as options, appended to ``command``.
+
+        An empty command stays empty.
+        """
         command = (*self.command, *words) if self.command else ()
         return type(self)(self.pixel, self.index, self.seed, self.result, command, self.what)
 

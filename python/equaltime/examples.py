@@ -47,7 +47,10 @@ def example_of(path: Path) -> Path | None:
 
 
 def experiments_of(path: Path) -> Path | None:
-    """Return the folder of the example experiments if ``path`` is ``experiments`` and does not exist, else None."""
+    """Return the folder of the example experiments if ``path`` is ``experiments`` and does not exist, else None.
+
+    With the folder, a command can be given all example experiments by one word.
+    """
     folder = scenes_folder() / "experiments"
     return folder if path == Path(folder.name) and not path.exists() else None
 

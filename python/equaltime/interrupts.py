@@ -16,7 +16,10 @@ _held_at = -math.inf
 
 
 def last_held_back() -> float:
-    """Return the time, on the clock `time.monotonic`, at which `held_back` last caught a signal; -inf if never."""
+    """Return the time of the clock `time.monotonic` at which `held_back` last caught a signal; -inf if it never did.
+
+    A signal is Ctrl-C or SIGTERM.
+    """
     return _held_at
 
 

@@ -16,7 +16,7 @@ _OWN = Path("/proc/self/cgroup")
 
 
 def worker_threads(wanted: int) -> int:
-    """Return the number of worker threads to start: ``wanted``, or for 0 one thread per processor."""
+    """Return the number of worker threads to start: ``wanted``, or one for each usable processor if ``wanted`` is 0."""
     return wanted or processors()
 
 

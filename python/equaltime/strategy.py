@@ -34,10 +34,11 @@ __all__ = ["PRESETS", "Strategy"]
 
 
 class Strategy(BaseModel):
-    """A choice of methods for sampling light paths; immutable.
+    """A choice of methods for sampling light paths, on which the cost of an image depends; immutable.
 
     ``Strategy()`` is the preset ``best``. `Strategy.parse` reads ``preset,key=value,…`` or a TOML file. ``str()`` of a
-    strategy gives `name`, a text from which `Strategy.parse` makes an equal strategy.
+    strategy gives a text from which `Strategy.parse` makes an equal strategy. The expected image is the same with all
+    strategies whose `biased` is False.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
@@ -62,9 +63,9 @@ class Strategy(BaseModel):
     roulette: Literal["none", "constant", "albedo", "throughput", "efficiency", "automatic"] = "automatic"
     """Survival probability of Russian roulette, which is unbiased. ``none`` uses no roulette. ``constant`` uses
     `survival`. ``albedo`` uses the largest component of the surface's albedo. ``throughput`` uses the path's
-    throughput. ``efficiency`` uses the throughput too, and splits a path at its first scattering. A pilot chooses the
-    number of copies for the least variance times rays. ``automatic`` is ``efficiency`` if a pilot shows that splitting
-    pays, else ``throughput``."""
+    throughput. ``efficiency`` uses the throughput too, and splits a path at its first scattering. A pilot (short
+    render) chooses the number of copies for the least variance times rays. ``automatic`` is ``efficiency`` if a pilot
+    shows that splitting pays, else ``throughput``."""
     roulette_depth: int | None = Field(default=None, ge=1, lt=2**31)
     """First depth at which the roulette may end a path. The default is 5, and None without roulette."""
     survival: float | None = Field(default=None, gt=0.0, lt=1.0)
@@ -80,11 +81,12 @@ class Strategy(BaseModel):
     random choice. ``lattice`` uses one lattice with random shifts for all choices at the first eight vertices (Cools,
     Kuo & Nuyens 2006)."""
     adaptive: Literal["none", "error", "neighbours", "history", "cutoff"] = "error"
-    """Rule by which pixels get more samples after a pilot (`equaltime.film.adaptive`). ``none`` gives all pixels the
-    same number. ``error`` prefers pixels whose neighbours showed a large error, if the pilot shows a gain. ``error`` is
-    unbiased; a crop has other sample counts than the whole image. The other rules are biased, and exist for comparison.
-    ``neighbours`` prefers pixels around which the values scatter. ``history`` prefers pixels with a large error of
-    their own. ``cutoff`` skips pixels that seem converged, as most renderers do."""
+    """Rule by which pixels get more samples after a pilot, a short render with equal counts
+    (`equaltime.film.adaptive`). ``none`` gives all pixels the same number. ``error`` prefers pixels whose neighbours
+    showed a large error, if the pilot shows a gain. ``error`` is unbiased; a crop has other sample counts than the
+    whole image. The other rules are biased, and exist for comparison. ``neighbours`` prefers pixels around which the
+    values scatter. ``history`` prefers pixels with a large error of their own. ``cutoff`` skips pixels that seem
+    converged, as most renderers do."""
 
     @model_validator(mode="wrap")
     @classmethod
@@ -118,7 +120,7 @@ class Strategy(BaseModel):
 
     @property
     def name(self) -> str:
-        """Text from which `parse` makes this strategy, with the fewest keys: such as ``mis,sampler=sobol``."""
+        """Text with the fewest keys from which `Strategy.parse` makes this strategy, such as ``mis,sampler=sobol``."""
         candidates = [_text_as_variation(self, preset) for preset in PRESETS]
         return min(candidates, key=lambda text: text.count(","))
 
@@ -132,7 +134,10 @@ class Strategy(BaseModel):
 
     @classmethod
     def of(cls, strategy: Strategy | str) -> Strategy:
-        """Return ``strategy`` if it is a `Strategy`, or else parse it as text; raises `StrategyError` like `parse`."""
+        """Return ``strategy`` itself if it is a `Strategy`, or else the strategy that `parse` reads from the text.
+
+        Raises `StrategyError` for a text that describes no strategy.
+        """
         return strategy if isinstance(strategy, Strategy) else cls.parse(strategy)
 
     @classmethod

@@ -32,8 +32,8 @@ def json_text(
 ) -> str:
     """Return ``data`` as JSON text, with ``null`` for every number that is not finite.
 
-    The options are as for `json.dumps`. Values that ``default`` returns are treated in the same way. Raises ValueError
-    for a dict key that is not finite, because ``null`` cannot be a key.
+    The options mean the same as in `json.dumps`. Values that ``default`` returns are treated in the same way. Raises
+    ValueError for a dict key that is not finite, because ``null`` cannot be a key.
     """
     return json.dumps(
         _finite(data),

@@ -22,12 +22,12 @@ _LIMITS = {"gt": "more than", "ge": "at least", "lt": "less than", "le": "at mos
 
 
 def explain(details: ErrorDetails, known: Iterable[str] = (), nouns: Mapping[str, str] = NOUNS) -> str:
-    """Return one of pydantic's errors as a message, such as ``expected a number, found 'x'``.
+    """Return one of pydantic's errors as a message for the user, such as ``expected a number, found 'x'``.
 
     Parameters
     ----------
     details
-        One of ``ValidationError.errors(include_url=False)``.
+        One of the errors that ``ValidationError.errors(include_url=False)`` lists.
     known
         Names to suggest for an unknown key.
     nouns
@@ -45,9 +45,9 @@ def explain(details: ErrorDetails, known: Iterable[str] = (), nouns: Mapping[str
 
 
 def expectation(details: ErrorDetails, nouns: Mapping[str, str] = NOUNS) -> str:
-    """Return what one of pydantic's errors expected: ``expected a number`` or ``must be at least 1``.
+    """Return in words the value that one of pydantic's errors expected: ``expected a number``, ``must be at least 1``.
 
-    ``nouns`` is described at `explain`.
+    ``nouns`` has expected values in words, by pydantic's type of error.
     """
     kind, context = details["type"], details.get("ctx", {})
     if kind in nouns:

@@ -23,8 +23,8 @@ __all__ = [
 
 MOST_NAMES: Final = 512
 LONGEST_NAME: Final = 100
-"""Limits of `nearest`, whose time grows with their product: `MOST_NAMES` known names, `LONGEST_NAME` letters in a
-word."""
+"""Limits of `nearest`: it looks for a similar name among at most `MOST_NAMES` names, for a word of at most
+`LONGEST_NAME` letters. Its time grows with the product of both."""
 _BRACKETS: Mapping[type[object], tuple[str, str]] = {list: ("[", "]"), tuple: ("(", ")"), dict: ("{", "}")}
 _UNITS = [("ms", 1e-3, 0.9995), ("s", 1.0, 299.5), ("min", 60.0, 1.8e4), ("h", 3600.0, 3.6e5)]
 """Units of time: name, seconds, and the number of seconds from which the next unit serves better."""
@@ -53,12 +53,15 @@ def duration(seconds: float) -> str:
 
 
 def time_unit(seconds: float) -> tuple[str, float]:
-    """Return the unit that fits a time, ``ms``, ``s``, ``min``, ``h`` or ``days``, and its seconds."""
+    """Return the unit in which a time of this many seconds is best read, and the unit's length in seconds.
+
+    The unit is ``ms``, ``s``, ``min``, ``h`` or ``days``.
+    """
     return next(((name, size) for name, size, most in _UNITS if seconds < most), ("days", 86400.0))
 
 
 def figure(number: float) -> str:
-    """Return a number with three significant digits and without exponent: ``0.0523``, ``6.4``, ``1,040``."""
+    """Return a number as text with three significant digits and without exponent: ``0.0523``, ``6.4``, ``1,040``."""
     return f"{float(f'{number:.3g}'):,.12g}"
 
 

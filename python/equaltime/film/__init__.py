@@ -1,1 +1,1 @@
-"""The film: moments (count, mean, deviation) of each pixel's samples, error estimates, and adaptive sample counts."""
+"""The film: statistics of each pixel's samples, estimates of an image's error, and adaptive sample counts."""

@@ -47,7 +47,7 @@ __all__ = ["METRICS", "PILOT", "Gain", "pilot_statistics"]
 Floats = NDArray[np.float64]
 
 PILOT = 8
-"""Number of samples per pixel in the pilot, which every pixel gets before its rate is chosen."""
+"""Samples per pixel in the pilot, the short render with equal sample counts from which sampling rates are chosen."""
 _TILE = 16
 """Side of a tile, in pixels."""
 _LEAST = 0.1
@@ -61,10 +61,12 @@ shorter one. More samples gain more, as the pilot's part shrinks."""
 
 
 def error_rates(pilot: PixelStatistics, rays: Floats) -> Floats:
-    """Return the sampling rate of each pixel, (H, W): its sample count relative to the mean count.
+    """Return the sampling rate of each pixel, (H, W): its sample count relative to the image's mean count.
 
-    A pixel's rate depends on the pilot's samples of other pixels alone. ``rays`` (H, W) is the number of rays that the
-    pilot took in each pixel. The module describes the method.
+    This is the unbiased metric ``error`` of adaptive sampling: noisy pixels get more samples. ``pilot`` holds the
+    statistics of a short render with equal sample counts. A pixel's rate depends on the pilot's samples of other pixels
+    alone. ``rays`` (H, W) is the number of rays that the pilot traced in each pixel. Where the pilot shows no gain from
+    uneven counts, or if the image is smaller than 32 pixels along a side, rates are equal.
     """
     height, width = pilot.samples.shape
     if min(height, width) < 2 * _TILE:
@@ -97,10 +99,10 @@ def _within_tile(length: int) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class Gain:
-    """Predicted gain of uneven sampling rates over equal rates.
+    """Predicted gain of uneven sampling rates over equal rates, for the decision whether adaptive sampling pays.
 
-    ``value`` is the logarithm of the factor by which uneven rates reduce error² times rays. ``error`` is its standard
-    error.
+    ``value`` is the natural logarithm of the factor by which uneven rates reduce error² times rays; above 0 they pay.
+    ``error`` is the standard error of ``value``.
     """
 
     value: float
@@ -108,12 +110,13 @@ class Gain:
 
     @classmethod
     def of(cls, noise: Floats, rays: Floats, rates: Floats, samples: int = _JUDGED) -> Gain:
-        """Return the gain of sampling rates over equal rates, predicted from a pilot with equal sample counts.
+        """Return the gain of uneven sampling rates over equal rates, predicted from a pilot.
 
-        The arrays have one element for each judged pixel. ``noise`` is the pixel's contribution to error² in the pilot,
-        ``rays`` is its number of rays there, and ``rates`` is its sampling rate. No pixel's rate may depend on its own
-        samples. ``samples`` is the mean sample count for which the gain is predicted. The standard error comes from the
-        influence function, with all pixels taken as independent.
+        A pilot is a short render with equal sample counts. The arrays have one element for each pixel that is used.
+        ``noise`` is the pixel's contribution to error² in the pilot, and ``rays`` is the number of rays that the pilot
+        traced in the pixel. ``rates`` is the pixel's sample count relative to the mean count. No pixel's rate may
+        depend on the pixel's own samples. ``samples`` is the mean number of samples per pixel for which the gain is
+        predicted. The standard error comes from the influence function, with all pixels taken as independent.
         """
         counts = PILOT / samples + rates * (1.0 - PILOT / samples)
         even, uneven = (noise, rays), (noise / counts, rays * counts)
@@ -125,14 +128,15 @@ class Gain:
 
     @property
     def sure(self) -> bool:
-        """Whether the gain is above 0 by more than its standard error."""
+        """Whether uneven rates pay: True if the predicted gain is above 0 by more than its standard error."""
         return self.value > self.error
 
 
 def pilot_statistics(moments: NDArray[Any]) -> PixelStatistics:
-    """Return mean, variance and sample count of every pixel from the (R, H, W) moments of a pilot.
+    """Return mean, variance and sample count of every pixel of a pilot, a short render that decides sampling rates.
 
-    The field ``deviation`` is set too: the standard deviation of one sample, (H, W, 3).
+    ``moments`` (R, H, W) holds count, mean and deviation of each pixel's samples, in R replicates (groups of samples).
+    The field ``deviation`` of the result is set too: the standard deviation of one sample, (H, W, 3).
     """
     return replace(pixel_statistics(moments), deviation=sample_deviations(moments))
 
@@ -163,7 +167,8 @@ def _tiles(weights: Floats) -> Iterator[tuple[tuple[slice, slice], float]]:
 def history_rates(pilot: PixelStatistics, _: Floats) -> Floats:
     """Return sampling rates (H, W) that grow linearly with each pixel's own relative standard error in the pilot.
 
-    A pixel's own samples decide its rate, so the image is biased.
+    A rate is a sample count relative to the mean count, and a pilot is a short render with equal counts. A pixel's own
+    samples decide its rate, so the image is biased. The metric exists for comparison. The second argument is not used.
     """
     weights = _weights(pilot.variance, pilot.mean, 0.1 * float(pilot.mean.mean()))
     return _relative(weights, float(weights.mean()))
@@ -172,8 +177,9 @@ def history_rates(pilot: PixelStatistics, _: Floats) -> Floats:
 def neighbours_rates(pilot: PixelStatistics, _: Floats) -> Floats:
     """Return sampling rates (H, W) that grow linearly with the relative standard deviation of the 7x7 pixels around.
 
-    Both noise and edges contribute to that deviation. A pixel's own samples contribute to its rate, so the image is
-    biased.
+    A rate is a sample count relative to the mean count. The standard deviation is the scatter of the 49 pixel means of
+    the pilot, a short render with equal counts, so both noise and edges raise it. A pixel's own samples contribute to
+    its rate, so the image is biased. The metric exists for comparison. The second argument is not used.
     """
     around = neighbours(*pilot.samples.shape)
     local = box_sum(pilot.mean) / around
@@ -183,9 +189,11 @@ def neighbours_rates(pilot: PixelStatistics, _: Floats) -> Floats:
 
 
 def cutoff_rates(pilot: PixelStatistics, _: Floats) -> Floats:
-    """Return sampling rates (H, W): 0 for pixels with less than half of the image's error, and equal for all others.
+    """Return sampling rates (H, W) that stop sampling pixels which seem converged, as many renderers do.
 
-    Many renderers sample adaptively by this rule. A pixel's own samples decide its rate, so the image is biased.
+    A rate is a sample count relative to the mean count. It is 0 for pixels with less than half of the image's error (a
+    root mean square) in the pilot, a short render with equal counts. All other pixels have equal rates. A pixel's own
+    samples decide its rate, so the image is biased. The metric exists for comparison. The second argument is not used.
     """
     weights = _weights(pilot.variance, pilot.mean, 0.1 * float(pilot.mean.mean()))
     goes_on = weights > 0.5 * float(np.sqrt(np.square(weights).mean()))

@@ -57,44 +57,50 @@ _MOST_KNOWN = 100.0
 _MOST_EXPONENT = 200
 
 UNKNOWN_ERROR = Interval(math.nan, 0.0, math.inf)
-"""Interval of an unknown error, which is only known to be at least 0."""
+"""Interval of an error about which nothing is known: value NaN, limits 0 and infinity."""
 
 
 @dataclass(frozen=True, eq=False)
 class PixelStatistics:
     """Mean, variance and sample count of every pixel of an image.
 
-    The image's standard error and its relative error are computed from these arrays.
+    The image's standard error and its relative error are computed from these arrays. The variances come from R
+    replicates: disjoint groups of a pixel's samples, usually two, whose means differ by noise alone.
     """
 
     mean: Floats
     """(H, W, 3): the image; 0 where there is no sample."""
     variance: Floats
-    """(H, W, 3): estimated variance *of the mean*; NaN where fewer than two replicates have samples."""
+    """(H, W, 3): estimated variance *of the mean*; NaN where fewer than two replicates (groups of samples) have
+    samples."""
     samples: NDArray[np.int64]
     """(H, W): samples taken."""
     degrees: float
-    """Degrees of freedom behind each pixel's variance: R - 1 for R replicates."""
+    """Degrees of freedom of each pixel's variance: R - 1 for R replicates; for a merged render, a mean over pixels."""
     deviation: Floats | None = None
-    """(H, W, 3): standard deviation *of one sample*; None if it was not asked for."""
+    """(H, W, 3): standard deviation *of one sample*; None if it was not computed."""
     factors: Floats | None = None
-    """(H, W): factor from the spread of replicates to the variance; None if none was applied."""
+    """(H, W): correction factor that ``variance`` contains, from second nets: further samples of some pixels
+    (`equaltime.film.second_nets`). None if the variances are not corrected."""
     common_doubt: float = 0.0
-    """Relative standard deviation of the correction factor that all variances share; 0 without ``factors``."""
+    """Relative standard deviation of the correction factor from second nets, which is common to all pixels; 0 without
+    ``factors``."""
 
     @property
     def spread(self) -> Floats:
-        """Variance of each pixel's mean, (H, W, 3), if its replicates (halves of its samples) were independent.
+        """Variance of each pixel's mean, (H, W, 3), without the correction ``factors``.
 
-        It lacks the ``factors`` that correct it where the replicates are halves of one net.
+        This is the variance that the difference of replicates (groups of a pixel's samples) gives if replicates are
+        independent.
         """
         return self.variance if self.factors is None else self.variance / self.factors[..., None]
 
 
 def pixel_statistics(moments: NDArray[Any]) -> PixelStatistics:
-    """Return mean, variance and sample count of every pixel, with all replicates joined into one image.
+    """Return mean, variance and sample count of every pixel, from the means of its R replicates.
 
-    With ``n_r`` samples and mean ``M_r`` in replicate r, and ``N = Σ n_r``, the image is ``I = Σ n_r M_r / N``, and
+    Replicates are disjoint groups of a pixel's samples, usually two. With ``n_r`` samples and mean ``M_r`` in replicate
+    r, and ``N = Σ n_r``, the image is ``I = Σ n_r M_r / N``, and
 
         ``Var(I) ≈ Σ n_r (M_r - I)² / ((K - 1) N)``,  K the number of replicates that have samples.
 
@@ -116,9 +122,9 @@ def pixel_statistics(moments: NDArray[Any]) -> PixelStatistics:
 def standard_error(pixels: PixelStatistics) -> NDArray[np.float32]:
     """Return the standard error of every pixel, (H, W, 3) float32, ``inf`` where unknown.
 
-    One pixel's R replicates tell little about its variance (R - 1 degrees of freedom). So the variance *of one sample*
-    is averaged over the 7x7 neighbourhood, as far as it lies in the image and variances are known. That average is
-    divided by the pixel's own sample count.
+    It is the standard deviation of the pixel's mean. A pixel's own variance comes from few replicates (groups of its
+    samples), and so is poorly known. So the variance *of one sample* is averaged over the 7x7 neighbourhood, as far as
+    it lies in the image and variances are known. That average is divided by the pixel's own sample count.
     """
     return standard_errors(pixels.mean, pixels.variance, pixels.samples)
 
@@ -129,20 +135,28 @@ def image_error(
     hidden: Callable[[PixelStatistics, float], float] | None = None,
     least: Floats | None = None,
 ) -> Interval:
-    """Return the relative error of the image, as this module defines it, with its interval.
+    """Return the relative error of an image (0.02 is 2 %) with its interval: the root of a mean of relative variances.
 
-    The interval is meant to hold the *realised* error of this very image in 95 % of renders (or another ``level``). The
-    logarithm of each limit is half a width away from log(error), with the error by the limit's own reference (see the
-    module). The width comes from the variance of the estimate and from the variance of the realised error. (The
-    variance of a squared Gaussian is twice the square of its mean. It is no less than the variance of its estimate from
-    two replicates.) The quantile is Student's t, for the effective number of contributions.
+    The squared error is ``mean over pixels and RGB of Var(I) / (R² + (0.1 m)²)``. Here I is the pixel, R its reference
+    brightness, between the pixel and its 7x7 local mean, and m the mean of the image. The interval is meant to hold the
+    *realised* error of this very image in a share ``level`` of renders.
 
-    The error is `UNKNOWN_ERROR` while a pixel has samples in fewer than two replicates. A black image has value 0 and
-    the upper limit ``inf``, because no light was seen and so nothing is known. The upper limit is 0 if no light can be
-    hidden.
+    Each limit uses a reference of its own: R includes the pixel for the lower limit, and excludes it for the upper
+    limit. The limit is the error by that reference, divided or multiplied by a factor. The factor comes from the
+    variance of the estimate and from the variance of the realised error. (The variance of a squared Gaussian is twice
+    the square of its mean. It is no less than the variance of its estimate from two replicates.) The quantile is
+    Student's t, for the effective number of contributions.
+
+    The error is `UNKNOWN_ERROR` while a pixel has samples in fewer than two replicates (groups of its samples). A black
+    image has value 0 and the upper limit ``inf``, because no light was seen. If ``hidden`` shows that no light can be
+    missing, the upper limit is 0.
 
     Parameters
     ----------
+    pixels
+        Mean, variance and sample count of every pixel.
+    level
+        Confidence level of the interval, in (0, 1).
     hidden
         Callable of (pixels, level) that returns the error² due to light that no sample has found. Black pixels and
         small lamps may hide such light (`equaltime.film.unseen`). That amount is added to the square of the upper
@@ -159,9 +173,23 @@ def error_and_brightest(
     hidden: Callable[[PixelStatistics, float], float] | None = None,
     least: Floats | None = None,
 ) -> tuple[Interval, float]:
-    """Return the estimate of `image_error`, and the share of error² that the brightest path makes, in [0, 1].
+    """Return the relative error of an image with its interval, and the share of error² that one bright path makes.
 
-    `equaltime.film.tails.outstanding` computes that share. The arguments are as for `image_error`.
+    The error is the result of `image_error`. The share, in [0, 1], tells whether the error depends on a single rare
+    path. It is the share of the most outstanding pixel, by `equaltime.film.tails.outstanding`; 0 if the error is
+    unknown.
+
+    Parameters
+    ----------
+    pixels
+        Mean, variance and sample count of every pixel.
+    level
+        Confidence level of the interval, in (0, 1).
+    hidden
+        Callable of (pixels, level) that returns the error² due to light that no sample has found, which is added to the
+        square of the upper limit; None adds nothing.
+    least
+        (H, W, 3): light that is certainly in each pixel's mean; None if no such light is known.
     """
     seen, brightest = _seen_error(pixels, level, least)
     if hidden is None or not seen.known:
@@ -215,7 +243,10 @@ def _half_width(contributions: Floats, moved: float, pixels: PixelStatistics, le
 
 
 def expected_half_width(squares: float, pixels: int, degrees: float) -> float:
-    """Return half the width of the 95 % interval of log(error) that `image_error` is expected to find.
+    """Return the half width that the 95 % interval of a planned render's log(error) will have.
+
+    The limits of the error are about ``exp(±half width)`` times its value. Use the function to predict an interval
+    before the render.
 
     Parameters
     ----------
@@ -245,31 +276,33 @@ def _quantile(level: float, degrees: float) -> float:
 
 
 def load_quantiles() -> None:
-    """Import SciPy's quantiles, which limits of errors may need, so that a later timing does not include the 0.1 s."""
+    """Import SciPy's quantiles, which limits of errors may need, before a render is timed; the import takes 0.1 s."""
     import scipy.special  # noqa: F401
 
 
 @dataclass(frozen=True, eq=False)
 class ErrorParts:
-    """Each pixel's contribution to error², (H, W), in three ways that differ in the brightness it is relative to.
+    """Each pixel's contribution to error², (H, W), relative to three reference brightnesses R of the pixel.
 
-    ``value`` is for the estimate, ``lenient`` for the lower limit, and ``cautious`` for the upper limit.
+    A contribution is the variance of the pixel's mean divided by ``R² + (0.1 m)²``, with m the mean of the image.
+    ``value`` is for the estimate. ``lenient`` includes the pixel itself in R, for the lower limit. ``cautious``
+    excludes the pixel from R, for the upper limit.
     """
 
     value: Floats
     lenient: Floats
     cautious: Floats
     moved: float
-    """Variance per pixel that the noise of references adds to ``value``."""
+    """Variance of ``value``, per pixel, that is due to the noise of the references R."""
 
 
 def error_parts(pixels: PixelStatistics, m: float, least: Floats | None = None) -> ErrorParts:
-    """Return each pixel's contribution to error² by each of the three references.
+    """Return each pixel's contribution to error², relative to three reference brightnesses; their mean is error².
 
     ``m`` is the mean of the image over pixels and channels. ``least`` (H, W, 3) is light that is certainly in each
-    pixel. The noise of the references adds variance (`ErrorParts.moved`), which is found by the delta method. The noise
-    of pixel j moves the mean of the image and the local means around j, and so several contributions at once. The
-    derivatives with respect to both kinds of means have the same sign, so their absolute values are added.
+    pixel; no reference is below it. The noise of the references adds variance (`ErrorParts.moved`), by the delta
+    method. The noise of pixel j moves the mean of the image and the local means around j, and so several contributions
+    at once. The derivatives with respect to both kinds of means have the same sign, so their absolute values are added.
     """
     contributions, sums = error_contributions(pixels.mean, pixels.variance, pixels.samples, error_floor(m), least)
     influence = 0.02 * m * sums["slopes"] / pixels.mean.size

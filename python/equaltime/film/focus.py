@@ -34,7 +34,7 @@ _MATTERS = 0.5
 
 @dataclass(frozen=True)
 class Focus:
-    """Light that specular surfaces of a scene focus, in three numbers.
+    """Light that specular surfaces of a scene focus: three numbers that tell whether a render's error can be trusted.
 
     ``paths`` tells how often paths meet such surfaces. ``light`` bounds the radiance of a white surface in the focused
     light. ``share`` bounds the share of a surface's samples that meet the focused emitters.
@@ -52,7 +52,11 @@ class Focus:
 
     @classmethod
     def of(cls, scene: Any, settings: Any, seed: int, threads: int, whole_film: bool = False) -> Focus:
-        """Return the three numbers of this class, estimated from 4096 paths over the crop, or over the whole film."""
+        """Return how much light the specular surfaces of a core's scene focus, estimated from 4096 paths.
+
+        ``settings`` are the core's settings of the render. The paths start in the crop window, or with ``whole_film``
+        in the whole film. ``threads`` is the number of threads; 0 is one for each processor.
+        """
         vertices, radiance, solid_angle = focused_light(
             scene, settings, seed, worker_threads(threads), _PATHS, whole_film
         )
@@ -70,23 +74,23 @@ class Focus:
 
     @property
     def rarely_met(self) -> bool:
-        """Whether focused light is so rare that most pixels of a render with 64 samples have not met it twice."""
+        """Whether focused light is so rare that most pixels of a render with 64 samples have met it at most once."""
         return self.possible and self.share < _RARELY
 
     def rare(self, samples: float) -> bool:
-        """Tell whether a pixel with this many samples may have met no focused light.
+        """Tell whether a pixel with this number of samples may have met no focused light.
 
-        The variance of such a pixel does not contain that light.
+        The variance of such a pixel does not contain that light, so the stated error may be too small.
         """
         return self.possible and samples * self.share < _MANY
 
     def doubt(self, samples: float, error: float, mean: float) -> str:
-        """Return, in words, why focused light puts the upper limit of an error in doubt; empty if it does not.
+        """Return, in words, why focused light may make the true error larger than the upper limit; empty if it cannot.
 
         Parameters
         ----------
         samples
-            Samples of a pixel, on average.
+            Samples per pixel, on average.
         error
             Relative error that the render states for the image: 0.02 is 2 %.
         mean

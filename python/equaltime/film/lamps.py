@@ -69,7 +69,7 @@ _MIRRORED: WeakKeyDictionary[Any, dict[int, _Found]] = WeakKeyDictionary()
 
 @dataclass(frozen=True, eq=False)
 class Lamps:
-    """Lamps that the camera sees, by pixel.
+    """Lamps that the camera sees, by pixel, to find the light that a render lacks while its samples miss small lamps.
 
     The fields ``pixels``, ``light`` and ``share`` describe small lamps, which fill less than a quarter of a pixel, so
     that its samples may miss them. The fields ``lit`` and ``surely`` describe lamps of any size.
@@ -89,10 +89,11 @@ class Lamps:
 
     @classmethod
     def of(cls, scene: Any, settings: Any, seed: int, threads: int, mirrors: bool) -> Lamps:
-        """Return the lamps that the camera of the core's scene sees.
+        """Return the lamps that the camera of the core's scene sees, with their light in each pixel.
 
-        With ``mirrors``, lamps that the camera sees in mirrors or through glass are included. They are searched once
-        for each scene, with the same chains for every seed.
+        ``settings`` are the core's settings of the render, and ``seed`` draws the points on lamps that are projected
+        onto the film. With ``mirrors``, lamps that the camera sees in mirrors or through glass are included. This
+        slower search uses ``threads`` threads, runs once for each scene, and does not depend on the seed.
         """
         found = [lamps_in_sight(scene, settings, seed, _POINTS)]
         if mirrors:
@@ -103,7 +104,8 @@ class Lamps:
     def in_plain_sight(cls, scene: Any, settings: Any) -> Lamps:
         """Return the lamps that the camera of the core's scene sees directly, in the whole film.
 
-        Pixels are ``y * width + x`` of the whole film. Neither the crop nor a seed has an effect.
+        ``settings`` are the core's settings of a render, whose crop has no effect here. The indices of pixels in the
+        whole film are ``y * width + x``.
         """
         return cls._made_of([lamps_in_sight(scene, settings, 0, _POINTS, whole_film=True)])
 
@@ -125,23 +127,25 @@ class Lamps:
 
     @classmethod
     def none(cls) -> Lamps:
-        """Return an empty set of lamps."""
+        """Return an empty set of lamps, for a scene in which the camera sees none."""
         return cls.small(np.zeros(0, np.intp), np.zeros((0, 3)), np.zeros(0))
 
     @classmethod
     def small(cls, pixels: NDArray[np.intp], light: Floats, share: Floats) -> Lamps:
         """Return a set that has only small lamps, with their light taken as exact.
 
-        The arguments are the fields of the same names.
+        ``pixels`` (N,) are the indices ``y * width + x`` of the pixels that see a lamp. ``light`` (N, 3) is the lamps'
+        light in the pixel's mean, and ``share`` (N,) the share of the pixel's samples that meet a lamp.
         """
         return cls(pixels, light, share, pixels, light)
 
     @property
     def mostly_small(self) -> bool:
-        """Whether lamps fill less than a quarter of the pixel in more than three quarters of the pixels that see one.
+        """Whether the lamps in sight are mostly smaller than a pixel.
 
-        This holds for lamps that are smaller than a pixel. Large lamps have such pixels along their edges, but fewer:
-        at most 44 % of their pixels, in films of 256x256 of five scenes.
+        It is True if lamps fill less than a quarter of the pixel in more than three quarters of the pixels that see a
+        lamp. Large lamps have such pixels along their edges, but fewer: at most 44 % of their pixels, in films of
+        256x256 of five scenes.
         """
         return 4 * self.pixels.size > 3 * self.lit.size
 
@@ -155,9 +159,10 @@ class Lamps:
 
     @classmethod
     def from_channels(cls, *parts: NDArray[np.float32]) -> Lamps:
-        """Return the small lamps from the images (H, W, 4) that `channels` returned for one or more renders.
+        """Return the small lamps that files of one or more renders of one image store.
 
-        Where the images differ, the larger values count.
+        Each argument is an image (H, W, 4) made by `Lamps.channels`: R, G, B of the lamps' light, and the share of
+        samples that meet a lamp. Where images differ, the larger values count. Without images, there are no lamps.
         """
         if not parts:
             return cls.none()
@@ -176,7 +181,11 @@ class Lamps:
         return planes.reshape(height, width, 4)
 
     def missed(self, pixels: PixelStatistics) -> float:
-        """Return the error² that stays hidden because all replicates met the small lamps equally often."""
+        """Return the error² that variances do not show because all replicates met the small lamps equally often.
+
+        ``pixels`` are the statistics of the image. Replicates are groups of a pixel's samples, whose difference gives
+        the pixel's variance. If all met a lamp equally often, their difference is 0, though the pixel may be wrong.
+        """
         replicates = pixels.degrees + 1.0
         lacking, x = self._lacking(pixels, _MANY)
         if not lacking.any():
@@ -195,9 +204,10 @@ class Lamps:
         return max(whole, 0.0) / pixels.samples.size
 
     def outshone(self, pixels: PixelStatistics) -> float:
-        """Return the rise of the estimated error² if lamps that a replicate met too soon had their true brightness.
+        """Return the rise of the estimated error² if lamps that were met too often had their true brightness.
 
-        A lamp that was met too soon is too bright in the image, and errors are divided by the image's brightness.
+        ``pixels`` are the statistics of the image. A lamp that one replicate (group of a pixel's samples) met much too
+        soon is too bright in the image. Errors are divided by the image's brightness, so the estimate is too small.
         """
         replicates = pixels.degrees + 1.0
         lacking, x = self._lacking(pixels, 1.0 / replicates)  # beyond, a single meeting is not too soon

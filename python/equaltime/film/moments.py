@@ -36,20 +36,21 @@ __all__ = [
 ]
 
 DTYPE: Final = np.dtype([("mean", "<f8", (3,)), ("count", "<u4"), ("deviation", "<u4", (3,))])
-"""One pixel in one replicate: the mean of its samples, their number, and the root mean square of their deviations from
-the mean (over n, not n - 1), by channel. A deviation is the upper half of a float64 (`deviations`). A film of the core
-is a (R, H, W) array of this type."""
+"""Moments of one pixel in one replicate (group of its samples): the mean of the samples, their number, and the root
+mean square of their deviations from the mean (over n, not n - 1), by channel. A deviation is the upper half of a
+float64 (`deviations`). A film of the core is an array (R, H, W) of this type, with R replicates."""
 MOST: Final = 2**32 - 1
-"""Largest number of samples of a pixel in one replicate: the limit of uint32."""
+"""Largest number of samples of a pixel in one replicate (group of its samples): the limit of uint32."""
 PARTS: Final = np.dtype(
     [
         *((name, "<u8") for name in ("parts", "uneven", "squares")),
         *((name, "<f8", (3,)) for name in ("within", "between")),
     ]
 )
-"""Sums over the parts (merged renders) that have samples in a pixel. ``parts`` counts the parts, and ``uneven`` the
-parts whose replicates have unequal counts. ``squares``, ``within`` and ``between`` are the sums of ``n²``, ``n² V`` and
-``n (I_k - I)²`` (`equaltime.film.parts_of_merge`)."""
+"""Sums over the merged renders (parts) that have samples in a pixel. ``parts`` counts these renders, and ``uneven``
+counts those whose two groups of samples (replicates) have unequal counts. Let render k have n samples with mean I_k and
+variance V, and let I be the merged mean. Then ``squares``, ``within`` and ``between`` are the sums of ``n²``, ``n² V``
+and ``n (I_k - I)²``. `equaltime.film.parts_of_merge` has the formulas."""
 
 
 _ROWS: Final = 64
@@ -59,26 +60,35 @@ _WORD: Final = 4
 
 
 def deviations(moments: NDArray[Any]) -> NDArray[np.float64]:
-    """Return the standard deviations of samples, (..., 3), from moments of shape (...); divisor n, not n - 1."""
+    """Return the standard deviation of one sample in each element of ``moments``, with divisor n and not n - 1.
+
+    ``moments`` is an array of type `DTYPE` and any shape (...); the result has shape (..., 3), for R, G and B.
+    """
     return np.asarray((moments["deviation"].astype(np.uint64) << np.uint64(32)).view(np.float64))
 
 
 def stored(deviation: NDArray[np.float64]) -> NDArray[np.uint32]:
-    """Return standard deviations as moments store them: the upper half of each float64, with 21 significant bits."""
+    """Return standard deviations in the form in which arrays of type `DTYPE` store them.
+
+    The form is the upper half of each float64: 32 bits, with 21 significant bits.
+    """
     bits = np.ascontiguousarray(deviation, np.float64).view(np.uint64)
     return ((bits + np.uint64(2**31)) >> np.uint64(32)).astype(np.uint32)
 
 
 def squared_deviations(moments: NDArray[Any]) -> NDArray[np.float64]:
-    """Return the sums of squared deviations of samples from their mean, (..., 3), from moments of shape (...)."""
+    """Return the sum of squared deviations of samples from their mean, for each element of ``moments``.
+
+    ``moments`` is an array of type `DTYPE` and any shape (...); the result has shape (..., 3), for R, G and B.
+    """
     return np.asarray(moments["count"][..., None] * np.square(deviations(moments)))
 
 
 def sample_variance(moments: NDArray[Any]) -> NDArray[np.float64]:
-    """Return the variance of one sample of each pixel, (H, W, 3), from moments (R, H, W).
+    """Return the variance of one sample of each pixel, (H, W, 3), from the moments (R, H, W) of R replicates.
 
-    Squared deviations from the means of the R replicates are pooled, with n - R degrees of freedom for n samples. The
-    variance is infinite where n is at most R.
+    A replicate is a group of a pixel's samples. Squared deviations from the means of the replicates are pooled, with n
+    - R degrees of freedom for n samples. The variance is infinite where n is at most R.
     """
     freedom = moments["count"].astype(np.int64).sum(axis=0) - (moments["count"] > 0).sum(axis=0)
     sums = squared_deviations(moments).sum(axis=0)
@@ -87,7 +97,10 @@ def sample_variance(moments: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def nonfinite(moments: NDArray[Any]) -> tuple[int, int] | None:
-    """Return the first pixel (x, y) whose (R, H, W) moments hold NaN or infinity; None if all numbers are finite."""
+    """Return the first pixel (x, y) whose mean or deviation is NaN or infinite; None if all numbers are finite.
+
+    ``moments`` (R, H, W) is an array of type `DTYPE`.
+    """
     finite = np.isfinite(moments["mean"]).all(axis=(0, 3)) & np.isfinite(deviations(moments)).all(axis=(0, 3))
     if finite.all():
         return None
@@ -96,9 +109,9 @@ def nonfinite(moments: NDArray[Any]) -> tuple[int, int] | None:
 
 
 def channel_names(dtype: np.dtype[Any], layers: int) -> tuple[str, ...]:
-    """Return the names of the channels that `packed` makes from ``layers`` arrays of type ``dtype``, in order.
+    """Return the names of the file channels in which `packed` stores ``layers`` arrays of type ``dtype``, in order.
 
-    ``r0.mean.R.0`` is the lowest byte of the mean of red in layer 0.
+    A channel holds one byte of one number: ``r0.mean.R.0`` is the lowest byte of the mean of red in layer 0.
     """
     return tuple(f"r{layer}.{name}" for layer in range(layers) for name in _bytes_of(dtype))
 
@@ -113,15 +126,18 @@ def _bytes_of(dtype: np.dtype[Any]) -> list[str]:
 
 
 def packed_shape(height: int, width: int) -> tuple[int, int]:
-    """Return the rows and columns of words that hold an image of this height and width in pixels."""
+    """Return (rows, columns) of the uint32 image in which `packed` stores an image of this height and width in pixels.
+
+    A word holds a byte of four neighbouring pixels, so there are ceil(width / 4) columns.
+    """
     return height, -(-width // _WORD)
 
 
 def packed(numbers: NDArray[Any]) -> NDArray[np.uint32]:
-    """Pack L numbers a pixel, (L, H, W), into an image of uint32 words, (H, ceil(W / 4), C).
+    """Return an array (L, H, W) of a NumPy type as an image of uint32 words for EXR files, (H, ceil(W / 4), C).
 
-    A channel holds one byte of one of the L numbers, and a word that byte of four neighbouring pixels. `channel_names`
-    lists the C channels.
+    EXR has no float64. A channel holds one byte of one of the L numbers, and a word holds that byte of four
+    neighbouring pixels. `channel_names` lists the C channels.
     """
     layers, height, width = numbers.shape
     size = numbers.dtype.itemsize
@@ -135,7 +151,10 @@ def packed(numbers: NDArray[Any]) -> NDArray[np.uint32]:
 
 
 def unpacked(words: NDArray[np.uint32], width: int, dtype: np.dtype[Any]) -> NDArray[Any]:
-    """Return the (L, H, W) numbers of type ``dtype`` from the words that `packed` returned; ``width`` is W."""
+    """Return the array (L, H, W) of type ``dtype`` from the words (H, ceil(W / 4), C) that `packed` returned.
+
+    ``width`` is W, the width of the array in pixels.
+    """
     height, columns, channels = words.shape
     layers = channels // dtype.itemsize
     planes = np.ascontiguousarray(words, "<u4").view(np.uint8).reshape(height, columns, channels, _WORD)
@@ -147,9 +166,10 @@ def unpacked(words: NDArray[np.uint32], width: int, dtype: np.dtype[Any]) -> NDA
 
 
 def packed_moments(moments: NDArray[Any], image: NDArray[np.float32]) -> NDArray[np.uint32]:
-    """Return the (R, H, W) moments of a film as uint32 words, which `unpacked_moments` reads.
+    """Return the moments (R, H, W) of a film as an image of uint32 words for EXR files, (H, ceil(W / 4), C).
 
-    ``image`` (H, W, 3) is the image in the same file, from which the means are predicted.
+    The means are stored as differences from a prediction, which compress well. ``image`` (H, W, 3) is the image in the
+    same file, from which the means are predicted. `unpacked_moments` reads the words.
     """
     height, width = image.shape[:2]
     words = np.empty((*packed_shape(height, width), len(moments) * DTYPE.itemsize), np.uint32)
@@ -163,7 +183,7 @@ def packed_moments(moments: NDArray[Any], image: NDArray[np.float32]) -> NDArray
 
 
 def unpacked_moments(words: NDArray[np.uint32], image: NDArray[np.float32]) -> NDArray[Any]:
-    """Return the (R, H, W) moments from the words of `packed_moments`.
+    """Return the moments (R, H, W) of a film, of type `DTYPE`, from the words that `packed_moments` returned.
 
     ``image`` (H, W, 3) must be the image that was given to `packed_moments`.
     """

@@ -42,18 +42,21 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class MergedFilm:
-    """Samples of one or more independent renders (parts) of one image, with the sums that tell their variance."""
+    """Samples of one or more independent renders (parts), for the mean and the variance of their merged image."""
 
     moments: NDArray[Any]
-    """(R, H, W): moments of all samples in each replicate, as in `equaltime.film.moments`."""
+    """(R, H, W): count, mean and deviation of the samples of all parts, in each of R replicates (groups of a pixel's
+    samples); the type is `equaltime.film.moments.DTYPE`."""
     parts: NDArray[Any]
-    """(H, W): sums over parts, of the type `equaltime.film.moments.PARTS`."""
+    """(H, W): sums over the merged renders from which each pixel's variance is computed, of the type
+    `equaltime.film.moments.PARTS`."""
 
     @classmethod
     def of(cls, moments: NDArray[Any], second: SecondNets | None = None) -> MergedFilm:
-        """Return the film of a single render, as one part, from its (R, H, W) moments.
+        """Return the film of a single render, ready to be joined with others.
 
-        ``second`` holds its second nets, if it has any: further samples of some pixels that tell their variance.
+        ``moments`` (R, H, W) are the render's moments, of the type `equaltime.film.moments.DTYPE`. ``second`` holds its
+        second nets, if it has any: further samples of some pixels that correct all variances.
         """
         pixels = statistics(moments, second)
         variance, samples, counts = pixels.variance, pixels.samples, moments["count"]
@@ -67,7 +70,7 @@ class MergedFilm:
         return cls(moments, parts)
 
     def joined(self, other: MergedFilm) -> MergedFilm:
-        """Return a film with the merged renders (parts) of this film and of the other."""
+        """Return the film of both sets of renders together. The order in which films are joined does not matter."""
         ours, theirs = self._samples, other._samples
         apart = np.square(self._mean - other._mean)
         parts = np.empty_like(self.parts)
@@ -78,7 +81,7 @@ class MergedFilm:
 
     @property
     def consistent(self) -> bool:
-        """Whether the stored sums over the merged renders can belong to these samples; False shows a damaged file."""
+        """Whether the sums over merged renders are possible for these sample counts; False shows a damaged file."""
         parts, squares = (self.parts[name].astype(np.float64) for name in ("parts", "squares"))
         square = np.square(self._samples)
         known = np.isfinite(self.parts["within"]) & np.isfinite(self.parts["between"])
@@ -89,8 +92,8 @@ class MergedFilm:
     def statistics(self) -> PixelStatistics:
         """Return mean, variance and sample count of every pixel of the merged image.
 
-        The field ``degrees`` is the harmonic mean over pixels of the degrees of freedom. This mean decides the width of
-        intervals: the relative variance of a pixel's estimated variance is ``2 / degrees``.
+        The field ``degrees`` is the harmonic mean over pixels of the variance's degrees of freedom. This mean decides
+        the width of intervals: the relative variance of a pixel's estimated variance is ``2 / degrees``.
         """
         joined = pixel_statistics(self.moments)
         within, between = self._degrees(joined)
@@ -133,7 +136,8 @@ def statistics_of(
 ) -> PixelStatistics:
     """Return mean, variance and sample count of every pixel of a render, merged or not.
 
-    ``parts`` holds the sums over the renders that were merged; None if the render was not merged. ``second`` holds the
-    second nets, if any: further samples of some pixels that tell their variance.
+    ``moments`` (R, H, W) are the render's moments, of the type `equaltime.film.moments.DTYPE`. ``parts`` (H, W) holds
+    the sums over the renders that were merged; None if the render was not merged. ``second`` holds the second nets, if
+    any: further samples of some pixels that correct all variances.
     """
     return statistics(moments, second) if parts is None else MergedFilm(moments, parts).statistics()

@@ -37,27 +37,35 @@ __all__ = ["FEWEST", "Renders", "SecondNets", "second_nets", "statistics", "stat
 Floats = NDArray[np.float64]
 
 FEWEST = 64
-"""Fewest pixels with a second net for the factor to be used; with fewer, replicates are taken as independent."""
+"""Fewest pixels with a second net (independent further samples) for which variances are corrected; with fewer, the
+difference of a pixel's replicates is used as it is."""
 
 
 @dataclass(frozen=True, eq=False)
 class SecondNets:
-    """Samples of second nets: independent further samples of some pixels, which calibrate all pixels' variances."""
+    """Second nets: independent further samples of some pixels, which correct the estimated variances of all pixels.
+
+    The samples are not in the image. They are needed where a pixel's samples form a single low-discrepancy point set
+    (net), whose two halves are not independent and so do not give the size of the variance.
+    """
 
     moments: NDArray[Any]
-    """(R, h, w): their moments, of the type `equaltime.film.moments.DTYPE`."""
+    """(R, h, w): count, mean and deviation of the second nets' samples, of the type `equaltime.film.moments.DTYPE`."""
     pixels: NDArray[np.int64]
-    """(h, w): index ``y * width + x`` in the image of each net's pixel; -1 where there is no net."""
+    """(h, w): index ``y * width + x`` in the image of the pixel that each second net belongs to; -1 where there is no
+    net."""
 
     def copy(self) -> SecondNets:
-        """Return a copy of the second nets whose moments have their own memory."""
+        """Return a copy whose moments have memory of their own, and so stay when the renderer takes more samples."""
         return SecondNets(self.moments.copy(), self.pixels)
 
     def calibrated(self, image: PixelStatistics) -> PixelStatistics:
-        """Return the statistics of the image, with all variances corrected by the factor that the second nets tell.
+        """Return the statistics of the image, with the variances of all pixels corrected by a measured factor.
 
-        A pixel does not count if a pass that was cut short left its two nets with different sample counts. If fewer
-        than `FEWEST` pixels count, the statistics are returned unchanged.
+        The factor is the true variance over the variance from the halves of a net. It is measured in the pixels that
+        have a second net, from the difference of the two nets' means. A pixel does not count if its two nets have
+        different sample counts, as after a pass that was cut short. If fewer than `FEWEST` pixels count, the statistics
+        are returned unchanged.
         """
         floor = np.square(0.1 * image.mean.mean())
         with np.errstate(over="ignore", invalid="ignore"):  # a number whose square overflows is not measured
@@ -110,39 +118,49 @@ def _weights(own: Floats, around: Floats, floor: float) -> Floats:
 
 
 def statistics(moments: NDArray[Any], second: SecondNets | None) -> PixelStatistics:
-    """Return mean, variance and sample count of every pixel from the (R, H, W) moments of a film.
+    """Return mean, variance and sample count of every pixel of a film.
 
-    ``second`` holds the film's second nets, which correct the variances; None if it has none.
+    ``moments`` (R, H, W) are the film's moments, of the type `equaltime.film.moments.DTYPE`. ``second`` holds the
+    film's second nets, if any: further samples of some pixels that correct all variances.
     """
     pixels = pixel_statistics(moments)
     return pixels if second is None else second.calibrated(pixels)
 
 
 class Renders(Protocol):
-    """Interface to the samples of a renderer of the core."""
+    """Interface to the samples that a renderer of the core has taken so far."""
 
     @property
     def moments(self) -> NDArray[Any]:
-        """Moments (count, mean, deviation) of each pixel in each replicate, (R, H, W).
+        """Count, mean and deviation of each pixel's samples in each replicate (group of samples), (R, H, W).
 
         The type is `equaltime.film.moments.DTYPE`.
         """
 
     @property
     def second_moments(self) -> NDArray[Any]:
-        """Moments of the second nets, (R, h, w), of the type of `moments`; empty if there are no second nets."""
+        """Moments (R, h, w) of second nets, further samples of some pixels that correct variances; empty without any.
+
+        The type is `equaltime.film.moments.DTYPE`.
+        """
 
     @property
     def second_pixels(self) -> NDArray[np.int64]:
-        """Index ``y * width + x`` of each second net's pixel, (h, w); -1 where there is no net."""
+        """Index ``y * width + x`` of the pixel that each second net belongs to, (h, w); -1 where there is no net."""
 
 
 def second_nets(renderer: Renders) -> SecondNets | None:
-    """Return the second nets of a renderer; None if there are none. Their moments share the renderer's memory."""
+    """Return a renderer's second nets, further samples of some pixels that correct variances; None if there are none.
+
+    Their moments share the renderer's memory, and so change when the renderer takes more samples.
+    """
     moments = renderer.second_moments
     return SecondNets(moments, renderer.second_pixels) if moments.size else None
 
 
 def statistics_so_far(renderer: Renders) -> PixelStatistics:
-    """Return mean, variance and sample count of every pixel from the samples that a renderer has taken so far."""
+    """Return mean, variance and sample count of every pixel from the samples that a renderer has taken so far.
+
+    Variances are corrected by the renderer's second nets (further samples of some pixels), if it has any.
+    """
     return statistics(renderer.moments, second_nets(renderer))

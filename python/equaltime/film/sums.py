@@ -1,4 +1,4 @@
-"""Array operations on films and images, most of them in C++, and searches for light that samples may miss."""
+"""Array operations that the film's statistics share, most of them in C++: sums over neighbourhoods, and error terms."""
 
 from __future__ import annotations
 
@@ -47,13 +47,13 @@ __all__ = [
 Floats = NDArray[np.float64]
 
 RADIUS = 3
-"""Distance from the centre of a neighbourhood to its edge, in pixels; 3 makes it 7x7."""
+"""Distance in pixels from the centre of a neighbourhood to its outermost pixels: 3, so a neighbourhood is 7x7."""
 
 
 def error_floor(mean: float) -> float:
-    """Return (0.1 m)², the part of the error's denominator R² + (0.1 m)² that keeps dark pixels from dominating.
+    """Return (0.1 m)², the part of a squared error's denominator R² + (0.1 m)² that keeps dark pixels from dominating.
 
-    ``mean`` is m, the mean of the reference R over pixels and channels.
+    R is the reference brightness of a pixel. ``mean`` is m, the mean of R over pixels and channels.
     """
     return (0.1 * mean) ** 2
 
@@ -69,9 +69,10 @@ def others_count(height: int, width: int) -> Floats:
 
 
 def window_around(mask: NDArray[np.bool_]) -> tuple[slice, slice]:
-    """Return the slices of rows and columns that hold all pixels set in a mask (H, W), and their 7x7 neighbourhoods.
+    """Return slices (rows, columns) of the smallest window that holds all pixels set in a mask, with a margin.
 
-    At least one pixel must be set.
+    The margin holds the 7x7 neighbourhoods of these pixels, as far as they lie in the image. The mask is (H, W), and at
+    least one pixel must be set.
     """
     rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
     return _around(rows), _around(columns)

@@ -58,21 +58,22 @@ _AVERAGED_OUT = 0.5
 
 @dataclass(frozen=True)
 class Tail:
-    """Weight of the largest squared errors in the sum over all pixels of all repeats.
+    """Two numbers that tell whether few pixels of few repeats make most of the error of repeated renders.
 
-    A heavy tail means that few pixels of few repeats make the error. Both numbers are NaN for a single repeat.
+    If so, the spread over repeats does not show how uncertain the error is. Both numbers are NaN for a single repeat.
     """
 
     ratio: float
-    """Lyapunov's ratio ``sum |e|³ / (sum e²)^(3/2)`` of the squared errors' deviations e (see the module)."""
+    """Lyapunov's ratio ``sum |e|³ / (sum e²)^(3/2)``, with e the deviations of squared errors from the mean of their
+    pixel over repeats. It is in [0, 1], and small if many pixels and repeats contribute."""
     share: float
-    """Share of the largest squared error in the sum of all."""
+    """Share, in [0, 1], of the largest squared error in the sum over all pixels of all repeats."""
 
     @property
     def doubt(self) -> str:
-        """Reason, in words, why the upper ends of intervals cannot be trusted.
+        """Reason, in words, why the upper end of an error's interval cannot be trusted.
 
-        It is empty if they can be trusted, or if there is a single repeat.
+        The text is empty if the upper end can be trusted, or if there is a single repeat.
         """
         if not self.ratio > MOST_RATIO or self.share <= MOST_SHARE:
             return ""
@@ -82,9 +83,9 @@ class Tail:
 
     @property
     def unseen(self) -> float:
-        """Amount that unseen errors may add to the mean square error, as a fraction of the measured one.
+        """Upper bound of the mean square error that rare unseen samples may add, as a fraction of the measured one.
 
-        It is 0 if `ratio` is small.
+        It is 0 if `ratio` is at most `MOST_RATIO`.
         """
         return UNSEEN * self.share if self.ratio > MOST_RATIO else 0.0
 
@@ -92,8 +93,8 @@ class Tail:
 def tail_of(errors: ArrayLike) -> Tail:
     """Return two numbers that tell whether few pixels of few repeats make the error: Lyapunov's ratio, largest share.
 
-    ``errors`` holds the squared errors of all pixels in K repeats, (K, pixels). Both numbers are NaN for a single
-    repeat.
+    ``errors`` (K, pixels) holds the squared errors of all pixels in K repeated renders. Both numbers are NaN for a
+    single repeat.
     """
     squares = np.asarray(errors, np.float64)
     if len(squares) < 2:
@@ -108,10 +109,11 @@ def tail_of(errors: ArrayLike) -> Tail:
 
 
 def outstanding(squares: Floats) -> float:
-    """Return the share of a render's error² that its most outstanding pixel makes, in [0, 1].
+    """Return the share of an image's error² that its most outstanding pixel makes, in [0, 1].
 
-    ``squares`` (H, W) holds the squared errors of the pixels. Only the excess of a pixel over the noise of its
-    neighbours counts, so the share is 0 where noise is even.
+    A large share shows that one rare bright path makes the error. ``squares`` (H, W) holds the contribution of each
+    pixel to error². Only the excess over the largest contribution that the neighbours' noise would explain counts, so
+    the share is 0 where noise is even.
     """
     total = float(squares.sum())
     if not total > 0.0:
@@ -121,16 +123,21 @@ def outstanding(squares: Floats) -> float:
 
 
 def averaged_out(past: float, samples: float, square: float, share: float) -> str:
-    """Return, in words, why an error is in doubt after a bright path has averaged out; empty if it is not.
+    """Return, in words, why to distrust an error that fell because a rare bright path averaged out; empty if none did.
+
+    Other paths of that kind may not have been met yet. Call this at each estimate of the error during a render.
 
     Parameters
     ----------
     past
-        Brightness of the brightest path at earlier looks (estimates of the error during the render). A brightness is
-        the product of `outstanding`, error² and the square of the samples per pixel. The contribution of one path to
-        error² falls with the square of the samples.
-    samples, square, share
-        Present samples per pixel, present error², and the present result of `outstanding`.
+        Largest value of ``share * square * samples²`` at all earlier estimates during the render; 0 at the first. The
+        value stays the same if one path makes the share, because its contribution to error² falls as ``1 / samples²``.
+    samples
+        Samples per pixel so far, on average.
+    square
+        Error² of the image so far.
+    share
+        Share of the most outstanding pixel in ``square``, as `outstanding` returns it.
     """
     if not square > 0.0 or past / (samples * samples * square) - share <= _AVERAGED_OUT:
         return ""

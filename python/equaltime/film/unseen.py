@@ -33,7 +33,8 @@ from equaltime.statistics.intervals import Interval
 __all__ = ["FAR_APART", "Unseen", "stated", "stated_error"]
 
 FAR_APART = 1e12
-"""Largest ratio of radiances for which dim lights beside bright ones are tested (``tests/hard``, S22)."""
+"""Largest ratio of the radiances of two lights for which tests show that the dimmer light is not lost (``tests/hard``,
+S22)."""
 
 Floats = NDArray[np.float64]
 
@@ -44,9 +45,10 @@ _ANYTHING = 1e150
 
 
 class Unseen:
-    """Light that the samples of one render may have missed.
+    """Light that the samples of one render may have missed, which raises the upper limit of the render's error.
 
-    A call with (pixels, level) returns an upper limit, at this confidence level, of the error² due to that light.
+    A call with (pixels, level), where ``pixels`` are the statistics of the image, returns an upper limit, at this
+    confidence level, of the error² due to that light.
 
     Parameters
     ----------
@@ -74,7 +76,12 @@ class Unseen:
 
     @classmethod
     def of(cls, scene: Any, settings: Any, seed: int, threads: int) -> Unseen:
-        """Return the light that a render of the core's scene, with these settings and this seed, may miss."""
+        """Return the light that the samples of a render of the core's scene may miss.
+
+        ``settings`` are the core's settings of the render, and ``seed`` is its seed. ``threads`` is the number of
+        threads of the searches for such light; 0 is one for each processor. A search runs when its result is first
+        needed.
+        """
         threads = worker_threads(threads)
         focus = cache(partial(Focus.of, scene, settings, seed, threads))
 
@@ -85,11 +92,12 @@ class Unseen:
 
     @classmethod
     def together(cls, parts: Sequence[Mapping[str, NDArray[np.float32]]], focus: Focus | None = None) -> Unseen:
-        """Return the light that several renders of one image may have missed together.
+        """Return the light that several renders of one image, now merged, may have missed together.
 
-        ``parts`` holds the images that `Unseen.parts` returned for each render. A pixel that is black in the merged
-        image is black in every render, so every render has stored a bound of its hidden light. Pixels without a bound
-        may hide any amount of light. Lamps that no render lists are assumed absent.
+        Each entry of ``parts`` is the dict of images that `Unseen.parts` returned for one render. ``focus`` is the
+        light that specular surfaces focus. A pixel that is black in the merged image is black in every render, so every
+        render has stored a bound of its hidden light. Pixels without a bound may hide any amount of light. Lamps that
+        no render lists are assumed absent.
         """
         found = [part["unseen"].astype(np.float64) for part in parts if "unseen" in part]
         known = np.clip(reduce(np.fmax, found), 0.0, _ANYTHING) if found else None
@@ -109,11 +117,11 @@ class Unseen:
         return self._find_focus()
 
     def parts(self, height: int, width: int) -> dict[str, NDArray[np.float32]]:
-        """Return the images that a file stores for `together`, by name; an image without content is left out.
+        """Return the images by which a file keeps this object for `Unseen.together`, by name.
 
-        ``unseen`` (H, W, 3) holds the largest radiance that black pixels may hide, and NaN where it was not computed.
-        ``lamps`` (H, W, 4) holds the light that small lamps add to each pixel, and the share of its samples that meet
-        one.
+        Images without content are left out. ``unseen`` (H, W, 3) holds the largest radiance that black pixels may hide,
+        and NaN where it was not computed. ``lamps`` (H, W, 4) holds the light that small lamps add to each pixel, and
+        the share of the pixel's samples that meet a lamp.
         """
         parts = {}
         if self._known is not None and not np.isnan(self._known).all():
@@ -123,13 +131,17 @@ class Unseen:
         return parts
 
     def __call__(self, pixels: PixelStatistics, level: float) -> float:
-        """Return the upper limit, at this confidence level, of the part of error² that may be hidden."""
+        """Return the upper limit, at this confidence level, of the error² due to light that samples may have missed.
+
+        ``pixels`` are the statistics of the image.
+        """
         return self.lasting(pixels, level) + self.lamps.outshone(pixels)
 
     def lasting(self, pixels: PixelStatistics, level: float) -> float:
-        """Return an upper limit, at this confidence level, of the lasting error² due to hidden light.
+        """Return an upper limit of the error² due to missed light, without the part that a few more samples remove.
 
-        Lamps that a replicate met too soon are left out, since a few more samples undo their effect.
+        ``pixels`` are the statistics of the image, and ``level`` is the confidence level. The part left out is due to
+        small lamps that samples happened to meet too soon.
         """
         return self._by_black(pixels, level) + self.lamps.missed(pixels)
 
@@ -169,11 +181,21 @@ def stated_error(
     lasting: bool = False,
     brightest: float = 0.0,
 ) -> Interval:
-    """Return the render's estimate of its own error, which is shown, stored and compared with the wanted error.
+    """Return the render's estimate of its own relative error: shown, stored, and compared with the wanted error.
 
-    ``unseen`` is the light that samples may have missed; None leaves it out. With ``lasting`` the limits leave out
-    effects that a few more samples undo (`Unseen.lasting`). ``brightest`` is the largest brightness that `stated`
-    returned at earlier looks (estimates of the error during the render).
+    Parameters
+    ----------
+    pixels
+        Mean, variance and sample count of every pixel.
+    unseen
+        Light that the samples may have missed, which raises the upper limit; None leaves it out.
+    level
+        Confidence level of the interval, in (0, 1).
+    lasting
+        Leave out the part of ``unseen`` that a few more samples would remove (`Unseen.lasting`).
+    brightest
+        Largest second result of `stated` at all earlier estimates during the render; 0 if there are none. It tells
+        whether a bright path that was met has averaged out, which is a reason to doubt the error.
     """
     return stated(pixels, unseen, level, lasting, brightest)[0]
 
@@ -185,10 +207,24 @@ def stated(
     lasting: bool = False,
     brightest: float = 0.0,
 ) -> tuple[Interval, float]:
-    """Return the estimate of `stated_error`, and the brightness of the brightest path.
+    """Return the render's estimate of its own relative error, and a number that tells how bright its brightest path is.
 
-    A later estimate of the same render takes the largest brightness of all estimates before it as ``brightest``. The
-    arguments are as for `stated_error`.
+    The error is the result of `stated_error`. The number is the share of error² that the most outstanding pixel makes,
+    times error² and the square of the samples per pixel. While one path makes that share, the number stays the same
+    with more samples. Give the largest number so far as ``brightest`` to later estimates of the same render.
+
+    Parameters
+    ----------
+    pixels
+        Mean, variance and sample count of every pixel.
+    unseen
+        Light that the samples may have missed, which raises the upper limit; None leaves it out.
+    level
+        Confidence level of the interval, in (0, 1).
+    lasting
+        Leave out the part of ``unseen`` that a few more samples would remove (`Unseen.lasting`).
+    brightest
+        Largest number that this function returned at earlier estimates during the render; 0 if there are none.
     """
     if unseen is None:
         found, share = error_and_brightest(pixels, level)

@@ -28,9 +28,9 @@ _BRIGHT: Final = 90.0
 def automatic_stops(pixels: NDArray[Any], shown: float = 0.0) -> float:
     """Return the automatic exposure of linear RGB pixels (..., 3), in whole stops.
 
-    The exposure makes the 90th percentile of the pixels bright but not white. ``shown``, an exposure in stops, is
-    returned if it is within 2 stops of that exposure, or if the pixels have no light. Pixels that are not finite are
-    left out.
+    The exposure makes the 90th percentile of the pixels bright but not white. ``shown`` is the exposure of an earlier
+    picture, in stops. It is returned if it is within 2 stops of the new exposure, so that pictures of one scene keep
+    their exposure, or if the pixels have no light. Pixels that are not finite are left out.
     """
     grey = np.asarray(pixels, np.float64).mean(axis=-1)
     grey = grey[np.isfinite(grey)]

@@ -25,7 +25,7 @@ _BRIGHTEST = 2.0**30
 
 
 def available() -> bool:
-    """Tell whether the package that computes FLIP is installed."""
+    """Tell whether the Python package ``flip-evaluator``, which computes FLIP, is installed."""
     try:
         return find_spec(_PACKAGE) is not None
     except ValueError:  # already imported, but disabled

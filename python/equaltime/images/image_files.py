@@ -47,7 +47,10 @@ _REC709 = (0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329)
 
 @dataclass(frozen=True)
 class Window:
-    """Rectangle of a file's pixels in the full film: its first pixel (x, y) from the top left, and the film's size."""
+    """Position of an image in the full film: its first pixel (x, y) from the top left, and the film's size.
+
+    All numbers are in pixels.
+    """
 
     x: int
     y: int
@@ -57,7 +60,7 @@ class Window:
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """Content of an image file: channels, position in the film, and text attributes."""
+    """Content of an image file, as `read` returns it: channels, position in the full film, and text attributes."""
 
     channels: Mapping[str, NDArray[np.float32]]
     """Channels (H, W) in float32, by name."""
@@ -151,7 +154,7 @@ def escaped(text: str) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """One of the images (subimages) of a file, with pixels (H, W, C) of type float32, uint32 or uint8."""
+    """One image (subimage) of a file to write, with pixels (H, W, C) of type float32, uint32 or uint8."""
 
     channels: tuple[str, ...]
     pixels: NDArray[Any]

@@ -15,18 +15,18 @@ __all__ = ["LogScale"]
 
 @dataclass(frozen=True)
 class LogScale:
-    """Logarithmic scale from ``low`` to ``high``, both above 0."""
+    """Logarithmic scale from ``low`` to ``high``, both above 0, for pictures of errors or variances."""
 
     low: float
     high: float
 
     @classmethod
     def of(cls, maps: Iterable[NDArray[Any]], decades: float, most: float = 0.0) -> LogScale:
-        """Return a common scale of ``maps``, whose high end is their 99th percentile, rounded up to half a decade.
+        """Return a common scale of ``maps`` (arrays of any shape), so that equal colours mean equal values.
 
-        Numbers that are not finite or not above 0 are left out. The scale spans ``decades`` factors of ten. If ``most``
-        is larger than ``decades``, the scale reaches down to the 1st percentile, but spans at most ``most`` factors of
-        ten.
+        The high end is the 99th percentile, rounded up to half a decade. Numbers that are not finite or not above 0 are
+        left out. The scale spans ``decades`` factors of ten. If ``most`` is larger than ``decades``, the scale reaches
+        down to the 1st percentile, but spans at most ``most`` factors of ten.
         """
         values = np.concatenate([np.ravel(values) for values in maps])
         positive = values[np.isfinite(values) & (values > 0.0)]
@@ -43,7 +43,7 @@ class LogScale:
 
     @property
     def ticks(self) -> tuple[str, str, str]:
-        """Labels of low end, middle and high end, each with one digit."""
+        """Labels, as text, of the low end, the middle and the high end, each with one digit."""
         low, middle, high = (f"{float(f'{value:.1g}'):g}" for value in (self.low, self.middle, self.high))
         return low, middle, high
 

@@ -53,7 +53,7 @@ METRICS: tuple[Metric, ...] = get_args(Metric)
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """An image that stands for the truth, with its noise. All arrays are float64 (H, W, 3)."""
+    """An image that stands for the truth when errors are measured, with its noise. All arrays are float64 (H, W, 3)."""
 
     mean: Floats
     variance: Floats
@@ -65,7 +65,8 @@ class Reference:
     def of_images(cls, images: ArrayLike) -> Reference:
         """Return the reference that is the mean of K independent renders (K, H, W, 3) by one strategy.
 
-        K is 2 or more. If K is even, ``halves`` are the means of the first and of the last K / 2 renders.
+        K is 2 or more. The variance comes from the scatter between the renders. If K is even, ``halves`` are the means
+        of the first and of the last K / 2 renders.
         """
         stack = np.asarray(images, np.float64)
         middle = len(stack) // 2
@@ -102,7 +103,7 @@ class Reference:
 
     @property
     def relmse(self) -> float:
-        """Relative MSE that the reference's own noise adds to an image's relative MSE; one number."""
+        """Relative mean squared error of the reference itself, which its noise adds to an image's; one number."""
         return float(divided(self.noise, self.denominator).mean())
 
     @property
@@ -125,11 +126,15 @@ class Reference:
 
 
 def measure(image: ArrayLike, reference: Reference, metrics: Iterable[Metric] = METRICS) -> dict[str, Interval]:
-    """Return the wanted ``metrics`` of an image (H, W, 3) against a reference, as a dict by the metric's name.
+    """Return the distance of an image (H, W, 3) from the truth in several ``metrics``, as a dict by the metric's name.
 
-    Each metric is the distance of this image from the truth, with the uncertainty due to the reference's noise; another
-    render has another distance. The limits of error, relmse and mse are at 95 %. The limits of mare and flip hold on
-    average over references. Limits are infinite, and not trusted, if the reference's noise is not known.
+    The metrics are the relative mean squared error ``relmse``, its root ``error`` (0.02 is 2 %), the mean squared error
+    ``mse``, the mean absolute relative error ``mare``, and HDR-FLIP ``flip``. The first three subtract the reference's
+    noise, so they may be negative.
+
+    Each interval holds the distance of this very image, and its width is due to the reference's noise. The limits of
+    error, relmse and mse are at 95 %. The limits of mare and flip hold on average over references. Limits are infinite,
+    and not trusted, if the reference's noise is not known.
 
     All metrics are NaN for an image with a pixel that is not finite. Against a black reference, relative metrics are 0
     for a black image, and infinite for any other image.
@@ -154,7 +159,7 @@ def measure(image: ArrayLike, reference: Reference, metrics: Iterable[Metric] = 
 
 
 def contributions(image: ArrayLike, reference: Reference) -> Floats:
-    """Return the relative squared error of each pixel (H, W), minus the reference's variance.
+    """Return the relative squared error of each pixel (H, W), minus the reference's variance, as a map of the error.
 
     The mean over pixels is relMSE. A pixel's value is the mean over its channels, and may be negative.
     """
@@ -226,7 +231,7 @@ def _bounded(value: float, doubt: float) -> Interval:
 
 
 def divided(numerator: Floats, denominator: Floats) -> Floats:
-    """Return the ratio of two arrays, element by element; 0 / 0 is 0, as for black pixels of a black reference."""
+    """Return the ratio of two arrays, element by element, with 0 / 0 = 0, as for black pixels of a black reference."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio: Floats = np.where(numerator == 0.0, 0.0, numerator / denominator)
     return ratio
@@ -241,9 +246,10 @@ def _check(pixels: Floats, reference: Reference) -> None:
 
 
 def squared_errors(images: Iterable[ArrayLike], reference: Reference) -> NDArray[np.float64]:
-    """Return the relative squared error of every pixel (K, H * W) of K images (H, W, 3).
+    """Return the relative squared error of every pixel of K images (H, W, 3), as an array (K, H * W).
 
-    A pixel's value is the mean over R, G and B. The reference's variance is not subtracted.
+    Tests of heavy tails use it, which compare the errors of single pixels over images. A pixel's value is the mean over
+    R, G and B. The reference's variance is not subtracted.
     """
     denominator = np.maximum(reference.denominator, np.finfo(np.float64).tiny)
     squares = (np.square(np.asarray(image, np.float64) - reference.mean) / denominator for image in images)

@@ -28,13 +28,13 @@ _FIT = "independent"
 
 
 def fit_sampler(sampler: str) -> str:
-    """Return the name of the sampler with which Mitsuba renders a reference.
+    """Return the name of the Mitsuba sampler to use for rendering a reference.
 
-    It is `sampler`, or ``independent`` if the images of `sampler` are biased (`UNFIT_SAMPLERS`).
+    The name is `sampler` itself, or ``independent`` if the images of `sampler` are biased (`UNFIT_SAMPLERS`).
     """
     return _FIT if sampler in UNFIT_SAMPLERS else sampler
 
 
 def is_mitsuba(software: str) -> bool:
-    """Tell whether `software`, the name of the program that wrote an image, is Mitsuba's."""
+    """Tell whether an image was written by Mitsuba; `software` is the name of the program in the image file."""
     return software.lower().startswith("mitsuba")

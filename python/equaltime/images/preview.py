@@ -41,10 +41,10 @@ def srgb_bytes(image: NDArray[Any], stops: float = 0.0) -> NDArray[np.uint8]:
 
 
 def reduced(values: NDArray[Any], longest: int) -> NDArray[np.float64]:
-    """Return the image ``values`` (H, W, …) reduced until no side exceeds ``longest`` pixels.
+    """Return the image ``values`` (H, W, …) reduced in size until no side exceeds ``longest`` pixels.
 
-    Each new pixel is the mean of a block of pixels. Rows and columns at the end that fill no block are dropped. A
-    small image is returned unchanged.
+    Each new pixel is the mean of a block of pixels. Rows and columns at the end that fill no block are dropped. A small
+    image is returned unchanged.
     """
     factor = math.ceil(max(values.shape[:2]) / longest)
     if factor == 1:
@@ -90,7 +90,9 @@ def write(
 
 
 def write_grey(path: Path, grey: NDArray[np.uint8], description: str = "", scene: str | None = None) -> None:
-    """Write bytes (H, W) as a grey PNG file, with attributes as `write` has them.
+    """Write bytes (H, W) as a grey PNG file; 0 is black, 255 white.
+
+    ``description`` and ``scene`` (the path of the scene file) become attributes of the file.
 
     Raises
     ------
@@ -113,7 +115,8 @@ def _attributes(description: str, scene: str | None) -> dict[str, Any]:
 def png_bytes(image: NDArray[Any], alpha: NDArray[Any] | None = None, stops: float = 0.0) -> bytes:
     """Return the preview of a linear image (H, W, 3) as the bytes of a PNG file.
 
-    ``alpha`` (H, W) and ``stops`` are as for `write`.
+    ``stops`` is the exposure, positive for brighter. If ``alpha`` (H, W) is given, the image must already be multiplied
+    by it; the PNG gets alpha and unmultiplied colours.
     """
     with tempfile.TemporaryDirectory(prefix="equaltime-") as folder:
         path = Path(folder) / "preview.png"

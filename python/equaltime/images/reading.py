@@ -56,7 +56,7 @@ def utf8(path: str | os.PathLike[str]) -> str:
 
 
 def started(make: Callable[[], Any]) -> Any:
-    """Call ``make`` and return the OpenImageIO object that it makes, or None if it fails.
+    """Call ``make``, a function that creates an OpenImageIO object, and return the object; None if it fails.
 
     A failure without an error message is tried once more. OpenImageIO's first use fails silently if the system gives it
     no threads.
@@ -74,7 +74,7 @@ def _complains() -> bool:
 
 @contextmanager
 def opened(path: str | os.PathLike[str], **wishes: int) -> Iterator[Any]:
-    """Yield an OpenImageIO ``ImageInput`` for a file, and close it after the block.
+    """Yield an OpenImageIO ``ImageInput``, the open reader of an image file, and close it after the block.
 
     ``wishes`` are OpenImageIO's options for reading, by name without the prefix ``oiio:``, such as
     ``UnassociatedAlpha=1``. Raises `ImageError` for an unreadable file.

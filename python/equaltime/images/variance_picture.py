@@ -24,26 +24,27 @@ def of_colours(variance: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def scale_of(maps: Iterable[NDArray[Any]]) -> LogScale:
-    """Return the common scale of pictures of variances (H, W)."""
+    """Return a common logarithmic scale for pictures of the variances in ``maps``, each (H, W)."""
     return LogScale.of(maps, *_DECADES)
 
 
 def is_known(variance: NDArray[Any]) -> bool:
-    """Tell whether any pixel has a variance: a pixel needs 3 samples."""
+    """Tell whether ``variance`` is finite (known) for any pixel; a pixel needs 3 samples for it."""
     return bool(np.isfinite(variance).any())
 
 
 def scale_in_words(variance: NDArray[Any]) -> str:
-    """Return the scale of the picture of ``variance`` (H, W, 3) in words, with the ends that are white and black."""
+    """Return a caption for the picture of ``variance`` (H, W, 3), which says what variances white and black mean."""
     low, _, high = scale_of([of_colours(variance)]).ticks
     return f"variance of one sample, from {low} (white) to {high} (black) on a log scale"
 
 
 def write_variance(path: Path, variance: NDArray[Any], description: str = "", scene: str | None = None) -> None:
-    """Write the picture of ``variance`` (H, W, 3) to a PNG file; its description tells the scale.
+    """Write a grey picture of the variance of one sample, ``variance`` (H, W, 3), to a PNG file.
 
-    Pixels whose variance is unknown (infinite) are black. ``description`` and ``scene`` (the path of the scene file)
-    become attributes of the file.
+    The scale is logarithmic, and darker where the variance is higher; the file's description tells its ends. Pixels
+    whose variance is unknown (infinite) are black. ``description`` and ``scene`` (the path of the scene file) become
+    attributes of the file.
 
     Raises
     ------

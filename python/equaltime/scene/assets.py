@@ -28,7 +28,7 @@ CHUNK = 1 << 22
 
 
 class Assets:
-    """The meshes and images of one scene. Their contents are kept until `release`; a later use reads them again.
+    """Reader of the meshes and images of one scene, which keeps their contents until `release`.
 
     A file that has changed since its first use is refused with ValueError, so that the scene stays the same.
     """
@@ -126,9 +126,9 @@ class Assets:
         return self._texels[key]
 
     def sha256(self, filename: str) -> str:
-        """Return the SHA-256, in hexadecimal digits, of a file.
+        """Return the SHA-256, in hexadecimal digits, of a file, to detect changes.
 
-        For ``file.gltf#fragment``, it covers only the mesh or the image that the fragment names.
+        For ``file.gltf#fragment``, the hash covers only the mesh or the image that the fragment names.
         """
         path, fragment = self.path(filename), split(filename)[1]
         if fragment is not None:
@@ -147,7 +147,7 @@ class Assets:
         return str(self.path(filename).absolute()) + ("" if inside is None else f"#{inside}")
 
     def release(self) -> None:
-        """Free the memory of all files' contents."""
+        """Free the memory of all files' contents. A later use reads the files again."""
         self._meshes.clear()
         self._by_material.clear()
         self._images.clear()
@@ -156,7 +156,7 @@ class Assets:
 
     @property
     def files(self) -> set[Path]:
-        """All files that were found while the scene was read."""
+        """Paths of all meshes, images and other files that were found while the scene was read."""
         return self._search.files
 
     def path(self, filename: str) -> Path:

@@ -24,10 +24,10 @@ _WITH_ALPHA: Final = {"rgb": "rgba", "luminance": "luminance_alpha", "xyz": "xyz
 
 
 def deep(integrator: Integrator, max_depth: int) -> Integrator:
-    """Return `integrator` with another `max_depth`.
+    """Return `integrator` with another `max_depth`, the largest number of segments of a path.
 
-    In an `Aov` or a `Moment`, the first integrator inside changes. An integrator without this parameter is replaced by
-    a `Path`.
+    If `integrator` wraps another one, as `Aov` and `Moment` do, the wrapped one changes. An integrator without this
+    parameter is replaced by a `Path`.
     """
     if isinstance(integrator, Moment | Aov) and integrator.integrators:
         return changed(integrator, integrators=(deep(integrator.integrators[0], max_depth),))
@@ -63,10 +63,10 @@ def changed(plugin: P, **changes: object) -> P:
 
 
 def several(what: str, given: object, names: Sequence[str]) -> tuple[Any, ...]:
-    """Return the values in `given` as a tuple; raises ValueError if there is not exactly one value for each name.
+    """Return a setting that has several values, `given`, as a tuple with one value for each of `names`.
 
-    NumPy integers become Python integers. The error message is such as "size is (width, height), found 3", where `what`
-    is ``size``, and `names` are ``width`` and ``height``.
+    NumPy integers become Python integers. Raises ValueError for another number of values. The message is such as "size
+    is (width, height), found 3", where `what` is ``size``, and `names` are ``width`` and ``height``.
     """
     values = tuple(given) if isinstance(given, Iterable) else ()
     if len(values) != len(names):

@@ -111,17 +111,17 @@ FACTORS: Final = frozenset(
         *("clearcoat", "clearcoat_gloss", "weight", "opacity"),
     }
 )
-"""Parameters that lie in [0, 1]."""
+"""Parameters whose values lie in [0, 1]."""
 POSITIVE: Final = frozenset({"alpha", "alpha_u", "alpha_v", "radiance", "eta", "k", "color0", "color1"})
-"""Parameters that are not negative."""
+"""Parameters whose values are not negative."""
 
 
 @dataclass(frozen=True, slots=True)
 class Outside:
-    """Report on one texture with values outside the range of the parameter that uses it; ``str()`` gives a warning."""
+    """A texture with values outside the range of the parameter that uses it; ``str()`` gives a warning for the user."""
 
     node: Plugin
-    """The plugin that has the parameter."""
+    """The plugin, such as a BSDF, that has the parameter."""
     name: str
     """The parameter's name."""
     texture: Bitmap | MeshAttribute

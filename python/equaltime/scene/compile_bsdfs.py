@@ -47,7 +47,7 @@ __all__ = ["BsdfCompiler", "Textures"]
 
 
 class Textures:
-    """The textures that were added to the core's scene builder; equal textures share one index."""
+    """Adds textures to the core's scene builder, each once, and gives their indices in the core."""
 
     def __init__(self, builder: SceneBuilder, assets: Assets) -> None:
         self._builder = builder
@@ -64,7 +64,10 @@ class Textures:
         return self._known[nameless]
 
     def bind(self, bsdf: int, name: str, value: object) -> None:
-        """If `value` is a texture, let it give the parameter `name` of BSDF number `bsdf` in the core."""
+        """Let a texture give a parameter of a BSDF in the core; do nothing if `value` is no texture.
+
+        `name` is the parameter, and `bsdf` the BSDF's index in the core.
+        """
         if isinstance(value, MeshAttribute) and value.times is not None:
             self._builder.bind(bsdf, name, self.index(_alone(value)), self.index(value.times))
         elif isinstance(value, Bitmap | Checkerboard | MeshAttribute):
@@ -121,14 +124,18 @@ def _number(value: Texture | float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Bend:
-    """A bump or normal map, `by`, that bends the normals of a leaf BSDF; `BsdfCompiler.index` explains `turned`."""
+    """A bump or normal map, `by`, that bends the normals of a leaf BSDF (one that wraps no other).
+
+    If `turned`, a bent normal on the back of the surface is the negative of the front's bent normal; otherwise it is
+    the mirror image.
+    """
 
     by: BumpMap | NormalMap
     turned: bool
 
 
 class BsdfCompiler:
-    """The BSDFs that were added to the core's scene builder; equal BSDFs share one index."""
+    """Adds BSDFs to the core's scene builder, each once, and gives their indices in the core."""
 
     def __init__(self, builder: SceneBuilder, textures: Textures) -> None:
         self._builder = builder
@@ -138,8 +145,9 @@ class BsdfCompiler:
     def index(self, bsdf: Bsdf | None, turned: bool = False) -> int | None:
         """Add the BSDF of one side of a surface if it is new, and return its index in the core.
 
-        Return None if `bsdf` is None, for a side that absorbs all light. If `turned`, a bent normal on the back is the
-        negative of the front's bent normal; otherwise it is the mirror image (see `wrappers.turns`).
+        Return None if `bsdf` is None, for a side that absorbs all light. If `turned`, a bent normal on the back of the
+        surface is the negative of the front's bent normal; otherwise it is the mirror image. `wrappers.turns` finds
+        `turned`.
         """
         return None if bsdf is None else self._index(bsdf, turned, None)
 
@@ -260,4 +268,4 @@ LEAVES: Final[dict[type, Step]] = {
     Principled: _principled,
     Null: _null,
 }
-"""Functions that add a leaf BSDF to a builder, by the type of the BSDF."""
+"""Functions that add a leaf BSDF (one that wraps no other) to a builder, by the type of the BSDF."""

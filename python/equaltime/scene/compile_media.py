@@ -30,7 +30,7 @@ MOST_LOBES = 8
 
 
 def sees_media(integrator: Integrator) -> bool:
-    """Tell whether the integrator, or an integrator inside it, is volumetric: ``volpath`` or ``volpathmis``."""
+    """Tell whether an integrator renders media: whether it, or one inside it, is ``volpath`` or ``volpathmis``."""
     within = getattr(integrator, "integrators", ())
     return isinstance(integrator, VolPath | VolPathMis) or any(map(sees_media, within))
 
@@ -46,7 +46,10 @@ def unseen_media(model: SceneModel) -> str | None:
 
 
 class Media:
-    """The media that were added to the core's scene builder; equal media share one index."""
+    """Adds media to the core's scene builder, each once, and assigns them to shapes and to the camera.
+
+    If the scene's integrator is not volumetric, media are ignored.
+    """
 
     def __init__(self, builder: SceneBuilder, model: SceneModel) -> None:
         self._builder = builder
@@ -57,7 +60,10 @@ class Media:
             builder.cross_freely()
 
     def bound(self, shape: Solid, index: int) -> None:
-        """Set the priority and the media of both sides of `shape`; `index` is the shape's number in the core."""
+        """Set the media on both sides of `shape` in the core, and its priority among overlapping shapes.
+
+        `index` is the shape's number in the core.
+        """
         if shape.priority is not None:
             self._builder.set_priority(index, shape.priority)
         if self._seen and (shape.interior is not None or shape.exterior is not None):
@@ -71,7 +77,7 @@ class Media:
             self._builder.set_camera_medium(index)
 
     def at_place(self, error: ValueError) -> ValueError:
-        """Return the core's error about a medium as `Unsupported`, which holds that medium.
+        """Return the core's error about a medium as `Unsupported`, which holds the medium and so leads to its line.
 
         Any other error is returned unchanged.
         """

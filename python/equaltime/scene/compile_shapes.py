@@ -34,7 +34,7 @@ WHITE: Color = (1.0, 1.0, 1.0)
 
 
 class Shapes:
-    """The shapes that were added to the core's scene builder. A group of shapes is added once for all its instances."""
+    """Adds shapes to the core's scene builder, with their BSDFs, media and emitters; a group is added once."""
 
     def __init__(
         self, builder: SceneBuilder, assets: Assets, materials: BsdfCompiler, textures: Textures, media: Media

@@ -41,7 +41,7 @@ class Unsupported(ValueError):
 
 
 def constant(value: Texture | T) -> T:
-    """Return `value` unchanged if it is no texture; raises `Unsupported` for a texture."""
+    """Return `value`, for a parameter that must be constant in the core; raises `Unsupported` for a texture."""
     if isinstance(value, TexturePlugin):
         raise Unsupported(value)
     return value

@@ -50,7 +50,7 @@ def _key(key: object) -> tuple[float, str]:
 
 
 def check(shape: MeshFile, assets: Assets) -> Iterator[tuple[str, str]]:
-    """Read all files of the mesh `shape`, and yield their warnings as pairs (file name, message).
+    """Read all files of the mesh `shape`, to find errors early, and yield warnings as pairs (file name, message).
 
     Raises ValueError for a file that cannot be read, or whose triangles differ from the first file's.
     """

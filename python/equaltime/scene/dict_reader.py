@@ -27,9 +27,10 @@ TRANSFORMS: Final = ("to_world", "to_uv")
 
 
 def read_dict(scene: Mapping[str, object], report: Report, search: Search) -> Object | None:
-    """Return the root of the tree (parsed nodes) of `scene`, a dictionary as for ``mitsuba.load_dict``.
+    """Return the root of the tree (parsed nodes) of `scene`, nested dictionaries with Mitsuba's names.
 
-    Problems go to `report`. Return None if `scene` has no ``"type": "scene"``, or its limits are exceeded.
+    Problems go to `report`. Return None if `scene` has no ``"type": "scene"``, is nested too deeply, or repeats its
+    parts too often.
     """
     place = Place(path="")
     if not isinstance(kind := scene.get("type"), str) or kind != "scene":
@@ -39,7 +40,7 @@ def read_dict(scene: Mapping[str, object], report: Report, search: Search) -> Ob
 
 
 class DictReader:
-    """Reader that turns dictionaries into nodes of the tree. Invalid entries are reported and left out."""
+    """Reader that turns a scene's dictionaries into nodes of the tree. Invalid entries are reported and left out."""
 
     def __init__(self, report: Report, search: Search) -> None:
         self._report = report

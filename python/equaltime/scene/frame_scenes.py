@@ -21,10 +21,11 @@ _OF_AN_ANIMATION = ("shutter", "time")
 def frames_of(
     path: str | Path, frames: Sequence[Frame], defines: Mapping[str, object], *, substitute: bool = False
 ) -> Iterator[Scene]:
-    """Yield the scene in the file ``path`` once for each frame, with the frame's shutter.
+    """Yield the scene in the file ``path`` once for each frame of an animation, with the frame's shutter.
 
-    ``defines`` and ``substitute`` are as for `equaltime.scene.load_file`. glTF files are read anew for each frame,
-    since their animations are sampled while the shutter is open.
+    ``defines`` has values for the variables of the file. With ``substitute``, unsupported plugins are replaced by
+    similar ones instead of being refused. glTF files are read anew for each frame, since their animations are sampled
+    while the shutter is open.
 
     Raises
     ------

@@ -22,11 +22,11 @@ _RANGE = re.compile(r"(\d{1,10})(?:-(\d{1,10})(?::(\d{1,10}))?)?")
 
 @dataclass(frozen=True)
 class Frame:
-    """One frame of an animation."""
+    """One frame of an animation: its number, which with ``fps`` and ``blur`` gives the times of the shutter."""
 
     number: int
     fps: float = 24.0
-    """Frames a second."""
+    """Frames per second."""
     blur: float = 0.0
     """Share of the frame's duration for which the shutter is open, from 0 to 1; 0 makes a still."""
 
@@ -70,10 +70,10 @@ def frame_files(output: Path, numbers: Sequence[int]) -> tuple[Path, ...]:
 
 
 def frame_pattern(name: str, number: int) -> str:
-    """Return the name with ``#`` for which `frame_files` gives the file ``name`` to frame ``number``.
+    """Return a file name with ``#`` from which `frame_files` makes the file name ``name`` for the frame ``number``.
 
-    ``film_0012.exr`` becomes ``film_####.exr``. There is no such name if ``name`` lacks the number or has a ``#`` of
-    its own; then return a similar name, to which ``_####`` is added.
+    ``film_0012.exr`` becomes ``film_####.exr``. There is no such name if ``name`` lacks the number or already contains
+    a ``#``. Then return a similar name, to which ``_####`` is added.
     """
     found = [] if "#" in name else re.finditer(rf"0*{number}(?!\d)", name)
     place = max(found, key=lambda match: (len(match[0]), match.start()), default=None)

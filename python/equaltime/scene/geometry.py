@@ -65,7 +65,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sides:
-    """The BSDFs of a surface's front and back, and the emission of its front. A BSDF of None absorbs all light."""
+    """The BSDFs of a surface's front and back, and the radiance that its front emits.
+
+    A BSDF of None absorbs all light.
+    """
 
     front: Bsdf | None
     back: Bsdf | None
@@ -259,7 +262,8 @@ def _sides(shape: Solid) -> Sides:
 # -- the extent of a scene ---------------------------------------------------------------------------------------------
 
 FOV: Final = 45.0
-"""Field of view, in degrees, of the camera that `seen_whole` adds. Mitsuba 2 added the same camera."""
+"""Field of view, in degrees, of the camera that `seen_whole` adds. Mitsuba 2 adds the same camera to a scene without
+one."""
 
 
 def bounds(of: Surface) -> Array:
@@ -278,10 +282,10 @@ def bounds(of: Surface) -> Array:
 
 
 def seen_whole(model: SceneModel, assets: Assets) -> SceneModel:
-    """Return the scene with a new perspective camera that looks along +z and sees the whole scene.
+    """Return the scene with a perspective camera that looks along +z and sees the whole scene.
 
-    The nearest side of the scene's bounding box fits into the view. The camera has no clipping planes, and its shutter
-    opens and closes at time 0. Raises ValueError if a file cannot be used.
+    Use it for a scene without a camera. The nearest side of the scene's bounding box fits into the view. The camera has
+    no clipping planes, and its shutter opens and closes at time 0. Raises ValueError if a file cannot be used.
     """
     corners = np.concatenate([_corners(shape, assets) for shape in at_time(model, 0.0).shapes])
     low, high = corners.min(axis=0), corners.max(axis=0)

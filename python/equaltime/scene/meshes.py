@@ -100,5 +100,5 @@ def _unit(vectors: Vectors) -> Vectors:
 
 
 def flip(faces: Faces) -> Faces:
-    """Return the faces (M, 3) turned over: the same vertices in the opposite order."""
+    """Return the faces (M, 3) with the opposite orientation: the same vertices in the opposite order."""
     return np.ascontiguousarray(faces[:, [0, 2, 1]])

@@ -31,13 +31,16 @@ CHANGING: Final = (Animation, Deformation)
 
 
 def animation(keys: Sequence[tuple[float, Array]]) -> Animation:
-    """Return the animation with these keys, each a time and a transform (4, 4); the keys are not checked."""
+    """Return an `Animation` with these keys, each a time and a transform (4, 4) to world space.
+
+    The keys are not checked.
+    """
     matrices: list[Any] = [tuple(map(tuple, matrix.tolist())) for _, matrix in keys]
     return Animation(tuple(time for time, _ in keys), tuple(matrices))
 
 
 def pose(placement: Matrix | Animation, time: float) -> Array:
-    """Return the transform (4, 4) of `placement` at a time.
+    """Return the transform (4, 4) from local to world space that `placement` has at a time.
 
     At the time of a key, and before the first or after the last key, it is exactly the nearest key's transform.
     """
@@ -89,7 +92,7 @@ def _between(first: Array, last: Array, share: float) -> Array:
 
 
 def center(sensor: Sensor) -> float:
-    """Return the time halfway between the opening and the closing of the shutter."""
+    """Return the time halfway between the opening and the closing of the shutter, in the scene's units of time."""
     return 0.5 * (sensor.shutter_open + sensor.shutter_close)
 
 
@@ -121,7 +124,7 @@ def in_shutters(model: SceneModel) -> SceneModel:
 
 
 def still(model: SceneModel) -> SceneModel:
-    """Return the scene, without motion, at the time halfway between opening and closing of the shutter.
+    """Return the scene without motion, as it is at the time halfway between opening and closing of the shutter.
 
     If nothing is animated, return `model` itself.
     """
@@ -129,7 +132,10 @@ def still(model: SceneModel) -> SceneModel:
 
 
 def at_time(model: SceneModel, time: float) -> SceneModel:
-    """Return the scene, without motion, at a time; if nothing is animated, return `model` itself."""
+    """Return the scene without motion, as it is at one time; if nothing is animated, return `model` itself.
+
+    The unit of `time` is that of the animations and of the shutter in `model`.
+    """
 
     def at(changing: Animation | Deformation) -> object:
         if isinstance(changing, Animation):

@@ -96,9 +96,10 @@ _FARTHEST: Final = 2.0**20
 
 @dataclass(frozen=True, slots=True)
 class ImageMap:
-    """An image of a material. Texture coordinates (u, v) show the image's point (su u + ou, sv v + ov).
+    """An image of a material, with its placement on the surface.
 
-    `scale` is (su, sv), and `offset` is (ou, ov).
+    Texture coordinates (u, v) show the image's point (su u + ou, sv v + ov). `scale` is (su, sv), and `offset` is (ou,
+    ov).
     """
 
     rest: bytes
@@ -146,7 +147,7 @@ def shown(name: bytes) -> str:
 
 
 def read_mtl(content: bytes, file: str, account: Account) -> dict[bytes, Material]:
-    """Return the materials in the `content` of an MTL file, by name; unused statements go into `account`.
+    """Return the materials in the `content` of an MTL file, as a dict by name; count unused statements in `account`.
 
     `file` is the file's name for messages.
     """

@@ -27,7 +27,7 @@ __all__ = ["Name", "Names"]
 
 @dataclass(frozen=True, slots=True)
 class Name:
-    """Name and type of an object of a scene, and the file and line where the object is described."""
+    """Name and type of an object of a scene, and the file and line where the object is described, for messages."""
 
     id: str | None
     type: str
@@ -40,7 +40,7 @@ class Name:
 
 
 class Names:
-    """Names of a scene's shapes, instances and lights, found by their numbers in the core."""
+    """Names of a scene's shapes, instances and lights, found by their numbers in the core, for messages to the user."""
 
     def __init__(self, scene: Scene) -> None:
         model = scene.model

@@ -43,7 +43,10 @@ _COLORS: Final = frozenset({"map_kd", "map_ke"})
 
 
 class ObjMaterials:
-    """The materials in the libraries (MTL files) that an OBJ file names; false if no library has any."""
+    """The materials of an OBJ file, read from the libraries (MTL files) that it names, as BSDFs and emitters.
+
+    The truth value of this object is False if no library has any material.
+    """
 
     def __init__(self, path: Path, libraries: list[tuple[bytes, int]], account: Account, search: Search) -> None:
         self._path = path
@@ -99,10 +102,10 @@ class ObjMaterials:
             self._found[material] = name, said
 
     def bsdf(self, library: str, material: Material, own: object, place: Place, mesh: MeshData) -> Object:
-        """Return the BSDF of a `material` for both sides of `mesh`, as an object that describes a plugin.
+        """Return the BSDF of a `material` for both sides of `mesh`, as an object of the scene tree.
 
-        `library` is the file name of the material's MTL file. `own` is the reflectance if the material has no ``Kd`` or
-        ``map_Kd``. `place` is the file and line for messages.
+        `library` is the file name of the material's MTL file. `own` is the mesh's reflectance (a colour or texture),
+        used if the material has no ``Kd`` or ``map_Kd``. `place` is the file and line for messages.
         """
 
         def given(word: str, number: object) -> object:
@@ -123,9 +126,10 @@ class ObjMaterials:
         return plant("bsdf", "mask", place, opacity=opacity, bsdf=both)
 
     def emitter(self, library: str, material: Material, place: Place, *, has_uvs: bool) -> Object | None:
-        """Return the area emitter of a material, as an object that describes a plugin; None for zero radiance.
+        """Return the area emitter of a material, as an object of the scene tree; None for zero radiance.
 
-        An image of the radiance is used only if `has_uvs`: if the mesh has texture coordinates.
+        An image of the radiance is used only if `has_uvs`: if the mesh has texture coordinates. `library` is the file
+        name of the material's MTL file. `place` is the file and line for messages.
         """
         radiance = self._image_or(material.radiance, "map_ke", library, material, place, has_uvs=has_uvs)
         return None if radiance == _BLACK else plant("emitter", "area", place, radiance=radiance)

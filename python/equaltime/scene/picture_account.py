@@ -45,7 +45,10 @@ MOST_NAMES: Final = 6
 
 
 class PictureAccount:
-    """The channels and attributes of one picture that its reader has not used yet, and the reader's remarks."""
+    """The channels and attributes of one picture that its reader has not used yet, and the reader's remarks.
+
+    At the end of reading, the user is told of what remains.
+    """
 
     def __init__(self, spec: Any) -> None:
         self._channels = dict.fromkeys(str(name) for name in spec.channelnames)
@@ -53,14 +56,14 @@ class PictureAccount:
         self._notes: dict[str, None] = {}
 
     def channels(self, *names: str) -> None:
-        """Remove the channels called `names` from the account, because the reader uses them."""
+        """Record that the reader uses the channels called `names`, so that they are not reported as unused."""
         for name in names:
             self._channels.pop(name, None)
 
     def attribute(self, name: str, *harmless: object) -> Any:
-        """Remove the attribute `name` from the account, and return its value.
+        """Return the value of the attribute `name`, and record that the reader uses it.
 
-        Return None if the attribute is missing, or if its value is one of `harmless`.
+        Return None if the attribute is missing, or if its value is one of `harmless`: values that change nothing.
         """
         value = self._attributes.pop(name, None)
         return None if value in harmless else value
@@ -70,7 +73,7 @@ class PictureAccount:
         self._notes[message] = None
 
     def told(self) -> tuple[str, ...]:
-        """Return the remarks for the user, as text.
+        """Return the remarks for the user, one text each.
 
         They are the reader's own remarks, then one that lists unused channels, and one that lists unused attributes.
         """

@@ -38,7 +38,7 @@ class Choice:
     kind: Literal["colour", "XYZ", "luminance and chroma", "grey"]
     channels: tuple[int, ...]
     alpha: int | None
-    """Position of the opacity's channel, or None."""
+    """Index of the channel that holds the opacity; None without opacity."""
     named: bool
     """Whether `kind` is certain, from the channels' names or since there is only one channel."""
 

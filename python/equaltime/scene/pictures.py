@@ -35,9 +35,10 @@ __all__ = ["Stored", "Texels", "largest", "read_picture", "read_stored", "uprigh
 Array = NDArray[Any]
 
 WINDOWED: Final = frozenset({"openexr", "rla"})
-"""Formats with a display window; in other formats, offsets are positions on a page or have no meaning."""
+"""Formats with a display window (the rectangle of the image to show); other formats have no such window."""
 MOST_SHOWN: Final = 1 << 27
-"""Bytes of a display window that any file may declare; its pixels outside the data window take no space in the file."""
+"""Largest size in bytes of a display window that any file may declare, however small the file. Pixels outside its data
+window take no space in the file."""
 MOST_PARTS: Final = 64
 """Largest number of images, and of smaller copies, that are counted in a file; counting may decode them all."""
 NEAR_SRGB: Final = (2.15, 2.45)
@@ -50,7 +51,7 @@ UNSAID: Final = frozenset({"", "rec709"})
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Texels:
-    """The texels of one bitmap in memory."""
+    """The texels of one bitmap in memory, and the warnings about its file."""
 
     texels: Array
     """Values (H, W, 1 or 3) in uint8, float16 or float32."""
@@ -132,7 +133,7 @@ def read_picture(path: Path, raw: bool = False) -> Texels:
 
 
 def largest(pixels: Array) -> float:
-    """Return the value that stands for 1.0 in `pixels`: the maximum of an integer type, or 1.0 for floats."""
+    """Return the number that stands for 1.0 in `pixels`: the largest value of an integer type, or 1.0 for floats."""
     return float(np.iinfo(pixels.dtype).max) if np.issubdtype(pixels.dtype, np.integer) else 1.0
 
 
@@ -336,7 +337,8 @@ def _decoded(colors: Array, curve: float | str) -> NDArray[np.float32]:
 
 MAGIC: Final = (b"#?RADIANCE", b"#?RGBE")
 LONGEST: Final = 1 << 16
-"""Largest size of a header in bytes; real headers have a few hundred bytes."""
+"""Largest size, in bytes, of the header of a Radiance picture (.hdr) that is read; real headers have a few hundred
+bytes."""
 ORIENTATIONS: Final = {
     **{"-Y +X": 1, "-Y -X": 2, "+Y -X": 3, "+Y +X": 4},
     **{"+X -Y": 5, "-X -Y": 6, "-X +Y": 7, "+X +Y": 8},

@@ -44,7 +44,7 @@ class Report:
             raise SceneError((*self._ordered(), last))
 
     def note(self, message: str) -> None:
-        """Add a warning for the user; warnings beyond `MOST_TOLD` are only counted."""
+        """Add a warning for the user; warnings beyond `MOST_TOLD` are counted but not kept."""
         if len(self._notes) < MOST_TOLD:
             self._notes[_quoted(message)] = None
         else:
@@ -74,9 +74,9 @@ class Report:
 
 
 class Account:
-    """Counts of the statements in a file that are not used, by message, with the place of the first for each message.
+    """Counts of the statements in a file that are not used, by message, to be listed to the user.
 
-    Iteration yields the lines to report, as text.
+    The place of the first statement is kept for each message. Iteration yields the lines to report, as text.
     """
 
     def __init__(self) -> None:

@@ -76,7 +76,7 @@ VOLUMETRIC: Final = ("medium", "phase")
 
 @dataclass(frozen=True, slots=True)
 class Resolved:
-    """The model of a scene, and the objects of the file from which the model's plugins were made.
+    """The model of a scene, and the objects of the file from which the model's plugins were made, for messages.
 
     `model` is None if the scene is invalid. `parts` are all valid plugins, each in a pair after its object.
     """
@@ -98,7 +98,10 @@ class _Fields:
 
 
 def resolve(root: Object, report: Report) -> Resolved:
-    """Make the model of the scene whose tree has the root `root`. Problems go to `report`; the model may be None."""
+    """Return the model of the scene whose tree (parsed nodes) has the root `root`, with the objects that it comes from.
+
+    Problems go to `report`. The result's `model` is None if the scene is invalid.
+    """
     return _Resolver(root, report).scene()
 
 

@@ -45,7 +45,8 @@ from equaltime.words import Shown, shortened
 __all__ = ["Scene", "digest", "load", "load_dict", "load_file", "named_files", "smaller"]
 
 VERSION = "equaltime scene 1"
-"""Version of the digest; change the version if equal contents must get another digest than before."""
+"""Version of the digest (a hash of the scene). Change the version if equal contents must get another digest than
+before."""
 
 
 def digest(model: SceneModel, assets: Assets) -> str:
@@ -106,7 +107,7 @@ _SHAPE: Final = re.compile(r"shape (\d+): (.*)", re.DOTALL)
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Scene(Shown):
-    """A valid scene that is ready to render; immutable."""
+    """A loaded and checked scene, ready to render: its model, its files and the warnings about them; immutable."""
 
     model: SceneModel
     """All plugins of the scene and their parameters, with references replaced by the plugins."""
@@ -152,7 +153,10 @@ class Scene(Shown):
 
     @property
     def own_max_depth(self) -> int:
-        """Value of `max_depth` when the scene was loaded; changes by `with_` do not affect it."""
+        """Largest number of segments of a path when the scene was loaded; changes by `with_` do not affect it.
+
+        It is -1 if there is no limit.
+        """
         return self.max_depth if self._own_max_depth is None else self._own_max_depth
 
     @property
@@ -257,7 +261,7 @@ class Scene(Shown):
         return str(self.places.of(part) or "")
 
     def replaced(self, model: SceneModel) -> Scene:
-        """Return this scene with another `model`, which must use the same files."""
+        """Return this scene with another `model` (plugins and parameters), which must use the same files."""
         return dataclasses.replace(self, model=model, _seconds={"load": self._seconds.get("load", 0.0)})
 
     def with_(
@@ -271,10 +275,10 @@ class Scene(Shown):
     ) -> Scene:
         """Return the scene with another film size, crop window (x, y, width, height), path length or shutter.
 
-        `shutter` holds the times of opening and closing, in the units of the scene's animations; equal times make a
-        still. A new size without a crop renders the whole film. A new `max_depth` changes the exact image. The error of
-        a render is then the distance from the new exact image, not from the image with `own_max_depth`. With
-        `transparent`, images get alpha, and the camera does not see the sky (`equaltime.scene.changes.transparent`).
+        `size` is (width, height) in pixels; without a crop, the whole film is rendered. `max_depth` is the largest
+        number of segments of a path. A new value changes the image to which a render converges, and errors are measured
+        from that image. `shutter` holds the times of opening and closing, in the units of the scene's animations; equal
+        times make a still. With `transparent`, images get alpha, and the camera does not see the sky.
 
         Raises
         ------
@@ -345,9 +349,11 @@ def load(path: str | Path, /, *, substitute: bool = False, **defines: object) ->
 
 
 def load_file(path: str | Path, defines: Mapping[str, object], *, substitute: bool = False) -> Scene:
-    """Read a scene file like `load`, with the values of the variables in the mapping `defines`.
+    """Read a scene file, with the values of its variables in the mapping `defines`.
 
-    A variable may have any name here, even the name of a keyword argument of `load`.
+    A variable may have any name here, even the name of a keyword argument of `load`. With `substitute`, unsupported
+    plugins are replaced by similar ones instead of being refused. Raises SceneError, which lists all problems, for an
+    invalid scene.
     """
     started = perf_counter()
     path, report = Path(path), Report()
@@ -434,7 +440,7 @@ def _finish(
 
 
 def smaller(scene: Scene, most: float) -> Scene:
-    """Return the scene with about `most` pixels in its crop window.
+    """Return the scene with a smaller film, so that about `most` pixels are in its crop window, for quick renders.
 
     If the crop window of `scene` has `most` pixels or fewer, return `scene` itself.
     """

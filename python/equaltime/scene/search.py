@@ -21,7 +21,10 @@ class Search:
         """Every file that was found, or that `note` was given."""
 
     def add(self, folder: Path, *, first: bool = False) -> None:
-        """Add `folder` at the end of the list of folders, or with `first` at the beginning, unless it is listed."""
+        """Add `folder` to the folders in which files are looked for, unless it is already there.
+
+        It becomes the last folder, or with `first` the first one.
+        """
         if folder not in self._folders:
             self._folders.insert(0 if first else len(self._folders), folder)
 
@@ -38,7 +41,7 @@ class Search:
         return self._home / name
 
     def note(self, path: Path) -> Path:
-        """Add the file at `path`, which was not looked for by `find`, to `files`, and return `path`."""
+        """Record the file at `path`, which was found in another way, among the scene's `files`, and return `path`."""
         self.files.add(path)
         return path
 
@@ -55,11 +58,11 @@ MOST_DEEP: Final = 15
 MOST_READ_AGAIN: Final = 1 << 19
 """Largest total size, in bytes, of repeated readings of included files. Their number can double with each level."""
 A_FILE: Final = 1 << 10
-"""Bytes that each repeated reading counts in addition to the file's size, for the work of opening the file."""
+"""Bytes that each repeated reading of a file counts beyond the file's size, for the work of opening the file."""
 
 
 class Includes:
-    """Reader of the files that one scene includes. It counts repeated readings against a limit."""
+    """Reader of the files that one scene includes. It limits the total size of repeated readings."""
 
     def __init__(self) -> None:
         self._opened: set[Path] = set()

@@ -82,14 +82,15 @@ class Substitution:
 
 
 def has_substitute(kind: Kind, type: str) -> bool:
-    """Tell whether `substituted` replaces or leaves out the plugin `type` of Mitsuba 3 or Mitsuba 0.6."""
+    """Tell whether the plugin `type` of Mitsuba 3 or Mitsuba 0.6 can be replaced or left out on request."""
     return type in SUBSTITUTES.get(kind, {}) or (kind in FALLBACKS and _is_known(kind, type))
 
 
 def substituted(root: Object) -> tuple[Object, tuple[Substitution, ...]]:
-    """Replace everything in the scene `root` that cannot be rendered.
+    """Replace all plugins and parameters in the scene `root` that cannot be rendered, or leave them out.
 
-    Return the new root, and the list of replaced or omitted plugins and parameters.
+    Return the new root, and the list of replaced or omitted plugins and parameters. A substitute is a similar plugin,
+    but does not give the same image.
     """
     replacer = _Replacer()
     scene = replacer.contents(root)

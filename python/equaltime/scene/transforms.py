@@ -24,21 +24,21 @@ _overflowing = np.errstate(over="ignore", invalid="ignore")
 
 
 def translate(offset: Sequence[float]) -> Matrix4:
-    """Return the translation by `offset` (3 numbers)."""
+    """Return the matrix (4, 4) of the translation by `offset` (3 numbers)."""
     result = np.eye(4)
     result[:3, 3] = offset
     return result
 
 
 def scale(factors: float | Sequence[float]) -> Matrix4:
-    """Return the scaling by one factor for all axes, or by three factors, one for each axis."""
+    """Return the matrix (4, 4) of the scaling by one factor for all axes, or by three factors, one for each axis."""
     result = np.eye(4)
     result[[0, 1, 2], [0, 1, 2]] = factors
     return result
 
 
 def rotate(axis: Sequence[float], angle: float) -> Matrix4:
-    """Return the rotation by `angle` degrees about the vector `axis`, by Rodrigues' formula.
+    """Return the matrix (4, 4) of the rotation by `angle` degrees about the vector `axis`, by Rodrigues' formula.
 
     `axis` is 3 numbers, not all zero. Its length does not matter.
     """
@@ -55,7 +55,7 @@ def rotate(axis: Sequence[float], angle: float) -> Matrix4:
 
 @_overflowing
 def look_at(origin: Sequence[float], target: Sequence[float], up: Sequence[float] | None = None) -> Matrix4:
-    """Return the transform of a camera at `origin` that looks at `target`, with `up` pointing upwards in the image.
+    """Return the transform (4, 4) of a camera at `origin` that looks at `target`, with `up` upwards in the image.
 
     The camera looks along its own +z. Without `up`, or if `up` is zero, a direction perpendicular to the view is chosen
     as in Mitsuba 3 (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
@@ -82,7 +82,7 @@ def perpendicular(n: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def matrix(values: Sequence[float]) -> Matrix4:
-    """Return the transform with the matrix `values`, row by row: 16 numbers, or 9 for a 3x3 matrix."""
+    """Return the transform (4, 4) with the matrix `values`, row by row: 16 numbers, or 9 for a 3x3 matrix."""
     if len(values) not in (9, 16):
         raise ValueError(f"a matrix needs 9 or 16 numbers, found {len(values)}")
     if len(values) == 16:
@@ -94,7 +94,7 @@ def matrix(values: Sequence[float]) -> Matrix4:
 
 @_overflowing
 def compose(steps: Sequence[Matrix4]) -> Matrix4:
-    """Return the product of the transforms in `steps`, which applies the first step first."""
+    """Return the product (4, 4) of the transforms in `steps`, which applies the first step first."""
     result = np.eye(4)
     for step in steps:
         result = step @ result
@@ -102,13 +102,19 @@ def compose(steps: Sequence[Matrix4]) -> Matrix4:
 
 
 def parse(value: object, *, flat: bool = False) -> Matrix4:
-    """Return the transform that `value` describes.
+    """Return the transform (4, 4) that `value` describes in one of the spellings of scene files.
 
     `value` may be a 4x4 matrix (NumPy array, nested lists, an object with a ``matrix`` such as Mitsuba's transforms),
-    one step, or a list of steps. A step is a table with one key: ``{"translate": [x, y, z]}``, ``{"scale": s}`` or
-    ``[x, y, z]``, ``{"rotate": {"axis": [x, y, z], "angle": degrees}}``,
-    ``{"look_at": {"origin": …, "target": …, "up": …}}``, ``{"matrix": [...]}``. With `flat`, for a map of the plane,
-    a 3x3 matrix and steps with two numbers are accepted too.
+    one step, or a list of steps. A step is a table with one key:
+
+    - ``{"translate": [x, y, z]}``
+    - ``{"scale": s}`` or ``{"scale": [x, y, z]}``
+    - ``{"rotate": {"axis": [x, y, z], "angle": degrees}}``
+    - ``{"look_at": {"origin": …, "target": …, "up": …}}``
+    - ``{"matrix": [...]}``
+
+    With `flat`, for a map of the plane, a 3x3 matrix and steps with two numbers are accepted too. Raises ValueError for
+    any other `value`.
     """
     if isinstance(value, Mapping):
         value = [value]

@@ -35,12 +35,12 @@ MAX_DEPTH = 64
 FREE_ENTRIES = 4096
 
 USES_OF_EACH = 64
-"""Limit on objects or entries, a shared one counted at each use: `FREE_ENTRIES`, plus this number for each in the
-file."""
+"""Limit on a scene's objects and entries, where a shared one counts at each use: `FREE_ENTRIES`, plus this number for
+each that is in the file."""
 
 
 class Place(NamedTuple):
-    """A position in the description of a scene: a file with a line, a path of keys, or both."""
+    """A position in the description of a scene, for messages: a file with a line, a path of keys, or both."""
 
     file: str = ""
     line: int | None = None
@@ -61,7 +61,7 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Plain:
-    """The value of a parameter, such as a number, string, boolean, tuple, `Spectrum`, or (4, 4) transform."""
+    """The value of a parameter, with its place: a number, string, boolean, tuple, `Spectrum`, (4, 4) transform, ..."""
 
     place: Place
     data: object
@@ -116,7 +116,7 @@ class Object:
                 yield from child.node.objects()
 
     def mentioned(self) -> set[str]:
-        """Return all names in this object that may refer to objects.
+        """Return all names in this object that may refer to objects, to find out which objects of a scene are used.
 
         These are the ids of all references and aliases, and all string values, because a string may be a reference.
         """
@@ -135,7 +135,7 @@ ALONE: Final = ("sensor", "integrator")
 
 
 class Places:
-    """Files and lines at which the plugins of a scene are described.
+    """Files and lines at which the plugins of a scene are described, for messages about the scene.
 
     `shapes` has file and line of each of the model's shapes, in order. `of` finds file and line of any plugin.
     """

@@ -20,7 +20,7 @@ twice doubles the number each time."""
 
 
 class Variables:
-    """The values of a scene file's variables; the user's definitions override the file's defaults."""
+    """The values of a scene file's variables, which replace ``$name``; the user's definitions override the file's."""
 
     def __init__(self, defines: Mapping[str, object]) -> None:
         self._defines = dict(defines)

@@ -49,9 +49,10 @@ PIXELS: Final = {"luminancealpha": "luminance_alpha", "spectrum": "rgb", "spectr
 
 
 def upgraded(node: Object, report: Report) -> Object:
-    """Return the object `node` with the names of Mitsuba 3 for its type and its own parameters.
+    """Return the object `node`, from a file older than Mitsuba 2, with the names of Mitsuba 3.
 
-    Parameters that are left out, and types that are replaced, give warnings in `report`.
+    The type and the parameters of the object itself are renamed. Parameters that are left out, and types that are
+    replaced, give warnings in `report`.
     """
     node = _with(node, [_renamed(child) for child in node.children])
     steps = (_without_effect, _pixels, _box, _type, _reflectance, _bent, _vertex_colors, _to_uv, _wrap, _filter, _gamma)

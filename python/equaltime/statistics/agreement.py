@@ -42,7 +42,7 @@ __all__ = [
 Array = NDArray[np.float64]
 
 LEVEL = 0.001
-"""False-alarm rate of a whole family of comparisons."""
+"""False-alarm rate of a whole set of comparisons: the probability that any of them fails though all images agree."""
 ROUNDING = 2e-6
 """Largest relative error that float32 may cause in a mean without noise."""
 MOST_SKEWNESS = 0.1
@@ -57,17 +57,18 @@ _SHARE_BELOW, _FEWEST_ALONG = 0.1, 2
 
 
 def sidak(p: float, looks: int) -> float:
-    """Return the probability that the smallest of several independent p-values is at most ``p``.
+    """Return the joint p-value of several tests from their smallest p-value ``p``, by Šidák's formula.
 
-    ``looks`` is the number of p-values.
+    ``looks`` is the number of tests. If they are independent, the result is the probability that the smallest of their
+    p-values is at most ``p`` by chance.
     """
     return -math.expm1(looks * math.log1p(-p)) if p < 1.0 else 1.0
 
 
 def share(level: float, parts: int) -> float:
-    """Return the false-alarm rate to use in each of several tests so that all together have the rate ``level``.
+    """Return the false-alarm rate of each of several tests with which all together have the rate ``level``, by Šidák.
 
-    ``parts`` is the number of tests.
+    ``parts`` is the number of tests. Both rates are in [0, 1].
     """
     return -math.expm1(math.log1p(-level) / parts)
 
@@ -84,13 +85,17 @@ def block_means(image: NDArray[Any], height: int, width: int) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class BlockMeans:
-    """Means of an image over square blocks of pixels, and their variances; arrays are (rows, columns, channels)."""
+    """Means of an image over square blocks of pixels, and their variances, for a comparison of two images by `compare`.
+
+    The arrays have the shape (rows, columns, channels).
+    """
 
     mean: Array
     variance: Array
     """Variance of ``mean``."""
     degrees: float | Array
-    """Degrees of freedom of the variance, of all blocks or of each; infinite if it is known exactly."""
+    """Degrees of freedom of the variance: one number for all blocks, or one for each; infinite if the variance is
+    exact."""
 
     @classmethod
     def of_seeds(cls, images: Iterable[ArrayLike], block: int = 8) -> BlockMeans:
@@ -108,8 +113,9 @@ class BlockMeans:
     ) -> BlockMeans:
         """Return the block means of one image whose pixels are independent.
 
-        ``mean`` is the image, (H, W, C), and ``variance`` holds the variances of its pixels. A block has ``block``
-        pixels a side, and ``degrees`` degrees of freedom behind its variance.
+        ``mean`` is the image (H, W, C), and ``variance`` (H, W, C) holds the variances of its pixels. A block has
+        ``block`` pixels a side. ``degrees`` is the number of degrees of freedom of a block's variance; infinite if it
+        is exact.
         """
         return cls(_means(mean, block), _means(variance, block) / block**2, degrees)
 
@@ -120,18 +126,19 @@ def _means(image: ArrayLike, block: int) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Agreement:
-    """Outcome of a comparison of two images; small p-values speak against equal expected images."""
+    """Outcome of a comparison of two images by `compare`; small p-values speak against equal expected images."""
 
     z: Array
     """(rows, columns, channels): excess of the first image over the second as a normal deviate; NaN without noise."""
     looks: Mapping[str, float]
-    """P-value of each test, by its name in the module's list, such as ``worst``."""
+    """P-value of each test, in [0, 1], by the test's name: ``worst``, ``mean``, ``squares`` and perhaps ``shape``; see
+    `compare`."""
     unequal: int
     """Number of blocks and channels without noise in which the images differ; a single one refutes equality."""
 
     @property
     def p(self) -> float:
-        """P-value of all tests together; 0 if blocks without noise differ."""
+        """P-value of all tests together, in [0, 1]; 0 if blocks without noise differ."""
         return 0.0 if self.unequal else sidak(min(self.looks.values()), len(self.looks))
 
     @property
@@ -154,13 +161,15 @@ class Agreement:
 
 
 def compare(first: BlockMeans, second: BlockMeans, *, shape: bool = True) -> Agreement:
-    """Return the outcome of a block-by-block comparison of two images, by the tests that this module describes.
+    """Return the outcome of a block-by-block comparison of two images; a small p speaks against equal expected images.
 
-    False as ``shape`` leaves out the test of that name. It needs variances from many renders. The variances of a single
-    render are poorly known where its noise comes from few bright paths, so its z's are not normal.
+    Each block and channel gives a normal deviate z. Two tests are the largest |z| (``worst``) and the largest mean z of
+    a channel (``mean``). Two more are the sum of a channel's z² (``squares``), and the distance of a channel's z's from
+    the normal distribution (``shape``). False as ``shape`` leaves out the last test, which needs variances from many
+    renders.
 
     Where neither image has noise beyond rounding in a block, the images must be equal. Such blocks do not enter the
-    tests; unequal ones are counted.
+    tests; unequal ones are counted. Raises ValueError if the shapes differ or a pixel is not finite.
     """
     if first.mean.shape != second.mean.shape:
         raise ValueError(f"blocks of shape {first.mean.shape} cannot be compared with {second.mean.shape}")
@@ -183,12 +192,14 @@ def compare(first: BlockMeans, second: BlockMeans, *, shape: bool = True) -> Agr
 def compare_pair(
     first: tuple[ArrayLike, ArrayLike], second: tuple[ArrayLike, ArrayLike], block: int, degrees: float
 ) -> Agreement | None:
-    """Return the outcome of a comparison of two single images, each (H, W, C) with the variances of its pixels.
+    """Return the outcome of a comparison of two single images; None if the images are too small for it.
 
-    Blocks have ``block`` pixels a side, or 2, 4, ... times as many where few pixels make the differences: a block needs
-    `_EVENTS` degrees of freedom, 3 (sum d^2)^2 / sum d^4, with d the differences of its pixels (Satterthwaite 1946). A
-    single pixel has 3. In smaller blocks, some would have met no bright path, and would seem dark without noise. None
-    if there are no blocks so large. A block has at most ``degrees`` degrees of freedom. There is no test of shape.
+    Each image is a pair of arrays (H, W, C): the pixels and their variances. Means over blocks are compared. Blocks
+    have ``block`` pixels a side, or 2, 4, ... times as many where few pixels make the differences: otherwise some
+    blocks would have met no bright path, and would seem dark without noise. A block needs 40 degrees of freedom. It has
+    3 (sum d^2)^2 / sum d^4 of them, with d the differences of its pixels (Satterthwaite 1946); a single pixel has 3. At
+    most ``degrees`` degrees of freedom are used for a block. The normal deviates of the blocks are not tested for their
+    distribution.
     """
     square = np.square(np.asarray(first[0], np.float64) - np.asarray(second[0], np.float64))
     while min(square.shape[:2]) >= _FEWEST_ALONG * block:
@@ -210,10 +221,11 @@ def _freedom(square: Array, block: int) -> Array:
 
 
 def equality_test(first: Iterable[ArrayLike], second: Iterable[ArrayLike], block: int = 8) -> float:
-    """Return the p-value of the hypothesis that two sets of renders (K, H, W, 3) have the same expected image.
+    """Return the p-value, in [0, 1], of the hypothesis that two sets of renders have the same expected image.
 
-    Each set needs at least two renders, with independent seeds. With few seeds the test is exact only as far as block
-    means are normal: use eight or more for a level of 1 %, 64 for 0.1 %.
+    Each set (K, H, W, 3) needs at least two renders, with independent seeds. Means over blocks of ``block`` pixels a
+    side are compared. With few seeds the test is exact only as far as block means are normal: use eight or more for a
+    level of 1 %, 64 for 0.1 %.
     """
     return compare(BlockMeans.of_seeds(first, block), BlockMeans.of_seeds(second, block)).p
 
@@ -234,11 +246,11 @@ def _look(channels: list[Array], shape: bool) -> dict[str, float]:
 
 
 def near_normal(first: ArrayLike, second: ArrayLike, block: int) -> bool:
-    """Tell whether the block means of two sets of images (K >= 3, H, W, C) are near enough to normal for a test.
+    """Tell whether the block means of two sets of images (K >= 3, H, W, C) are normal enough for `equality_test`.
 
-    The answer is False if a block's noise comes from few pixels of few images, or if one set has no noise where the
-    other has some. In both cases the spread over repeats does not show how far a mean is off. A set without any noise
-    is taken as exact.
+    A block has ``block`` pixels a side. The answer is False if a block's noise comes from few pixels of few images, or
+    if one set has no noise where the other has some. In both cases the spread over repeats does not show how far a mean
+    is off. A set without any noise is taken as exact. Raises ValueError for fewer than 3 images.
     """
     both = [_skewed(np.asarray(images, np.float64), block) for images in (first, second)]
     if any(skewed.any() for _, skewed in both):
@@ -259,11 +271,11 @@ def _skewed(images: Array, block: int) -> tuple[Array, NDArray[np.bool_]]:
 
 
 def anderson_darling(z: Array) -> float:
-    """Return the p-value of the hypothesis that the numbers in `z` are independent and standard normal.
+    """Return the p-value of the hypothesis that the numbers in `z` (N,) are independent and standard normal.
 
-    It uses the first term of the statistic's limiting distribution, P(A^2 > a) ~ sqrt(3) erfc(sqrt(a)). That term
-    belongs to the largest eigenvalue 1/2 among 1/(i (i + 1)) (Anderson & Darling 1952). The returned p-value is 5 % too
-    small at p = 0.001, and 15 % too small at p = 0.1.
+    The Anderson-Darling test uses the first term of the statistic's limiting distribution, P(A^2 > a) ~ sqrt(3)
+    erfc(sqrt(a)). That term belongs to the largest eigenvalue 1/2 among 1/(i (i + 1)) (Anderson & Darling 1952). The
+    returned p-value is 5 % too small at p = 0.001, and 15 % too small at p = 0.1.
     """
     ordered = np.sort(z)
     from scipy import special  # late: slow to import

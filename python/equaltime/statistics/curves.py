@@ -80,29 +80,36 @@ _TELLING = 10.0
 _MOST_OF_ONE = 0.5
 """Largest share of one repeat in the squared errors of all for which it counts as a run like the others."""
 TYPICAL = "typical runs: the median of repeats"
-"""Note on a time that is the median over repeats, and not the time at which the mean error is reached."""
+"""Note of an interval of a time: the time is the median over repeats, not the time at which the mean error is
+reached."""
 _FEWEST_POINTS = 3
 
 
 @dataclass(frozen=True, eq=False)
 class Runs:
-    """K repeats of one strategy on one scene, measured at the same checkpoints (sample counts)."""
+    """K repeats of one strategy on one scene: measurements that give error curves and times to an error.
+
+    Each repeat is measured at the same C checkpoints (sample counts). The field ``relmse`` is the squared relative
+    error.
+    """
 
     seconds: Floats
-    """(K, C): seconds since the first sample; increasing."""
+    """(K, C): seconds since the first sample of the repeat; increasing along C."""
     relmse: Floats
-    """(K, C): realised relMSE, with the reference's noise subtracted."""
+    """(K, C): measured relMSE (mean squared relative error) of the image at each checkpoint, with the reference's noise
+    subtracted; may be negative."""
     independent: bool = False
-    """Whether samples are known to be independent, so that error falls as time to the power -1/2 for ever."""
+    """Whether samples are known to be independent, so that the error falls as time to the power -1/2 without end."""
     biased: bool = False
     """Whether the strategy is biased, so that the error may stop falling; then nothing is extrapolated."""
     doubt: str = ""
-    """Reason, found in the final images (`equaltime.film.tails`), why the mean over repeats is not typical; or
-    empty."""
+    """Reason, in words, why few rare events make most of the error of the final images (`equaltime.film.tails`); empty
+    if none was found."""
     missing: str = ""
-    """Reason why the true error may exceed the error of all repeats, so that upper ends do not hold; may be empty."""
+    """Reason, in words, why the true error may exceed the error of all repeats, so that upper ends do not hold; empty
+    if there is none."""
     unseen: float = 0.0
-    """Relative amount by which relMSE may be larger because of light that no repeat met."""
+    """Fraction of relMSE that light which no repeat met may add; 0 if no such light is expected."""
     shared: float = 0.0
     """Standard error of relMSE due to the reference's noise, which all repeats share."""
 
@@ -127,24 +134,28 @@ class Runs:
 
     @property
     def law(self) -> bool:
-        """Whether the error is known to fall as 1 / sqrt(time) for ever, also beyond the longest run."""
+        """Whether the error is known to fall as 1 / sqrt(time), so that curves may be extrapolated without a limit.
+
+        It is True for independent, unbiased samples if no rare event makes most of the error.
+        """
         return self.independent and not self.biased and not self.tail
 
     def typical(self, kept: Floats) -> tuple[Floats, Floats]:
-        """Return the medians of log seconds and of log error over some repeats: two arrays, a number per checkpoint.
+        """Return the curve of typical repeats: log seconds and log error at each checkpoint, as medians over repeats.
 
-        ``kept`` (K,) is 1 for repeats that count, else 0. Checkpoints from which on the error is below the reference's
-        noise are left out.
+        Logarithms are natural. ``kept`` (K,) is 1 for repeats that count, else 0. The curve ends before the first
+        checkpoint at which the error is below the reference's noise, so both arrays may be shorter than C.
         """
         chosen = kept > 0.0
         seconds, square = (np.median(values[chosen], axis=0) for values in (self.seconds, self.relmse))
         return self._clear(seconds, square)
 
     def points(self, kept: Floats) -> tuple[Floats, Floats]:
-        """Return log seconds and log error of the means over some repeats: two arrays, a number per checkpoint.
+        """Return the curve of the mean error: log seconds and log error at each checkpoint, from means over repeats.
 
-        ``kept`` (K,) is the weight of each repeat. Checkpoints from which on the error is below the reference's noise
-        are left out.
+        Logarithms are natural, and the error is the root of the mean relMSE. ``kept`` (K,) is the weight of each
+        repeat. The curve ends before the first checkpoint at which the error is below the reference's noise, so both
+        arrays may be shorter than C.
         """
         return self._clear(kept @ self.seconds / kept.sum(), kept @ self.relmse / kept.sum())
 
@@ -154,37 +165,39 @@ class Runs:
         return np.log(seconds[:end]), 0.5 * np.log(square[:end])
 
     def moved(self, errors: float) -> Runs:
-        """Return a copy in which the same amount is added to every relMSE.
+        """Return a copy with every relMSE changed as if the reference were off, to show the effect of its noise.
 
-        The amount is ``errors`` times the standard error of relMSE due to the reference.
+        ``errors`` times the standard error of relMSE due to the reference is added to every relMSE.
         """
         return replace(self, relmse=self.relmse + errors * self.shared)
 
     def judged(self, error: Interval) -> Interval:
-        """Return an interval of the error, corrected for rare events.
+        """Return an interval of the error of these runs, corrected for rare events.
 
-        If few events make most of the error, or light is missing, only the lower end stays valid. Otherwise the upper
-        end is raised by the error that no repeat has shown yet.
+        If few events make most of the error, or light is missing, the result is not trusted except for its lower end.
+        Otherwise the upper end is raised by the error that light which no repeat met may add (``unseen``).
         """
         if reason := join((self.tail, self.missing)):
             return error.bounded("low", reason).telling(_TELLING)
         return error.widened(math.sqrt(1.0 + self.unseen) - 1.0)
 
     def judged_time(self, time: Interval) -> Interval:
-        """Return an interval of a time, corrected for rare events.
+        """Return an interval of a time to an error, in seconds, corrected for rare events.
 
-        The upper end is raised by the factor by which `judged` raises error², because errors fall at least as fast as 1
-        / sqrt(time).
+        The upper end is raised by the factor by which light that no repeat met may raise error², because errors fall at
+        least as fast as 1 / sqrt(time). If few events make most of the error, a note says so. If light is missing, the
+        result is not trusted except for its lower end.
         """
         time = time.noted(f"{TYPICAL}; {tail}") if (tail := self.tail) else time.widened(self.unseen)
         return time.bounded("low", self.missing).telling(_TELLING) if self.missing else time
 
 
 def interval_of(statistic: Callable[[Floats, float], float], repeats: int) -> Interval:
-    """Return a statistic over repeats with the jackknife's interval, widened by the uncertainty of the reference.
+    """Return a statistic over repeats with its 95 % interval, which includes the uncertainty of the reference.
 
-    ``statistic`` takes two arguments: the weights of the repeats, (K,), and an error of the reference, in standard
-    errors.
+    ``statistic`` takes two arguments. The first is the weights of the repeats, (K,). The second is an assumed error of
+    the reference, in standard errors of relMSE; 0 for none. ``repeats`` is K. The spread over repeats comes from the
+    jackknife.
     """
     found = jackknife(lambda kept: statistic(kept, 0.0), repeats)
     everything = np.ones(repeats)
@@ -198,7 +211,10 @@ def interval_of(statistic: Callable[[Floats, float], float], repeats: int) -> In
 
 
 def falling(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Return the blocks of the decreasing isotonic regression of y on x: mean x, mean y; ``x`` must be ascending."""
+    """Return the decreasing step function that fits y best (isotonic regression): mean x and mean y of each step.
+
+    ``x`` and ``y`` are arrays (N,), and ``x`` must be ascending.
+    """
     from scipy.optimize import isotonic_regression  # late: slow to import
 
     fitted = isotonic_regression(y, increasing=False)
@@ -222,19 +238,20 @@ def _outside(runs: Runs, x: Floats, y: Floats, late: bool) -> float:
 
 
 def log_time(runs: Runs, target: float, kept: Floats) -> float:
-    """Return the logarithm of the seconds after which the mean error of some repeats is ``target``.
+    """Return the natural logarithm of the seconds after which the mean error of repeats falls to ``target``.
 
-    ``kept`` (K,) is the weight of each repeat. The result is ``inf`` if the curve never falls so far, and NaN if the
-    curve is too short to tell.
+    ``target`` is a relative error: 0.02 is 2 %. ``kept`` (K,) is the weight of each repeat. The result is ``inf`` if
+    the curve never falls so far, and NaN if the curve is too short to tell.
     """
     curve = runs.points(kept)
     return _crossing(runs, target, curve, curve)
 
 
 def log_times(runs: Runs, target: float) -> Floats:
-    """Return the logarithms of the seconds after which the error of each repeat is ``target``, (K,).
+    """Return the natural logarithms of the seconds after which the error of each repeat falls to ``target``, (K,).
 
-    Beyond their ends, the repeats' curves continue with the slope of the median curve.
+    ``target`` is a relative error: 0.02 is 2 %. Beyond its end, a repeat's curve continues with the slope of the median
+    curve. A number is ``inf`` if the curve never falls so far, and NaN if the curve is too short to tell.
     """
     typical = runs.typical(np.ones(runs.repeats))
     return np.array([_crossing(runs, target, runs.points(one), typical) for one in np.eye(runs.repeats)])
@@ -265,7 +282,8 @@ def time_to_error(runs: Runs, target: float) -> Interval:
     Beyond the runs' end the curve is continued, and the note says so. The slope is -1/2 for independent samples, else
     the slope of the curve's last three octaves. A fitted slope is used up to 100 times the longest run, and a biased
     strategy is not extrapolated at all. Past these limits the value is ``inf``, and ``low`` is a time that is surely
-    not enough, or 0. Where few events make the error, the result is the time of typical runs, and the note says so.
+    not enough, or 0. Where few events make the error, the result is the median over repeats, and the note says so. The
+    value is NaN if the curve is too short, or if the error is below the reference's noise.
     """
     whole = np.ones(runs.repeats)
     typical = bool(runs.tail)
@@ -293,8 +311,8 @@ def time_to_error(runs: Runs, target: float) -> Interval:
 def typical_interval(logs: Callable[[float], Floats], more: float) -> Interval:
     """Return the median over repeats of a logarithm, with an interval that includes the reference's uncertainty.
 
-    ``logs`` takes an error of the reference, in standard errors, and returns the logarithms of all repeats, (K,).
-    ``more`` is the half width of a further independent uncertainty.
+    Use it for times of typical runs. ``logs`` takes an assumed error of the reference, in standard errors of relMSE,
+    and returns the logarithms of all repeats, (K,). ``more`` is the half width of a further independent uncertainty.
     """
     found = median_interval(logs(0.0))
     if not math.isfinite(found.value):
@@ -308,10 +326,10 @@ def typical_interval(logs: Callable[[float], Floats], more: float) -> Interval:
 
 
 def slope_doubt(runs: Runs, value: float) -> float:
-    """Return the uncertainty of an extrapolated log time due to the slope of the median curve.
+    """Return the half width of the 95 % interval of an extrapolated log time that is due to an uncertain slope.
 
-    ``value`` is the log time. The result is half the width of a 95 % interval, and 0 between the curve's ends. It is
-    estimated by the jackknife over repeats, and is too large on average, since the jackknife overestimates the variance
+    ``value`` is the log time, and the slope is that of the median curve. The result is 0 between the curve's ends. It
+    comes from the jackknife over repeats, and is too large on average, since the jackknife overestimates the variance
     of a median.
     """
     x, _ = runs.typical(np.ones(runs.repeats))
@@ -353,9 +371,9 @@ def _with_reach(found: Interval, value: float, begin: float, end: float, law: bo
 def error_at(runs: Runs, seconds: float) -> Interval:
     """Return the relative error after ``seconds`` seconds, as an interval: the root mean square over repeats.
 
-    At the mean time of a checkpoint, the value is that of `error_curve`; between checkpoints, both logarithms are
-    interpolated. The error is extrapolated by the curve's slope up to twice the longest time, and down to half of the
-    shortest. It is unknown farther outside.
+    At the mean time of a checkpoint, the value is the error that was measured there. Between checkpoints, the
+    logarithms of error and time are interpolated. The error is extrapolated by the curve's slope up to twice the
+    longest time, and down to half of the shortest. Farther outside, or below the reference's noise, the value is NaN.
     """
     wanted = math.log(seconds)
 
@@ -386,13 +404,20 @@ def _no_less(mean: Interval, median: Interval) -> Interval:
 
 
 def least_error_at(runs: Runs, seconds: float) -> float:
-    """Return the value of `error_at`, or 0 if the error is below the reference's noise; NaN if the error is unknown."""
+    """Return the relative error after ``seconds`` seconds as one number, for a comparison of strategies.
+
+    The error is the root mean square over repeats, as `error_at` finds it. It is 0 if it is below the reference's
+    noise, and NaN if no run is near that time.
+    """
     found, last = error_at(runs, seconds).value, float(runs.relmse[:, -1].mean())
     return 0.0 if math.isnan(found) and last <= _CLEAR * runs.shared else found
 
 
 def slope(runs: Runs) -> Interval:
-    """Return the slope of log error against log time over all checkpoints; independent samples have a slope of -0.5."""
+    """Return the slope of log error against log time over all checkpoints, as an interval.
+
+    Independent samples have a slope of -0.5. The value is NaN if there are too few checkpoints.
+    """
 
     def steepness(kept: Floats, off: float) -> float:
         return _steepness(*runs.moved(off).points(kept))
@@ -405,7 +430,7 @@ def slope(runs: Runs) -> Interval:
 
 
 def error_curve(runs: Runs) -> tuple[Interval, ...]:
-    """Return the relative error at each checkpoint, with its interval.
+    """Return the relative error at each checkpoint, with its interval: a tuple of C intervals.
 
     The error is the root of the mean of relMSE over repeats.
     """
@@ -417,7 +442,10 @@ def error_curve(runs: Runs) -> tuple[Interval, ...]:
 
 
 def second_curve(runs: Runs) -> tuple[Interval, ...]:
-    """Return the mean of the seconds over repeats at each checkpoint, with its interval; no end is below 0."""
+    """Return the seconds from the first sample to each checkpoint, with intervals: the means over repeats.
+
+    The tuple has C intervals, one for each checkpoint. No end is below 0.
+    """
     means = (mean_interval(column) for column in runs.seconds.T)
     return tuple(replace(mean, low=max(mean.low, 0.0)) for mean in means)
 

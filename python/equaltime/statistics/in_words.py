@@ -27,7 +27,10 @@ __all__ = [
 
 
 def span(interval: Interval, scale: float = 1.0) -> str:
-    """Return the ends of an interval, multiplied by ``scale``, in brackets: ``(1.9 to 2.4)``; empty without ends."""
+    """Return the ends of an interval, multiplied by ``scale``, in brackets, as text: ``(1.9 to 2.4)``.
+
+    If the upper end is infinite, the text is ``(1.9 or more)``. If the lower end is infinite or NaN, the text is empty.
+    """
     low, high = scale * interval.low, scale * interval.high
     if math.isfinite(low) and math.isfinite(high):
         return f"({figure(low)} to {figure(high)})"
@@ -46,7 +49,7 @@ def in_time(interval: Interval) -> str:
 
 
 def about(interval: Interval) -> str:
-    """Return the value with two significant digits if the rounded value is within the interval, else with three."""
+    """Return an interval's value as text with two significant digits, or three if rounding would leave the interval."""
     rounded = float(f"{interval.value:.2g}")
     return figure(rounded if interval.low <= rounded <= interval.high else interval.value)
 
@@ -72,17 +75,17 @@ def time_range(seconds: Interval) -> str:
 
 
 def count(number: float) -> str:
-    """Return a number of samples per pixel: whole from 10 on, else with two digits."""
+    """Return a number of samples per pixel as text: a whole number from 10 on, else with two digits."""
     return f"{number:,.0f}" if number >= 10.0 else f"{number:.2g}"
 
 
 def megabytes(size: float) -> str:
-    """Return a number of bytes in MB, or in GB from 1000 MB on."""
+    """Return a number of bytes as text in MB, or in GB from 1000 MB on."""
     return f"{rounded(size / 1e6)} MB" if size < 1e9 else f"{rounded(size / 1e9)} GB"
 
 
 def probability(p: float) -> str:
-    """Return a p-value with its sign, such as ``p = 0.03``; below 0.0001 it is ``p < 0.0001``."""
+    """Return a p-value as text, such as ``p = 0.03``, or ``p < 0.0001`` if it is smaller."""
     return f"p = {p:.2f}" if p >= 0.01 else f"p = {p:.4f}" if p >= 0.0001 else "p < 0.0001"
 
 

@@ -77,9 +77,10 @@ class Interval(Shown):
     note: str = ""
     """Caveats beside the number: why it cannot be trusted, or that it is extrapolated."""
     bound: Literal["", "low", "high"] = ""
-    """The end that is still valid (97.5 %, one-sided) when the interval as a whole is not trusted."""
+    """The end that is still valid by itself (97.5 %, one-sided) although the interval is not trusted; empty if none
+    is."""
     reach: float = 1.0
-    """Factor by which the time lies outside the measured times; above 1 the value is extrapolated."""
+    """Factor by which a time lies outside the measured times; above 1 the value is extrapolated, else it is 1."""
 
     @property
     def known(self) -> bool:
@@ -98,13 +99,14 @@ class Interval(Shown):
     def bounded(self, end: Literal["low", "high"], reason: str) -> Interval:
         """Return a copy that is marked as not trusted, except for one end.
 
-        ``end`` names the end that is still valid by itself, if it was valid before. ``reason`` is added to the note.
+        ``end`` names the end that is still valid by itself, if it was valid before. ``reason``, in words, is added to
+        the note.
         """
         kept = end if self.trusted or self.bound == end else ""
         return replace(self.doubted(reason), bound=kept)
 
     def telling(self, within: float) -> Interval:
-        """Return a copy in which a lower end that is far below the value no longer counts as valid.
+        """Return a copy in which a lower end far below the value no longer counts as valid, because it says too little.
 
         Only an interval whose lower end alone is valid changes. The lower end is far below if the value is more than
         ``within`` times as large. The lower end of an infinite value stays valid if it is above 0.
@@ -114,9 +116,10 @@ class Interval(Shown):
         return replace(self, bound="")
 
     def deciding(self) -> Interval:
-        """Return a copy of this interval of a ratio, in which a single valid end counts only if it excludes 1.
+        """Return a copy of this interval of a ratio, for the question which of the two numbers is larger.
 
-        An interval that includes 1 does not decide which of the two numbers of the ratio is larger.
+        If a single end is valid, it only stays valid if it excludes 1, because otherwise it does not decide the
+        question.
         """
         lost = (self.bound == "low" and not self.low > 1.0) or (self.bound == "high" and not self.high < 1.0)
         return replace(self, bound="") if lost else self
@@ -124,18 +127,18 @@ class Interval(Shown):
     def widened(self, more: float, end: Literal["low", "high"] = "high") -> Interval:
         """Return a copy of this interval of a positive number with one end moved outwards.
 
-        ``end`` is moved by the factor ``1 + more``.
+        The upper end is multiplied by ``1 + more``; the lower end is divided by it if ``end`` is ``low``.
         """
         if end == "high":
             return replace(self, high=self.high * (1.0 + more))
         return replace(self, low=self.low / (1.0 + more))
 
     def noted(self, note: str) -> Interval:
-        """Return a copy with ``note`` added to its note."""
+        """Return a copy with the text ``note`` added to the field of that name."""
         return replace(self, note=join((self.note, note)))
 
     def map(self, function: Callable[[float], float]) -> Interval:
-        """Return the interval of ``function`` of the number, for a monotonic function."""
+        """Return the interval of ``function(x)``, where x is this number; the function must be monotonic."""
         ends = function(self.low), function(self.high)
         turned: dict[str, Literal["", "low", "high"]] = {"": "", "low": "high", "high": "low"}
         bound = self.bound if ends[0] <= ends[1] else turned[self.bound]
@@ -158,9 +161,9 @@ class Interval(Shown):
     def as_dict(self) -> dict[str, Any]:
         """Return the interval as JSON data; numbers that are not finite are None.
 
-        The keys are ``value``, ``low``, ``high`` and ``trusted``. Further keys are present only if they apply:
-        ``never`` (true if the value is infinite), ``doubt`` (`doubt`), ``note`` (the note of a trusted interval),
-        ``bound`` and ``reach``.
+        The keys are ``value``, ``low``, ``high`` and ``trusted``. Further keys are present only if they apply.
+        ``never`` is true if the value is infinite. ``doubt`` says why the interval is not trusted, and ``note`` has the
+        caveats of a trusted one. ``bound`` is the end that is still valid, and ``reach`` the factor of extrapolation.
         """
         numbers = {"value": self.value, "low": self.low, "high": self.high}
         more = {
@@ -178,7 +181,7 @@ class Interval(Shown):
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Interval:
-        """Return the interval from the data of `as_dict`; limits that are None are infinite."""
+        """Return the interval from the data that `as_dict` made; limits that are None are infinite."""
         never = bool(data.get("never"))
         none = {"value": math.inf if never else math.nan, "low": math.inf if never else -math.inf, "high": math.inf}
         value, low, high = (other if data[key] is None else float(data[key]) for key, other in none.items())
@@ -218,7 +221,7 @@ UNKNOWN = Interval(math.nan, math.nan, math.nan, trusted=False)
 def student(degrees: float, level: float = 0.95) -> float:
     """Return the two-sided quantile of Student's t with ``degrees`` degrees of freedom.
 
-    A deviate is between minus and plus this quantile with a probability of ``level``.
+    A deviate is between minus and plus this quantile with a probability of ``level``, in (0, 1).
     """
     from scipy import stats  # late: slow to import
 
@@ -226,9 +229,10 @@ def student(degrees: float, level: float = 0.95) -> float:
 
 
 def mean_interval(values: ArrayLike) -> Interval:
-    """Return the mean of independent values with its 95 % interval, by Student's t.
+    """Return the mean of independent values (N,) with its 95 % interval, by Student's t.
 
     A single value has an interval without limits. With fewer than `FEWEST_REPEATS` values the interval is not trusted.
+    The mean is NaN without values, or if a value is not finite.
     """
     numbers = np.asarray(values, np.float64)
     if numbers.size == 0 or not np.isfinite(numbers).all():
@@ -241,7 +245,7 @@ def mean_interval(values: ArrayLike) -> Interval:
 
 
 def few(interval: Interval, repeats: int) -> Interval:
-    """Return the interval; it is marked as not trusted if it comes from fewer than `FEWEST_REPEATS` repeats."""
+    """Return ``interval``, marked as not trusted if it comes from too few ``repeats``: fewer than `FEWEST_REPEATS`."""
     if repeats >= FEWEST_REPEATS:
         return interval
     return interval.doubted(f"only {repeats} repeat{'s' * (repeats != 1)}, and {FEWEST_REPEATS} are the least")
@@ -284,11 +288,10 @@ def _between(outer: float, inner: float, weight: float) -> float:
 
 
 def ratio_interval(numerators: ArrayLike, denominators: ArrayLike) -> Interval:
-    """Return the ratio of the means of two paired sets of positive values, with its 95 % interval.
+    """Return the ratio of the means of two paired sets of positive values, (N,) each, with its 95 % interval.
 
     The interval is formed on the logarithm. The pairs (one per repeat) may be correlated, which the jackknife over
-    pairs takes into account. The ratio of means is used, since the mean of ratios is biased by the noise of the
-    denominators.
+    pairs allows for. The ratio of means is used, since the mean of ratios is biased by the noise of the denominators.
     """
     top, bottom = np.asarray(numerators, np.float64), np.asarray(denominators, np.float64)
 
@@ -300,7 +303,7 @@ def ratio_interval(numerators: ArrayLike, denominators: ArrayLike) -> Interval:
 
 
 def jackknife(statistic: Callable[[Floats], float], repeats: int) -> Interval:
-    """Return the value and interval of a smooth function of means over repeats, by the jackknife.
+    """Return the value and 95 % interval of a smooth function of means over repeats, by the jackknife.
 
     Pseudo-values ``K s - (K - 1) s_r``, with s_r the statistic without repeat r, are treated as K independent values
     (Tukey 1958; Efron & Tibshirani 1993, ch. 11). The value returned is their mean. To first order it is free of the
@@ -309,10 +312,9 @@ def jackknife(statistic: Callable[[Floats], float], repeats: int) -> Interval:
     Parameters
     ----------
     statistic
-        Function of the weights of the repeats, (K,), each 0 or 1.
+        Function of the weights of the repeats, (K,), each 0 or 1; it returns the statistic of repeats with weight 1.
     repeats
         K, the number of repeats.
-
     """
     everything = np.ones(repeats)
     whole = statistic(everything)
@@ -327,7 +329,7 @@ def jackknife(statistic: Callable[[Floats], float], repeats: int) -> Interval:
 
 
 def join(reasons: Iterable[str]) -> str:
-    """Return the notes in one text, separated by semicolons; empty and repeated notes are dropped."""
+    """Return several reasons or notes in one text, separated by semicolons; empty and repeated ones are dropped."""
     return "; ".join(dict.fromkeys(reason for reason in reasons if reason))
 
 
@@ -341,19 +343,20 @@ def exp(value: float) -> float:
 
 
 def sound(interval: Interval) -> bool:
-    """Tell whether the interval of a positive number is trusted, and its value and both ends are finite and above 0."""
+    """Tell whether an interval of a positive number is complete: trusted, with a finite value and ends above 0."""
     return interval.trusted and all(0.0 < x < math.inf for x in (interval.value, interval.low, interval.high))
 
 
 def sound_below(interval: Interval) -> bool:
-    """Tell whether at least the lower end of the interval of a positive number is valid and above 0."""
+    """Tell whether an interval of a positive number gives a lower limit: its lower end is valid and above 0."""
     return (interval.trusted or interval.bound == "low") and 0.0 < interval.low <= interval.value < math.inf
 
 
 def product_mean(intervals: Sequence[Interval]) -> Interval:
     """Return the geometric mean of positive numbers that were measured independently, with its interval.
 
-    If only the lower end of some of the intervals is valid, only the lower end of the result is valid.
+    All ends of ``intervals`` must be above 0. The result is trusted if all ``intervals`` are. If the lower ends of all
+    are valid, but not all are trusted, only the lower end of the result is valid.
     """
     logs = [[math.log(x) for x in (i.value, i.low, i.high)] for i in intervals]
     mean = sum(value for value, _, _ in logs) / len(logs)

@@ -1,7 +1,9 @@
 """Statistics of K independent renders from the products of their images for all pairs of renders, (K, K).
 
-Products of two different renders are free of noise on average. `equaltime.statistics.intervals.jackknife` needs each
-statistic for many subsets of renders, which is quick for (K, K) numbers.
+The product of renders r and s is the mean over pixels of ``a_r b_s``: an image of render r times an image of render s.
+The images may be differences from a reference. Products of two different renders are free of noise on average.
+`equaltime.statistics.intervals.jackknife` needs each statistic for many subsets of renders, which is quick for (K, K)
+numbers.
 """
 
 from __future__ import annotations
@@ -17,9 +19,10 @@ Floats = NDArray[np.float64]
 
 
 def pairs_mean(products: Floats, kept: Floats) -> float:
-    """Return the mean product over pairs of different renders; ``kept`` (K,) is 1 for renders that count, else 0.
+    """Return the mean of ``products`` (K, K) over pairs of different renders, which contains no noise on average.
 
-    The mean is NaN for fewer than two renders.
+    ``products[r, s]`` is the mean over pixels of image r times image s. ``kept`` (K,) is 1 for renders that count, else
+    0. The mean is NaN for fewer than two renders.
     """
     count = float(kept.sum())
     if count < 2.0:
@@ -28,9 +31,11 @@ def pairs_mean(products: Floats, kept: Floats) -> float:
 
 
 def covariance(products: Floats, kept: Floats) -> float:
-    """Return the mean product of deviations from the mean; ``kept`` (K,) is 1 for renders that count, else 0.
+    """Return the covariance over renders of two images a and b, averaged over pixels, from ``products`` (K, K).
 
-    The mean is NaN for fewer than two renders.
+    ``products[r, s]`` is the mean over pixels of ``a_r b_s``, for renders r and s. If a and b are the same image, the
+    result is its variance. ``kept`` (K,) is 1 for renders that count, else 0. The divisor is their number less one. The
+    covariance is NaN for fewer than two renders.
     """
     count = float(kept.sum())
     if count < 2.0:
@@ -40,14 +45,15 @@ def covariance(products: Floats, kept: Floats) -> float:
 
 
 def pairs_variance(products: Floats) -> tuple[float, float]:
-    """Return the variance of `pairs_mean` over all renders, and its degrees of freedom.
+    """Return the variance of `pairs_mean`, the mean of ``products`` (K, K) over pairs of different renders.
 
-    A pair's product is decomposed as mean + a_r + a_s + e_rs (Hoeffding 1948). The mean over pairs has the variance 4
-    var(a) / K + 2 var(e) / (K (K - 1)). The jackknife has the first term right, but gives 4 var(e) / (K (K - 2)) for
-    the second. That is more than twice the right value, which matters where there is no bias, so that a is 0. With four
-    renders or more, var(e) is estimated from the residuals of a_r + a_s. With three, the jackknife's variance is
-    returned, and with fewer, infinity. The degrees of freedom are by Satterthwaite (1946). The first term is a
-    difference and therefore noisier than others of its size, so its variance is increased.
+    The second number is the variance's degrees of freedom. A pair's product is decomposed as mean + a_r + a_s + e_rs
+    (Hoeffding 1948). The mean over pairs has the variance 4 var(a) / K + 2 var(e) / (K (K - 1)). The jackknife has the
+    first term right, but gives 4 var(e) / (K (K - 2)) for the second. That is more than twice the right value, which
+    matters where there is no bias, so that a is 0. With four renders or more, var(e) is estimated from the residuals of
+    a_r + a_s. With three, the jackknife's variance is returned, and with fewer, infinity. The degrees of freedom are by
+    Satterthwaite (1946). The first term is a difference and therefore noisier than others of its size, so its variance
+    is increased.
     """
     repeats = len(products)
     if repeats < 3:

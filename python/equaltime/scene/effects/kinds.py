@@ -60,7 +60,7 @@ __all__ = ["KINDS", "Effect", "Reason", "derive", "kind_of"]
 
 @dataclass(frozen=True)
 class Effect:
-    """Description of an effect, a feature of scenes such as media.
+    """Description of an effect, a feature of scenes (such as media) that costs time and may be left out of a render.
 
     It has the effect's name, its title, a test for objects that use the effect, and the stand-in if the effect is left
     out.
@@ -69,7 +69,7 @@ class Effect:
     name: str
     title: str
     calls: Callable[[Plugin], bool]
-    """Function that returns True for a node that uses the effect. `derive` ignores nodes that change nothing."""
+    """Function that returns True for a node that uses the effect; it is not called for nodes that change nothing."""
     instead: str | None = None
     """Stand-in that replaces the effect, such as ``vacuum``; None if the effect cannot be left out."""
     bsdfs: tuple[str, ...] = ()
@@ -145,16 +145,16 @@ KINDS: Final[Mapping[str, Effect]] = {
 
 
 def kind_of(name: str) -> Effect:
-    """Return the description of the effect `name`.
+    """Return the description of the effect called `name`.
 
-    An effect that only the core knows gets a description whose test matches no object of a scene.
+    An effect that only the core (the renderer in C++) knows gets a description whose test matches no object of a scene.
     """
     return KINDS.get(name) or Effect(name, name.replace("_", " "), lambda _: False)
 
 
 @dataclass(frozen=True)
 class Reason:
-    """An object of the scene that uses an effect, such as a BSDF, with its position in the scene file."""
+    """An object of the scene that uses an effect, such as a BSDF, with its place in the file, to show to the user."""
 
     place: str
     """Position of the object in its file: ``file:line`` or ``file: key.path``; empty for a scene made in memory."""
@@ -168,8 +168,8 @@ class Reason:
 def derive(scene: Scene) -> Mapping[str, tuple[Reason, ...]]:
     """Return the effects that a scene uses: a mapping from the name of an effect to the objects that use the effect.
 
-    An effect that no single object uses has the scene as a whole as its only entry. Objects that change nothing in the
-    image are left out (see `equaltime.scene.inert`). Raises SceneError if the core cannot use the scene.
+    If no single object causes an effect, its only entry stands for the scene as a whole. Objects that change nothing in
+    the image are left out (see `equaltime.scene.inert`). Raises SceneError if the core cannot use the scene.
     """
     nodes = list(_nodes(scene))
     called = {name: kind_of(name) for name, used in scene.core.effects().items() if used}

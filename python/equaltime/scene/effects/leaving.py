@@ -100,7 +100,7 @@ def leave_out(scene: Scene, strategy: Strategy, names: Iterable[str]) -> tuple[S
 
 
 def can_leave_out(scene: Scene, strategy: Strategy, name: str) -> bool:
-    """Tell whether leaving out the effect `name` changes the scene or the strategy.
+    """Tell whether leaving out the effect `name` would change this scene or strategy; if not, the effect is not used.
 
     Raises `EffectError` for an unknown effect, or for an effect that cannot be left out of any scene.
     """

@@ -46,7 +46,8 @@ _LEANS: Final = (0.0, *(sign * n / 8.0 for n in range(1, 8) for sign in (1.0, -1
 def with_look_at(scene: Mapping[str, Any]) -> dict[str, Any]:
     """Return a copy of a scene's dictionary whose cameras have ``{"look_at": …}`` in place of a matrix, if possible.
 
-    ``scene`` is a dictionary made by `equaltime.scene.export.plain.scene_dict`. Keys of animations are replaced too.
+    Vectors are easier to read and edit. ``scene`` is a dictionary made by `equaltime.scene.export.plain.scene_dict`.
+    Keys of animations are replaced too.
     """
     return {name: _camera(part) if _is_camera(part) else part for name, part in scene.items()}
 
@@ -69,9 +70,10 @@ def _shown(matrix: list[list[float]]) -> object:
 
 
 def look_at_of(matrix: Sequence[Sequence[float]]) -> LookAt | None:
-    """Return vectors for which `equaltime.scene.transforms.parse` gives the matrix (4, 4) again, bit by bit.
+    """Return the origin, target and up vector of a camera with this matrix (4, 4); None if no such vectors are found.
 
-    None if there are none, as for a mirrored or scaled matrix, or if none are found.
+    The vectors have few digits, and `equaltime.scene.transforms.parse` gives the matrix again from them, bit by bit. A
+    mirrored or scaled matrix has no such vectors.
     """
     wanted = np.array(matrix, dtype=np.float64)
     turn, origin = wanted[:3, :3], wanted[:3, 3]

@@ -43,7 +43,7 @@ RESERVED: Final = frozenset({"type", "id", "default", "include", "path", "alias"
 
 
 def scene_dict(model: SceneModel, name_file: Callable[[str], str]) -> Dict:
-    """Return the scene `model` as a nested dictionary.
+    """Return the scene `model` as a nested dictionary with Mitsuba's names, which `equaltime.load_dict` reads.
 
     `name_file` is called with each file name in the model, and returns the file name for the dictionary.
     """
@@ -103,7 +103,8 @@ class PlainWriter:
     def node(self, plugin: Plugin) -> Dict:
         """Return a node as a dictionary of its type and of the parameters that the scene sets.
 
-        Other parameters are left out, because they have the same default in Mitsuba; see `ALWAYS` for exceptions.
+        Other parameters are left out, because they have the same default in Mitsuba. The parameters in `ALWAYS` are
+        written in any case, because their defaults differ.
         """
         result: Dict = {"type": plugin.title}
         for name in type(plugin).model_fields:
@@ -161,11 +162,11 @@ NEAR, FAR = 1e-12, 1e12
 
 
 def mitsuba_dict(model: SceneModel, assets: Assets) -> Dict:
-    """Return the scene `model` as Mitsuba's dictionary: camera, film, filter, shapes and lights.
+    """Return the scene `model` as Mitsuba's dictionary, from which another renderer computes the same image.
 
-    Integrator and sampler are left out, because each renderer has its own. Equal BSDFs are written once, and shapes
-    refer to them. Files are named by absolute paths. Raises ValueError if a file is missing or has changed, or if the
-    scene is animated.
+    It has the camera, film, filter, shapes and lights. Integrator and sampler are left out, because each renderer has
+    its own. Equal BSDFs are written once, and shapes refer to them. Files are named by absolute paths. Raises
+    ValueError if a file is missing or has changed, or if the scene is animated.
     """
     if still(model) is not model:
         raise ValueError("Mitsuba 3 has no transforms that change with time, nor meshes")

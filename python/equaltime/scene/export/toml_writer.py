@@ -13,7 +13,10 @@ __all__ = ["write_toml"]
 
 
 def write_toml(scene: Mapping[str, Any]) -> str:
-    """Return the TOML text of `scene`, a dictionary made by `plain.scene_dict`, with or without `look_at`."""
+    """Return the TOML text of `scene`, a dictionary made by `equaltime.scene.export.plain.scene_dict`.
+
+    Cameras may have ``look_at`` in place of a matrix.
+    """
     tables = [_table(name, table) for name, table in scene.items() if name != "type"]
     return "\n".join(tables)
 

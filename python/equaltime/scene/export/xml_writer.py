@@ -18,7 +18,10 @@ BY_NAME: Final = frozenset({"texture", "medium"})
 
 
 def write_xml(scene: Mapping[str, Any]) -> str:
-    """Return the XML text of `scene`, a dictionary made by `plain.scene_dict`, with or without `look_at`."""
+    """Return the XML text, for Mitsuba 3, of `scene`: a dictionary made by `equaltime.scene.export.plain.scene_dict`.
+
+    Cameras may have ``look_at`` in place of a matrix.
+    """
     kinds = {name: PLUGINS[part["type"]].kind for name, part in scene.items() if name != "type"}
     lines = [f'<scene version="{VERSION}">']
     for name, kind in kinds.items():

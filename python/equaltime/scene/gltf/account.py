@@ -37,9 +37,10 @@ LISTS: Final = (
 
 
 def check_account(document: Document) -> None:
-    """Add notes to `document` on everything that is not used: properties, vertex attributes, unreferenced list items.
+    """Add notes for the user to `document` on everything in the file that is not used.
 
-    Unused properties of the same name share one note.
+    These are properties, vertex attributes, and items of lists that no index refers to. Unused properties of the same
+    name share one note.
     """
     referred: set[tuple[str, int]] = set()
     for rule, value, place in walk(DOCUMENT, document.json):

@@ -70,7 +70,7 @@ def _slerp(a: Array, b: Array, u: float) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Clip:
-    """The section of a glTF animation during which the shutter is open."""
+    """The section of a glTF animation while the shutter is open; it gives properties of nodes at any time."""
 
     times: tuple[float, ...]
     """Times at which transforms are evaluated, in seconds, from opening to closing of the shutter."""

@@ -45,7 +45,7 @@ class Malformed(ValueError):
 
 @dataclass(eq=False)
 class Document:
-    """Checked content of one glTF file: JSON, binary data, and notes for the user."""
+    """Checked content of one glTF file, from which the file is converted: JSON, binary data, and notes for the user."""
 
     json: Mapping[str, Any]
     """JSON of the file, checked against the schema."""

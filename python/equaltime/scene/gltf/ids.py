@@ -12,7 +12,7 @@ _LONGEST: Final = 100
 
 
 class Ids:
-    """Ids given so far; all ids of a scene differ."""
+    """Maker of ids for a scene's objects: each id is given once."""
 
     def __init__(self) -> None:
         self._taken: set[str] = set()

@@ -79,18 +79,15 @@ class GltfMaterials:
         return str(self._media[material].id)
 
     def look(self, material: int | None) -> SurfaceLook:
-        """Return the parameters of a material's BSDF, emitter and medium.
-
-        The parameters are read from the file at the first call.
-        """
+        """Return the parameters of a material's BSDF, emitter and medium, read from the file at the first call."""
         if material not in self._looks:
             self._looks[material] = look(None if material is None else self._document.gltf.materials[material])
         return self._looks[material]
 
     def bsdf(self, material: int | None, variant: Variant) -> str:
-        """Return the id of a material's BSDF for meshes with the attributes in ``variant``.
+        """Return the id of the BSDF that a material has on certain meshes; the BSDF is created at the first call.
 
-        The BSDF is created at the first call.
+        ``variant`` says whether these meshes have vertex colours, vertex opacities and mirrored textures.
         """
         key = (material, variant)
         if key not in self._bsdfs:
@@ -102,9 +99,10 @@ class GltfMaterials:
         return "radiance" in self.look(material).slots
 
     def emitter(self, material: int | None, variant: Variant) -> Object | None:
-        """Return a material's area light for meshes of the given variant, or None if the material does not emit.
+        """Return the area light that a material has on certain meshes, or None if the material does not emit.
 
-        If an unlit material has no texture, vertices with colours emit these colours.
+        ``variant`` says whether these meshes have vertex colours, vertex opacities and mirrored textures. If an unlit
+        material has no texture, vertices with colours emit these colours.
         """
         seen = self.look(material)
         slot = seen.slots.get("radiance")

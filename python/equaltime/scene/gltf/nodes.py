@@ -23,22 +23,22 @@ THINNEST: Final = 1e-8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Placed:
-    """A node of a glTF file, with its transform to world space."""
+    """A node of a glTF file, with its transform to world space, or with several transforms if it moves."""
 
     index: int
     node: Any
     to_world: Array
     """Transform (4, 4) of column vectors from the node to world space."""
     moving: tuple[Array, ...] = ()
-    """Transform to world space at each time of the clip; empty if the node does not move."""
+    """Transforms to world space at the times of the animation, in order; empty if the node does not move."""
 
 
 def placed(document: Document, scene: int | None, clip: Clip | None = None, hidden: bool = False) -> Iterator[Placed]:
     """Iterate over the nodes of scene `scene`, each node before its children, with their transforms to world space.
 
-    If `scene` is None, the roots are all nodes without a parent. `clip` is an animation; `Placed.to_world` is then the
-    transform at the clip's first time. Hidden nodes are left out, unless `hidden` is true. Raises `Malformed` if the
-    hierarchy is not valid, for example if a node has two parents.
+    If `scene` is None, the roots are all nodes without a parent. `clip` is the animation that moves nodes, if any;
+    `Placed.to_world` is then the transform at the first of its times. Hidden nodes are left out, unless `hidden` is
+    true. Raises `Malformed` if the hierarchy is not valid, for example if a node has two parents.
     """
     nodes = document.gltf.nodes
     roots = _roots(document, scene, _parents(nodes))

@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """Pose of a glTF file at one moment: the transforms of its nodes and the weights of its morph targets."""
+    """Pose of a glTF file at one moment, to deform meshes: transforms of nodes and weights of morph targets."""
 
     document: Document
     clip: Clip | None = None

@@ -74,13 +74,13 @@ def numbers(count: int, low: float = -math.inf, high: float = math.inf) -> Rule:
 
 @dataclass(frozen=True, slots=True)
 class Index:
-    """A rule that accepts an index into one of the document's lists."""
+    """A rule that accepts an index into one of the document's lists, and refuses one that is negative or too large."""
 
     path: tuple[str, ...]
     """Keys from the top of the document to the list."""
 
     def __call__(self, value: Any, place: str, document: Mapping[str, Any]) -> Problems:
-        """Yield a problem if `value` is not an index into the list."""
+        """Yield a problem if `value` is not an index into the list; `place` is the value's path in the JSON."""
         items: Any = document
         for step in self.path:
             items = items.get(step, []) if isinstance(items, Mapping) else []
@@ -108,13 +108,19 @@ def one_of(*choices: object) -> Rule:
 
 
 def text(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
-    """Yield a problem if `value` is not a string. This function is a rule itself."""
+    """Yield a problem if `value` is not a string. The function can itself be used as a rule, such as in `table`.
+
+    `place` is the value's path in the JSON. `document` is not used.
+    """
     if not isinstance(value, str):
         yield place, _expected("a string", value)
 
 
 def flag(value: Any, place: str, document: Mapping[str, Any]) -> Problems:
-    """Yield a problem if `value` is not a boolean. This function is a rule itself."""
+    """Yield a problem if `value` is not a boolean. The function can itself be used as a rule, such as in `table`.
+
+    `place` is the value's path in the JSON. `document` is not used.
+    """
     if not isinstance(value, bool):
         yield place, _expected("true or false", value)
 
@@ -179,10 +185,10 @@ def table(needs: str = "", /, **fields: Rule) -> Rule:
 
 
 def walk(rule: Rule, value: Any, place: str = "") -> Iterator[tuple[Rule | None, Any, str]]:
-    """Iterate over the leaves of a JSON value that follows `rule`, as triples (rule, leaf, path in the JSON).
+    """Iterate over the leaves of a JSON value that follows `rule`, to find properties that are not read.
 
-    A leaf is a value whose rule has no smaller rules for parts of the value. Properties that no `table` lists are
-    leaves, too, with None as their rule.
+    Each leaf comes as a triple (rule, leaf, path in the JSON). A leaf is a value whose rule has no smaller rules for
+    parts of the value. Properties that no `table` lists are leaves, too, with None as their rule.
     """
     if isinstance(rule, _Every):
         for i, entry in enumerate(value):

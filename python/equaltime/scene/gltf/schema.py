@@ -52,7 +52,7 @@ MAPPING: Final = {
     "KHR_node_visibility": "invisible nodes are left out",
     "KHR_texture_transform": "to_uv; approximation: all textures of a material use one set of texture coordinates",
 }
-"""Counterpart of each supported extension, by the extension's name."""
+"""Mitsuba's plugin or parameter that each supported glTF extension becomes, in words, by the extension's name."""
 
 
 def typed(document: Mapping[str, Any]) -> Any:

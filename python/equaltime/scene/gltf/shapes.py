@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 FLATTEST: Final = 1e-12
 MANY_INDICES: Final = 100_000
-"""Number of indices in the second and further copies of a mesh from which all copies of the mesh become instances."""
+"""Smallest total number of indices in the second and further copies of a mesh for which its copies become instances."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,7 @@ class _Copy:
 
 
 class GltfShapes:
-    """Converter of a document's meshes to shapes. It also records the transform of each shape, for `corners`."""
+    """Converter of a document's meshes to shapes. It also keeps the transform of each shape, for bounding boxes."""
 
     def __init__(
         self, document: Document, place: Place, materials: GltfMaterials, ids: Ids, clip: Clip | None = None
@@ -103,9 +103,10 @@ class GltfShapes:
         return np.concatenate(standing) if standing else np.zeros((0, 3))
 
     def reach(self, nodes: Iterable[Placed]) -> Array:
-        """Return the corners (N, 3), in world space, of the boxes of all meshes at all times of a clip.
+        """Return the corners (N, 3), in world space, of the boxes of all meshes at all times of an animation.
 
-        ``nodes`` are the nodes placed in that clip. Meshes with a skin count with the pose that is stored in the file.
+        ``nodes`` are the nodes with their transforms at these times. Meshes with a skin count with the pose that is
+        stored in the file. Use the corners to place a camera that sees the whole motion.
         """
         found = [np.zeros((0, 3))]
         for at in nodes:

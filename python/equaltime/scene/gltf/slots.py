@@ -27,7 +27,7 @@ ALPHA = (3,)
 
 @dataclass(frozen=True, slots=True)
 class TextureUse:
-    """A textureInfo object of glTF: the index of a texture, and a transform of the texture coordinates."""
+    """A textureInfo object of glTF: how a material uses a texture, with a transform of the texture coordinates."""
 
     index: int
     uv_set: int = 0
@@ -88,7 +88,7 @@ class Slot:
     curve: Callable[[Array], Array] | None = None
     """Function applied to the product of factor and texture (..., channels); the result has 1 or 3 channels."""
     cutoff: float | None = None
-    """Threshold that makes the slot a mask: 1 where the value is at least the threshold, else 0; None: no mask."""
+    """Threshold that makes the parameter a mask: 1 where the value is at least the threshold, else 0; None: no mask."""
 
     @property
     def constant(self) -> tuple[float, ...]:
@@ -107,9 +107,9 @@ class Slot:
 
     @property
     def raw(self) -> bool:
-        """Value of the parameter ``raw`` of the plugin `bitmap`.
+        """Value of the parameter ``raw`` of the plugin `bitmap`: True if its texels must not be decoded from sRGB.
 
-        It is False if the slot is plain and its texels may be encoded as sRGB.
+        It is False for texels that may be encoded as sRGB and come unchanged from the image.
         """
         return not (self.encoded and self.plain)
 

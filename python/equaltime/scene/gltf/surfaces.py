@@ -32,7 +32,7 @@ _DEEPEST = 3
 
 
 def capped(document: Mapping[str, Any]) -> list[str]:
-    """Set material factors above 1 in the JSON `document` to 1, in place; see `UNIT_FACTORS`.
+    """Set material factors above 1 in the JSON `document` to 1, in place, because the specification forbids them.
 
     Return the JSON paths of the changed factors, such as ``materials[2].pbrMetallicRoughness.metallicFactor``.
     """
@@ -74,7 +74,7 @@ INFINITE_IOR = 1000.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SurfaceLook:
-    """Parameters of the BSDF, emitter and medium of a glTF material."""
+    """A glTF material, converted to parameters of a BSDF, an emitter and a medium."""
 
     slots: Mapping[str, Slot]
     """Parameters of `principled` by name, and ``opacity``, ``normal``, ``radiance``, ``transmission`` (thin walls).

@@ -28,7 +28,7 @@ MOST_PLACES: Final = 8
 
 @dataclass(frozen=True)
 class Finding:
-    """A hazard found in a scene: the check that found it, the objects concerned, their number, and advice.
+    """A hazard found in a scene, for the user: the check that found it, the objects concerned, a count, and advice.
 
     One finding covers all objects with the same hazard.
     """
@@ -73,9 +73,9 @@ UNCERTAIN: Final = 1e-2
 
 @dataclass(frozen=True, eq=False)
 class MeshFacts:
-    """Results of one pass over the triangles of a mesh.
+    """Facts about a mesh, from which lint finds hazards such as gaps or a wrong orientation.
 
-    The results are counts of bad triangles, area, volume, closedness, and hashes for comparison with other meshes.
+    They are counts of bad triangles, area, volume, closedness, and hashes for comparison with other meshes.
     """
 
     degenerate: int
@@ -83,7 +83,7 @@ class MeshFacts:
     slivers: int
     """Number of slivers: triangles with area that rounding may tilt by more than `UNCERTAIN`."""
     sliver_area: float
-    """Fraction of the mesh's area in slivers."""
+    """Fraction of the mesh's area, in [0, 1], that slivers have."""
     tilt: float
     """Largest angle, in radians, by which rounding may tilt a sliver."""
     backwards: int
@@ -103,7 +103,10 @@ class MeshFacts:
 
 
 def facts(part: Part) -> MeshFacts:
-    """Return the results of one pass over all triangles of the mesh of `part`, the surface of a shape."""
+    """Return counts of bad triangles, area, volume and closedness of the mesh of `part`, the surface of a shape.
+
+    All are computed in one pass over the triangles. `part` must have a mesh.
+    """
     mesh = part.mesh
     assert mesh is not None
     points = part.points.astype(np.float64)
@@ -138,9 +141,9 @@ def facts(part: Part) -> MeshFacts:
 
 
 def border(parts: list[Part]) -> list[int]:
-    """Return the number of border edges of each mesh in `parts`.
+    """Return the number of border edges of each mesh in `parts`, which shows meshes with gaps.
 
-    A border edge belongs to a single triangle among all these meshes.
+    A border edge belongs to a single triangle among all these meshes, so edges at which two meshes meet do not count.
     """
     keys, owners = [], []
     for number, part in enumerate(parts):
@@ -155,7 +158,10 @@ def border(parts: list[Part]) -> list[int]:
 
 
 def within(place: Array, part: Part) -> bool:
-    """Tell whether the point `place` (3,), in world space, is inside the shape of `part` (see `encloses`)."""
+    """Tell whether the point `place` (3,), in world space, is inside the sphere or closed mesh of `part`.
+
+    Other shapes, and shapes of a group, have no inside: the result is False.
+    """
     return encloses(part, place[None])
 
 
@@ -175,12 +181,12 @@ def encloses(part: Part, points: Array) -> bool:
 
 
 def in_bounds(place: Array, part: Part) -> bool:
-    """Tell whether the point `place` (3,) is inside the bounding box of the shape of `part`."""
+    """Tell whether the point `place` (3,), in world space, is inside the bounding box of the shape of `part`."""
     return bool(((part.bounds[0] < place) & (place < part.bounds[1])).all())
 
 
 def surrounds(part: Part, place: Array) -> bool:
-    """Tell whether the point `place` (3,) is inside the closed mesh of `part`.
+    """Tell whether the point `place` (3,), in world space, is inside the mesh of `part`, which must be closed.
 
     The test is the solid angle of the mesh as seen from the point (Van Oosterom & Strackee 1983).
     """

@@ -37,7 +37,7 @@ FAST_TRIANGLES: Final = 10_000
 
 @dataclass(eq=False)
 class Part:
-    """The surface of one shape of the scene, with the shape's name."""
+    """The surface of one shape of the scene, with the shape's name, for the checks of lint."""
 
     shape: Solid
     name: Name
@@ -95,7 +95,7 @@ class Part:
 
 
 class LintScene:
-    """A scene as lint checks it: its surfaces, camera position and names.
+    """A scene as lint checks it: its surfaces in world space, camera position and names for findings.
 
     Meshes are transformed to world space at the first use.
     """
@@ -150,7 +150,7 @@ class LintScene:
 
     @cached_property
     def meshes(self) -> tuple[Part, ...]:
-        """Surfaces in `parts` that consist of triangles."""
+        """All surfaces in `parts` that consist of triangles."""
         return tuple(part for part in self.parts if part.mesh is not None)
 
 

@@ -21,7 +21,7 @@ __all__ = ["Animation", "Deformation", "MeshName", "Placement", "RigidPlacement"
 
 @dataclass(frozen=True, slots=True)
 class Animation:
-    """Transforms from local to world space at several times."""
+    """Motion of a shape or a camera: transforms from local to world space at several times (keys)."""
 
     times: tuple[float, ...]
     """Times of the keys, increasing, in the units of the sensor's ``shutter_open`` and ``shutter_close``."""
@@ -50,7 +50,7 @@ def mesh_files(filename: str | Deformation) -> tuple[str, ...]:
 
 
 def poses(placement: Matrix | Animation) -> tuple[Matrix, ...]:
-    """Return the transforms in `placement` as a tuple: one transform, or for an `Animation` one for each key."""
+    """Return the transforms (4, 4) in `placement` as a tuple: one, or for an `Animation` one for each key."""
     return placement.matrices if isinstance(placement, Animation) else (placement,)
 
 

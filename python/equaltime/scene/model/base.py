@@ -46,10 +46,7 @@ class Plugin(BaseModel):
 
     kind: ClassVar[Kind]
     roles: ClassVar[Mapping[Kind, str]] = {}
-    """Fields by family of plugins, for nested objects that are assigned by their family and not by a parameter name.
-
-    See `slots` for the other fields.
-    """
+    """Fields by family of plugins, for nested objects that are assigned by their family and not by a parameter name."""
     lists: ClassVar[frozenset[str]] = frozenset()
     """Fields in `roles` that take several objects, in the order of the file."""
     later: ClassVar[frozenset[str]] = frozenset()
@@ -57,7 +54,8 @@ class Plugin(BaseModel):
     old: ClassVar[frozenset[str]] = frozenset()
     """Parameters of Mitsuba 0.6 that changed the image and that Mitsuba 3 does not have."""
     hints: ClassVar[frozenset[str]] = frozenset()
-    """Fields that cannot change the expected image, such as sampling hints; `Scene.digest` ignores these fields."""
+    """Fields that cannot change the expected image, such as sampling hints; the scene's digest (a hash) ignores
+    them."""
 
     id: str | None = None
     """Name of this object in its file."""

@@ -41,7 +41,7 @@ WHITE: Color = (1.0, 1.0, 1.0)
 
 
 class BsdfPlugin(Plugin):
-    """Base of the BSDFs."""
+    """Base class of all BSDFs, which describe how a surface scatters light."""
 
     kind: ClassVar[Kind] = "bsdf"
 
@@ -65,9 +65,11 @@ class Conductor(BsdfPlugin):
     material: Annotated[str, BeforeValidator(as_metal)] = "none"
     """Name of a metal, instead of ``eta`` and ``k``; ``none``, without ``eta`` and ``k``, is a perfect mirror."""
     eta: CoefficientTexture = (0.0, 0.0, 0.0)
-    """Real part of the index of refraction, relative to the exterior; see `ior`."""
+    """Real part of the index of refraction, relative to the exterior, per channel; not used if ``material`` names a
+    metal."""
     k: CoefficientTexture = WHITE
-    """Extinction coefficient: the imaginary part of the index of refraction; see `ior`."""
+    """Extinction coefficient: the imaginary part of the index of refraction, per channel; not used if ``material``
+    names a metal."""
     specular_reflectance: ReflectanceTexture = WHITE
 
     @model_validator(mode="after")
@@ -88,7 +90,7 @@ class Conductor(BsdfPlugin):
 
 
 class Rough(BsdfPlugin):
-    """Base of the microfacet BSDFs whose roughness may differ between tangent and bitangent."""
+    """Base class of the microfacet BSDFs whose roughness may differ between tangent and bitangent."""
 
     distribution: Distribution = "beckmann"
     alpha: Roughness = 0.1

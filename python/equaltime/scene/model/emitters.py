@@ -15,7 +15,7 @@ __all__ = ["Area", "Constant", "Directional", "EnvMap", "FreeEmitter", "Point", 
 
 
 class EmitterPlugin(Plugin):
-    """Base of the emitters."""
+    """Base class of all emitters: lights and environments."""
 
     kind: ClassVar[Kind] = "emitter"
     hints: ClassVar[frozenset[str]] = frozenset({"sampling_weight"})
@@ -103,7 +103,7 @@ class Directional(EmitterPlugin):
     irradiance: Radiance = (1.0, 1.0, 1.0)
     """Irradiance in W/m^2 per channel, on a plane that faces the light."""
     direction: Vec3 | None = None
-    """Direction in which the light travels, of any length; see `world_direction`."""
+    """Direction in which the light travels in world space, of any length; by default +z of ``to_world``."""
     to_world: Transform | None = None
     """Alternative to ``direction``: a transform that maps +z to the direction."""
 

@@ -42,7 +42,7 @@ LOOKS_AT_UV: Final = frozenset({"uv", "dp_du", "dp_dv", "duv_dx", "duv_dy"})
 
 
 class IntegratorPlugin(Plugin):
-    """Base of the integrators."""
+    """Base class of all integrators, which decide what light or quantity an image shows."""
 
     kind: ClassVar[Kind] = "integrator"
     hints: ClassVar[frozenset[str]] = frozenset({"block_size", "samples_per_pass", "timeout"})
@@ -134,7 +134,7 @@ Light = Annotated[Path | VolPath | VolPathMis | Direct, Field(discriminator="typ
 
 
 class Containing(IntegratorPlugin):
-    """Base of the integrators that add outputs to the image of a nested integrator."""
+    """Base class of the integrators that add outputs to the image of a nested integrator."""
 
     roles: ClassVar[Mapping[Kind, str]] = {"integrator": "integrators"}
     lists: ClassVar[frozenset[str]] = frozenset({"integrators"})
@@ -157,9 +157,9 @@ class Containing(IntegratorPlugin):
 
 
 class Moment(Containing):
-    """An integrator that renders the image of its nested integrator.
+    """An integrator that renders the image of its nested integrator, and nothing else.
 
-    Mitsuba's outputs of second moments are left out, because every output here has standard errors.
+    In Mitsuba it also outputs second moments. They are left out, because every output here has standard errors.
     """
 
     type: Literal["moment"] = "moment"

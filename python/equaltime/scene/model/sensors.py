@@ -26,7 +26,7 @@ MOST_SAMPLES = 2**32
 
 
 class SamplerPlugin(Plugin):
-    """Base of the samplers, which set the default number of samples per pixel.
+    """Base class of the samplers, which set the default number of samples per pixel.
 
     The `Strategy` of a render, not the sampler, decides which random numbers are used.
     """
@@ -40,7 +40,7 @@ class SamplerPlugin(Plugin):
 
 
 class Jittered(SamplerPlugin):
-    """Base of the samplers with the parameter ``jitter``, which has no effect."""
+    """Base class of the samplers with the parameter ``jitter``, which has no effect."""
 
     jitter: bool = True
 
@@ -90,7 +90,10 @@ def _as_millimetres(value: object) -> object:
 
 
 class SensorPlugin(Plugin):
-    """Base of the sensors. In local space, a sensor looks from the origin along +z, with +x to the left and +y up."""
+    """Base class of the sensors.
+
+    In local space, a sensor looks from the origin along +z, with +x to the left and +y up.
+    """
 
     kind: ClassVar[Kind] = "sensor"
     roles: ClassVar[Mapping[Kind, str]] = {"film": "film", "sampler": "sampler", "medium": "medium"}
@@ -125,7 +128,7 @@ class SensorPlugin(Plugin):
 
 
 class Projective(SensorPlugin):
-    """Base of the cameras with a field of view."""
+    """Base class of the cameras with a field of view."""
 
     to_world: RigidPlacement = IDENTITY
     fov: Annotated[float, Field(gt=0.0, lt=180.0)] | None = None
@@ -162,7 +165,7 @@ class Projective(SensorPlugin):
 
 
 class Perspective(Projective):
-    """A pinhole camera."""
+    """A pinhole camera in perspective projection."""
 
     hints: ClassVar[frozenset[str]] = SensorPlugin.hints | {"focus_distance"}
 
@@ -186,7 +189,7 @@ class ThinLens(Projective):
     rotation: float = 0.0
     """Angle of the polygon's first corner, in degrees from the camera's +x towards +y; an extension to Mitsuba."""
     focus_distance: PositiveFloat | None = None
-    """Distance of the plane in focus, measured along the camera's axis; see `focus`."""
+    """Distance of the plane in focus, measured along the camera's axis; by default ``far_clip``, or else 10000."""
 
     @model_validator(mode="after")
     def _only_polygons_turn(self) -> Self:

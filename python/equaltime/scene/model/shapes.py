@@ -24,7 +24,7 @@ __all__ = [
 
 
 class ShapePlugin(Plugin):
-    """Base of the shapes."""
+    """Base class of all shapes, instances included."""
 
     kind: ClassVar[Kind] = "shape"
     hints: ClassVar[frozenset[str]] = frozenset({"silhouette_sampling_weight"})
@@ -36,7 +36,7 @@ class ShapePlugin(Plugin):
 
 
 class Solid(ShapePlugin):
-    """Base of the shapes that have a surface of their own: all shapes except instances."""
+    """Base class of the shapes that have a surface of their own: all shapes except instances."""
 
     roles: ClassVar[Mapping[Kind, str]] = {"bsdf": "bsdf", "emitter": "emitter"}
 
@@ -55,7 +55,7 @@ class Solid(ShapePlugin):
 
 
 class Faceted(Solid):
-    """Base of the analytic shapes whose faces are flat."""
+    """Base class of the analytic shapes whose faces are flat."""
 
     face_normals: bool = False
     """Without effect: the faces are always flat."""
@@ -153,7 +153,7 @@ class Cylinder(Solid):
 
 
 class MeshFile(Solid):
-    """Base of the triangle meshes that are read from a file."""
+    """Base class of the triangle meshes that are read from a file."""
 
     old: ClassVar[frozenset[str]] = frozenset({"max_smooth_angle"})
 

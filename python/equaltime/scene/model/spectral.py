@@ -32,7 +32,7 @@ Numbers = Annotated[tuple[float, ...], BeforeValidator(_as_numbers)]
 
 
 class SpectrumPlugin(Plugin):
-    """Base of the spectra."""
+    """Base class of Mitsuba's spectra, which are replaced by colours or curves when a scene is read."""
 
     kind: ClassVar[Kind] = "texture"
 

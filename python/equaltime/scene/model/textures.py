@@ -39,7 +39,7 @@ SMALLEST_ROUGHNESS = 1e-4
 
 
 class TexturePlugin(Plugin):
-    """Base of the textures."""
+    """Base class of all textures."""
 
     kind: ClassVar[Kind] = "texture"
 
@@ -49,10 +49,11 @@ FARTHEST_UV: Final = 2.0**24
 
 
 class OnUv(TexturePlugin):
-    """Base of the textures that are evaluated at texture coordinates (u, v)."""
+    """Base class of the textures that are evaluated at texture coordinates (u, v)."""
 
     to_uv: Transform = IDENTITY
-    """Transform (4, 4) of the texture coordinates before the lookup; see `uv_rows` for the entries that are used."""
+    """Transform (4, 4) of the texture coordinates before the lookup; only rows 0 and 1, columns 0, 1 and 3, are
+    used."""
 
     @model_validator(mode="after")
     def _not_far_away(self) -> Self:

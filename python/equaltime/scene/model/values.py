@@ -153,14 +153,17 @@ def as_lower(value: object) -> object:
 
 
 def as_share(value: object) -> float:
-    """Return `value` as one number (see `as_number`). Raises ValueError if the number is outside [0, 1]."""
+    """Return `value` as one number in [0, 1]; a colour or spectrum becomes the mean of its channels.
+
+    Raises ValueError for anything else, and for a number outside [0, 1].
+    """
     if not 0.0 <= (number := as_number(value)) <= 1.0:
         raise ValueError("must lie in [0, 1]")
     return number
 
 
 def as_weight(value: object) -> float:
-    """Return `value` as one number in [0, 1] (see `as_number`).
+    """Return `value` as one number in [0, 1]; a colour or spectrum becomes the mean of its channels.
 
     A single number or a uniform spectrum is clamped to [0, 1], as in Mitsuba. A colour or a curve raises ValueError if
     its mean is outside.
@@ -225,8 +228,8 @@ def without_shear(matrix: Matrix, about: Sequence[float] = (0.0, 0.0, 0.0)) -> N
     """Return a transform as an array (4, 4), with small shear removed.
 
     A rotation written with four digits has small shear, but shapes that are sampled in closed form must have none. A
-    transform with larger shear or uneven scale (see `SHAPE_TOLERANCE`) is returned unchanged. The corrected transform
-    maps the point `about` as before.
+    transform whose shear or uneven scale exceeds `SHAPE_TOLERANCE` is returned unchanged. The corrected transform maps
+    the point `about` as before.
     """
     result, scale = as_array(matrix), linear_scale(matrix)
     if scale is None:
@@ -242,7 +245,7 @@ def without_shear(matrix: Matrix, about: Sequence[float] = (0.0, 0.0, 0.0)) -> N
 
 
 def scale_across(matrix: Matrix, axis: Sequence[float]) -> float | None:
-    """Return the factor by which a transform scales lengths perpendicular to `axis`.
+    """Return the factor by which a transform scales lengths perpendicular to `axis` (3 numbers), such as a radius.
 
     Returns None if the factor depends on the direction, or if the transform shears.
     """

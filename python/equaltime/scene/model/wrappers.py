@@ -84,7 +84,7 @@ class Mask(BsdfPlugin):
 
 
 class Bent(BsdfPlugin):
-    """Base of the BSDFs that perturb the shading normal of another BSDF."""
+    """Base class of the BSDFs that perturb the shading normal of another BSDF."""
 
     bsdf: Bsdf
     flip_invalid_normals: bool = True
