@@ -27,33 +27,40 @@ __all__ = ["LeftOut", "choose", "measured"]
 N = TypeVar("N")
 
 PILOT_SAMPLES = 2**16
-"""Number of samples of each render of a pilot, summed over all pixels; each pixel gets at least one."""
+"""Number of samples, summed over all pixels, of each short render that measures an effect; each pixel gets at least
+one.
+"""
 MOST_A_PIXEL = 64
 MOST_PIXELS = 2**14
 """Largest number of pixels of the film on which effects are chosen: light by path length takes kilobytes a pixel."""
 REPEATS = 6
 PILOTS_SEEDS = 2**63
-"""Offset from a render's seed to its pilot's seed, so that the two share no random numbers."""
+"""Offset from a render's seed to the seed of the pilot that measures effects, so that the two share no random numbers.
+"""
 
 
 @dataclass(frozen=True)
 class LeftOut:
-    """A scene and a strategy without some effects, the names of these effects, and the resulting bias of the image."""
+    """A scene and a strategy without some effects, ready to render, and the resulting bias of the image.
+
+    An effect is a feature of the scene or its light, such as media.
+    """
 
     scene: Scene
     strategy: Strategy
     names: tuple[str, ...]
-    """Names of the effects left out, as for `leave_out`."""
+    """Names of the effects left out, such as ``media`` or ``long_paths=6``."""
     bias: Interval
     """Error of the image due to leaving out the effects in ``names``, with its 95 % interval."""
     why: tuple[str, ...]
-    """Decision on each effect, in words."""
+    """Sentences, one for each decision: the effect that was left out or kept, and why."""
 
 
 def measured(scene: Scene, strategy: Strategy, names: tuple[str, ...], seed: int = 0, threads: int = 0) -> LeftOut:
     """Return the scene without the named effects, and the measured error due to leaving them out.
 
-    If ``long_paths`` is among the names, the error includes the bias of the strategy's ``truncate``.
+    The error is measured by short renders with and without the effects. If ``long_paths`` is among the names, the error
+    includes the bias of the strategy's ``truncate``.
 
     Raises
     ------

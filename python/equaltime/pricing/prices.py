@@ -36,23 +36,24 @@ class Price:
     """Cost of one effect in time, variance and memory. Intervals are at 95 %. A field that is not known is None."""
 
     kind: Effect
+    """The effect: its name, title, and stand-in."""
     reasons: tuple[Reason, ...]
     """Parts of the scene that use the effect."""
     instead: str | None
     """Replacement of the effect where it is left out; None if it cannot be left out of this scene."""
     time: Interval | None = None
-    """Share of the effect in the time of a sample."""
+    """Share of the time of a sample that the effect takes, as a fraction."""
     variance: Interval | None = None
-    """Share of the effect in the variance, and so in the squared error."""
+    """Share of the variance, and so of the squared error, that the effect makes, as a fraction."""
     change: Interval | None = None
-    """Error of the image without the effect."""
+    """Relative error of the image if the effect is left out: 0.02 is 2 %."""
     memory: int | None = None
-    """Bytes of the scene in the core that the effect takes."""
+    """Bytes of memory that the effect takes in the core."""
     difference: NDArray[np.float64] | None = None
     """(H, W, 3): the image without the effect, minus the full image."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the price as JSON data."""
+        """Return the price as JSON data, without the image ``difference``."""
         intervals = {"time": self.time, "variance": self.variance, "change": self.change}
         return {
             "name": self.kind.name,
@@ -73,12 +74,13 @@ class PriceList(Shown):
     free: tuple[str, ...]
     """Names of the effects that the scene does not use. They cost no instruction in the path loop and no memory."""
     shares: Mapping[str, Mapping[str, Interval]]
-    """Shares of the variance by kind of part (length of the path, technique, last BSDF, light). The shares of each kind
-    sum to 1."""
+    """Shares of the variance by kind of part, then by name. Kinds are ``length`` of the path, ``way`` (technique), last
+    ``bsdf``, and ``light`` source; the shares of each kind sum to 1.
+    """
     truncated: Mapping[int, Interval]
-    """Relative error of the image if paths are cut at a depth, by that depth in segments."""
+    """Relative error of the image if paths are cut at a depth, by that depth in segments, as fractions."""
     outputs: Mapping[str, Interval]
-    """Share of the time that each output beside the image takes, by ``name:kind``."""
+    """Share of the time that each output beside the image takes, by ``name:kind``, such as ``distance:depth``."""
     size: tuple[int, int]
     """Width and height of the measured film, in pixels."""
     samples: int
@@ -86,7 +88,7 @@ class PriceList(Shown):
     repeats: int
     strategy: str
     memory: int
-    """Bytes of the scene in the core."""
+    """Bytes of memory that the scene takes in the core."""
     max_depth: int
     """Length of the longest paths that were measured, in Mitsuba's counting; -1 if there is no limit."""
     scene_max_depth: int
@@ -103,7 +105,7 @@ class PriceList(Shown):
         return "\n".join(lines)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the price list as JSON data."""
+        """Return the fields by name as JSON data."""
         return {
             "effects": [price.as_dict() for price in self.prices],
             "free": list(self.free),

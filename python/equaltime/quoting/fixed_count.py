@@ -44,6 +44,9 @@ class Chosen:
     """A sample count that a pilot chose for an error, and the quote (prediction) that led to it."""
 
     stop: Stop
+    """Rule for the end of the image, with the chosen samples per pixel and the pilot's seed; it is stored with the
+    result.
+    """
     quote: Quote | None = None
     """Predicted time and error of the render, without its bias; None with a time limit, or if nothing can be
     predicted."""
@@ -51,9 +54,10 @@ class Chosen:
     """Seconds that the choice took in this run; 0 if an earlier run made it."""
 
     def limits(self, asked: Limits) -> Limits:
-        """Return the limits of samples and time with which the image is rendered.
+        """Return the limits of samples and time with which the image is rendered, instead of the user's limits
+        ``asked``.
 
-        The sample limit is the chosen count, or the limit in ``asked`` if that is less. The time limit is that in
+        The sample limit is the chosen count, or the limit in ``asked`` if that is less. The time limit is the limit in
         ``asked``, less the seconds of the pilot. There is no error limit.
         """
         counts = [count for count in (self.stop.spp, asked.spp) if count is not None]

@@ -17,7 +17,8 @@ from equaltime.rendering.passes import Progress
 __all__ = ["ENDED_FIRST", "Observer", "QuoteWatch", "overrides"]
 
 ENDED_FIRST = "the render ended before a pilot could tell anything"
-"""Reason that an observer receives if the render ends before there is a quote."""
+"""Reason that an observer receives for having no quote, if the render ends before its time or error can be predicted.
+"""
 
 
 class Observer:
@@ -38,7 +39,10 @@ class Observer:
         decided: Callable[[Sequence[str]], object] | None = None,
         unsaved: Callable[[str], object] | None = None,
     ) -> Observer:
-        """Return an observer whose methods are these functions; where None is given, the method does nothing."""
+        """Return an observer that calls these functions; a method without a function does nothing.
+
+        Each function receives the arguments of the method of its name, without ``self``.
+        """
         functions = {
             "progress": progress,
             "pass_ended": pass_ended,
@@ -90,7 +94,10 @@ def overrides(observer: Observer, method: str) -> bool:
 
 
 class QuoteWatch:
-    """Link from a pilot to an observer: it passes on the quote, or the reason for having none."""
+    """Link from a pilot (first passes of a render that predict) to an observer, to which it passes on the quote.
+
+    A quote is the predicted time or error. If none can be made, the observer receives the reason.
+    """
 
     def __init__(self, pilot: Pilot, observer: Observer) -> None:
         self._pilot, self._observer, self._done = pilot, observer, False
@@ -112,7 +119,7 @@ class QuoteWatch:
     def ended(self) -> None:
         """Tell the observer, at the end of the render, that there is no quote.
 
-        It is not told if it has already received a quote or a reason.
+        An observer that has already received a quote or a reason is not told again.
         """
         if not self._done:
             self._done = True

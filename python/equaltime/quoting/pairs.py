@@ -36,14 +36,16 @@ N = TypeVar("N")
 
 @dataclass(frozen=True, eq=False)
 class Renders:
-    """K renders of one scene with independent seeds: their images, their seconds and the memory of the scene."""
+    """K renders of one scene with independent seeds, as `run_in_turn` returns them, to be compared with another
+    scene's.
+    """
 
     images: Floats
     """(K, H, W, 3): images, one for each seed."""
     seconds: Floats
     """(K,): seconds of each render."""
     memory: int
-    """Bytes of the scene in the core."""
+    """Bytes of memory that the scene takes in the core."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +59,7 @@ class Versus:
     change: Interval
     """Error due to leaving the effects out: 0.02 is 2 %."""
     memory: int
-    """Bytes of the scene in the core that the effects take."""
+    """Bytes of memory that the effects take in the core."""
     difference: Floats
     """(H, W, 3): the image without the effects, minus the whole image."""
 
@@ -65,7 +67,7 @@ class Versus:
     def of(cls, whole: Renders, less: Renders) -> Versus:
         """Return the differences between renders of the whole scene and renders without some effects.
 
-        The renders ``whole`` and ``less`` (without the effects) are compared seed by seed.
+        The renders ``whole`` and ``less`` (without the effects) have the same seeds and are compared seed by seed.
         """
         denominator = Reference.of_images(whole.images).denominator
         moved = less.images - whole.images
@@ -123,9 +125,10 @@ def _joined(results: list[tuple[Floats, float]], scene: Scene) -> Renders:
 
 
 def products(first: Floats, second: Floats, denominator: Floats) -> Floats:
-    """Return ``mean(a_r b_s / D)`` over pixels and channels for all pairs of seeds r and s, (K, K).
+    """Return the means of ``a_r b_s / D`` over pixels and channels for all pairs of seeds r and s, (K, K).
 
     ``first`` holds the images a and ``second`` the images b, both (K, H, W, 3); ``denominator`` is D, (H, W, 3).
+    Variances and covariances over seeds follow from these means.
     """
     repeats = len(first)
     weights = 1.0 / np.where(denominator > 0.0, denominator, np.inf)
@@ -142,11 +145,11 @@ def _unknown(moved: Floats, denominator: Floats) -> Interval | None:
 
 
 def change_of(squares: Floats) -> Interval:
-    """Return the root mean square of the mean of K images, without the noise of the images, as an interval.
+    """Return the root mean square of the expected image behind K images, without their noise, as an interval.
 
-    ``squares`` (K, K) are the `products` of the images with each other. If the lower end is not above 0, the upper end
-    is at least the root mean square of noise and change together. So rare light that few seeds have met is not taken
-    for absent.
+    ``squares`` (K, K) are the `products` of the K images with each other, for all pairs of seeds. If the lower end is
+    not above 0, the upper end is at least the root mean square of noise and change together. So rare light that few
+    seeds have met is not taken for absent.
     """
     found = jackknife(lambda kept: pairs_mean(squares, kept), len(squares)).map(signed_root)
     high = found.high if found.low > 0.0 else max(found.high, signed_root(float(squares.mean())))

@@ -55,7 +55,7 @@ _LOADED = (25e6, 10e6, 40e6)
 
 
 def peak_bytes(before: int, pixels: int, probed: bool) -> Interval:
-    """Return the peak memory, in bytes, of a process that renders an image and saves it.
+    """Return the predicted peak memory, in bytes, of a process that renders an image and saves it.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def peak_bytes(before: int, pixels: int, probed: bool) -> Interval:
     pixels
         Number of the image's pixels.
     probed
-        Whether a probe (some pixels rendered to the end, `equaltime.quoting.probe`) may be made.
+        Whether a probe (some pixels rendered to the end to predict the error) may be made.
     """
     each = _A_PIXEL_IF_PROBED if probed else _A_PIXEL
     value, low, high = (before + loaded + pixels * each_pixel for loaded, each_pixel in zip(_LOADED, each, strict=True))
@@ -77,11 +77,14 @@ TARGETS = (0.20, 0.10, 0.05, 0.02, 0.01)
 _PILOT_SHARE = 0.05
 
 USUAL_SECONDS = 10.0
-"""Longest time of pilot plus probe, in seconds, unless the least samples of a pilot take longer. Users do not want to
-wait minutes for the quote of an hour."""
+"""Longest time of the renders that predict (pilot plus probe), in seconds, unless their least samples take longer.
+Users do not want to wait minutes for the quote of an hour.
+"""
 
 FEWEST = 2
-"""Least samples a pixel of a pilot that is not part of a render: each replicate then has one sample."""
+"""Least samples per pixel of a pilot (short render that predicts) that is not part of a render: each replicate then has
+one sample.
+"""
 
 _FIRST = 4
 """Least samples a pixel of a pilot that has a probe, without adaptive sampling; other pilots have 8 or more."""
@@ -102,16 +105,19 @@ class Quote(Shown):
     seconds: Interval
     """Seconds from the first sample (of this run, if it resumes another) to the final film."""
     spp: Interval
-    """Samples per pixel."""
+    """Predicted samples per pixel at the end."""
     error: Interval
-    """Error of the image at the end; in doubt if the pilot's error was (`equaltime.film.tails`)."""
+    """Predicted relative error of the image at the end, as a fraction. It is marked as doubtful if few pixels make most
+    of the pilot's error.
+    """
     memory: Interval
     """Peak bytes of the process, including scene and libraries, from the first sample until the image is saved."""
     law: Law
+    """Fitted law of the render: its error and its time by the number of samples per pixel."""
     prices: Mapping[float, Interval] = field(hash=False)
     """Seconds to reach each error in `TARGETS` that is below the pilot's error, by that error."""
     pilot_seconds: float
-    """Seconds of pilot and probe, and of finding the places and the light that make the noise."""
+    """Seconds that the prediction took, including the search for places and light that make the noise."""
     origin: Origin
     """Origin of the quoted render: scene, strategy and seed that the prediction refers to."""
     places: NoisePlaces | None = None
@@ -131,7 +137,7 @@ class Quote(Shown):
         return "\n".join([*lines, *below])
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the quote as JSON data."""
+        """Return the fields by name as JSON data."""
         absent = [name for name in ("places", "light", "interrupted") if not getattr(self, name)]
         return {
             **fields_to_json(self, without=("prices", "origin", *absent)),
@@ -141,7 +147,7 @@ class Quote(Shown):
 
 
 class Pilot:
-    """First passes of a render, from which a quote (prediction) is made.
+    """First passes of a render, which predict its time and error: they give a quote.
 
     Parameters
     ----------
@@ -156,7 +162,7 @@ class Pilot:
         fixed sample count (`equaltime.quoting.fixed_count`). It may then take longer, depends on a clock only if a time
         is one of the limits, and predicts no times to other errors.
     fewest
-        Least samples a pixel of the pilot, if 8 take more than ten seconds and the pilot is hurried.
+        Least samples per pixel of the pilot, if 8 take more than ten seconds and the pilot is hurried.
     """
 
     def __init__(
@@ -192,25 +198,29 @@ class Pilot:
 
     @property
     def taken(self) -> float:
-        """Number of samples that pilot and probe have taken so far, over all pixels."""
+        """Number of samples that the pilot, and the probe (some pixels rendered to the end), have taken over all
+        pixels.
+        """
         passes = self._session.passes
         return (passes.samples - self._before) * passes.pixels + self._probed
 
     @property
     def left(self) -> float:
-        """Number of samples that pilot and probe may still take, over all pixels."""
+        """Number of samples that the pilot, and the probe (some pixels rendered to the end), may still take over all
+        pixels.
+        """
         return max(0.0, self._room * self._session.passes.pixels - self.taken)
 
     def run(self, seconds: float | None = None) -> Quote | None:
         """Run the passes of a pilot that is not part of a render, and return the quote once there is one.
 
         ``seconds`` limits the time; the result is None if the time ends first. After Ctrl-C, a hurried pilot quotes
-        what it has seen.
+        from the samples so far.
 
         Raises
         ------
         RenderError
-            As `pass_ended` does.
+            If a quote is due and the pilot saw no light, or if the limits take more samples than a render can have.
         SampleError
             If a sample went wrong.
         KeyboardInterrupt

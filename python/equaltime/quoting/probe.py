@@ -94,7 +94,7 @@ class Probe:
     def of(cls, session: Session, samples: int, draws: int) -> Probe:
         """Return a probe of a session's render, whose final count is ``samples`` per pixel; it draws ``draws`` pixels.
 
-        The samples of the session so far are the pilot.
+        The samples that the session has taken decide which pixels are likely to be drawn.
         """
         return cls(
             session.job.scene,
@@ -111,8 +111,8 @@ class Probe:
     def taken(self) -> float:
         """Number of samples that the probe has taken, over all its pixels.
 
-        Where the samples of a pixel are one net, the number includes the second, independent net from which the
-        variance follows.
+        The samples of a pixel may be one net, a low-discrepancy point set. A second, independent net then tells the
+        variance, and its samples are counted too.
         """
         return self._samples * self._cost
 

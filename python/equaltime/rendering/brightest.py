@@ -18,7 +18,7 @@ __all__ = ["Brightest", "brightest_sample"]
 
 @dataclass(frozen=True)
 class Brightest:
-    """Brightest sample of a pixel, beside the mean of the pixel's other samples.
+    """Brightest sample of a pixel, beside the mean of the pixel's other samples, to explain a bright dot in an image.
 
     Luminance is in the units of the image, and includes the weight of the pixel's filter.
     """

@@ -52,34 +52,40 @@ class Stop:
     error: float
     """Relative error to reach, as a fraction. The bias due to effects that were left out is not part of it."""
     spp: int | None = None
-    """Samples per pixel that the pilot chose; None for ``look``."""
+    """Samples per pixel that a pilot (short render that predicts) chose; None for ``look``."""
     pilot_seed: int | None = None
     """Seed of the pilot's samples; None for ``look``."""
     pilot_spp: int | None = None
     """Samples per pixel of the pilot, which are not part of the image; None for ``look``."""
     pilot_seconds: float = 0.0
+    """Seconds of the pilot; 0 for ``look``."""
 
     @property
     def selects(self) -> bool:
-        """Whether the sample count depends on the image: True for the rule ``look``.
+        """Whether the image decides its own sample count: True for the rule ``look``, False for ``fixed``.
 
-        Such a rule selects images that have met few rare bright paths.
+        With ``look``, images that have met few rare bright paths stop early, so the mean over many renders is biased.
         """
         return self.rule == "look"
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the rule as JSON data, in the form in which the record of a result (`Result.record`) holds it."""
+        """Return the rule as JSON data for the record of a result: its fields by name.
+
+        ``spp`` and the fields of the pilot are left out for the rule ``look``.
+        """
         names = _ALWAYS if self.selects else (*_ALWAYS, *_OF_FIXED)
         return {name: getattr(self, name) for name in names}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Stop:
-        """Return the rule from the data of `as_dict`."""
+        """Return the rule from its fields as JSON data; missing fields of the pilot get their defaults."""
         return cls(**{name: data[name] for name in ("rule", "error", *_OF_FIXED) if name in data})
 
 
 FIRST_LOOK = 8
-"""Samples per pixel at the first look; fewer say too little about the error."""
+"""Samples per pixel at which a render with an error target first estimates its error; fewer say too little about the
+error.
+"""
 
 _GROWTH = 1.4
 """Factor between the sample counts of looks."""
@@ -111,19 +117,28 @@ class Limits:
 
 
 class Look(NamedTuple):
-    """Look: the estimate of a render's error at a sample count at which the render may stop."""
+    """Look: the estimate of a render's error at a sample count at which the render may stop.
+
+    All errors are relative errors of the image, as fractions.
+    """
 
     samples: int
     """Samples per pixel."""
     value: float
+    """Estimated error."""
     high: float
     """Upper end of the 95 % interval of the error, as a fraction."""
     brightest: float = 0.0
-    """Brightness of the brightest path, as `equaltime.film.tails.averaged_out` defines it."""
+    """Brightness of the brightest path met so far: its share of error², times error², times the square of ``samples``.
+    A path keeps this brightness while samples are added (`equaltime.film.tails.averaged_out`).
+    """
 
     @property
     def believed(self) -> float:
-        """Error that counts at this look: the upper limit, or 1.15 times the estimate if that is larger."""
+        """Error by which this look decides whether the render stops, as a fraction.
+
+        It is the upper limit, or 1.15 times the estimate if that is larger.
+        """
         return max(self.high, _LEAST_DOUBT * self.value)
 
 
@@ -158,14 +173,18 @@ class Looks:
 
     @property
     def brightest(self) -> float:
-        """Largest brightness of the brightest path at any look; 0 without looks.
+        """Largest brightness of a path at any look; 0 without looks.
 
-        `equaltime.film.tails.averaged_out` defines that brightness.
+        A path's brightness is its share of error², times error², times the square of the samples per pixel. It tells
+        later whether a bright path has averaged out, which puts the error in doubt.
         """
         return max((look.brightest for look in self.made), default=0.0)
 
     def look(self, error: Interval, samples: int, brightest: float = 0.0) -> None:
-        """Add a look: the estimated error at ``samples`` per pixel, and the brightness of the brightest path."""
+        """Add a look: the estimated error at ``samples`` per pixel, and the brightness of the brightest path.
+
+        The brightness of a path is its share of error², times error², times the square of ``samples``.
+        """
         self.last = error
         self.made = (*self.made, Look(samples, error.value, error.high, brightest))
 

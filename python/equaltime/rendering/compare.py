@@ -45,26 +45,31 @@ _DISPLAY = {".png", ".jpg", ".jpeg", ".bmp", ".tga", ".gif", ".webp"}
 
 @dataclass(frozen=True)
 class Compared:
-    """One image, and its distances from the image that it was compared with."""
+    """Result of `compare` for one image: its distances from the image that it was compared with."""
 
     path: Path
+    """File of the image."""
     metrics: Mapping[str, Interval] = field(hash=False)
-    """Metrics by name (`equaltime.images.metrics`). They hold for this one image, not for the average over renders.
-    Known noise of the other image is subtracted. If that noise is too large, the value is NaN, and ``high`` is an upper
-    limit."""
+    """Distances by the name of the metric: ``error`` (square root of relMSE), ``relmse``, ``mse``, ``mare`` and
+    ``flip``. They hold for this one image, not for the average over renders. Known noise of the other image is
+    subtracted. If that noise is too large, the value is NaN, and ``high`` is an upper limit.
+    """
     bias_p: float | None
     """P-value of the test that both images have equal expected values. If it is small, one of the two images is biased.
     None if the files do not allow the test, or if few bright pixels make the noise."""
     own: Interval | None
-    """Error that the file's record states, with the stated doubt; None if the record states no error."""
+    """Relative error that the image's own file states, with its interval and any stated reason to doubt it; None if the
+    file states no error.
+    """
     doubt: str
-    """Reason why the other image may lack light, so that the intervals of the metrics may miss the truth. It is the
-    doubt that the other image's record states; empty if it states none."""
+    """Reason, in words, why the other image may lack light, so that the intervals of the metrics may miss the truth.
+    The record in the other image's file states the reason; empty if it states none.
+    """
     seconds: float | None
     """Rendering time in seconds; None if the file does not state it."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the distances as JSON data."""
+        """Return the fields by name as JSON data; ``own`` is named ``own_estimate``."""
         return {**fields_to_json(self, without=("own",)), "own_estimate": to_json(self.own)}
 
 

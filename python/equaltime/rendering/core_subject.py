@@ -103,12 +103,12 @@ class CoreSubject:
 
     @property
     def name(self) -> str:
-        """The strategy's name."""
+        """The strategy's full name, on one line."""
         return self.strategy.name
 
     @property
     def biased(self) -> bool:
-        """Whether the strategy is biased."""
+        """Whether the strategy converges to an image other than the scene's."""
         return self.strategy.biased
 
     def prepare(self, scene: Scene, threads: int) -> float:
@@ -120,7 +120,9 @@ class CoreSubject:
         return sum(scene.timings.values())
 
     def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Point]:
-        """Yield a checkpoint of one growing image at each sample count of ``ladder``, as `Subject.run` describes.
+        """Yield a checkpoint of one growing image at each sample count per pixel in ``ladder``, in ascending order.
+
+        ``seed`` has 31 bits. With ``seconds``, the run ends at the first checkpoint after that time.
 
         Raises
         ------

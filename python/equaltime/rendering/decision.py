@@ -29,8 +29,11 @@ class Decision:
     roulette: Literal["throughput", "efficiency"] | None = None
     """Russian roulette that replaces the strategy's ``automatic``; ``efficiency`` also splits paths."""
     splitting: float | None = None
-    """Variance times rays with path splitting, divided by this product without splitting; None without a pilot."""
+    """Variance times rays with path splitting, divided by this product without splitting: below 1, splitting pays. None
+    if no pilot (short render) measured the ratio.
+    """
     counts: Counts | None = None
+    """Sample counts of pixels: ``even``, or ``error`` if they follow the error of neighbouring pixels."""
 
     def applied(self, strategy: Strategy) -> Strategy:
         """Return the strategy with decided values in place of automatic ones.

@@ -62,8 +62,9 @@ class Job:
     bias: Interval | None = None
     """Error due to the effects that were left out; None if there are none."""
     traps: Traps = "ignore"
+    """Treatment of floating-point faults: ``ignore``, name the sample (``check``), or end the process (``stop``)."""
     stop: Stop | None = None
-    """Rule by which a pilot chose the sample count; None without such a pilot."""
+    """Rule by which a pilot (short render that predicts) chose the sample count; None without such a pilot."""
     resumed: SavedRender | None = None
     """Saved render that this render resumes; None for a new render."""
     cluster: Cluster | None = None
@@ -83,9 +84,11 @@ def check_arguments(
     checkpoint_every: float = 60.0,
     stop: str = "look",
 ) -> None:
-    """Raise `ValueError` for an argument of a render that is out of range or of another type.
+    """Raise `ValueError` for an argument of `equaltime.render` that is out of range or of another type.
 
-    The arguments are as for `equaltime.render`.
+    ``spp`` is samples per pixel; ``time`` and ``checkpoint_every`` are seconds; ``error`` and ``within`` (the bias
+    allowed) are fractions. ``seed`` is below 2^64, and ``threads`` 0 or more. ``without`` names effects; ``backend``
+    and ``stop`` are one of the words that `equaltime.render` accepts. ``stop="fixed"`` needs ``error``.
     """
     if spp is not None and not (is_whole(spp) and 1 <= spp <= MOST_SAMPLES):
         raise ValueError(f"spp must be a whole number from 1 to {MOST_SAMPLES}, found {spp!r}")
@@ -135,7 +138,7 @@ def as_scene(scene: Scene | str | os.PathLike[str] | Mapping[str, Any]) -> Scene
 
 
 def is_whole(value: object) -> bool:
-    """Tell whether a value is a whole number of Python or NumPy; a bool is not one."""
+    """Tell whether a value is an integer of Python or NumPy; a bool is not one."""
     return isinstance(value, Integral) and not isinstance(value, bool)
 
 

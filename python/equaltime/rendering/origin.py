@@ -16,7 +16,7 @@ __all__ = ["Origin"]
 
 @dataclass(frozen=True)
 class Origin:
-    """Everything that decides the bits of a render except the sample counts."""
+    """Everything that decides the bits of a render except the sample counts, to repeat, resume or merge the render."""
 
     scene: str | None
     """The scene's file, as an absolute path; None for a scene made in memory."""
@@ -31,18 +31,23 @@ class Origin:
     biased: bool
     seed: int
     replicates: int
+    """Number of replicates: parts of each pixel's samples whose differences give the error."""
     backend: str
+    """Renderer: ``core``, or ``embreex`` for the cross-check."""
     without: tuple[str, ...] = ()
-    """Effects that were left out, as for `equaltime.pricing.leave_out`; the render is biased if there are any."""
+    """Names of the effects that were left out, such as ``media``; the render is biased if there are any."""
     substitutions: tuple[str, ...] = ()
     """Parts of the scene that were replaced because they cannot be rendered."""
     sources: tuple[Mapping[str, Any], ...] = field(default=(), hash=False)
     """Sample counts, seconds and build for each seed of a merged render; empty for a render that was not merged."""
     nets: int = 2
-    """Number of independent nets that a pixel's samples form (`equaltime.rendering.core.nets`). If it is the number of
-    replicates, the replicates are independent; else it is 1."""
+    """Number of independent nets (low-discrepancy point sets) that a pixel's samples form. If it is the number of
+    replicates, the replicates are independent; else it is 1, and they are halves of one net.
+    """
     second_net: int = 0
-    """k, if one of k pixels has a second net (`equaltime.film.second_nets`); 0 if there are none."""
+    """k, if one of k pixels has a second net: further samples, not in the image, that show its noise. 0 if there are
+    none.
+    """
     scene_max_depth: int | None = None
     """The ``max_depth`` that the scene asks for, which may differ from ``max_depth`` here; None if unknown."""
     transparent: bool = False

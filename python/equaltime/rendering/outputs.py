@@ -40,11 +40,11 @@ __all__ = ["asked_for", "first_hits", "outputs"]
 Array = NDArray[np.float64]
 Planes = dict[str, NDArray[np.float32]]
 COUNTED: Final = 16
-"""Largest number of samples per pixel from which rays are counted."""
+"""Largest number of samples per pixel for which rays are counted, for the outputs ``rays`` and ``time_from_rays``."""
 SIDE: Final = 2
-"""Number of points along each side of a pixel's grid."""
+"""Number of camera rays along each side of a pixel, in the grid whose first hits are averaged."""
 BLOCK: Final = 1 << 16
-"""Number of pixels whose rays are in memory at once."""
+"""Number of pixels whose camera rays are in memory at once."""
 FOUND: Final = {
     **{"albedo": "albedo", "depth": "t", "position": "p", "uv": "uv", "geo_normal": "n", "sh_normal": "shading_normal"},
     **{"shape_index": "shape", "prim_index": "primitive", "dp_du": "dp_du", "dp_dv": "dp_dv"},
@@ -135,8 +135,9 @@ def first_hits(
 ) -> dict[str, NDArray[np.float32]]:
     """Return images of the surfaces that camera rays hit first: depth, position, normal, albedo and the like.
 
-    Each channel is an array (H, W) under its full name, such as ``distance.T``. ``asked`` holds pairs (name, kind) of
-    outputs; None stands for the outputs that the scene asks for. Kinds that need more than the first hit are ignored.
+    The images are arrays (H, W) by the full names of their channels, such as ``distance.T``. ``asked`` holds pairs
+    (name, kind) of outputs; None stands for the outputs that the scene asks for. Kinds that need more than the first
+    hit are ignored. ``threads`` is the number of threads; 0 is one for each processor.
     """
     outputs = tuple(pair for pair in (asked_for(scene) if asked is None else asked) if pair[1] in OUTPUTS)
     if not outputs:

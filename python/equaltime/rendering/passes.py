@@ -41,7 +41,7 @@ ESTIMATE_SECONDS_A_PIXEL = 3e-7
 
 @dataclass(frozen=True)
 class Progress:
-    """Progress of a render: samples, seconds, the fraction done, the time left and the error."""
+    """Progress of a running render, as its progress callback receives it."""
 
     samples: int
     """Samples per pixel that are complete in every pixel."""
@@ -54,8 +54,9 @@ class Progress:
     time_left: float | None
     """Estimated seconds to the end; None before the first pass has ended."""
     error: Interval | None
-    """Error of the image at the latest estimate. None before the first estimate, and when the samples have doubled
-    since the latest."""
+    """Relative error at the latest estimate, as a fraction. None before the first estimate, and when the samples have
+    doubled since the latest.
+    """
     cluster: str = ""
     """Processes, units and processor seconds so far, in words; empty for a render in one process."""
 
@@ -95,7 +96,8 @@ class Saving:
     def left(self, now: float, limit: float | None) -> float | None:
         """Return the seconds until the next save, 0 if it is due; None if it would not end well before the time limit.
 
-        ``now`` is the present time, and ``limit`` the time limit.
+        ``now`` is the present time, and ``limit`` the time limit, None without one. Both are seconds since the first
+        pass began.
         """
         due = max(self._due, now)
         return None if limit is not None and due + _ROOM * self._takes > limit else due - now
@@ -190,7 +192,11 @@ class PassRenderer(Renders, Protocol):
         poll: Callable[[], bool] | None = None,
         pause: float | None = None,
     ) -> bool:
-        """Bring every pixel to ``samples`` samples; return False if a limit or a pause ended the pass early."""
+        """Bring every pixel to ``samples`` samples; return False if the pass ended before.
+
+        It ends before after ``seconds``, when ``poll`` (called often) returns False, or after ``pause`` seconds, with
+        all begun blocks finished. A later call continues the pass.
+        """
 
     @property
     def nonfinite(self) -> list[tuple[int, int, int]]:
@@ -241,7 +247,7 @@ class Passes:
     breadth
         Number of processes that take samples at once.
     cluster
-        Returns what they have done so far, in words; `str`, which returns nothing, for one process.
+        Function that tells what the processes have done so far, in words; `str`, which returns "", for one process.
     """
 
     def __init__(
@@ -417,7 +423,7 @@ class Passes:
         return self.limits.seconds is None or self.seconds + _LONGEST * seconds <= self.limits.seconds
 
     def error(self) -> Interval:
-        """Return the error that the render states so far."""
+        """Return the relative error that the render states so far, with its 95 % interval."""
         return stated_error(statistics_so_far(self._renderer), self._hidden, brightest=self._looks.brightest)
 
     def _look(self) -> None:

@@ -106,7 +106,9 @@ class Result:
     chose for an error, Ctrl-C, or a sample that was not a number. ``unfinished`` marks a render saved on the way."""
     origin: Origin
     moments: NDArray[Any] | None = None
-    """Moments of every pixel in each replicate (`equaltime.film.moments`), (R, H, W); None for another backend."""
+    """(R, H, W): count, mean and deviation of the samples of each pixel in each of R replicates, of the type
+    `equaltime.film.moments.DTYPE`. None for another backend.
+    """
     looks: tuple[Look, ...] = ()
     """Looks: estimates of the error at which a render with an error target might have stopped, in order."""
     bias: Interval | None = None
@@ -129,12 +131,15 @@ class Result:
     """(H, W): sums over the merged renders, from which variances follow (`equaltime.film.parts_of_merge`); None if the
     render was not merged."""
     common_doubt: float = 0.0
-    """Relative standard deviation of a factor that the estimated variances of all pixels have in common: second nets of
-    few pixels leave it uncertain. 0 if there is no such factor."""
+    """Relative standard deviation of a factor that the estimated variances of all pixels have in common. The factor is
+    measured in few pixels, by further samples (`equaltime.film.second_nets`). 0 if there is no such factor.
+    """
     second: SecondNets | None = None
-    """Second nets of some pixels (`equaltime.film.second_nets`); None if there are none."""
+    """Second nets: further samples of some pixels, not in the image, that show its noise
+    (`equaltime.film.second_nets`). None if there are none.
+    """
     decision: Decision = field(default_factory=Decision)
-    """Decisions that the strategy left to the render."""
+    """Decisions that the strategy left to the render: on splitting of paths, and on sample counts of pixels."""
     focus: Focus = field(default_factory=Focus.none)
     """Light that specular surfaces focus, which may put the error in doubt."""
 
@@ -340,9 +345,18 @@ def make_result(
     second: SecondNets | None = None,
     decision: Decision | None = None,
 ) -> Result:
-    """Return the result of a render; its cost includes the time to compute its errors.
+    """Return the result of a render from its pixels; its cost includes the time to compute its errors.
 
     The result shares ``moments`` and the moments of ``second`` with the caller.
+
+    Parameters
+    ----------
+    pixels
+        Mean, variance and sample count of every pixel.
+    hidden
+        Light that samples may have missed, which raises the error's upper limit; None leaves it out.
+    stats, stopped_by, origin, moments, looks, bias, position, parts, stop, second, decision
+        Fields of the result, which documents them.
 
     Raises
     ------

@@ -44,22 +44,25 @@ _NAMES = {"max_depth": "max depth", "without": "left out"}
 
 @dataclass(frozen=True, eq=False)
 class SavedRender:
-    """Content of a saved render with its moments (count, mean and deviation of each pixel's samples)."""
+    """Content of a saved render, with the moments (count, mean, deviation of samples) to resume or merge it."""
 
     path: Path
     record: Mapping[str, Any]
     """Record of the render (`Result.record`): JSON data that tell how it was made. Its keys and values were checked."""
     moments: NDArray[Any]
-    """(R, H, W), as `equaltime.film.moments` describes them."""
+    """(R, H, W): count, mean and deviation of the samples of each pixel in each of R replicates, of the type
+    `equaltime.film.moments.DTYPE`.
+    """
     missed: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
-    """Light that samples may have missed, as in `Result.missed`."""
+    """Images of the light that samples may have missed, by name; it raises the error's upper limit."""
     parts: NDArray[Any] | None = None
-    """Sums over merged parts (`equaltime.film.parts_of_merge`), (H, W); None if not merged, or saved by equaltime
-    0.1.0."""
+    """(H, W): sums over the renders that were merged, from which variances follow; None if not merged, or saved by
+    equaltime 0.1.0.
+    """
     alpha: NDArray[np.float32] | None = None
     """(H, W): opacity of each pixel, if the film asked for it."""
     second: SecondNets | None = None
-    """Second nets of some pixels; None if there are none."""
+    """Second nets: further samples of some pixels, not in the image, that show its noise. None if there are none."""
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> SavedRender:
@@ -94,9 +97,9 @@ class SavedRender:
 
     @property
     def film(self) -> MergedFilm:
-        """Samples of the render, as a film that can be merged.
+        """Samples of the render, as a film that can be merged with the films of other renders.
 
-        The film of a render that was not merged has one part.
+        The film of a render that was not merged counts as one part.
         """
         return MergedFilm.of(self.moments, self.second) if self.parts is None else MergedFilm(self.moments, self.parts)
 
@@ -127,7 +130,7 @@ class SavedRender:
 
     @property
     def position(self) -> tuple[int, int, int]:
-        """Position in the passes, as in `Result.position`: samples per pixel, samples of the running pass, next block.
+        """Position from which passes resume: samples per pixel, samples of the running pass, next block.
 
         Raises `ImageError` if the record has no position.
         """
@@ -293,7 +296,7 @@ def as_picture(render: Render) -> tuple[Picture, SavedFilm]:
     """Return a render's picture, with standard errors and sample counts, and the samples behind it.
 
     ``render`` is a result or the path of an image file. An image of another renderer has no samples: all fields of the
-    film are None.
+    `SavedFilm` are None.
     """
     if not isinstance(render, Result):
         picture = read_picture(render)
@@ -307,5 +310,5 @@ def as_picture(render: Render) -> tuple[Picture, SavedFilm]:
 
 
 def name_of(render: Render) -> Path:
-    """Return the path of a file unchanged; for a result, the words ``the render with seed N`` instead."""
+    """Return a render's name for messages: the path of a file, or ``the render with seed N`` for a result."""
     return Path(f"the render with seed {render.origin.seed}") if isinstance(render, Result) else Path(render)

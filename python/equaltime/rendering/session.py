@@ -59,16 +59,18 @@ _SECONDS_A_PIXEL = 1e-6
 
 @dataclass(frozen=True)
 class Checkpoints:
-    """Checkpoints (saves on the way): path, interval, exposure of previews, and a callback for failed saves."""
+    """Where and how often a render is saved on the way, so that it can be resumed if it is interrupted."""
 
     path: Path
+    """EXR file that each checkpoint replaces."""
     every: float = 60.0
     """Least seconds between checkpoints; more if saving would take more than half of the time."""
     exposure: Exposure = AUTO
-    """Exposure of the checkpoints' previews, as for `Result.save`."""
+    """Exposure of the checkpoints' previews in stops (1 is twice as bright), or ``auto``."""
     unsaved: Callable[[str], object] | None = None
-    """Called with the reason when a checkpoint cannot be written. After a failure, a checkpoint must be written before
-    it is called again."""
+    """Function that is called with the reason when a checkpoint cannot be written. After a failure it is not called
+    again until a checkpoint has been written.
+    """
 
 
 class Session:
@@ -200,10 +202,10 @@ class Session:
             self._spread.saved()
 
     def error(self, lasting: bool = False) -> Interval:
-        """Return the relative error that the render states so far.
+        """Return the relative error that the render states so far, with its 95 % interval.
 
-        With ``lasting``, the upper limit leaves out small lamps whose effect a few more samples undo
-        (`equaltime.film.unseen.Unseen.lasting`).
+        With ``lasting``, the upper limit leaves out small lamps whose effect on the error vanishes after a few more
+        samples. A prediction of later errors needs this limit.
         """
         pixels = statistics_so_far(self._renderer)
         return stated_error(pixels, self._unseen, lasting=lasting, brightest=self.passes.looks.brightest)
@@ -229,7 +231,7 @@ class Session:
 
     @property
     def decided(self) -> Strategy:
-        """Strategy of the job, with the render's decisions so far in place of automatic values (`Decision.applied`)."""
+        """Strategy of the job, with the render's decisions so far in place of automatic values."""
         return self._decision.applied(self.job.strategy)
 
     @property
@@ -304,7 +306,7 @@ class Session:
             raise error.with_result(replace(found, moments=moments.copy())) from None
 
     def check(self, result: Result | None = None) -> None:
-        """Raise `SampleError` if a sample was not finite or raised a floating-point fault.
+        """Raise `SampleError` if a sample was NaN or infinite, or raised a floating-point fault.
 
         The error holds ``result``, the result so far.
         """
@@ -322,7 +324,12 @@ def origin_of(
     backend: str,
     without: tuple[str, ...] = (),
 ) -> Origin:
-    """Return the origin of a render of the scene: everything that decides its bits except the sample counts."""
+    """Return the origin of a render of the scene: everything that decides its bits except the sample counts.
+
+    ``strategy`` is the strategy's name, and ``biased`` tells whether it is biased. ``replicates`` is the number of
+    parts of each pixel's samples, ``backend`` the renderer (``core`` or ``embreex``). ``without`` names effects that
+    were left out.
+    """
     film = scene.model.sensor.film
     return Origin(
         scene=None if scene.source is None else os.path.abspath(scene.source),
@@ -366,8 +373,10 @@ def run(
     ------
     RenderError
         If there is not enough memory for the outputs.
-    KeyboardInterrupt, SampleError, BrightImage
-        As `Session.run` does.
+    KeyboardInterrupt
+        After Ctrl-C, if no block of pixels is finished.
+    SampleError, BrightImage
+        If a sample went wrong, or float32 cannot hold the image; both hold the result so far.
     """
     result = session.run(checkpoints, pass_ended)
     try:

@@ -26,11 +26,11 @@ class Stated:
     noun: Literal["error", "noise", "noise and measured bias"]
     """Name of the number; ``error`` if nothing is missing in it."""
     paths: str
-    """Paths of the image, such as ``paths up to depth 2``, if the scene asks for others; else empty."""
+    """Paths of the image, such as ``paths up to depth 2``, if the scene asks for longer ones; else empty."""
     by_strategy: bool
-    """Whether the strategy is biased by an amount that is not in the number."""
+    """Whether the strategy is biased by an amount that the stated number does not include."""
     missing: str
-    """Errors that are not in the number, and how to measure them; empty if the number is the whole error."""
+    """Errors that the stated number does not include, and how to measure them; empty if it is the whole error."""
 
     @property
     def of_paths(self) -> str:
@@ -54,10 +54,9 @@ def shorter(depth: int, other: int | None) -> int:
 
 
 def other_depth(depth: int, asked: int) -> str:
-    """Return words such as ``paths up to depth 2; the scene asks for all paths``.
+    """Return words such as ``paths up to depth 2; the scene asks for all paths``; empty if both depths are equal.
 
-    ``depth`` is the image's depth, and ``asked`` the one that the scene asks for. The words are empty if both are
-    equal.
+    ``depth`` is the largest path depth in the image, and ``asked`` the one that the scene asks for; negative: no limit.
     """
     return "" if depth == asked else f"{paths_up_to(depth)}; the scene asks for {paths_up_to(asked)}"
 

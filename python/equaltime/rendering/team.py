@@ -14,11 +14,14 @@ __all__ = ["Cluster", "KeptUnit", "Team"]
 
 
 class KeptUnit(Protocol):
-    """Unit (a window with its samples between two counts) that an earlier process of this render finished and saved."""
+    """Unit that an earlier process of this render finished and saved, so that it need not be rendered again.
+
+    A unit is a window of the film with its samples between two counts.
+    """
 
     @property
     def window(self) -> Window:
-        """Window of the unit."""
+        """Window of the film, in pixels: x0, y0, x1, y1, without column x1 and row y1."""
 
     @property
     def begin(self) -> int:
@@ -29,11 +32,11 @@ class KeptUnit(Protocol):
         """Samples per pixel, on average, after the unit."""
 
     def read(self) -> Rendered | None:
-        """Return what was rendered; None if it cannot be read."""
+        """Return the rendered moments of the unit; None if they cannot be read."""
 
 
 class Team(Protocol):
-    """Processes that render units."""
+    """Interface to processes that render units (windows of the film, between two sample counts) of one render."""
 
     @property
     def size(self) -> int:
@@ -43,7 +46,7 @@ class Team(Protocol):
         """Prepare for a pass: look for processes that have joined or left since the last one."""
 
     def submit(self, unit: Unit) -> Future[Rendered]:
-        """Return a future of the rendered unit."""
+        """Return a future of the unit with its samples, and let a process render it."""
 
     def check(self) -> bool:
         """Tell whether units that wait must be submitted again, because all processes that knew them have ended.
@@ -52,20 +55,20 @@ class Team(Protocol):
         """
 
     def failure(self, error: Exception) -> RenderError:
-        """Return an error for the user from what the engine raised when a unit could not be rendered."""
+        """Return an error for the user, made from the exception that the process pool or Dask raised for a unit."""
 
     def keep(self, unit: Unit, rendered: Rendered) -> None:
-        """Keep a rendered unit in a safe place, if there is one."""
+        """Save a rendered unit, if there is a place, so that a crash before the next checkpoint does not lose it."""
 
     def kept(self, recipe: Recipe) -> Sequence[KeptUnit]:
-        """Return the units of a render that were kept."""
+        """Return the saved units of an earlier, unfinished run of the render that ``recipe`` describes."""
 
     def saved(self) -> None:
-        """Forget all kept units, since the film that has them was saved."""
+        """Delete all units that were kept, since the film that contains them was saved."""
 
 
 class Cluster(Protocol):
-    """Processes that form a team for any scene."""
+    """Interface to processes that can render any scene, as ``Job.cluster``: `team` gives them one scene."""
 
     def team(self, scene: Scene) -> Team:
         """Return a team whose processes have the scene.
