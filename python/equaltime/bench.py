@@ -32,7 +32,7 @@ _FILMS = 2
 
 @dataclass(frozen=True)
 class Measurement:
-    """Measured speed of one scene with one number of threads. Intervals hold the median over repeats."""
+    """Measured speed of one scene with one number of threads. Each interval is the median over repeats, at 95 %."""
 
     name: str
     """Path of the scene's file as it was given, or ``scene N`` for scene number N in memory."""
@@ -48,6 +48,7 @@ class Measurement:
     samples: int
     """Samples per pixel in each repeat."""
     rays_per_path: float
+    """Mean number of rays of a path, shadow rays included."""
     kernel: str
     """Name of the compiled path tracer that was chosen for the scene."""
     strategy: str
@@ -79,7 +80,7 @@ class Measurement:
 
 @dataclass(frozen=True)
 class Benchmark:
-    """Measured speeds of scenes, with the machine and the build of equaltime that were measured."""
+    """Result of `measure`: speeds of scenes, with the machine and the build of equaltime that were measured."""
 
     scenes: tuple[Measurement, ...]
     machine: Mapping[str, Any] = field(hash=False)

@@ -24,7 +24,7 @@ _Row = tuple[SceneResult, StrategyResult]
 
 
 def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: bool = False) -> None:
-    """Print the verdict as first and last line; between them a table, caveats, and what to open in ``folder`` next.
+    """Print the verdict as first and last line; between them a table, caveats, and the files in ``folder`` to open.
 
     The output has at most `MOST_LINES` lines, unless ``verbose`` asks for all rows and reasons. ``quick`` tells that
     the experiment was run with ``--quick``, so that longer runs may tell more.

@@ -126,7 +126,7 @@ def folder_table(stored: StoredExperiment) -> Iterator[Table | str]:
 
 
 def folder_facts(stored: StoredExperiment) -> dict[str, Any]:
-    """Return the data of a folder's experiment: the summary that ``cost --json`` prints, and what has run."""
+    """Return the data of a folder's experiment for ``info --json``: its results, and how many runs are finished."""
     return {
         **to_json(stored.summary),
         "verdict": _verdict(stored),
@@ -164,7 +164,7 @@ def experiment_summary(path: Path, experiment: Experiment, scenes: Sequence[Scen
 
 
 def experiment_table(experiment: Experiment) -> Iterator[Table | str]:
-    """Yield the strategies of an experiment in full, and its description."""
+    """Yield a table with the strategies of an experiment in full, and its description."""
     table = Table(show_header=False, box=None)
     for entry in experiment.strategies:
         table.add_row(entry.label, _in_full(entry))

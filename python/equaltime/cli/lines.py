@@ -53,7 +53,7 @@ def fitted(text: str, stream: IO[str]) -> str:
 
 
 def in_columns(rows: Iterable[tuple[str, str]]) -> list[str]:
-    """Return one line for each pair of title and text, with all texts below each other."""
+    """Return one line for each pair of title and text; all texts begin in the same column."""
     rows = list(rows)
     width = max((len(title) for title, _ in rows), default=0)
     return [f"{title:<{width}}  {text}" for title, text in rows]

@@ -93,7 +93,7 @@ def _fraction_and_left(progress: Progress | RunProgress | float, seconds: float)
 
 @singledispatch
 def describe(progress: object) -> str:
-    """Return the present work as text; empty if only the fraction done is known."""
+    """Return the work that a command does at present as text, for its progress bar; empty if it is not known."""
     return ""
 
 

@@ -53,7 +53,7 @@ __all__ = ["Order", "render_frames", "render_picture"]
 
 @dataclass(frozen=True, kw_only=True)
 class Order:
-    """Options of ``equaltime render`` that all frames share, mostly the arguments of `equaltime.render`."""
+    """Options of ``equaltime render`` that all frames of an animation share: mostly arguments of `equaltime.render`."""
 
     spp: int | None
     time: float | None
@@ -68,17 +68,17 @@ class Order:
     """Further pictures to write beside the image."""
     resume: bool
     checkpoint: float
-    """Seconds between two checkpoints."""
+    """Seconds between two checkpoints (saves of the render so far)."""
     small: bool
     overwrite: bool
     backend: Backend
     cluster: str | None
-    """Address of the cluster that takes the samples, as for `equaltime.render`; None for this process."""
+    """Cluster that takes the samples: ``local:N`` or the address of a scheduler of Dask; None for this process."""
     traps: Traps
     tev: str | None
     """Address of the viewer tev that shows the picture, ``HOST:PORT``; None for no viewer."""
     json: bool
-    """Whether to print the record, and nothing else."""
+    """Whether to print the record and the quote as JSON, and nothing else."""
     quiet: bool
     verbose: bool
     words: Sequence[str]
@@ -91,8 +91,8 @@ def render_frames(
     """Render frames, each into its file, and return the exit code.
 
     ``source`` is the absolute path of the scene's file, and ``scenes`` yields the scene of each frame. ``files`` gives
-    the files by the frames' numbers. Frame n has the seed ``seed + n``. ``changes`` are as for `render_picture`. The
-    first frame that fails, or that Ctrl-C ends, is the last.
+    the files by the frames' numbers. Frame n has the seed ``seed + n``. ``changes`` are the user's changes to each
+    scene, as keywords of `Scene.with_`. The first frame that fails, or that Ctrl-C ends, is the last.
     """
     if not order.overwrite:
         for file in files.values():

@@ -35,10 +35,10 @@ _COPIES: list[Path] = []
 
 @dataclass(frozen=True)
 class SceneText:
-    """Scene as text, and the files that it needs."""
+    """Scene as text, and a list of the files that it needs, to be sent to another process."""
 
     digest: str
-    """SHA-256 of the scene's content, files included (`Scene.digest`)."""
+    """SHA-256 of the scene's content, files included."""
     text: bytes
     """The scene as a dictionary in JSON, compressed by zlib."""
     files: tuple[tuple[str, int], ...]
@@ -78,7 +78,10 @@ def lacks(files: Files) -> bool:
 
 
 def store(path: str, offset: int, data: bytes) -> None:
-    """Write a part of a copied file, from a position in bytes on. ``path`` is the absolute path of the original."""
+    """Write ``data`` to the copy of a file in this process, from ``offset`` in bytes on; ``path`` is the original's.
+
+    A large file arrives in several parts. ``path`` is absolute.
+    """
     copy = _below(_copies(), path)
     copy.parent.mkdir(parents=True, exist_ok=True)
     with copy.open("r+b" if offset else "wb") as file:
@@ -107,7 +110,7 @@ def _copies() -> Path:
 def scene_of(digest: str) -> Scene:
     """Return the scene with this digest, which was loaded in this process before.
 
-    Raises RenderError if it was not.
+    Raises RenderError if no scene with this digest was loaded.
     """
     if digest not in _SCENES:
         raise RenderError("this process does not have the scene")

@@ -15,7 +15,7 @@ __all__ = ["SceneTeam"]
 
 
 class SceneTeam:
-    """Team for one scene; ``keep`` is the folder for finished units, or None."""
+    """Base class of teams of processes for one scene; ``keep`` is the folder for finished units, or None."""
 
     def __init__(self, scene: Scene, keep: Path | None) -> None:
         """Write the scene as text; raises SceneError if one of its files is missing or has changed."""
@@ -23,15 +23,15 @@ class SceneTeam:
         self._kept = None if keep is None else KeptUnits(keep, scene.digest)
 
     def keep(self, unit: Unit, rendered: Rendered) -> None:
-        """Keep a rendered unit in the folder, if there is one."""
+        """Save a rendered unit in the folder for finished units, if there is one."""
         if self._kept is not None:
             self._kept.keep(unit, rendered)
 
     def kept(self, recipe: Recipe) -> Sequence[KeptUnit]:
-        """Return the kept units of a render."""
+        """Return the saved units of an earlier, unfinished run of the render that ``recipe`` describes."""
         return () if self._kept is None else self._kept.of(recipe)
 
     def saved(self) -> None:
-        """Forget all kept units."""
+        """Delete all units that were kept, since the film that contains them was saved."""
         if self._kept is not None:
             self._kept.forget()

@@ -33,7 +33,10 @@ T = TypeVar("T")
 
 
 def constant(value: Texture | T) -> T:
-    """Return `value`, typed as a constant: `equaltime.crosscheck.tracer.check` has refused scenes with textures."""
+    """Return `value`, which may be a texture by its type, typed as a constant.
+
+    `equaltime.crosscheck.tracer.check` has refused scenes with textures, so the type is certain.
+    """
     assert not isinstance(value, TexturePlugin), "textures are refused before"
     return value
 
@@ -68,7 +71,8 @@ def evaluate(bsdf: Bsdf, wo: Array, wi: Array) -> tuple[Array, Array]:
 def sample(bsdf: Bsdf, wo: Array, front: Mask, rng: np.random.Generator) -> Scattered:
     """Draw a direction wi to the light for each local direction wo (N, 3) to the viewer.
 
-    Returns the directions with weights and densities. `front` (N,) is True where the viewer is on the front side.
+    Returns the directions with weights and densities, one row per path. `front` (N,) is True where the viewer is on the
+    front side.
     """
     if isinstance(bsdf, Dielectric):
         return _glass(bsdf, wo, front, rng)

@@ -35,7 +35,7 @@ class LightSamples:
 
 
 class Lights:
-    """All lights of a scene, each chosen with equal probability."""
+    """All lights of a scene, for light sampling: each is chosen with equal probability."""
 
     def __init__(self, model: SceneModel, surfaces: tuple[Surface, ...], world: World, assets: Assets) -> None:
         self._world = world

@@ -90,7 +90,7 @@ def render(scene: Scene, spp: int, seed: int = 0, size: tuple[int, int] | None =
 
 
 def render_result(scene: Scene, spp: int, seed: int) -> Result:
-    """Render a scene by the cross-check with ``spp`` samples per pixel; return the image with its error bar."""
+    """Render a scene by the cross-check with ``spp`` samples per pixel; return the image with its error."""
     begin = clock.perf_counter()
     mean, variance = render(scene, spp=spp, seed=seed)
     seconds = clock.perf_counter() - begin
@@ -114,7 +114,7 @@ def _any_time(sensor: Sensor, rng: np.random.Generator) -> float:
 def check(model: SceneModel) -> None:
     """Raise RenderError if the cross-check cannot trace the scene `model`.
 
-    The error names all plugins and settings that the cross-check lacks.
+    The error names all plugins and settings of the scene that the cross-check lacks.
     """
     unknown = {f"'{node.title}'" for node in model.nodes() if not isinstance(node, TRACED)}
     unknown |= {"'priority'" for shape in model.shapes if getattr(shape, "priority", None) is not None}

@@ -40,7 +40,7 @@ def perpendicular(n: Array) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frames:
-    """Orthonormal frames, one per row: axes s, t and the normal n, each (N, 3).
+    """Orthonormal frames, one per row, to turn directions to local coordinates: axes s, t and normal n, each (N, 3).
 
     A local direction has z equal to the cosine of its angle with n.
     """

@@ -35,7 +35,7 @@ class Hits:
     t: Array
     """Distances along unit directions (N,)."""
     patch: Index
-    """Number of the patch that each ray hits (N,)."""
+    """Number of the patch (triangle, sphere or disk) that each ray hits (N,)."""
     point: Array
     """Hit points (N, 3)."""
     normal: Array
@@ -47,7 +47,7 @@ class Hits:
 
 
 class World:
-    """All surfaces (patches) of a scene, ready for ray intersection.
+    """All surfaces of a scene, ready for ray intersection. A patch is one triangle, sphere or disk.
 
     For each patch, ``shape`` holds the index of its shape, and ``primitive`` the index of the triangle in that shape.
     """
@@ -68,19 +68,26 @@ class World:
 
     @property
     def first_sphere(self) -> int:
-        """Number of the first patch that is a sphere."""
+        """Number of the first patch that is a sphere.
+
+        Patches are numbered from 0: all triangles first, then the spheres, then the disks.
+        """
         return len(self.triangles.shapes)
 
     @property
     def first_disk(self) -> int:
-        """Number of the first patch that is a disk."""
+        """Number of the first patch that is a disk.
+
+        Patches are numbered from 0: all triangles first, then the spheres, then the disks.
+        """
         return self.first_sphere + len(self.spheres)
 
     def intersect(self, origins: Array, directions: Array, start: Index) -> tuple[Array, Index]:
         """Return distance (N,) and patch number (N,) of each ray's first hit; infinity and -1 without a hit.
 
-        `directions` (N, 3) are unit vectors. `start` (N,) is the number of the patch that a ray leaves, or -1. A ray
-        can hit its start patch again only on a sphere's far side. Rays need no tolerance to miss their own origin.
+        A patch is a triangle, sphere or disk. `directions` (N, 3) are unit vectors. `start` (N,) is the number of the
+        patch that a ray leaves, or -1. A ray can hit its start patch again only on a sphere's far side. Rays need no
+        tolerance to miss their own origin.
         """
         best, patch = self._nearest_triangle(origins, directions, start)
         for number, sphere in enumerate(self.spheres, self.first_sphere):
@@ -91,7 +98,7 @@ class World:
         return best, patch
 
     def hits(self, origins: Array, directions: Array, t: Array, patch: Index) -> Hits:
-        """Return the hits of rays with their points, normals and tangents.
+        """Return the hits of rays with their points, normals and tangents, for shading.
 
         ``t`` (N,) are the distances and ``patch`` (N,) the patch numbers that `intersect` returned for these rays.
         """

@@ -27,9 +27,10 @@ class Case:
     """
 
     id: str
-    """Id in the catalogue of hard cases; several cases may share one."""
+    """Id in the catalogue of hard cases, such as ``T1``; several cases may share one."""
     name: str
     stresses: str
+    """Part of a renderer that the case tests, in words."""
     scene: str
     """File of the scene, below `equaltime.examples.scenes_folder`."""
     expected: float | None = None
@@ -38,8 +39,9 @@ class Case:
     seeds: int = 16
     """Number of independent renders; their spread gives the error."""
     peer_spp: int | None = None
-    """Samples per pixel of a peer; None stands for ``spp``. Cases that compare bits need few samples, but a peer is
-    tested by its means, which need many."""
+    """Samples per pixel of a peer (another renderer); None stands for ``spp``. Cases that compare bits need few
+    samples, but a peer is tested by its means, which need many.
+    """
     define: Mapping[str, object] = field(default_factory=lambda: MappingProxyType({}), hash=False)
     strategy: str = "best"
     """Strategy of equaltime; peers have their own."""

@@ -30,7 +30,7 @@ path."""
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result of one renderer in one hard case: its score, and the limit that the score must not exceed."""
+    """Result of one renderer in one hard case: it passes if its score does not exceed the limit."""
 
     expected: float | None
     got: float | None
@@ -53,7 +53,7 @@ class Outcome:
 
     @property
     def resolution(self) -> float | None:
-        """Relative bias at which half of the renders would fail.
+        """Relative bias that the case can find: the bias at which half of the renders would fail.
 
         None for images without noise, and for an expected mean of 0.
         """
@@ -79,9 +79,8 @@ def limit_of(cases: int) -> float:
 def judge_value(images: Images, expected: float, limit: float) -> Outcome:
     """Compare the mean of images of independent seeds with the known mean ``expected``, by a t-test.
 
-    Returns score and limit as an outcome. ``limit`` is the largest score of the t-test that passes, from `limit_of`.
-    If the images have no noise, there is only one image, or ``expected`` is 0, every pixel is compared with
-    ``expected`` instead.
+    Returns score and limit as an outcome. ``limit`` is the largest score that passes, in standard errors. If the images
+    have no noise, there is only one image, or ``expected`` is 0, every pixel is compared with ``expected`` instead.
     """
     stack = np.array(images, dtype=np.float64)
     got, unit = float(stack.mean()), float(np.spacing(np.float32(abs(expected))))
@@ -96,7 +95,7 @@ def judge_value(images: Images, expected: float, limit: float) -> Outcome:
 def judge_same(first: Images, second: Images, limit: float) -> Outcome:
     """Compare the means of two sets of images by Welch's t-test; the outcome passes unless they differ significantly.
 
-    ``limit`` is the largest score that passes, from `limit_of`.
+    ``limit`` is the largest score that passes: the difference in standard errors.
     """
     a, b = (np.array([np.asarray(image, dtype=np.float64).mean() for image in side]) for side in (first, second))
     expected, got = float(a.mean()), float(b.mean())

@@ -33,7 +33,10 @@ _FIRST_SEED = 1
 
 
 class OurSubject:
-    """Equaltime's core as a renderer of hard cases; it uses the strategy that a case names."""
+    """Equaltime's core as a renderer of hard cases, whose images are compared with known ones.
+
+    A case names the strategy that renders it.
+    """
 
     def __init__(self, threads: int = 0) -> None:
         self._threads = threads

@@ -105,7 +105,7 @@ class PriceList(Shown):
         return "\n".join(lines)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the fields by name as JSON data."""
+        """Return the fields by name as JSON data; ``prices`` are named ``effects``."""
         return {
             "effects": [price.as_dict() for price in self.prices],
             "free": list(self.free),

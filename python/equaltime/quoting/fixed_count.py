@@ -54,8 +54,7 @@ class Chosen:
     """Seconds that the choice took in this run; 0 if an earlier run made it."""
 
     def limits(self, asked: Limits) -> Limits:
-        """Return the limits of samples and time with which the image is rendered, instead of the user's limits
-        ``asked``.
+        """Return the limits of samples and time for rendering the image, instead of the user's limits ``asked``.
 
         The sample limit is the chosen count, or the limit in ``asked`` if that is less. The time limit is the limit in
         ``asked``, less the seconds of the pilot. There is no error limit.

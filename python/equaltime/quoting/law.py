@@ -64,8 +64,7 @@ class Processors(NamedTuple):
 
 
 class Pace(NamedTuple):
-    """Speed of sampling once a render has started, and the additional seconds that the start takes, to predict times.
-    """
+    """Speed of sampling once a render has started, and the additional time that the start takes, to predict times."""
 
     seconds_per_sample: float
     """Seconds for one sample of every pixel."""

@@ -171,11 +171,10 @@ def measure_parts_by(
 
 
 def lamp(what: str) -> tuple[str, str]:
-    """Split the name of a part of the kind ``light``: return the light source, and the place in a file that describes
-    it.
+    """Split the name of a part of the kind ``light`` into the light source and its place in a file.
 
-    ``what`` is such as ``light 0: sun (/tmp/scene.toml:12)``, which gives ``light 0: sun`` and ``scene.toml:12``. The
-    place is empty if no file describes the source.
+    ``what`` is such as ``light 0: sun (/tmp/scene.toml:12)``, which gives ``sun`` and ``scene.toml:12``. The place is
+    empty if no file describes the source.
     """
     _, colon, said = what.partition(": ")
     if not colon:

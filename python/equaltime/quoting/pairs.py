@@ -36,9 +36,7 @@ N = TypeVar("N")
 
 @dataclass(frozen=True, eq=False)
 class Renders:
-    """K renders of one scene with independent seeds, as `run_in_turn` returns them, to be compared with another
-    scene's.
-    """
+    """K renders of one scene with independent seeds, to be compared with K renders of another scene."""
 
     images: Floats
     """(K, H, W, 3): images, one for each seed."""

@@ -137,7 +137,7 @@ class Quote(Shown):
         return "\n".join([*lines, *below])
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the fields by name as JSON data."""
+        """Return the quote as JSON data: the fields by name, and the strategy and depth of the quoted render."""
         absent = [name for name in ("places", "light", "interrupted") if not getattr(self, name)]
         return {
             **fields_to_json(self, without=("prices", "origin", *absent)),
@@ -198,16 +198,18 @@ class Pilot:
 
     @property
     def taken(self) -> float:
-        """Number of samples that the pilot, and the probe (some pixels rendered to the end), have taken over all
-        pixels.
+        """Number of samples, over all pixels, that the pilot and its probe have taken so far.
+
+        A probe is some pixels that are rendered to the end.
         """
         passes = self._session.passes
         return (passes.samples - self._before) * passes.pixels + self._probed
 
     @property
     def left(self) -> float:
-        """Number of samples that the pilot, and the probe (some pixels rendered to the end), may still take over all
-        pixels.
+        """Number of samples, over all pixels, that the pilot and its probe may still take.
+
+        A probe is some pixels that are rendered to the end.
         """
         return max(0.0, self._room * self._session.passes.pixels - self.taken)
 

@@ -64,9 +64,9 @@ def black_picture(result: Result, scene: Scene, known: Sequence[Finding] | None 
 
 
 def reasons(findings: Iterable[Finding]) -> list[Finding]:
-    """Return those of ``findings`` that can make a picture black, such as a camera inside a closed surface.
+    """Return the findings of `lint`, out of ``findings``, that can make a picture black.
 
-    ``findings`` are results of `lint`, which searches a scene for likely mistakes.
+    Such a finding is a camera inside a closed surface.
     """
     return [finding for finding in findings if finding.check in _REASONS]
 

@@ -30,7 +30,7 @@ __all__ = ["Progressive", "progressive"]
 
 
 class Progressive:
-    """A running render; iterating yields its `Result` so far at the end of every pass.
+    """A render whose passes the caller runs: iterating yields its `Result` so far at the end of every pass.
 
     One thread at a time may iterate; `cancel` may be called from any thread.
     """
@@ -100,8 +100,8 @@ def progressive(
     scene
         A loaded scene, the path of a scene file, or a dict with Mitsuba's keys.
     spp, time, error
-        Limits: samples per pixel, seconds since the loop began, relative error (0.02 is 2 %). The first that is met ends
-        the loop.
+        Limits: samples per pixel, seconds since the loop began, relative error (0.02 is 2 %). The first limit that is
+        met ends the loop.
     strategy
         A `Strategy`, or text for `Strategy.parse`.
     seed

@@ -289,7 +289,7 @@ class SpreadRenderer(_core.Renderer):
 
 
 class AdaptiveSpreadRenderer(AdaptiveRenderer, SpreadRenderer):
-    """Renderer with adaptive sample counts whose samples a team of processes takes, those of the pilot too."""
+    """Renderer with adaptive sample counts whose samples a team of processes takes; the team renders the pilot too."""
 
 
 def spread_renderer(

@@ -49,14 +49,16 @@ Its later error is then not predictable."""
 
 @dataclass(frozen=True, eq=False)
 class StrategyRuns:
-    """The records (rows) of one strategy on one scene, and the times and errors of its runs, taken from the records."""
+    """All runs of one strategy on one scene, as the records hold them: the data from which its results are computed."""
 
     label: str
     rows: tuple[Row, ...]
+    """Rows of the records: one for each checkpoint (measured moment) of each run."""
     folder: Path
     spp: tuple[int, ...]
-    """Sample counts of the checkpoints that all repeats have."""
+    """Samples per pixel at the checkpoints (measured moments) that all repeats have."""
     runs: Runs
+    """Times and errors of all repeats at these checkpoints."""
     parts: BiasVariance | None = None
     """Bias and variance of the final images; None without images or without a reference of their size."""
     heavy: bool = False
@@ -81,7 +83,7 @@ class StrategyRuns:
 
     @property
     def last(self) -> tuple[Row, ...]:
-        """The last row of each repeat's records, in the order of repeats."""
+        """Last row of each finished repeat's records, in the order of repeats."""
         return tuple(sorted((row for row in self.rows if row.last), key=lambda row: row.repeat))
 
     def apart_from(self, other: StrategyRuns) -> bool:
@@ -115,7 +117,10 @@ class StrategyRuns:
 
 
 def runs_of(rows: Sequence[Row]) -> tuple[tuple[int, ...], Runs]:
-    """Return the sample counts that every repeat of a strategy has, and the times and errors at these counts."""
+    """Return the samples per pixel that every repeat of a strategy has, and the times and errors at these counts.
+
+    ``rows`` are the strategy's records on one scene. The arrays of `Runs` have the shape (repeats, counts).
+    """
     table: dict[int, dict[int, Row]] = defaultdict(dict)
     for row in rows:
         table[row.repeat][row.spp] = row

@@ -60,7 +60,11 @@ Quantity = Literal[
     "bias",
     "p",
 ]
-"""Measured quantity of a strategy on a scene; `equaltime.experiments.analysis.beside` defines each."""
+"""Quantity of a strategy on a scene that is compared with a published number. ``slope``, ``error`` (at equal time) and
+``last error`` (at the end of the runs) belong to the error curve. ``speed-up``, ``efficiency``, ``fewer samples`` and
+``time of a sample`` are relative to the baseline. ``time`` and ``samples`` are those needed for an error. ``p`` is the
+p-value of the test whether the expected image is the standard strategy's.
+"""
 
 Question = Literal["time", "bias", "samples", "efficiency"]
 """An experiment's question: the time to an error, which strategies are biased, the samples to an error, or squared
@@ -85,7 +89,7 @@ class Value(BaseModel):
 
 
 class SceneEntry(Value):
-    """A scene of an experiment, and the settings that override the scene's file."""
+    """Entry of an experiment's ``scenes``: a scene, and settings that override the settings in its file."""
 
     path: File | None = None
     """A scene file; in an experiment file, relative to its folder."""
@@ -101,7 +105,7 @@ class SceneEntry(Value):
     define: dict[str, Any] = Field(default_factory=dict)
     """Values for the variables of the file."""
     substitute: bool = False
-    """Replace the parts that cannot be rendered, as `equaltime.load` does."""
+    """Whether to replace parts of the scene file that cannot be rendered, such as an unknown BSDF by a similar one."""
 
     def load(self) -> Scene:
         """Return the scene, with the entry's size, crop and max_depth; raises SceneError for an invalid scene."""
@@ -181,7 +185,7 @@ class StrategyEntry(Value):
 
 
 class ReferenceWish(Value):
-    """Wanted accuracy of the references, the precise images against which errors are measured."""
+    """Wanted accuracy of references (precise images against which errors are measured), or an image to use as one."""
 
     error: Error = 0.005
     """Relative error at which rendering a reference stops (0.005 is 0.5 %)."""
@@ -200,9 +204,9 @@ class QuickWish(Value):
     """
 
     scenes: Annotated[tuple[Words, ...], Field(strict=False)] = ()
-    """Names of the scenes that the quick version keeps; by default all."""
+    """Names of the scenes that the quick version renders; by default all."""
     strategies: Annotated[tuple[Words, ...], Field(strict=False)] = ()
-    """Labels of the strategies that the quick version keeps; by default all."""
+    """Labels of the strategies that the quick version compares; by default all."""
     size: Positive = 96
     """Longest side of a film, in pixels; larger films are shrunk to it."""
     repeats: Annotated[int, Field(ge=1, le=MOST_REPEATS)] = 6
@@ -210,14 +214,17 @@ class QuickWish(Value):
     seconds: Seconds = 18.0
     """Longest time of all runs together, in seconds; for experiments with a budget."""
     spp: Annotated[int, Field(ge=1, le=MOST_SAMPLES)] | None = None
-    """Largest sample count that the quick version keeps of the experiment's ``spp``; by default it keeps all."""
+    """Largest sample count of the experiment's ``spp`` that the quick version renders; by default it renders all."""
     reference: Seconds = 10.0
     """Longest time to render all references together, in seconds."""
 
     _duration = field_validator("seconds", "reference", mode="before")(lambda value: _seconds(value))
 
     def of(self, labels: Iterable[str], scenes: Iterable[str]) -> QuickWish:
-        """Return a copy whose lists keep only names that are among these labels of strategies and names of scenes."""
+        """Return a copy for some strategies and scenes: the lists lose all other labels and names.
+
+        An experiment that is cut to fewer strategies or scenes needs this copy.
+        """
         labels, scenes = set(labels), set(scenes)
         kept = {
             "strategies": tuple(label for label in self.strategies if label in labels),
@@ -227,13 +234,14 @@ class QuickWish(Value):
 
 
 class TheirNumber(Value):
-    """One published number, and the quantity that the experiment measures for comparison."""
+    """One published number, and the quantity that the experiment measures to compare with it."""
 
     what: Words
     """Description, such as ``speed-up of light sampling over none``."""
     says: str = ""
     """Published value as printed; empty if no figure was published."""
     ours: Quantity
+    """Measured quantity that is compared with the published number."""
     strategy: Words
     """Label of the measured strategy."""
     scene: str = ""
@@ -243,7 +251,7 @@ class TheirNumber(Value):
 
 
 class Theirs(Value):
-    """A published claim, put in equaltime's terms, with the figures that its authors published."""
+    """A published claim that an experiment tests, in equaltime's terms, with the figures that its authors published."""
 
     source: Words
     """Author or publication of the claim."""
@@ -270,13 +278,15 @@ class Experiment(Value):
     scenes: Annotated[tuple[SceneEntry, ...], Field(strict=False, min_length=1)]
     strategies: Annotated[tuple[StrategyEntry, ...], Field(strict=False, min_length=1)]
     baseline: str = ""
-    """Label of the strategy to compare all others with; by default ``naive``, else the first other than ``best``."""
+    """Label of the strategy with which all others are compared; by default ``naive``, else the first other than
+    ``best``.
+    """
     budget: Seconds | None = None
     """Seconds of a run from first sample to last checkpoint; 10 if neither this nor ``spp`` is given."""
     spp: (
         Annotated[tuple[Annotated[int, Field(ge=1, le=MOST_SAMPLES)], ...], Field(strict=False, min_length=1)] | None
     ) = None
-    """Sample counts of all checkpoints, instead of ``budget``."""
+    """Samples per pixel at all checkpoints (moments at which errors are measured), instead of ``budget``."""
     repeats: Annotated[int, Field(ge=1, le=MOST_REPEATS)] = 8
     targets: Annotated[tuple[Error, ...], Field(strict=False)] = DEFAULT_TARGETS
     """Relative errors to which the report gives times (0.02 is 2 %)."""
@@ -287,11 +297,11 @@ class Experiment(Value):
     animate: bool = False
     """Whether the report shows films of how the images converge, side by side at equal time."""
     question: Question = "time"
-    """The verdict's question: ``time`` to an error, ``bias``, ``samples`` or ``efficiency``.
+    """Question that the verdict answers: ``time`` to an error, ``bias``, ``samples`` or ``efficiency``.
 
-    ``bias`` asks which strategies have another expected image than the standard strategy (`SceneResult.standard`).
-    ``samples`` asks how many samples each strategy needs. ``efficiency`` asks by which factor squared error times time
-    is below the baseline's, over all scenes.
+    ``bias`` asks which strategies have another expected image than the standard strategy, which is ``best`` if that is
+    unbiased. ``samples`` asks how many samples each strategy needs. ``efficiency`` asks by which factor squared error
+    times time is below the baseline's, over all scenes.
     """
     reference: ReferenceWish = ReferenceWish()
     quick: QuickWish = QuickWish()

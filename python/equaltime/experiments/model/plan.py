@@ -25,7 +25,9 @@ class PeerTimes:
     tests: float = 0.0
     """Time of all tests of agreement between peers and equaltime that are still to be made."""
     small_renders: float = 0.0
-    """Time of one small render by each peer on each scene, added up."""
+    """Sum of the times of one small render by each peer on each scene: the time that each of their renders takes beside
+    its samples.
+    """
 
 
 def planned(experiment: Experiment, peers: PeerTimes = PeerTimes()) -> str:

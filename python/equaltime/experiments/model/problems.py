@@ -41,9 +41,10 @@ _NOUNS = {
 
 
 def name_of_scene(entry: object, number: int) -> str:
-    """Return the name of a scene: the name given, else its file's name without suffix, else ``scene-N``.
+    """Return the name of a scene of an experiment: its given name, else its file's name, else ``scene-N``.
 
-    ``number`` is the scene's index from 0; N is one more.
+    ``entry`` is the scene's entry in the experiment, checked or not. The file's name is without its suffix. ``number``
+    is the scene's index from 0; N is one more.
     """
     source = _get(_get(entry, "scene"), "source") if not isinstance(_get(entry, "scene"), Mapping) else None
     path = _get(entry, "path") or source
@@ -52,7 +53,10 @@ def name_of_scene(entry: object, number: int) -> str:
 
 
 def name_of_strategy(entry: object) -> str:
-    """Return the name of a strategy: its label, else its text, else the name of its renderer."""
+    """Return the name of a strategy of an experiment: its label, else its text, else the name of its renderer.
+
+    ``entry`` is the strategy's entry in the experiment, checked or not.
+    """
     if isinstance(entry, str):
         return entry
     peer = _get(entry, "peer")
@@ -83,7 +87,10 @@ def explained(model: type[BaseModel], error: ValidationError) -> tuple[Problem, 
 
 
 def crossed(values: Mapping[str, Any]) -> tuple[Problem, ...]:
-    """Return a problem for each contradiction between an experiment's values; missing values are ignored."""
+    """Return a problem for each contradiction between an experiment's values, such as ``spp`` beside ``budget``.
+
+    ``values`` are the experiment's fields by name; missing values are ignored.
+    """
     return tuple(
         Problem(place, message)
         for check in (

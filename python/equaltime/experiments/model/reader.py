@@ -44,8 +44,9 @@ def identity_of(
 ) -> dict[str, Any]:
     """Return every setting that affects the records of an experiment, as JSON data.
 
-    ``subjects`` are the renderers of its strategies. Titles, targets, crops, the baseline and the number of repeats do
-    not affect records, and may change between calls.
+    An experiment may be continued in a folder only if this identity is the same. ``subjects`` are the renderers of its
+    strategies. Titles, targets, crops, the baseline and the number of repeats do not affect records, and may change
+    between calls.
     """
     wish = experiment.reference
     return {
@@ -226,7 +227,7 @@ def _suited(text: str, scene: Scene) -> StrategyEntry:
 def with_roulette(strategy: Strategy, scene: Scene) -> Strategy:
     """Return the strategy, with Russian roulette added if the scene's ``max_depth`` is unlimited or above 64.
 
-    A strategy that already has roulette is returned unchanged.
+    Paths of such a scene would hardly end without roulette. A strategy that already has roulette is returned unchanged.
     """
     if strategy.roulette == "none" and not 0 <= scene.max_depth <= _DEPTH_WITHOUT_ROULETTE:
         return strategy.model_copy(update={"roulette": "throughput"})
@@ -234,7 +235,7 @@ def with_roulette(strategy: Strategy, scene: Scene) -> Strategy:
 
 
 def quicker(experiment: Experiment) -> Experiment:
-    """Return the quick version of the experiment, as its setting ``quick`` describes it.
+    """Return the quick version of the experiment, within the limits that its field ``quick`` sets.
 
     With a time budget, the quick version of a small experiment ends in under a minute. Films shrink, unless the
     reference is a file, whose size is fixed. Budgets shrink until all runs together take ``quick.seconds``. Sample
@@ -293,12 +294,20 @@ def make_experiment(
 
     Parameters
     ----------
+    quick
+        Whether to shrink the experiment so that it ends in under a minute for one scene.
+    size
+        Width and height of the films, in pixels.
+    budget
+        Seconds of each run, or text such as ``"10s"``.
+    repeats, threads
+        Number of renders of each strategy on each scene, and of worker threads; 0 threads stand for one per processor.
     strategies
         Labels of the experiment's strategies, or texts for `Strategy.parse`.
     define
-        Variables of a scene file.
+        Values for the variables of a scene file.
     substitute
-        Replace the parts of a scene file that cannot be rendered.
+        Whether to replace the parts of a scene file that cannot be rendered.
 
     Raises
     ------

@@ -39,7 +39,7 @@ from equaltime.strategy import Strategy
 __all__ = ["LEVEL", "SEEDS", "Gate", "check", "measured_times", "own_reference", "pass_gates", "resizable", "untested"]
 
 SEEDS = 64
-"""Independent renders of each side for the test of agreement."""
+"""Number of renders with independent seeds that each renderer makes for the test of equal expected images."""
 _SIDE, _BLOCK = 48, 4
 _SPP, _OUR_SPP = 16, 32
 _FIRST_SEED, _FIRST_REFERENCE_SEED = 2**30, 2**30 + 2**29
@@ -48,18 +48,18 @@ _FEWEST, _WANTED = 8, 32
 
 @dataclass(frozen=True, eq=False)
 class Gate:
-    """Outcome of the test whether a peer and equaltime have the same expected image of one scene."""
+    """Outcome of the test whether a peer (another renderer) and equaltime have the same expected image of one scene."""
 
     agreement: Agreement
     ours: BlockMeans
-    """Block means of equaltime's renders; reused for every peer compared at this size."""
+    """Means of equaltime's renders over blocks of pixels, which tests of other peers at this size can reuse."""
     level: float
     """False-alarm rate of the test."""
     size: tuple[int, int]
     """Width and height of the compared images, in pixels."""
     seeds: int
     reference_note: str = ""
-    """Caveat on a reference that the peer renders; empty if there is none."""
+    """Known limit of a reference that the peer renders, as a sentence; empty if there is none."""
 
     @property
     def agrees(self) -> bool:
@@ -90,7 +90,7 @@ def pass_gates(
     report: Callable[[Subject, float], object] = lambda peer, share: None,
     report_reference: Callable[[Subject, float], object] = lambda peer, share: None,
 ) -> None:
-    """Test each peer once for the same expected image as equaltime's on a scene.
+    """Test, before runs, whether each peer (another renderer) has the same expected image as equaltime of a scene.
 
     For each peer that differs, a reference rendered by the peer is written to ``folder``. The outcomes go to the
     provenance file, under ``agreements``, scene and label. Peers with a recorded outcome are skipped.
@@ -99,6 +99,8 @@ def pass_gates(
     ----------
     name
         Name of the scene.
+    wish
+        Wanted error and longest time of a reference that a peer renders.
     gates
         Number of such tests on all scenes of the experiment; all tests share one false-alarm rate.
     report, report_reference
@@ -120,7 +122,7 @@ def pass_gates(
 
 
 def untested(peers: Sequence[Subject], name: str, folder: ExperimentFolder) -> list[Subject]:
-    """Return the peers without a recorded outcome of the test on the scene ``name``."""
+    """Return the peers (other renderers) whose expected image of the scene ``name`` is not yet tested in ``folder``."""
     known = folder.read_provenance().get("agreements", {}).get(name, {})
     return [peer for peer in peers if peer.label not in known]
 
@@ -128,9 +130,10 @@ def untested(peers: Sequence[Subject], name: str, folder: ExperimentFolder) -> l
 def measured_times(
     peers: Sequence[Subject], name: str, scene: Scene, folder: ExperimentFolder, threads: int
 ) -> PeerTimes:
-    """Return the times of peers on one scene, from one render of each side at the size of the tests.
+    """Return the times of peers (other renderers) on one scene, to predict the time of an experiment.
 
-    Prepare the peers again before they render ``scene``.
+    Each peer and equaltime render once, at the size of the tests for equal expected images. Prepare the peers again
+    before they render ``scene``.
     """
     ahead, tests, renders = untested(peers, name, folder), 0.0, 0.0
     ours: set[bool] = set()

@@ -121,7 +121,7 @@ class CommandPeer:
         return 0.0
 
     def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Point]:
-        """Run the command for each sample count of ``ladder``, and yield each image with its time and sample count.
+        """Run the command for each sample count per pixel in ``ladder``, and yield each image with its time and count.
 
         The first run that takes ``seconds`` or longer is the last.
         """

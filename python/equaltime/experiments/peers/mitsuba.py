@@ -80,7 +80,7 @@ class MitsubaPeer:
 
     @property
     def reference_note(self) -> str:
-        """Sentence for reports on the known limits of a reference that the peer from `for_reference` renders."""
+        """Sentence for reports on the known limits of a reference that Mitsuba renders, and on its sampler."""
         if self.sampler not in UNFIT_SAMPLERS:
             return CAVEAT
         another = f"with the sampler {fit_sampler(self.sampler)}, because {self.sampler} is no reference"
@@ -117,7 +117,7 @@ class MitsubaPeer:
         return self._setup[self._key]
 
     def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Point]:
-        """Render an image for each sample count of ``ladder``, and yield each image with its time and sample count.
+        """Render an image for each sample count per pixel in ``ladder``, and yield each image with its time and count.
 
         The first render that takes ``seconds`` or longer is the last.
         """

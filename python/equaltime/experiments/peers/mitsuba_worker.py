@@ -47,7 +47,7 @@ def samples_per_pass(spp: int, pixels: int, wavefront: int) -> int:
 
 
 class Loaded:
-    """A scene loaded in Mitsuba, with its integrator."""
+    """A scene loaded in Mitsuba, with its integrator, so that several renders need not load it again."""
 
     def __init__(self, mitsuba: Any, scene: Any, integrator: Answer) -> None:
         self._mitsuba, self.scene, self._integrator, self.seconds = mitsuba, scene, integrator, 0.0
@@ -68,7 +68,7 @@ class Loaded:
 
 
 class MitsubaWorker:
-    """Handler of requests: each method answers one of the requests that the module's docstring lists."""
+    """Mitsuba in this process, for another process that sends requests: each method answers one kind of request."""
 
     def start(self, variant: str, threads: int) -> Answer:
         """Import Mitsuba, choose its variant and start ``threads`` threads; return seconds and version.
@@ -99,7 +99,8 @@ class MitsubaWorker:
     def load(self, key: str, file: str, integrator: Answer, sampler: str) -> Answer:
         """Load a scene from ``file`` unless ``key`` is known; return the seconds that loading took the first time.
 
-        Loading uses at least two threads: on one thread, Mitsuba 3.9 hangs while reading an EXR file.
+        ``integrator`` and ``sampler`` are Mitsuba's. Loading uses at least two threads: on one thread, Mitsuba 3.9
+        hangs while reading an EXR file.
         """
         if key not in self._scenes:
             begin = perf_counter()
@@ -123,7 +124,8 @@ class MitsubaWorker:
     def render(self, key: str, spp: int, seed: int, file: str, wavefront: int) -> Answer:
         """Render the scene of ``key`` to ``file``; return sample count, seconds of rendering and seconds of warming up.
 
-        If the render compiled kernels, the time of this render counts as warming up, and the image is rendered again.
+        A pass takes at most ``wavefront`` samples over all pixels. If the render compiled kernels, the time of this
+        render counts as warming up, and the image is rendered again.
         """
         loaded = self._scenes[key]
         count = loaded.count(spp)

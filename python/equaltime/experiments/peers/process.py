@@ -108,7 +108,7 @@ def tail(file: IO[bytes]) -> str:
 
 
 def end(process: subprocess.Popen[Any]) -> None:
-    """End a process and its children; the process must lead its own session."""
+    """End a process and its children by SIGTERM, and after 2 s by SIGKILL; the process must lead its own session."""
     for kind, patience in ((signal.SIGTERM, 2.0), (signal.SIGKILL, 10.0)):
         send_to_all(process, kind)
         with contextlib.suppress(subprocess.TimeoutExpired):
@@ -117,10 +117,10 @@ def end(process: subprocess.Popen[Any]) -> None:
 
 
 class Worker:
-    """A process that answers each JSON line with a JSON line; errors of the process become `PeerError`.
+    """Another process that renders on request: it answers each JSON line with a JSON line.
 
-    The process has its own session, so that Ctrl-C does not reach the process. The process ends when `close` is called
-    or its standard input ends.
+    Errors of the process become `PeerError`. The process has its own session, so that Ctrl-C does not reach the
+    process. The process ends when `close` is called or its standard input ends.
     """
 
     def __init__(self, command: Sequence[str], who: str, limit: float) -> None:

@@ -35,9 +35,9 @@ def mean_of_runs(strategy: StrategyResult) -> str:
 
 
 def short_caption(strategy: StrategyResult) -> str:
-    """Return the errors of this run and of all runs in two short lines, for a narrow figure; or an empty text.
+    """Return the errors of the run that a picture shows and of all runs, in two short lines, for a narrow figure.
 
-    Errors below what the reference can show are left out.
+    Errors below what the reference can show are left out. The text is empty if no error is left.
     """
     errors = {"this run": _run_error(strategy), f"mean of {strategy.repeats}": _mean_error(strategy)}
     return "\n".join(f"{whose}: {error}" for whose, error in errors.items() if error not in ("", _UNKNOWN, _BELOW))

@@ -50,7 +50,10 @@ def draw_curves(
 
 
 def curve_gid(order: int) -> str:
-    """Return the id of the SVG group with the curve of the scene's strategy at index ``order``."""
+    """Return the id of the SVG group that holds one strategy's curve, to attach tooltips to its points.
+
+    ``order`` is the index of the strategy in the scene's results.
+    """
     return f"curve-{order}"
 
 
@@ -195,14 +198,17 @@ _LETTERS = 6.8
 
 
 def has_dots(summary: Summary, target: float) -> bool:
-    """Tell whether `draw_dots` would draw any dot: on some scene, the time to reach the error ``target`` is trusted."""
+    """Tell whether the chart of times to the error ``target`` on all scenes (`draw_dots`) would have any dot.
+
+    A dot stands for a time whose interval can be trusted.
+    """
     return _count(summary, target) > 0
 
 
 def unmarked(summary: Summary, target: float) -> dict[str, list[str]]:
-    """Return, by strategy label, the names of the scenes on which `draw_dots` draws no mark for the strategy.
+    """Return, by strategy label, the names of the scenes on which the chart of times lacks a mark of that strategy.
 
-    Strategies with a mark (dot or arrow) on every scene are left out.
+    The chart is `draw_dots`. Strategies with a mark (dot or arrow) on every scene are left out.
     """
     found: dict[str, list[str]] = {}
     for scene in summary.scenes:
@@ -214,7 +220,7 @@ def unmarked(summary: Summary, target: float) -> dict[str, list[str]]:
 
 
 def clearest(summary: Summary) -> float | None:
-    """Return the target error for which `draw_dots` draws the most dots; None if no target has a dot.
+    """Return the target error for which the chart of times (`draw_dots`) has the most dots; None if no target has one.
 
     If several targets have equally many dots, the smallest is returned.
     """

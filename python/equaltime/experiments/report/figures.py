@@ -135,7 +135,8 @@ def chart(
 ) -> Any:
     """Return a scene's curves of error against time as an ``<svg>`` element whose ids begin with ``prefix``.
 
-    ``targets``, ``looks`` and ``size`` are parameters of `draw_curves`.
+    ``targets`` are errors, drawn as horizontal lines. ``looks`` gives colour, marker and line style by label of a
+    strategy. ``size`` is width and height in inches.
     """
     titles = {curve_gid(order): point_titles(strategy) for order, strategy in enumerate(scene.strategies)}
     labels = ", ".join(strategy.label for strategy in scene.strategies)
@@ -149,7 +150,7 @@ def chart(
 def dots(summary: Summary, prefix: str, target: float, looks: Mapping[str, Style], width: float) -> Any:
     """Return the chart of times to the error ``target`` on all scenes as an ``<svg>`` element, ``width`` inches wide.
 
-    Ids in the element begin with ``prefix``. ``looks`` gives colour, marker and line style by label.
+    Ids in the element begin with ``prefix``. ``looks`` gives colour, marker and line style by label of a strategy.
     """
     names = ", ".join(scene.name for scene in summary.scenes)
     description = (
@@ -162,7 +163,8 @@ def dots(summary: Summary, prefix: str, target: float, looks: Mapping[str, Style
 def themed(figure: Figure, prefix: str, description: str, titles: Mapping[str, Sequence[str]] | None = None) -> Any:
     """Return a figure as an ``<svg>`` element that takes the colours of the page, light or dark.
 
-    The parameters are described at `inline_svg`.
+    Ids in the element begin with ``prefix``. ``description`` describes the figure for screen readers. ``titles`` maps
+    the id of a group of markers to a tooltip for each marker.
     """
     colours = {colour: f"var(--s{index})" for index, colour in enumerate(LIGHT)}
     colours |= {"#ffffff": "var(--page)", INK: "var(--ink)", MUTED: "var(--muted)", GRID: "var(--grid)"}

@@ -46,6 +46,7 @@ class Crop:
     """An enlarged window of an image, as a PNG in a data URI."""
 
     uri: str
+    """The enlarged window as a PNG in a data URI."""
     window: tuple[int, int, int, int]
     """x, y, width, height in pixels of the image."""
 
@@ -64,7 +65,7 @@ class Frame:
 
     @property
     def key(self) -> str:
-        """Text that identifies the frame in its series, even if a strategy is labelled "reference"."""
+        """Text that identifies the picture in its series, even if a strategy is labelled "reference"."""
         return f"strategy {self.label}" if self.look else "reference"
 
 
@@ -74,8 +75,10 @@ class Series:
 
     name: str
     slug: str
+    """Name of the series, made safe for ids in the page."""
     explanation: str
     bar: Bar | None
+    """Colour bar of the maps; None for images."""
     frames: tuple[Frame, ...]
 
 

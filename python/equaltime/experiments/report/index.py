@@ -22,7 +22,9 @@ _MANY = 4
 """Most scenes for which the curves of a single scene are shown; with more, all scenes are shown as dots."""
 
 State = Literal["waiting", "earlier", "done", "left out", "failed"]
-"""State of an experiment. ``earlier`` means that the experiment has not run yet, but an earlier run left a report."""
+"""State of an experiment on the index page: ``waiting`` for its run, ``done``, ``left out`` or ``failed``. ``earlier``
+means that it has not run yet, but an earlier run left a report.
+"""
 
 
 @dataclass(frozen=True)

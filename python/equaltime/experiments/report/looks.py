@@ -1,4 +1,4 @@
-"""Colours of a page, and colour, marker and line style of each strategy.
+"""Styles of a report: the colours of a page, and colour, marker and line style of each strategy.
 
 The colours can be told apart with normal sight and with each type of colour blindness (simulated after Machado 2009).
 The contrast of a colour with the page, light or dark, is at least 3. Each colour comes with a marker, and from the
@@ -36,7 +36,7 @@ class Style:
 
 
 def looks(labels: Sequence[str], baseline: str) -> dict[str, Style]:
-    """Return a colour, marker and line style for each label of a strategy; the baseline is grey (index 0)."""
+    """Return the style (colour, marker and line style) of each strategy by its label; the baseline's is grey."""
     ordered = dict.fromkeys((baseline, *labels))
     return {label: _look(place) for place, label in enumerate(ordered)}
 

@@ -42,7 +42,7 @@ INTRODUCTION = (
 
 @dataclass(frozen=True)
 class LossView:
-    """Two loss maps of one strategy, each with a sentence.
+    """Two loss maps of one strategy for a page, which show where its squared error arises, each with a sentence.
 
     The first map (``half``) marks the blocks of pixels that make half of the strategy's squared error. The second map
     (``ratio``) shows the strategy's error divided by the baseline's. ``ratio_uri`` and ``ratio_alt`` are empty without
@@ -196,13 +196,17 @@ class Losses:
     half_area: float
     """Share of the image that the blocks of ``half`` cover, in [0, 1]."""
     ratio: Floats | None
-    """Error divided by the baseline's error at equal time; None for the baseline itself."""
+    """Strategy's error divided by the baseline's error at equal time; None for the baseline itself."""
     worse: Flags | None
+    """True in blocks whose error is significantly larger than the baseline's; None with fewer than three repeats."""
     better: Flags | None
-    """Blocks that are significantly worse or better than the baseline's; None with fewer than three repeats."""
+    """True in blocks whose error is significantly smaller than the baseline's; None with fewer than three repeats."""
 
     def spread(self, flags: NDArray[np.generic], shape: tuple[int, ...]) -> NDArray[np.generic]:
-        """Return an image in which each pixel has its block's value in ``flags``; ``shape`` is (height, width)."""
+        """Return an image (H, W) in which each pixel has the value of its block in ``flags``.
+
+        ``flags`` has one value per block, (rows of blocks, columns of blocks), and ``shape`` is (H, W).
+        """
         return flags.repeat(self.block, axis=0).repeat(self.block, axis=1)[: shape[0], : shape[1]]
 
 

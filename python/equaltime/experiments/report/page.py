@@ -61,8 +61,9 @@ class SceneView:
     """Sentence on size, depth, reference, repeats and equal time."""
     verdict: str
     wide_chart: str
-    """An ``<svg>`` element that needs no escaping, as is ``narrow_chart``."""
+    """Chart of the error curves for a desktop: an ``<svg>`` element that needs no escaping."""
     narrow_chart: str
+    """Chart of the error curves for a phone: an ``<svg>`` element that needs no escaping."""
     legend: tuple[TableRow, ...]
     hidden: str
     """Sentence on curves that lie beneath others; empty if all can be seen."""
@@ -71,7 +72,7 @@ class SceneView:
     points: Table
     """The numbers behind the curves."""
     notes: tuple[tuple[str, str], ...]
-    """Label of a strategy and warnings about it."""
+    """Pairs: the label of a strategy, and a warning about its numbers."""
     kinds: tuple[Series, ...]
     size: tuple[int, int]
     """Width and height of the images, in pixels."""
@@ -121,7 +122,7 @@ class OverviewView:
     table: Table
     wide_chart: Any
     narrow_chart: Any
-    """``<svg>`` elements that need no escaping; empty if no time is trusted."""
+    """Chart for a phone: an ``<svg>`` element that needs no escaping. Both charts are empty if no time is trusted."""
     looks: Mapping[str, Style] = field(hash=False)
     """Colour, marker and line style of the strategies that have a mark in the chart, by label."""
     unmarked: str = ""
@@ -131,7 +132,7 @@ class OverviewView:
 def overview_views(summary: Summary, looks: Mapping[str, Style]) -> tuple[OverviewView, ...]:
     """Return one chart and table of all scenes for each target error, in the order of ``summary.targets``.
 
-    ``looks`` gives colour, marker and line style by label.
+    ``looks`` gives colour, marker and line style by label of a strategy.
     """
     tables = [table.telling(is_quick(summary)) for table in overview_tables(summary, looks)]
     return tuple(_view(summary, target, table, looks) for target, table in zip(summary.targets, tables, strict=True))
@@ -147,7 +148,10 @@ def _view(summary: Summary, target: float, table: Table, looks: Mapping[str, Sty
 
 
 def with_marks(summary: Summary, target: float, looks: Mapping[str, Style]) -> dict[str, Style]:
-    """Return the entries of ``looks`` for the strategies that have a mark in the chart of times to ``target``."""
+    """Return the styles of the strategies that have a mark in the chart of times to ``target``, for its legend.
+
+    ``target`` is an error. ``looks`` gives the styles of all strategies: colour, marker and line style by label.
+    """
     absent = unmarked(summary, target)
     return {label: look for label, look in looks.items() if len(absent.get(label, ())) < _present(summary, label)}
 
@@ -218,7 +222,7 @@ def write_report(summary: Summary, folder: Path, told: Callable[[float], object]
     folder
         Folder to write to; it is made if it does not exist.
     told
-        Called after each scene with the completed share of the work, in [0, 1].
+        Function that is called after each scene with the completed share of the work, in [0, 1].
 
     Returns
     -------
@@ -268,7 +272,10 @@ _OWN_IDS = ("content", "pictures", "lesson", "claim", "overview", "directions", 
 
 
 def longest_side(summary: Summary) -> int:
-    """Return the longest side that pictures may have, in pixels: from 128 to 640, less for more pictures."""
+    """Return the longest side that each picture of a page may have, in pixels, which limits the size of the page.
+
+    The result is from 128 to 640, less for more pictures.
+    """
     pictures = sum(1 + _MAPS * len(scene.strategies) for scene in summary.scenes)
     return max(_SHORTEST, min(_LONGEST, math.isqrt(_PIXELS // max(1, pictures))))
 

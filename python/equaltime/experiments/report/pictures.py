@@ -46,7 +46,8 @@ class Pictures:
 
     reference: Reference
     own: Mapping[str, Reference]
-    """Reference of each strategy by label: the scene's reference, or one for the strategy alone."""
+    """Reference with which each strategy is compared, by label: the scene's, or one for the strategy's renderer alone.
+    """
     runs: Mapping[str, Images]
     """Final images of each strategy's K repeats, (K, H, W, 3), by label; float32 saves memory."""
     samples: Mapping[str, Floats]
@@ -93,7 +94,7 @@ def load_pictures(scene: SceneResult) -> Pictures | str:
 
 
 def squares(runs: NDArray[Any], reference: Reference) -> Floats:
-    """Return the relative squared error of each pixel (K, H, W) of the K images in ``runs`` (K, H, W, 3).
+    """Return the relative squared error of each pixel of K images, (K, H, W); ``runs`` are the images, (K, H, W, 3).
 
     The reference's own noise is subtracted, so that a value may be negative by chance.
     """
@@ -103,7 +104,7 @@ def squares(runs: NDArray[Any], reference: Reference) -> Floats:
 def error_map(pixels: Floats) -> Floats:
     """Return the relative error of each pixel (H, W): the root of its mean squared error over K runs.
 
-    ``pixels`` are the squared errors (K, H, W) from `squares`.
+    ``pixels`` are the relative squared errors of the pixels in K runs, (K, H, W).
     """
     return np.asarray(np.sqrt(np.maximum(pixels.mean(axis=0), 0.0)))
 
@@ -134,7 +135,7 @@ def coloured(values: Floats, low: float, high: float, colours: str) -> Bytes:
 
 @dataclass(frozen=True)
 class Bar:
-    """Colour bar of maps: evenly spaced colours, and labels of low end, middle and high end."""
+    """Colour bar beside maps: evenly spaced colours, and labels of low end, middle and high end."""
 
     colours: tuple[str, ...]
     ticks: tuple[str, ...]

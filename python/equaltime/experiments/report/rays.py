@@ -42,9 +42,9 @@ class RaysView:
 
     wide: Any
     narrow: Any
-    """``<svg>`` elements that need no escaping."""
+    """Picture for a phone: an ``<svg>`` element that needs no escaping, as is ``wide`` for a desktop."""
     rows: tuple[tuple[str, str, str], ...]
-    """Scene, and the effective share of uniform and of BSDF samples as text."""
+    """Rows of the table: scene, and the effective share of uniform and of BSDF samples as text."""
     files: tuple[str, ...]
 
 

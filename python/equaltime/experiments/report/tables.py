@@ -45,6 +45,7 @@ class TableRow:
 
     label: str
     look: Style | None
+    """Colour, marker and line style of the strategy; None for a row without one."""
     tags: tuple[str, ...]
     """Words beside the label: baseline, biased, or the name of another renderer."""
     cells: tuple[tuple[Cell, ...], ...]
@@ -67,11 +68,11 @@ class Table:
     """Sentence on numbers that are left out; empty if none is."""
 
     def telling(self, quick: bool, all_columns: bool = False) -> Table:
-        """Return the table without columns that say nothing, and with dashes in the other cells that say nothing.
+        """Return the table without columns that hold no answer, and with dashes in other cells that hold none.
 
-        A column says nothing if `equaltime.experiments.report.telling.column_says_something` is false for it. ``quick``
-        tells whether longer runs would say more. ``all_columns`` keeps columns of dashes. Without it, a table that says
-        nothing has no columns.
+        A number, or a bound that tells which strategy is faster, is an answer; dashes and "unknown" are none. ``quick``
+        tells whether longer runs would give more answers. ``all_columns`` keeps columns of dashes. Without it, a table
+        that holds no answer has no columns.
         """
         columns = range(len(self.columns))
         kept = [i for i in columns if all_columns or column_says_something(row.cells[i] for row in self.rows)]
@@ -166,7 +167,7 @@ _CELLS: Mapping[Quantity, Callable[[Interval], Cell]] = {
 def beside_table(slug: str, summary: Summary) -> Table | None:
     """Return a table of published and measured numbers; None if the experiment compares no published numbers.
 
-    ``slug`` begins the table's id.
+    ``slug`` begins the table's id on the page.
     """
     if not summary.beside:
         return None

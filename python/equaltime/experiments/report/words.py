@@ -49,7 +49,9 @@ class Cell:
     note: str = ""
     """Remarks on the number, which become footnotes."""
     state: Literal["trusted", "untrusted", "unknown", "silent"] = "trusted"
-    """``silent`` marks a dash whose note does not become a footnote."""
+    """Whether both ends of the interval can be trusted (``trusted``), not both (``untrusted``), or the number is
+    ``unknown``. ``silent`` marks a dash whose note does not become a footnote.
+    """
 
     def __str__(self) -> str:
         return f"{self.text} {self.interval}".rstrip()
@@ -78,10 +80,10 @@ def error_cell(interval: Interval) -> Cell:
 
 
 def measured_cell(interval: Interval) -> Cell:
-    """Return a table cell with a measured error.
+    """Return a table cell with a measured relative error in per cent.
 
-    If only one end of the interval is valid, the measured value stands behind that end, since charts and captions show
-    the value.
+    If only one end of the interval is valid, the cell shows that end and then the measured value, which charts and
+    captions show too.
     """
     cell = error_cell(interval)
     if cell.state != "untrusted" or not interval.bound or not 0.0 < interval.value < math.inf:

@@ -27,7 +27,12 @@ _LOG = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Changes:
-    """Options that change every experiment of a folder; `equaltime.experiments.cost` describes each option."""
+    """Options that change every experiment of a folder; None leaves the experiments' own values.
+
+    ``quick`` shrinks an experiment so that it ends in under a minute. ``size`` is the films' width and height in
+    pixels, ``budget`` the seconds of each run. ``repeats`` is the number of renders of each strategy on each scene, and
+    ``threads`` of worker threads.
+    """
 
     quick: bool = False
     size: tuple[int, int] | None = None
@@ -79,7 +84,7 @@ def run_all(
     output
         Folder of results; the experiment NAME.toml goes to ``output/NAME``.
     told
-        Called with the card of each experiment when it has ended.
+        Function that is called with the card (entry of the index page) of each experiment when it has ended.
     begins
         Called with the name of each experiment, the experiment and the times of its peers before it begins.
 

@@ -26,7 +26,7 @@ WO = np.array([np.sin(np.radians(45.0)), 0.0, np.cos(np.radians(45.0))])
 """Direction towards the viewer, 45 degrees from the normal."""
 SAMPLES = 4096
 DRAWN = 120
-"""Number of rays kept for the picture; `Rays.effective` is computed from all `SAMPLES` rays."""
+"""Number of rays that the picture shows; `Rays.effective` is computed from all `SAMPLES` rays."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class Rays:
     """Directions that one technique, ``uniform`` or ``bsdf``, draws on one surface, with weights."""
 
     wi: Floats
-    """Unit vectors (DRAWN, 3), z along the normal."""
+    """Unit vectors of the rays, (DRAWN, 3), in the surface's frame: z is along the normal."""
     weight: Floats
     """Weight of each direction under a white sky (DRAWN,): BSDF times cosine over density, mean of RGB."""
     effective: float
@@ -73,7 +73,7 @@ def sample_directions(scene: Scene) -> dict[str, Rays] | None:
 
 
 def write_directions(path: Path, names: Sequence[str], scenes: Sequence[Scene]) -> None:
-    """Sample directions on every scene, and write all directions to an ``.npz`` file.
+    """Sample ray directions on every scene, and write all directions to an ``.npz`` file.
 
     ``names`` are the names of ``scenes``, in the same order.
     """

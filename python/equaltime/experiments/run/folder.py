@@ -61,7 +61,7 @@ OWN_DEPTHS = "own_depths"
 
 @dataclass(frozen=True)
 class ExperimentFolder:
-    """Paths and contents of an experiment's folder."""
+    """The folder of an experiment: paths of its files, and methods that lock, read and write them."""
 
     path: Path
 
@@ -81,7 +81,7 @@ class ExperimentFolder:
         return self.path / "provenance.json"
 
     def reference(self, scene: str, strategy: str | None = None) -> Path:
-        """Return the path of a scene's reference; with ``strategy``, of the reference for that strategy alone."""
+        """Return the path of a scene's reference (precise image), or of the separate reference of ``strategy``."""
         name = file_name(scene) if strategy is None else f"{file_name(scene)}--{file_name(strategy)}"
         return self.path / "references" / f"{name}.npz"
 
@@ -111,7 +111,7 @@ class ExperimentFolder:
 
     @property
     def directions(self) -> Path:
-        """Path of the file of sampled ray directions (see `directions`)."""
+        """Path of the file with ray directions drawn by uniform and by BSDF sampling."""
         return self.path / "images" / "directions.npz"
 
     @property
@@ -192,9 +192,9 @@ class ExperimentFolder:
             raise _refused(self.path, why)
 
     def note(self, section: str, key: str, facts: Mapping[str, Any]) -> None:
-        """Write facts to the provenance file under a section and a key; earlier facts under that key are replaced.
+        """Write facts to the provenance file (origin of the records) under a section and a key.
 
-        The folder must be locked.
+        Earlier facts under that key are replaced. The folder must be locked.
         """
         provenance = self.read_provenance()
         provenance.setdefault(section, {})[key] = dict(facts)

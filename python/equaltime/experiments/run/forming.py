@@ -46,7 +46,7 @@ class Film:
 
 @dataclass(frozen=True, eq=False)
 class Studio:
-    """Renderer of an experiment's films, used after the runs."""
+    """Renderer of an experiment's films, which show how images converge; used after the runs."""
 
     experiment: Experiment
     scenes: Sequence[Scene]
@@ -58,13 +58,14 @@ class Studio:
     threads: int
 
     def wants(self, key: Key) -> bool:
-        """Tell whether to render a film: the run ``key`` is recorded, but the film of its strategy is missing."""
+        """Tell whether to render a film now: the run ``key`` is recorded, but the film of its strategy is missing."""
         return self._ended(key) is not None and not self.folder.film(*key[:2]).exists()
 
     def shoot(self, key: Key, number: int, subject: Subject) -> None:
         """Render the film of the scene and strategy in ``key``, and write the film to the folder.
 
-        ``number`` is the scene's index, and ``subject`` the renderer.
+        ``key`` holds scene name, strategy label and repeat. ``number`` is the scene's index, and ``subject`` the
+        renderer.
         """
         ended = self._ended(key)
         assert ended is not None, "ask first what is wanted"

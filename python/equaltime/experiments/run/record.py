@@ -71,7 +71,7 @@ class Row:
     """SHA-256 of the scene's content."""
     width: Positive
     height: Positive
-    """Width and height of the whole film, in pixels."""
+    """Height of the whole film, in pixels, as ``width`` is its width."""
     crop: Window
     """Rendered window, in pixels: x, y, width, height."""
     max_depth: int
@@ -92,14 +92,17 @@ class Row:
     """Samples per pixel so far."""
     wall_s: Seconds
     cpu_s: Seconds
-    """CPU seconds since the run's first sample. Like ``wall_s``, they exclude the time spent on measuring errors."""
+    """CPU seconds since the run's first sample, summed over threads. Like the wall-clock seconds ``wall_s``, they
+    exclude the time spent on measuring errors.
+    """
     setup_s: Seconds
     """Seconds of loading and building, before the first sample."""
     threads: int
     paths: Count
     rays: Count
     shadow_rays: Count
-    """Paths, rays and shadow rays so far; None from renderers that do not count them."""
+    """Number of shadow rays so far, as ``paths`` and ``rays`` are so far; None from renderers that do not count them.
+    """
     relmse: Number
     """Squared relative error with the reference's noise subtracted; a small value may be negative by chance."""
     mse: Number
@@ -115,7 +118,9 @@ class Row:
     estimate: Number
     estimate_low: Number
     estimate_high: Number
-    """Error that the render itself estimates, as a fraction, and the ends of its 95 % interval."""
+    """Upper end of the 95 % interval of the error that the render itself estimates, as a fraction. ``estimate`` and
+    ``estimate_low`` are the value and the lower end.
+    """
     doubt: Text = None
     """Reason, stated by the render, why the upper limit of its error cannot be trusted."""
     last: Flag
@@ -124,7 +129,7 @@ class Row:
     """Path of the run's image, relative to the folder of the records; None before the last row."""
     machine: str
     build: str
-    """Keys of machine and build in ``provenance.json``."""
+    """Key of the build in ``provenance.json``, which also has the machine under the key ``machine``."""
     started: str
     """Start of the run: UTC, ISO 8601."""
 

@@ -55,7 +55,7 @@ _VERSION = 1
 
 @dataclass(frozen=True, eq=False)
 class KnownReference:
-    """A reference, and the facts of its origin, such as strategy, samples and time."""
+    """A reference (precise image against which errors are measured), and the facts of its origin."""
 
     reference: Reference
     facts: Mapping[str, Any]

@@ -42,11 +42,11 @@ of samples would never spend it."""
 
 
 class BudgetLadder:
-    """Iterator over the sample counts of a run that ends near its time budget.
+    """Iterator over the sample counts per pixel of a run that ends near its time budget.
 
     Call `taken` after each count: the last count is chosen from the time of the count before. All strategies then end
-    at nearly the same time, which makes their last images comparable. Counts are even, because a render's own
-    error estimate comes from two halves.
+    at nearly the same time, which makes their last images comparable. Counts are even, because a render's own error
+    estimate comes from two halves.
     """
 
     def __init__(self, seconds: float) -> None:
@@ -89,13 +89,14 @@ def now() -> str:
 
 @dataclass(frozen=True, eq=False)
 class SingleRun:
-    """Inputs of one run: scene, strategy, seed, reference, threads, and keys of machine and build."""
+    """One run of a strategy on a scene that is still to be rendered, with everything that it needs."""
 
     key: Key
     seed: int
     scene: Scene
     subject: Subject
     known: Reference
+    """Reference against which errors are measured."""
     threads: int
     machine: str
     build: str

@@ -24,7 +24,7 @@ __all__ = ["StoredExperiment", "stored_experiments"]
 
 @dataclass(frozen=True)
 class StoredExperiment:
-    """A folder's experiment and the runs that it holds."""
+    """A folder's experiment and the runs that it holds, to continue it or to report on it without its file."""
 
     folder: Path
     experiment: Experiment
@@ -32,7 +32,7 @@ class StoredExperiment:
 
     Only the names of scenes and the labels of added strategies are known; neither can be rendered."""
     identity: Mapping[str, Any] = field(hash=False)
-    """All settings that affect records (`equaltime.experiments.model.reader.identity_of`)."""
+    """All settings that affect records, as JSON data; a continued experiment must have the same."""
     runs: tuple[Row, ...]
     """Last rows of the finished runs, one for each run."""
 
