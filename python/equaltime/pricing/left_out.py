@@ -32,7 +32,9 @@ one.
 """
 MOST_A_PIXEL = 64
 MOST_PIXELS = 2**14
-"""Largest number of pixels of the film on which effects are chosen: light by path length takes kilobytes a pixel."""
+"""Largest number of pixels of the film on which effects to leave out are chosen: light by path length takes kilobytes a
+pixel.
+"""
 REPEATS = 6
 PILOTS_SEEDS = 2**63
 """Offset from a render's seed to the seed of the pilot that measures effects, so that the two share no random numbers.
@@ -90,10 +92,11 @@ def _untruncated(strategy: Strategy, names: tuple[str, ...]) -> tuple[Strategy, 
 
 
 def choose(scene: Scene, strategy: Strategy, within: float, seed: int = 0, threads: int = 0) -> LeftOut:
-    """Return the scene without the effects that a pilot chose: together their error is at most ``within``, a fraction.
+    """Return the scene without the effects that short renders chose: their error together is at most ``within``.
 
-    Effects with the least bias are left out first; the upper ends of the biases' intervals count. If paths can be cut
-    too, the effects may use half of ``within``, and paths are cut as early as the rest of ``within`` allows.
+    ``within`` is a fraction, and an effect is a feature such as media. Effects with the least bias are left out first;
+    the upper ends of the biases' intervals count. If paths can be cut too, the effects may use half of ``within``, and
+    paths are cut as early as the rest of ``within`` allows.
     """
     called = derive(scene)
     candidates = [name for name in called if kind_of(name).instead and can_leave_out(scene, strategy, name)]

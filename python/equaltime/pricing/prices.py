@@ -26,19 +26,22 @@ from equaltime.words import Shown
 __all__ = ["Price", "PriceList", "effects"]
 
 MOST_PIXELS = 128 * 128
-"""Largest number of pixels of the measured film, unless a size is given."""
+"""Largest number of pixels of the film on which effects are measured, unless a size is given."""
 REPEATS, SAMPLES = 12, 16
 QUICK_PIXELS, QUICK_REPEATS, QUICK_SAMPLES = 64 * 64, 6, 8
 
 
 @dataclass(frozen=True, eq=False)
 class Price:
-    """Cost of one effect in time, variance and memory. Intervals are at 95 %. A field that is not known is None."""
+    """Cost of one effect (feature of a scene, such as media) in time, variance and memory.
+
+    Intervals are at 95 %. A field that is not known is None.
+    """
 
     kind: Effect
     """The effect: its name, title, and stand-in."""
     reasons: tuple[Reason, ...]
-    """Parts of the scene that use the effect."""
+    """Places of the scene that use the effect."""
     instead: str | None
     """Replacement of the effect where it is left out; None if it cannot be left out of this scene."""
     time: Interval | None = None
@@ -67,7 +70,7 @@ class Price:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PriceList(Shown):
-    """Costs of the effects that a scene uses, and the variance split by kind of light."""
+    """Costs of the effects (such as media) that a scene uses, and its variance split by kind of light."""
 
     prices: tuple[Price, ...]
     """Prices of the effects that the scene uses."""
@@ -84,7 +87,7 @@ class PriceList(Shown):
     size: tuple[int, int]
     """Width and height of the measured film, in pixels."""
     samples: int
-    """Samples per pixel in each repeat."""
+    """Samples per pixel in each repeat of the measurement."""
     repeats: int
     strategy: str
     memory: int
@@ -134,7 +137,7 @@ def effects(
     threads: int = 0,
     progress: Callable[[float], object] | None = None,
 ) -> PriceList:
-    """Return the measured cost of each effect that a scene uses.
+    """Return the measured cost of each effect (feature such as media or textures) that a scene uses.
 
     The scene is rendered in turn with each of its variants, which leave one effect out, with the same random numbers.
     Then its noise is divided among kinds of light (`equaltime.quoting.light_parts`), and its outputs beside the image

@@ -41,7 +41,7 @@ _MOST_IN_THE_DARK = 64 * FIRST_LOOK
 
 @dataclass(frozen=True)
 class Chosen:
-    """A sample count that a pilot chose for an error, and the quote (prediction) that led to it."""
+    """A sample count that a pilot (short render) chose for an error, and the prediction that led to it."""
 
     stop: Stop
     """Rule for the end of the image, with the chosen samples per pixel and the pilot's seed; it is stored with the
@@ -78,7 +78,8 @@ def pilot_seed(seed: int) -> int:
 def fixed_count(job: Job, progress: ProgressCallback | None = None) -> Chosen:
     """Return the samples per pixel, chosen by a pilot, with which the job's render reaches its error limit.
 
-    A resumed render keeps the count that was chosen for the same error. With a time limit, the pilot may take a quarter
+    The pilot is a short render that predicts, with separate samples, so the image does not decide its own stop. A
+    resumed render keeps the count that was chosen for the same error. With a time limit, the pilot may take a quarter
     of the time. No count is chosen if that time is too short, or if the pilot finds no count and the render has another
     limit. Then the other limits end the render.
 

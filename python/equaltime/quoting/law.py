@@ -34,9 +34,10 @@ _LOSS, _LOSS_OF_TAKEN, _START = 0.004, 0.022, 0.05
 class Processors(NamedTuple):
     """Processor time of this process: the seconds that its threads ran, and the seconds that they waited to run.
 
-    Both are counted from the start of each thread; idle threads do not count as waiting. The processor time of a sample
-    hardly depends on other processes, but the available share of the processors varies within tenths of a second. So
-    the share is better estimated over a longer time.
+    A quote compares two such times to find the share of the processors that it had. Both are counted from the start of
+    each thread; idle threads do not count as waiting. The processor time of a sample hardly depends on other processes,
+    but the available share of the processors varies within tenths of a second. So the share is better estimated over a
+    longer time.
     """
 
     ran: float
@@ -57,7 +58,7 @@ class Processors(NamedTuple):
     def had_since(self, before: Processors) -> float:
         """Return the share of the processors that this process had since ``before``, in [0, 1].
 
-        It is the time that threads ran, divided by the time that they ran or waited; 1 if the times are unknown.
+        The share is the time that threads ran, divided by the time that they ran or waited; 1 if the times are unknown.
         """
         ran, waited = self.ran - before.ran, self.waited - before.waited
         return ran / (ran + waited) if ran > 0.0 and waited > 0.0 else 1.0
@@ -69,7 +70,7 @@ class Pace(NamedTuple):
     seconds_per_sample: float
     """Seconds for one sample of every pixel."""
     doubt: float
-    """Uncertainty of the mean speed up to the end of the render: standard deviation of its logarithm."""
+    """Standard deviation of the logarithm of the mean speed up to the end of the render."""
     lost: float
     """Largest additional time, in seconds, that the slow start of a render takes."""
 
@@ -166,7 +167,7 @@ class Law:
     """
 
     samples: int
-    """Samples per pixel at the end of the pilot, or of its probe."""
+    """Samples per pixel up to which the error was measured: at the end of the pilot, or of its probe."""
     error: float
     """Estimated relative error of the image at ``samples``, as a fraction."""
     width: float
@@ -180,11 +181,11 @@ class Law:
     seconds_per_sample: float
     """Seconds for one sample of every pixel."""
     speed_doubt: float
-    """Uncertainty of the mean speed up to the end of the render: standard deviation of its logarithm."""
+    """Standard deviation of the logarithm of the mean speed up to the end of the render."""
     seconds_lost: float = 0.0
     """Largest additional time, in seconds, that the slow start of a render takes."""
     before: tuple[tuple[int, float], ...] = ()
-    """Pairs (samples per pixel, error) below ``samples``, the first from the pilot; empty without a probe."""
+    """Pairs (samples per pixel, relative error) below ``samples``, the first from the pilot; empty without a probe."""
     doubt: float = 0.0
     """Standard deviation of log(error) due to the pixels that a probe has not drawn; 0 without a probe."""
 
@@ -238,10 +239,11 @@ class Law:
         return Interval(stops[_DRAWS // 2], stops[1], stops[-2])
 
     def samples_within(self, error: float) -> Interval:
-        """Return the samples per pixel at which the predicted error falls to ``error``, with an interval.
+        """Return the samples per pixel at which the predicted error falls to ``error``, a fraction, with an interval.
 
-        Value, low and high are the counts at which value, low and high of `error_at` fall to ``error``. At the count
-        ``high`` the true error is at most ``error`` in 97.5 % of renders, whatever the renders estimate themselves.
+        Value, low and high are the counts at which value, low and high of the predicted error fall to ``error``. At the
+        count ``high`` the true error is at most ``error`` in 97.5 % of renders, whatever the renders estimate
+        themselves.
         """
         value, low, high = (self._first_within(error, end) for end in ("value", "low", "high"))
         return Interval(value, low, high)

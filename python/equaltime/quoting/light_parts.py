@@ -40,7 +40,7 @@ LONGEST: Final = 16
 
 @dataclass(frozen=True, eq=False)
 class LightParts:
-    """Covariances of parts of an image's light, from renders with K seeds, and each part's share of error².
+    """Covariances of parts of an image's light, from renders with K seeds; each part's share of error² follows.
 
     A part is the light of one path length, of one light source, off one BSDF, or found by one technique. The fields
     hold sums over pixels of products of two images, for each pair of seeds.
@@ -75,7 +75,7 @@ class LightParts:
         return share_of(self.with_whole[numbers].sum(axis=0), self.whole)
 
     def apart(self, depth: int) -> tuple[Interval, Interval]:
-        """Return the variances of two images as shares of the variance of the whole image.
+        """Return the variances of two images that sum to the whole image, as shares of the whole image's variance.
 
         The first image has the light of paths longer than ``depth`` segments, the second the light of all other paths.
         """
@@ -83,7 +83,7 @@ class LightParts:
         return share_of(longer, self.whole), share_of(self.whole - 2.0 * crossed + longer, self.whole)
 
     def common(self, depth: int) -> Interval:
-        """Return twice the covariance of two images, as a share of the variance of the whole image.
+        """Return twice the covariance of two images that sum to the whole image, as a share of its variance.
 
         The images have the light of paths longer than ``depth`` segments, and of all other paths. The result is 1 minus
         the sum of the two shares that `apart` returns.

@@ -60,13 +60,13 @@ class NoiseLight:
     """Light that makes the noise of a render: shares of error², as fractions with their 95 % intervals."""
 
     seen: Interval
-    """Share of light that the camera sees directly, as at edges of lamps. ``seen``, ``direct`` and ``indirect`` sum to
-    1.
+    """Share of error² of light that the camera sees directly, as at edges of lamps. ``seen``, ``direct`` and
+    ``indirect`` sum to 1.
     """
     direct: Interval
-    """Share of direct light: paths that leave a lamp and are scattered once on the way to the camera."""
+    """Share of error² of direct light: paths that leave a lamp and are scattered once on the way to the camera."""
     indirect: Interval
-    """Share of indirect light: paths that are scattered more than once."""
+    """Share of error² of indirect light: paths that are scattered more than once."""
     alone: Interval
     """Fraction of error² that would remain if indirect light had no noise."""
     indirect_alone: Interval
@@ -86,7 +86,9 @@ class NoiseLight:
     repeats: int
     """Number of renders with independent seeds."""
     doubt: str = ""
-    """Reason why the intervals cannot be trusted (`equaltime.film.tails`); empty if they can."""
+    """Reason, in words, why the intervals cannot be trusted: few bright paths make the noise. Empty if they can be
+    trusted.
+    """
 
     def as_dict(self) -> dict[str, Any]:
         """Return the fields by name as JSON data."""

@@ -70,7 +70,7 @@ class NoiseRectangle:
     def stands_out(self) -> bool:
         """Whether the rectangle is noisier than the picture as a whole.
 
-        True if its share of error² is surely above its fraction of the picture's area.
+        True if the lower limit of its share of error² is above its fraction of the picture's area.
         """
         return self.share.low > self.area
 
@@ -138,7 +138,7 @@ def noise_places(pixels: PixelStatistics, corner: tuple[int, int] = (0, 0), leas
 
 
 def places_of(session: Session) -> NoisePlaces:
-    """Return the shares of error² that regions and pixels make in the picture of a session's render so far."""
+    """Return the shares of error² that regions and pixels make in the picture of a running render so far."""
     pixels, window = session.statistics(), session.origin.window
     return noise_places(pixels, (window.x, window.y), session.lamps.least(*pixels.samples.shape))
 

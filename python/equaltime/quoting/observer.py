@@ -62,34 +62,37 @@ class Observer:
         """
 
     def pass_ended(self, image: Callable[[], NDArray[np.float64]]) -> None:
-        """Receive the end of a pass. ``image()`` returns the image so far, (H, W, 3), in linear RGB."""
+        """Receive the end of a pass over all pixels. ``image()`` returns the image so far, (H, W, 3), in linear RGB."""
 
     def quoted(self, quote: Quote) -> None:
         """Receive, once and early, the predicted time to reach the error, or the error that the time limit will reach.
 
-        A quote comes after at most max(8 samples per pixel, min(5 % of the work, 10 s)). For an error target, up to
-        4096 pixels are first rendered to the end (`equaltime.quoting.probe`). These pixels take at most 3 % of the
-        work, or 4 samples per pixel if that is more. Their samples are not in the image.
+        The prediction (quote) comes after at most max(8 samples per pixel, min(5 % of the work, 10 s)). For an error
+        target, up to 4096 pixels are first rendered to the end (`equaltime.quoting.probe`). These pixels take at most 3
+        % of the work, or 4 samples per pixel if that is more. Their samples are not in the image.
         """
 
     def unquoted(self, why: str) -> None:
-        """Receive the reason, in words, why there is no quote although an error or a time was asked for.
+        """Receive the reason, in words, why time or error cannot be predicted although one of them is limited.
 
-        It is called once, and instead of `quoted`.
+        The method is called once, and instead of `quoted`.
         """
 
     def decided(self, why: Sequence[str]) -> None:
-        """Receive, in words, which effects were left out or kept and why: once, before the first sample."""
+        """Receive, in words, which effects (features such as media) were left out or kept, and why.
+
+        The method is called once, before the first sample.
+        """
 
     def unsaved(self, why: str) -> None:
-        """Receive the reason, in words, why a checkpoint was not written; the render goes on.
+        """Receive the reason, in words, why the render so far could not be saved (a checkpoint); the render goes on.
 
         After a failure, the next failure is reported only if a checkpoint was written in between.
         """
 
 
 def overrides(observer: Observer, method: str) -> bool:
-    """Tell whether an observer overrides the named method of `Observer`. If not, the event need not be computed."""
+    """Tell whether an observer overrides the named method of `Observer`; if not, the event need not be computed."""
     return getattr(type(observer), method) is not getattr(Observer, method)
 
 
@@ -103,7 +106,7 @@ class QuoteWatch:
         self._pilot, self._observer, self._done = pilot, observer, False
 
     def pass_ended(self) -> None:
-        """Tell the observer the quote, or the reason why there is none, if either is known after this pass."""
+        """Pass on the quote, or the reason why there is none, to the observer, if either is known after this pass."""
         if self._done:
             return
         try:

@@ -48,14 +48,17 @@ class Renders:
 
 @dataclass(frozen=True, eq=False)
 class Versus:
-    """Render without some effects beside the full render: differences in time, variance, image and memory, at 95 %."""
+    """Renders without some effects beside renders of the whole scene: what the effects cost and change, at 95 %.
+
+    An effect is a feature of the scene, such as lens or media.
+    """
 
     time: Interval
     """Share of the whole scene's rendering time that the effects take."""
     variance: Interval
     """Share of the whole image's variance that the effects make."""
     change: Interval
-    """Error due to leaving the effects out: 0.02 is 2 %."""
+    """Relative error of the image due to leaving the effects out: 0.02 is 2 %."""
     memory: int
     """Bytes of memory that the effects take in the core."""
     difference: Floats
@@ -92,9 +95,10 @@ def run_in_turn(
 ) -> tuple[Renders, dict[N, Renders]]:
     """Render a scene and its variants in turn, and return the scene's renders and the renders of each variant.
 
-    ``variants`` maps a key to the names of the effects that the variant leaves out. There are ``repeats`` rounds. Each
-    round renders the scene and all variants with one seed, the first with ``seed``, the next with ``seed + 1``. The
-    order alternates between rounds, so that a drifting machine affects all alike. ``samples`` is the count per pixel.
+    ``variants`` maps a key to the names of the effects (features such as media) that the variant leaves out. There are
+    ``repeats`` rounds. Each round renders the scene and all variants with one seed, the first with ``seed``, the next
+    with ``seed + 1``. The order alternates between rounds, so that a drifting machine affects all alike. ``samples`` is
+    the count per pixel. ``progress`` is called with the finished fraction.
 
     Raises
     ------
@@ -155,9 +159,10 @@ def change_of(squares: Floats) -> Interval:
 
 
 def share_of(part: Floats, whole: Floats) -> Interval:
-    """Return the share of a part of an image in the variance of the whole image, as an interval.
+    """Return the share of a part of an image in the variance of the whole image, as a fraction with its interval.
 
-    ``part`` holds the `products` of part and whole, and ``whole`` the products of the whole with itself, both (K, K).
+    ``part`` holds the `products` of the part and the whole image for all pairs of seeds, (K, K). ``whole`` holds those
+    products of the whole image with itself.
     """
 
     def share(kept: Floats) -> float:

@@ -100,7 +100,7 @@ _LEAST_DRAWS, _MOST_DRAWS = 16, 4096
 
 @dataclass(frozen=True, repr=False)
 class Quote(Shown):
-    """Quote: the predicted time, samples per pixel, error and memory of a render."""
+    """Quote: the predicted time, samples per pixel, error and memory of a render, from a short render (pilot)."""
 
     seconds: Interval
     """Seconds from the first sample (of this run, if it resumes another) to the final film."""
@@ -115,17 +115,21 @@ class Quote(Shown):
     law: Law
     """Fitted law of the render: its error and its time by the number of samples per pixel."""
     prices: Mapping[float, Interval] = field(hash=False)
-    """Seconds to reach each error in `TARGETS` that is below the pilot's error, by that error."""
+    """Seconds to reach each relative error in `TARGETS` that is below the error of the short render behind the quote,
+    by that error.
+    """
     pilot_seconds: float
     """Seconds that the prediction took, including the search for places and light that make the noise."""
     origin: Origin
     """Origin of the quoted render: scene, strategy and seed that the prediction refers to."""
     places: NoisePlaces | None = None
-    """Shares of error² of regions and pixels; None if the quote comes from a render's own first passes."""
+    """Places of the noise: shares of error² of regions and pixels. None if the quote comes from a render's own first
+    passes.
+    """
     light: NoiseLight | None = None
-    """Light that makes the noise; None if it was not asked for, or if the pilot had no time for it."""
+    """Light that makes the noise, by kind; None if it was not asked for, or if there was no time to find it."""
     interrupted: bool = False
-    """Whether Ctrl-C ended the pilot, so that the quote is from fewer samples."""
+    """Whether Ctrl-C ended the short render behind the quote, so that the quote is from fewer samples."""
 
     def __str__(self) -> str:
         number = stated(self.origin)
@@ -250,10 +254,10 @@ class Pilot:
                 return None
 
     def pass_ended(self) -> Quote | None:
-        """Return the quote if enough is known after this pass, else None; call it after every pass.
+        """Return the quote if enough is known after this pass, else None; call the method after every pass.
 
         The error is estimated after 2, 4, 8, … samples per pixel, half way between these counts, and where a quote may
-        be due. It is not estimated if no time is left for that.
+        be due. The estimate is left out if there is no time for it.
 
         Raises
         ------

@@ -32,7 +32,10 @@ __all__ = ["FIRST_LOOK", "Limits", "Look", "Looks", "Stop", "StopRule", "Stopped
 StopRule = Literal["look", "fixed"]
 
 StoppedBy = Literal["spp", "time", "error", "count", "interrupt", "nonfinite", "faulty", "unfinished", "merge"]
-"""Reasons why a render ends (`equaltime.rendering.result.Result.stopped_by`)."""
+"""Reasons why a render ends: the number of samples, the time, the error, or the count that a pilot chose; Ctrl-C; a
+sample that is NaN or infinite, or that raised a floating-point fault. ``unfinished`` is a render saved on the way, and
+``merge`` one that was merged.
+"""
 
 _ALWAYS = ("rule", "selects", "error")
 
@@ -42,21 +45,27 @@ _OF_FIXED = ("spp", "pilot_seed", "pilot_spp", "pilot_seconds")
 
 @dataclass(frozen=True)
 class Stop:
-    """Rule by which a render stops at an error.
+    """Rule by which a render stops at an error; it is stored with the result.
 
-    The render stops by its own estimates of the error (``look``), or at a count that a pilot chose before (``fixed``).
+    The render stops by its own estimates of the error (``look``), or at a sample count that a pilot chose before
+    (``fixed``). A pilot is a short render that predicts.
     """
 
     rule: StopRule
-    """``look``: the render looks at its own error; ``fixed``: a pilot chose the count."""
+    """``look``: the render stops by estimates of its own error; ``fixed``: a pilot (short render) chose the sample
+    count.
+    """
     error: float
-    """Relative error to reach, as a fraction. The bias due to effects that were left out is not part of it."""
+    """Relative error to reach, as a fraction. It does not include the bias due to effects, such as media, that were
+    left out.
+    """
     spp: int | None = None
     """Samples per pixel that a pilot (short render that predicts) chose; None for ``look``."""
     pilot_seed: int | None = None
-    """Seed of the pilot's samples; None for ``look``."""
+    """Seed of the samples of the pilot (short render that predicts); None for the rule ``look``."""
     pilot_spp: int | None = None
-    """Samples per pixel of the pilot, which are not part of the image; None for ``look``."""
+    """Samples per pixel of the pilot (short render that predicts), which are not part of the image; None for ``look``.
+    """
     pilot_seconds: float = 0.0
     """Seconds of the pilot; 0 for ``look``."""
 
@@ -107,7 +116,9 @@ class Limits:
     spp: int | None = None
     seconds: float | None = None
     error: float | None = None
-    """Upper limit of the image's error: 0.02 is 2 %."""
+    """Relative error to reach: the render ends when the upper limit of its error is at most this fraction (0.02 is 2
+    %).
+    """
 
     def __post_init__(self) -> None:
         """Convert the limits to Python's numbers: JSON cannot hold NumPy's numbers or fractions."""
@@ -155,7 +166,7 @@ def next_look(samples: int) -> int:
 
 
 class Looks:
-    """All looks of one render: the estimates of its error at which it may stop.
+    """All looks of one render (estimates of its error at which it may stop), to decide when it stops.
 
     Parameters
     ----------
@@ -189,7 +200,10 @@ class Looks:
         self.made = (*self.made, Look(samples, error.value, error.high, brightest))
 
     def met(self, target: float) -> bool:
-        """Tell whether the last two looks agree that the error is at most ``target``, a fraction."""
+        """Tell whether the last two looks (estimates of the error) agree that the error is at most ``target``.
+
+        ``target`` is a fraction. The first of the two looks may exceed it by a fifth.
+        """
         if len(self.made) < 2:
             return False
         before, last = (look.believed for look in self.made[-2:])

@@ -75,21 +75,28 @@ class Compared:
 
 @dataclass(frozen=True, repr=False)
 class Comparison(Shown):
-    """Distances of one or two images from a reference, and the ratios of two images, as `compare` returns them."""
+    """Result of `compare`: distances of one or two images from a reference, and the ratios of two images.
+
+    A and B are the first and the second image that were compared.
+    """
 
     size: tuple[int, int]
     """Width and height, in pixels."""
     against: Path
-    """File that stands for the truth: the reference, or B if there is none."""
+    """File that stands for the truth: the reference, or the second image if there is no reference."""
     images: tuple[Compared, ...]
-    """A and B; A alone if there is no reference."""
+    """Distances of the first and the second image from the reference; without a reference, of the first from the
+    second.
+    """
     ratio: Interval | None
-    """Error of image A divided by the error of image B, for these two images only; below 1, A is nearer to the
-    reference. None if there is no reference, or if its noise is too large. The ends of the interval are NaN if the file
-    of the reference has no standard errors."""
+    """Error of the first image divided by the error of the second, for these two images only; below 1, the first is
+    nearer to the reference. None if there is no reference, or if its noise is too large. The ends of the interval are
+    NaN if the file of the reference has no standard errors.
+    """
     efficiency: Interval | None
-    """Efficiency of image A, 1 / (error² x seconds), divided by the efficiency of image B, for these two images only.
-    None if there is no ratio, or if a file does not state its time."""
+    """Efficiency of the first image, 1 / (error² x seconds), divided by the efficiency of the second, for these two
+    images only. None if there is no ratio, or if a file does not state its time.
+    """
     notes: tuple[str, ...]
     """Sentences on facts that limit the numbers, such as a noisy reference."""
 

@@ -132,13 +132,17 @@ class AdaptiveRenderer(_core.Renderer):
 
     @property
     def counts(self) -> Counts | None:
-        """Sample counts that the pilot chose: ``even`` or ``error`` (uneven); None before the pilot has ended."""
+        """Sample counts of pixels: ``even`` or ``error`` (uneven); None before the pilot has ended, which chooses.
+
+        The pilot is the first samples of every pixel.
+        """
         return None if self._rates is None else "even" if (self._rates == 1.0).all() else "error"
 
     def rates(self, samples: int) -> NDArray[np.float64]:
         """Return the ratio of each pixel's sample count to the mean count, (H, W).
 
-        ``samples`` is the mean count. The pilot must have ended.
+        ``samples`` is the mean count. The first samples of every pixel, from which the ratios follow, must have been
+        taken.
         """
         if self._rates is None:
             self._decide(self)
@@ -244,7 +248,7 @@ def bad_sample(
     """Return an error for the first bad sample of a renderer; the error holds the command that replays the sample.
 
     A sample is bad if it is NaN or infinite, or raised a floating-point fault. ``result`` is the result so far, which
-    the error holds too. ``without`` names the effects that were left out.
+    the error holds too. ``without`` names the effects (features of the scene, such as media) that were left out.
     """
     x, y, index = renderer.nonfinite[0] if renderer.nonfinite else renderer.faulty[0][:3]
     left, top, _, _ = scene.model.sensor.film.crop

@@ -27,7 +27,10 @@ RendererKind = Literal["core", "mitsuba", "command"]
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """State of a render at a checkpoint of an experiment: when pixels have ``spp`` samples (on average, if uneven)."""
+    """State of a render at a checkpoint of an experiment: image, time and cost at one sample count.
+
+    At the checkpoint, pixels have ``spp`` samples (on average, if uneven).
+    """
 
     spp: int
     wall_s: float
@@ -37,11 +40,11 @@ class Point:
     image: NDArray[np.float32]
     """(H, W, 3): linear RGB radiance."""
     estimate: Interval | None = None
-    """Error that the renderer itself states; None if it states none."""
+    """Relative error that the renderer itself states, without a reference; None if it states none."""
     paths: int | None = None
     rays: int | None = None
     shadow_rays: int | None = None
-    """Counts so far of paths, rays and shadow rays; None if the renderer does not count them."""
+    """Number of shadow rays so far, as ``paths`` and ``rays`` are so far; None if the renderer does not count them."""
     samples: NDArray[np.int64] | None = None
     """(H, W): number of samples of each pixel; None if all pixels have ``spp``."""
     variance: NDArray[np.float32] | None = None
@@ -49,7 +52,7 @@ class Point:
 
 
 class Subject(Protocol):
-    """Interface of a strategy of some renderer in an experiment.
+    """Interface of a renderer with a strategy that takes part in an experiment; write one to add your own renderer.
 
     A subject may have a method ``close``, which is called when the subject is no longer needed.
     """

@@ -29,11 +29,11 @@ class FilmPicture:
     """Form of a picture: its colours, alpha and precision. The default is R, G, B in 32 bits without alpha."""
 
     colors: str = "rgb"
-    """``rgb``, ``luminance`` or ``xyz``."""
+    """Channels of the picture: ``rgb``, ``luminance`` or ``xyz``."""
     alpha: bool = False
-    """Whether alpha is written."""
+    """Whether the picture has alpha."""
     half: bool = False
-    """Whether numbers are rounded to 16 bits."""
+    """Whether the picture's numbers are rounded to 16 bits."""
 
     @classmethod
     def of(cls, film: HdrFilm) -> FilmPicture:

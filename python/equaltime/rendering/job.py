@@ -34,7 +34,9 @@ __all__ = [
 
 Backend = Literal["core", "embreex"]
 Traps = Literal["ignore", "check", "stop"]
-"""Treatment of floating-point faults: ``ignore``, name the sample (``check``), or end by SIGFPE (``stop``)."""
+"""Treatment of floating-point faults: ``ignore`` them, name the sample (``check``), or end the process by SIGFPE
+(``stop``).
+"""
 DEFAULT_SPP = 64
 """Number of samples per pixel where neither the user nor the scene gives a number or another limit."""
 MOST_THREADS = 4096
@@ -58,9 +60,9 @@ class Job:
     threads: int = 0
     """Worker threads; 0 is one for each processor."""
     without: tuple[str, ...] = ()
-    """Names of the effects that were left out of ``scene`` and ``strategy``."""
+    """Names of the effects (features such as media) that were left out of ``scene`` and ``strategy``."""
     bias: Interval | None = None
-    """Error due to the effects that were left out; None if there are none."""
+    """Relative error due to the effects (features such as media) that were left out; None if there are none."""
     traps: Traps = "ignore"
     """Treatment of floating-point faults: ``ignore``, name the sample (``check``), or end the process (``stop``)."""
     stop: Stop | None = None

@@ -41,7 +41,7 @@ Floats = NDArray[np.float64]
 
 _BLOCK = 4
 FEWEST_BLOCKS = 16
-"""Least number of blocks for a trusted ratio of errors: the scatter of fewer blocks is too uncertain."""
+"""Least number of blocks of 4x4 pixels for a trusted ratio of errors: the scatter of fewer blocks is too uncertain."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,9 +125,9 @@ class Difference:
     relMSE. Without that division their mean is MSE.
     """
     slopes: Floats
-    """Derivative of the sum of the squares with respect to the reference's value, in each pixel and channel."""
+    """Derivative of the sum of ``squares`` with respect to the reference's value, in each pixel and channel."""
     variance: Floats
-    """Variance of the reference."""
+    """Variance of the reference in each pixel and channel."""
     share: float
     """Upper limit, in [0, 1], of the share of the reference's noise in the squared differences."""
 
@@ -181,8 +181,8 @@ class Difference:
 def log_ratio(first: Difference, second: Difference) -> tuple[float, float]:
     """Return the logarithm of ``first.value / second.value``, and half the width of its 95 % interval.
 
-    Both values (relMSE or MSE) must be positive, and both images compared with one reference. The interval takes into
-    account that the reference's noise moves both values.
+    The ratio tells which of two images is nearer to one reference. Both values (relMSE or MSE) must be positive. The
+    interval takes into account that the reference's noise moves both values.
     """
     squares, slopes = (
         getattr(first, name) / first.value - getattr(second, name) / second.value for name in ("squares", "slopes")

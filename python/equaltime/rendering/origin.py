@@ -23,7 +23,7 @@ class Origin:
     digest: str
     """SHA-256 of the scene's content."""
     window: Window
-    """Window of the full film that the image shows, in pixels."""
+    """Position (x, y) of the image's first pixel on the full film, and width and height of that film, in pixels."""
     max_depth: int
     """Length of the longest paths in the image, counted as Mitsuba's ``max_depth``; -1 if there is no limit."""
     strategy: str
@@ -51,7 +51,7 @@ class Origin:
     scene_max_depth: int | None = None
     """The ``max_depth`` that the scene asks for, which may differ from ``max_depth`` here; None if unknown."""
     transparent: bool = False
-    """Whether the render was asked to make the background transparent (`Scene.with_`)."""
+    """Whether the user asked for a transparent background, beside what the scene's film asks for."""
     defines: Mapping[str, str] = field(default_factory=dict, compare=False, hash=False)
     """Values for the variables of the scene's file, as text. The digest already contains their effect."""
     frame: Frame | None = field(default=None, compare=False)

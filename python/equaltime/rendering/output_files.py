@@ -23,21 +23,22 @@ _WORTH_KEEPING: Final = 60.0
 
 
 AovPicture = Literal["variance"]
-"""Pictures that `Result.save` can write beside the preview."""
+"""Pictures that `Result.save` can write beside the preview: ``variance`` of one sample of each pixel."""
 
 
 class OutputPaths(NamedTuple):
-    """Paths of the files that `Result.save` writes."""
+    """Paths of the files that `Result.save` writes, to check them before a render begins."""
 
     exr: Path | None
-    """File with all data; None if only pictures are written."""
+    """EXR file with all data; None if only pictures are written."""
     preview: Path
+    """Picture of the image, PNG or JPEG."""
     variance: Path | None = None
     """Picture of the variance; None if it is not asked for."""
 
     @property
     def pictures(self) -> tuple[Path, ...]:
-        """Paths of the pictures."""
+        """Paths of the pictures: the preview, and the variance if asked for."""
         return tuple(path for path in self[1:] if path is not None)
 
     @property
@@ -69,7 +70,8 @@ def check_output(
 def check_spares(places: Iterable[Path], files: Iterable[Path], why: str) -> None:
     """Raise `ImageError` if one of the output files is one of ``files``, even under another name or as a link.
 
-    ``places`` lists the paths of the outputs. ``why`` follows the path in the message.
+    So no output replaces a file of the scene. ``places`` lists the paths of the outputs. ``why`` is the reason that
+    follows the path in the message.
     """
     there = [file for file in files if os.path.exists(file)]
     for place in filter(Path.exists, places):

@@ -51,7 +51,7 @@ FOUND: Final = {
     **{"duv_dx": "duv_dx", "duv_dy": "duv_dy"},
 }
 STEPS: Final = {"duv_dx": (1.0, 0.0), "duv_dy": (0.0, 1.0)}
-"""Offset (x, y), in pixels, to the neighbour whose difference gives each derivative of the texture coordinates."""
+"""Neighbour whose difference gives each derivative of the texture coordinates, as an offset (x, y) in pixels."""
 
 
 def outputs(
@@ -69,7 +69,7 @@ def outputs(
     Parameters
     ----------
     rendered
-        Scene without the effects that were left out.
+        Scene without the effects (features such as media) that were left out.
     samples
         Samples per pixel of the render.
     seconds
@@ -121,7 +121,7 @@ def _bounces(
 
 
 def asked_for(scene: Scene) -> tuple[tuple[str, str], ...]:
-    """Return the outputs beside the image that the scene asks for, as pairs (name, kind).
+    """Return the outputs beside the image that the scene asks for, as pairs (name, kind): ("distance", "depth").
 
     If the film asks for alpha, the last pair is ("", "alpha").
     """

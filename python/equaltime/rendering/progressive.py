@@ -44,7 +44,7 @@ class Progressive:
 
     @property
     def result(self) -> Result:
-        """Result so far.
+        """Result of the render so far.
 
         Its ``stopped_by`` is the reason why the last loop ended, or ``unfinished``.
         """

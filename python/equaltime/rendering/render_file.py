@@ -130,9 +130,9 @@ class RenderFile:
     samples: NDArray[np.int64]
     """(H, W): number of samples of each pixel."""
     record: Mapping[str, Any]
-    """JSON data that tell how the render was made."""
+    """JSON data that tell how the render was made: scene, strategy, seed, error, time and so on."""
     window: Window
-    """Window of the full film that the image shows."""
+    """Position (x, y) of the image's first pixel on the full film, and width and height of that film, in pixels."""
     moments: NDArray[Any] | None = None
     """(R, H, W): count, mean and deviation of the samples of each pixel in each of R replicates, of the type
     `equaltime.film.moments.DTYPE`.
@@ -246,10 +246,9 @@ _ALWAYS: Final = frozenset({"record", "beauty", "stderr", "samples"})
 
 
 def read_picture(path: str | os.PathLike[str]) -> Picture:
-    """Return the picture in any image file.
+    """Return the image of any image file, with standard errors, sample counts and record if equaltime wrote it.
 
-    For a render of equaltime it has the record (how the render was made), ``stderr.R/G/B`` and ``samples`` too. Raises
-    `ImageError` if the file cannot be read.
+    The record tells how the render was made. Raises `ImageError` if the file cannot be read.
     """
     return _guarded_picture(path)[0]
 

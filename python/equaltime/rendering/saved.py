@@ -60,7 +60,7 @@ class SavedRender:
     equaltime 0.1.0.
     """
     alpha: NDArray[np.float32] | None = None
-    """(H, W): opacity of each pixel, if the film asked for it."""
+    """(H, W): opacity of each pixel, in [0, 1]; None if the film did not ask for it."""
     second: SecondNets | None = None
     """Second nets: further samples of some pixels, not in the image, that show its noise. None if there are none."""
 
@@ -77,7 +77,8 @@ class SavedRender:
     def of(cls, file: RenderFile, path: Path) -> SavedRender:
         """Return the content of a saved render, from the content of its file, after checking it.
 
-        ``path`` is the name of the file in errors. Raises `ImageError` as `read` does.
+        ``path`` is the name of the file in errors. Raises `ImageError` if the file holds no moments, or if they do not
+        fit its record.
         """
         moments, parts, missed = file.moments, file.parts, file.missed
         if moments is None:
@@ -142,7 +143,8 @@ class SavedRender:
     def check(self, wanted: Mapping[str, Any]) -> None:
         """Raise `ImageError`, with the differences, if this saved render cannot be resumed as the wanted render.
 
-        ``wanted`` holds the values that the record of the wanted render has. A merged render cannot be resumed.
+        ``wanted`` holds the values that the record (JSON data on how it was made) of the wanted render has. A merged
+        render cannot be resumed.
         """
         if self.record["sources"]:
             raise ImageError(
@@ -281,7 +283,7 @@ def _stats(record: Mapping[str, Any]) -> Stats:
 
 
 def as_checkpoint(render: Render) -> SavedRender:
-    """Return the data of a render that resuming and merging need.
+    """Return the content of a render that resuming and merging need: its record and the moments of its pixels.
 
     ``render`` is a result or the path of its file. Raises `ImageError` if moments are missing.
     """

@@ -59,7 +59,7 @@ _SECONDS_A_PIXEL = 1e-6
 
 @dataclass(frozen=True)
 class Checkpoints:
-    """Where and how often a render is saved on the way, so that it can be resumed if it is interrupted."""
+    """Settings of the saves on the way: file, interval, exposure of previews. A saved render can be resumed."""
 
     path: Path
     """EXR file that each checkpoint replaces."""
@@ -74,7 +74,7 @@ class Checkpoints:
 
 
 class Session:
-    """A render that runs pass by pass and can be asked for its result between passes.
+    """A render in the core that runs pass by pass and can be asked for its result between passes.
 
     Raises
     ------
@@ -83,7 +83,7 @@ class Session:
     RenderError
         If there is not enough memory, or if the film is a single pixel and an error is the only limit.
     ImageError
-        If the checkpoint belongs to another render.
+        If the saved render that is to be resumed belongs to another render.
     """
 
     def __init__(self, job: Job, progress: ProgressCallback | None = None) -> None:
@@ -127,7 +127,7 @@ class Session:
 
     @property
     def origin(self) -> Origin:
-        """Everything that decides the bits of the render except the sample counts."""
+        """Origin of the render, for its record: everything that decides its bits except the sample counts."""
         return self._origin
 
     @property
@@ -156,8 +156,9 @@ class Session:
     ) -> Result:
         """Run all passes, call the functions of ``pass_ended`` after each, and return the result.
 
-        Checkpoints are saved within passes too. After Ctrl-C the result holds the finished blocks. Raises
-        `KeyboardInterrupt` if nothing is finished. Raises `SampleError` or `BrightImage`, which hold the result so far.
+        Checkpoints (saves of the render so far) are written within passes too. After Ctrl-C the result holds the
+        finished blocks of pixels. Raises `KeyboardInterrupt` if nothing is finished. Raises `SampleError` or
+        `BrightImage`, which hold the result so far.
         """
         if checkpoints is not None:
             save, takes = partial(self._save, checkpoints), _SECONDS_A_PIXEL * self.passes.pixels
@@ -246,7 +247,7 @@ class Session:
 
     @property
     def stop(self) -> Stop | None:
-        """Rule by which the render, or the render that it resumed, stops at an error; None without an error target."""
+        """Rule by which this render, or the one that it resumes, stops at an error; None without an error target."""
         error = self.passes.limits.error
         return self._stop if error is None else Stop("look", error)
 

@@ -113,7 +113,7 @@ class SpreadRenderer(_core.Renderer):
 
     @property
     def threads(self) -> int:
-        """Number of threads of all processes that have rendered a unit."""
+        """Number of threads of all processes that have rendered a unit; before the first unit, of this process."""
         return sum(self._processes.values()) or super().threads
 
     def adapt(self, pilot: int, rates: NDArray[np.float32]) -> None:

@@ -21,12 +21,15 @@ _COMPARE = "the bias is not in the noise: `equaltime compare` with a render by `
 
 @dataclass(frozen=True)
 class Stated:
-    """Words that tell what the error stated by a render contains: its name, the paths, and the missing errors."""
+    """Words that tell what the error stated by a render contains: its name, the paths, and the missing errors.
+
+    A command prints them beside the number, so that noise alone is not called the error.
+    """
 
     noun: Literal["error", "noise", "noise and measured bias"]
     """Name of the number; ``error`` if nothing is missing in it."""
     paths: str
-    """Paths of the image, such as ``paths up to depth 2``, if the scene asks for longer ones; else empty."""
+    """Paths of the image, such as ``paths up to depth 2``, if the scene asks for others; else empty."""
     by_strategy: bool
     """Whether the strategy is biased by an amount that the stated number does not include."""
     missing: str
@@ -47,7 +50,7 @@ def paths_up_to(depth: int) -> str:
 
 
 def shorter(depth: int, other: int | None) -> int:
-    """Return the smaller of two path depths; a negative depth or None stands for no limit."""
+    """Return the smaller of two largest path depths; a negative depth or None stands for no limit."""
     if other is None or other < 0:
         return depth
     return other if depth < 0 else min(depth, other)
@@ -62,10 +65,10 @@ def other_depth(depth: int, asked: int) -> str:
 
 
 def different_problems(records: Sequence[tuple[Path, Mapping[str, Any]]]) -> Iterator[str]:
-    """Yield notes, in words, if images show different scenes or different path depths.
+    """Yield notes, in words, for a comparison of images that show different scenes or have different path depths.
 
-    A note also tells if their depth is not the one that their scene asks for. ``records`` holds the path and the record
-    (JSON data on how it was made) of each image.
+    A note also tells if the depth of the images is not the depth that their scene asks for. ``records`` holds the path
+    and the record (JSON data on how it was made) of each image.
     """
     depths = {path: depth for path, said in records if _is_depth(depth := said.get("max_depth"))}
     shown = set(depths.values())

@@ -49,7 +49,7 @@ class Team(Protocol):
         """Return a future of the unit with its samples, and let a process render it."""
 
     def check(self) -> bool:
-        """Tell whether units that wait must be submitted again, because all processes that knew them have ended.
+        """Tell whether waiting units must be submitted again, because all processes that had received them have ended.
 
         Called while units are waited for. Raises RenderError if no process is left.
         """
@@ -71,7 +71,7 @@ class Cluster(Protocol):
     """Interface to processes that can render any scene, as ``Job.cluster``: `team` gives them one scene."""
 
     def team(self, scene: Scene) -> Team:
-        """Return a team whose processes have the scene.
+        """Return a team of the processes, each of which has loaded the scene.
 
-        Raises RenderError if no process can render it to the bits of this one.
+        Raises RenderError if no process gives the same bits as this one.
         """

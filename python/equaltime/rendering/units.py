@@ -42,7 +42,8 @@ class Recipe:
     """Settings that decide the bits of a render's samples, beside the scene, for each process that takes samples."""
 
     strategy: str
-    """Name of the strategy, with the render's decisions in place of automatic values."""
+    """Name of the strategy, with the render's decisions (on splitting and sample counts) in place of automatic values.
+    """
     seed: int
     nets: int
     """Number of independent nets (low-discrepancy point sets) that a pixel's samples form: 1 or 2."""
@@ -55,7 +56,9 @@ class Recipe:
     traps: str
     """Treatment of floating-point faults: ``ignore`` them, or name the sample (``check``)."""
     build: str
-    """Facts of the build and the processor that decide bits (`equaltime.rendering.core.build_info`), as JSON text."""
+    """Facts of the build and the processor that decide bits, as JSON text; a process with other facts must not take
+    part.
+    """
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +87,7 @@ class Unit:
 
     @property
     def pixels(self) -> int:
-        """Number of the window's pixels."""
+        """Number of pixels in the window."""
         x0, y0, x1, y1 = self.window
         return (x1 - x0) * (y1 - y0)
 
@@ -98,9 +101,9 @@ class Rendered:
     second: NDArray[Any]
     """(R, h', w'): moments of the second nets in the window; empty if there are none."""
     pixel_rays: NDArray[np.uint64] | None
-    """(h, w): rays of the added samples; None if they were not counted."""
+    """(h, w): number of rays of each pixel's added samples; None if they were not counted."""
     counters: Mapping[str, int]
-    """Paths, rays and shadow rays of the added samples."""
+    """Numbers of paths, rays and shadow rays of the added samples."""
     nonfinite: tuple[tuple[int, int, int], ...]
     """Samples that were NaN or infinite, as (x, y, sample index), with x and y in the crop."""
     faulty: tuple[tuple[int, int, int, str], ...]
@@ -125,7 +128,7 @@ def add_samples(scene: Scene, unit: Unit, threads: int = 0) -> Rendered:
 
 
 def release() -> None:
-    """Free the memory that this process keeps for its next unit."""
+    """Free the memory that this process holds for its next unit of a render."""
     with _ONE:
         _CACHED.clear()
 
