@@ -1,4 +1,4 @@
-"""Verdicts on the questions other than time: which strategies are biased, their samples, and their efficiency."""
+"""Verdicts of experiments that ask for bias, samples or efficiency, and not for the time to an error."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ __all__ = ["bias_verdict", "efficiency_verdict", "samples_verdict"]
 
 
 def bias_verdict(scenes: Sequence[SceneResult], level: float) -> str:
-    """Return sentences that name the strategies found biased, those not found biased, and those not tested.
+    """Return sentences that name the strategies found biased, the strategies not found biased, and those not tested.
 
-    A strategy is biased if its expected image differs from the expected image of the scene's standard strategy.
-    ``level`` is the false-alarm rate of all these tests together.
+    A strategy is biased if its expected image differs from the expected image of the scene's standard strategy, which
+    is usually ``best``. ``level`` is the false-alarm rate of all these tests together.
     """
     found, right, untested = [], [], []
     for scene, strategy in _others(scenes):

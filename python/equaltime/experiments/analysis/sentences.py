@@ -58,7 +58,7 @@ def times(ratio: Interval, above: str, below: str) -> str:
 
 
 def joined(labels: Iterable[str]) -> str:
-    """Return different labels in one text, as for strategies that differ by scene: ``best or mis``."""
+    """Return labels of strategies in one text, such as ``best or mis``; equal labels are named once."""
     return " or ".join(dict.fromkeys(labels))
 
 

@@ -67,8 +67,9 @@ p-value of the test whether the expected image is the standard strategy's.
 """
 
 Question = Literal["time", "bias", "samples", "efficiency"]
-"""An experiment's question: the time to an error, which strategies are biased, the samples to an error, or squared
-error times time."""
+"""An experiment's question: the ``time`` to an error, which strategies are biased (``bias``), the ``samples`` to an
+error, or the ``efficiency``: the inverse of squared error times time.
+"""
 
 DEFAULT_BUDGET = 10.0
 MOST_REPEATS = 100_000
@@ -92,18 +93,18 @@ class SceneEntry(Value):
     """Entry of an experiment's ``scenes``: a scene, and settings that override the settings in its file."""
 
     path: File | None = None
-    """A scene file; in an experiment file, relative to its folder."""
+    """Path of a scene file; in an experiment file, relative to the folder of that file."""
     scene: Scene | dict[str, Any] | None = None
     """The scene itself, instead of ``path``: loaded, or as a Mitsuba dictionary."""
     name: str = ""
     """Name in records and reports; by default the file's name without its suffix."""
     size: Annotated[tuple[Positive, Positive], Field(strict=False)] | None = None
-    """Film size in pixels."""
+    """Width and height of the film, in pixels; by default the scene's own."""
     max_depth: Annotated[int, Field(ge=-1)] | None = None
     crop: Window | None = None
     """Window to render, in pixels: x, y, width, height."""
     define: dict[str, Any] = Field(default_factory=dict)
-    """Values for the variables of the file."""
+    """Values for the variables of the scene file, by name."""
     substitute: bool = False
     """Whether to replace parts of the scene file that cannot be rendered, such as an unknown BSDF by a similar one."""
 
@@ -122,7 +123,7 @@ class SceneEntry(Value):
 
 
 class Peer(Value):
-    """Another renderer (a peer): Mitsuba 3, or any command that writes an image file."""
+    """Another renderer that takes part in an experiment: Mitsuba 3, or any command that writes an image file."""
 
     renderer: Literal["mitsuba"] | None = None
     variant: str | None = None
@@ -130,7 +131,7 @@ class Peer(Value):
     integrator: str | None = None
     sampler: str | None = None
     command: str | None = None
-    """A command line in which ``{scene}``, ``{spp}``, ``{seed}`` and ``{out}`` are filled in."""
+    """A command line in which ``{scene}``, ``{spp}``, ``{seed}`` and ``{out}`` are filled in for each render."""
     limit: Seconds | None = None
     """Longest time of one render, in seconds, before the renderer is ended.
 
@@ -156,7 +157,9 @@ class StrategyEntry(Value):
     strategy: Strategy | None = None
     peer: Peer | None = None
     python: str | None = None
-    """``FILE.py:NAME``: a function that takes the label and returns an `equaltime.rendering.core_subject.Subject`."""
+    """``FILE.py:NAME``: a function that takes the label and returns an object that renders, a
+    `equaltime.rendering.core_subject.Subject`.
+    """
     _origin: _Origin = PrivateAttr(default_factory=_Origin)
 
     @property
@@ -165,7 +168,10 @@ class StrategyEntry(Value):
         return self._origin.place
 
     def at(self, place: str) -> Self:
-        """Return a copy of the entry whose `place` in error messages is this text, ``FILE:LINE: strategies[N]``."""
+        """Return a copy of the entry with the place at which it was read, for error messages.
+
+        ``place`` is text such as ``FILE:LINE: strategies[N]``.
+        """
         entry = self.model_copy()
         entry._origin = _Origin(place)
         return entry
@@ -198,7 +204,7 @@ class ReferenceWish(Value):
 
 
 class QuickWish(Value):
-    """Settings of the quick version of an experiment (``--quick``): the parts that it keeps, and its time.
+    """Settings of the quick version of an experiment (``--quick``): its scenes and strategies, and its time.
 
     The defaults suit most experiments: about 35 s in all with the report, on a machine with two processors.
     """
@@ -210,7 +216,9 @@ class QuickWish(Value):
     size: Positive = 96
     """Longest side of a film, in pixels; larger films are shrunk to it."""
     repeats: Annotated[int, Field(ge=1, le=MOST_REPEATS)] = 6
-    """Largest number of repeats; 6 are the fewest that give an interval of a median."""
+    """Largest number of repeats (renders of each strategy on each scene); 6 are the fewest that give an interval of a
+    median.
+    """
     seconds: Seconds = 18.0
     """Longest time of all runs together, in seconds; for experiments with a budget."""
     spp: Annotated[int, Field(ge=1, le=MOST_SAMPLES)] | None = None
@@ -247,7 +255,9 @@ class TheirNumber(Value):
     scene: str = ""
     """Name of the scene; by default the first."""
     target: Annotated[float, Field(gt=0.0)] | None = None
-    """One of the experiment's targets, for times to an error; by default the smallest with a trusted number."""
+    """Target error of a time to an error, one of the experiment's targets; by default the smallest with a trusted
+    number.
+    """
 
 
 class Theirs(Value):
@@ -261,14 +271,14 @@ class Theirs(Value):
     numbers: Annotated[tuple[TheirNumber, ...], Field(strict=False)] = ()
 
     def of(self, labels: Iterable[str], scenes: Iterable[str]) -> Theirs:
-        """Return a copy of the claim with only the published numbers of these strategies on these scenes."""
+        """Return a copy of the claim with only the numbers on these strategies (by label) and scenes (by name)."""
         labels, scenes = set(labels), {"", *scenes}
         kept = tuple(number for number in self.numbers if number.strategy in labels and number.scene in scenes)
         return self.model_copy(update={"numbers": kept})
 
 
 class Experiment(Value):
-    """A comparison of strategies: the strategies, the scenes, the budget and the number of repeats."""
+    """Settings of an experiment, which compares strategies: strategies, scenes, budget, number of repeats and so on."""
 
     title: str = ""
     description: str = ""
@@ -288,6 +298,7 @@ class Experiment(Value):
     ) = None
     """Samples per pixel at all checkpoints (moments at which errors are measured), instead of ``budget``."""
     repeats: Annotated[int, Field(ge=1, le=MOST_REPEATS)] = 8
+    """Number of renders of each strategy on each scene, with different seeds; intervals come from their spread."""
     targets: Annotated[tuple[Error, ...], Field(strict=False)] = DEFAULT_TARGETS
     """Relative errors to which the report gives times (0.02 is 2 %)."""
     crops: Annotated[tuple[Window, ...], Field(strict=False)] = ()
@@ -310,7 +321,7 @@ class Experiment(Value):
     """Worker threads; 0 for one per processor."""
 
     folder: File = Path()
-    """Folder in which peers' commands run; by default the folder of the experiment file."""
+    """Folder in which commands of other renderers run; by default the folder of the experiment file."""
 
     _duration = field_validator("budget", mode="before")(lambda value: _seconds(value))
 

@@ -72,7 +72,10 @@ def file_name(text: str) -> str:
 
 
 def explained(model: type[BaseModel], error: ValidationError) -> tuple[Problem, ...]:
-    """Return pydantic's errors for the class ``model`` as problems, each with its path of keys and a message."""
+    """Return pydantic's errors as problems of an experiment, each with its path of keys and a message in plain words.
+
+    ``model`` is the class of settings that was checked.
+    """
     problems: dict[Problem, None] = {}
     for details in error.errors(include_url=False):
         location = _without_union(details["loc"])
@@ -190,9 +193,9 @@ def _quick_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def unfit_character(name: str) -> str:
-    """Return the first character of a name that a line of the records cannot hold, as text such as ``U+000A``.
+    """Return the first character of a name that the records (a CSV file) cannot hold, as text such as ``U+000A``.
 
-    Returns an empty text if there is no such character. Such characters are control characters, line and paragraph
+    Returns an empty text if there is no such character. The characters are control characters, line and paragraph
     separators, and unpaired surrogates.
     """
     found = next((one for one in name if unicodedata.category(one) in ("Cc", "Cs", "Zl", "Zp")), None)

@@ -88,7 +88,7 @@ def run_seeds(scene: str, strategy: str, repeats: int) -> tuple[int, ...]:
 
 
 def film_seed(scene: str, strategy: str) -> int:
-    """Return the 31-bit seed of the run from which the film of a strategy on a scene is made."""
+    """Return the 31-bit seed of the separate run that shows how a strategy's image of a scene converges (its film)."""
     return _hashed(scene, strategy, "-1")
 
 
@@ -113,7 +113,7 @@ _DEPTH_WITHOUT_ROULETTE: Final = 64
 
 
 def is_experiment(path: Path, unreadable: bool = False) -> bool:
-    """Tell whether a file is an experiment: a TOML file with a list of scenes or of strategies.
+    """Tell whether a file is an experiment, and not a scene: a TOML file with a list of scenes or of strategies.
 
     The value of ``unreadable`` is returned for a TOML file that cannot be read.
     """

@@ -53,9 +53,9 @@ class StrategyResult:
 
     label: str
     name: str
-    """Full text of the strategy."""
+    """Full text of the strategy, of which ``label`` may be a short form."""
     renderer: str
-    """``core``, ``mitsuba`` or ``command``."""
+    """Renderer of the strategy: ``core``, ``mitsuba`` or ``command``."""
     biased: bool
     """Whether the strategy declares itself biased: it may not converge to the scene's light transport."""
     repeats: int
@@ -67,13 +67,16 @@ class StrategyResult:
     ratio: Mapping[float, Interval] = field(hash=False)
     """Baseline's time to each target error over this strategy's time, by target; above 1 this strategy is faster."""
     efficiency: Interval
-    """The baseline's squared error x time over this strategy's: median over pairs of repeats.
+    """Baseline's squared error x time over this strategy's: median over pairs of repeats; above 1 this strategy is
+    better.
 
-    The median describes typical runs, however heavy their tails."""
+    The median describes typical runs, however heavy their tails.
+    """
     error_at_budget: Interval
     """Relative error at equal time: after ``SceneResult.budget_s`` seconds, read off ``curve.error``."""
     fewer_samples: Interval
-    """The baseline's samples over this strategy's samples to the same error; ``inf`` if this strategy has no error."""
+    """Factor by which this strategy needs fewer samples than the baseline for equal error; ``inf`` if it has no error.
+    """
     equality_p: float | None
     """P-value of the test that the strategy has the same expected image as the scene's ``standard`` strategy; None for
     that strategy itself, or if the test was not possible.
@@ -122,7 +125,7 @@ class SceneResult:
     """Width and height of the image, in pixels."""
     max_depth: int
     reference_error: float
-    """Relative error of the reference; already subtracted from the errors measured against it."""
+    """Relative error of the reference by its own noise; already subtracted from the errors measured against it."""
     baseline: str
     """Label of the strategy with which all others are compared."""
     standard: str | None
@@ -135,13 +138,15 @@ class SceneResult:
     """
     strategies: tuple[StrategyResult, ...]
     reference: Path | None = None
-    """File of the reference, for `equaltime.experiments.run.reference.read`; None if the folder has none."""
+    """File of the reference (``.npz``, read by `equaltime.experiments.run.reference.read`); None if the folder has
+    none.
+    """
     crops: tuple[tuple[int, int, int, int], ...] = ()
     """Windows to show enlarged: x, y, width, height in pixels of the image; empty to let the report choose."""
     scene_max_depth: int | None = None
     """``max_depth`` of the scene's file; None if the folder does not record it."""
     left_out: tuple[tuple[str, str], ...] = ()
-    """Labels of strategies whose runs cannot be joined, each with the reason."""
+    """Labels of strategies without results, since their runs have no sample count in common, each with the reason."""
     reference_caveat: str = ""
     """Known limit of the reference besides its noise; empty if there is none."""
 
@@ -153,7 +158,7 @@ class SceneResult:
 
 @dataclass(frozen=True)
 class Beside:
-    """One published number beside the number that the experiment measured."""
+    """One published number beside the number that the experiment measured, for a comparison in the report."""
 
     what: str
     theirs: str
@@ -178,7 +183,7 @@ class Summary(Shown):
     targets: tuple[float, ...]
     """Relative errors to which times are given, largest first."""
     provenance: Mapping[str, Any] = field(hash=False)
-    """Machine, build, dates, number of runs and their seeds."""
+    """Origin of the numbers: machine, build, dates, number of runs and their seeds."""
     verdict: str
     """Answer in one line, such as ``On box, best is about 31 times faster than naive (27 to 35): 2 % in 4.1 s.``"""
     question: Question = "time"

@@ -63,7 +63,7 @@ class Gate:
 
     @property
     def agrees(self) -> bool:
-        """Whether the test finds no difference between the expected images: its p-value is above its level."""
+        """Whether the test finds no difference between the expected images: its p-value is above ``level``."""
         return bool(self.agreement.p > self.level)
 
     @property
@@ -164,19 +164,22 @@ def check(
     progress: Callable[[float], object] | None = None,
     ours: BlockMeans | None = None,
 ) -> Gate:
-    """Test whether a peer and equaltime have the same expected image of a scene.
+    """Test whether a peer (another renderer) and equaltime have the same expected image of a scene.
 
-    Both renderers render a small, box-filtered version of ``scene`` with many seeds. If the peer has a fixed image size
-    (``resizable`` is false), both render at the scene's size. Prepare the peer again before it renders ``scene``.
+    Both renderers render a small, box-filtered version of ``scene`` with many seeds. If the peer has a fixed image
+    size, both render at the scene's size. Prepare the peer again before it renders ``scene``.
 
     Parameters
     ----------
     level
-        The false-alarm rate. `equaltime.statistics.agreement.share` splits a common rate over many peers and scenes.
+        False-alarm rate of the test. `equaltime.statistics.agreement.share` splits a common rate over several tests.
+    seeds
+        Number of independent renders by each renderer.
     progress
         Called with the completed share of the work, in [0, 1].
     ours
-        Block means of equaltime's renders, if known from the test of another peer on the same scene at the same size.
+        Means of equaltime's renders over blocks of pixels, if known from the test of another peer on the same scene at
+        the same size.
 
     Raises
     ------
@@ -205,7 +208,7 @@ def check(
 
 
 def resizable(peer: Subject) -> bool:
-    """Tell whether the peer can render images of any size, rather than of one fixed size."""
+    """Tell whether a peer (another renderer) can render images of any size, rather than of one fixed size."""
     return bool(getattr(peer, "resizable", True))
 
 
@@ -218,11 +221,12 @@ def own_reference(
     first_seed: int = _FIRST_REFERENCE_SEED,
     progress: Callable[[float], object] = lambda share: None,
 ) -> KnownReference:
-    """Return a reference rendered by the peer: the mean of independent renders, whose spread gives the mean's noise.
+    """Return a reference rendered by the peer (another renderer): the mean of independent renders.
 
-    Rendering ends at the relative ``error`` or after ``seconds``, but not before eight renders. The two halves of the
-    reference are the odd and the even renders. If the peer's sampler is biased, a copy of the peer with an unbiased
-    sampler renders. ``progress`` is called with the completed share of the work, in [0, 1].
+    The spread of the renders gives the noise of the mean. Rendering ends at the relative ``error`` or after
+    ``seconds``, but not before eight renders. The two halves of the reference are the odd and the even renders. If the
+    peer's sampler is biased, a copy of the peer with an unbiased sampler renders. ``progress`` is called with the
+    completed share of the work, in [0, 1].
     """
     with _fit(peer) as renderer:
         return _own_reference(renderer, scene, error, seconds, threads, first_seed, progress)

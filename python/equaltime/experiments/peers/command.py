@@ -61,7 +61,7 @@ from equaltime.strict_json import json_text
 __all__ = ["WORDS", "CommandPeer"]
 
 WORDS = ("scene", "json", "spp", "seed", "out", "width", "height", "max_depth", "threads", "python")
-"""Words that a command may contain in braces."""
+"""Words that a peer's command may contain in braces, where values are filled in."""
 NEEDED = ("spp", "seed", "out")
 _WORD = re.compile(r"\{(\w*)\}")
 _OUT = re.compile(r"\{out\}(\.\w+)?")
@@ -105,7 +105,7 @@ class CommandPeer:
         return "{json}" in self.command or ("{width}" in self.command and "{height}" in self.command)
 
     def prepare(self, scene: Scene, threads: int) -> float:
-        """Remember the scene, with a box filter, for later runs; return the set-up time, which is 0 seconds.
+        """Keep the scene, with a box filter, for later runs; return the set-up time, which is 0 seconds.
 
         Raises PeerError if the program is missing, or if the command needs a scene file and there is none.
         """

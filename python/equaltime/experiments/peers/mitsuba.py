@@ -52,7 +52,7 @@ class MitsubaPeer:
     integrator: str = "path"
     sampler: str = "independent"
     rr_depth: int | None = None
-    """Depth from which roulette may end a path; by default the scene's, which defaults to 5."""
+    """Depth from which Russian roulette may end a path; by default the scene's, which defaults to 5."""
     python: str = sys.executable
     """Python interpreter in which Mitsuba and equaltime are installed."""
     limit: float = DEFAULT_LIMIT

@@ -28,14 +28,14 @@ _WITHOUT_BUDGET = 3600.0
 """Default limit of a render, in seconds, if the experiment gives sample counts, whose time is unknown."""
 
 SETUP_LIMIT = 1800.0
-"""Limit for starting a renderer or loading and compiling a scene, in seconds: large scenes take minutes."""
+"""Longest time for starting a renderer, or for loading and compiling a scene, in seconds: large scenes take minutes."""
 
 _PATIENCE = 2.0
 """Seconds from SIGTERM to SIGKILL."""
 
 
 def time_limit(budget: float | None, reference: float = 0.0) -> float:
-    """Return the longest time that one render of a peer may take, in seconds.
+    """Return the longest time that one render of a peer (another renderer) may take, in seconds.
 
     The limit is 20 times the budget plus 60 seconds, or one hour without a budget. The limit is never less than
     ``reference`` plus 60 seconds, because a peer may have to render its own reference.
@@ -45,7 +45,7 @@ def time_limit(budget: float | None, reference: float = 0.0) -> float:
 
 
 DEFAULT_LIMIT = time_limit(None)
-"""Limit of one render, in seconds, for a peer used outside an experiment."""
+"""Longest time of one render, in seconds, by another renderer that is used outside an experiment."""
 
 
 def send_to_all(process: subprocess.Popen[Any], kind: signal.Signals) -> None:
@@ -100,7 +100,10 @@ _LINES, _CHARACTERS = 12, 2000
 
 
 def tail(file: IO[bytes]) -> str:
-    """Return the last lines of a process's output ``file``, each on a new indented line; empty without output."""
+    """Return the last lines of a process's output ``file``, for an error message; empty without output.
+
+    Each line begins with a newline and an indent.
+    """
     file.seek(0, os.SEEK_END)
     file.seek(max(file.tell() - _CHARACTERS, 0))
     lines = [line.rstrip() for line in file.read().decode(errors="replace").splitlines() if line.strip()]
@@ -172,7 +175,7 @@ class Worker:
             return ""
 
     def close(self) -> None:
-        """End the process."""
+        """End the process and its children."""
         end(self._process)
         for pipe in (self._process.stdin, self._process.stdout):
             with contextlib.suppress(OSError):

@@ -16,7 +16,7 @@ _BELOW = "below what the reference can show"
 def this_run(strategy: StrategyResult) -> str:
     """Return error, time and samples of the run that a picture shows: ``this run: 4.1 % after 0.6 s, 38 spp``.
 
-    The text is empty if the run is not known.
+    The text is empty if that run is not known.
     """
     if strategy.image_seconds is None or not strategy.curve.spp:
         return ""

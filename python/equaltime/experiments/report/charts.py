@@ -30,8 +30,9 @@ def draw_curves(
 ) -> Figure:
     """Draw the error of all strategies of a scene against time, and return the figure.
 
-    ``targets`` are errors, drawn as horizontal lines. ``looks`` gives colour, marker and line style by label. ``size``
-    is width and height in inches. In the SVG, each curve is a group with the id `curve_gid`.
+    ``targets`` are errors, drawn as horizontal lines. ``looks`` gives colour, marker and line style by label of a
+    strategy. ``size`` is width and height in inches. In the SVG, each curve is a group with the id that `curve_gid`
+    returns.
     """
     figure: Figure = optional("matplotlib.figure").Figure(figsize=size, layout="constrained", facecolor="none")
     axes = figure.add_subplot(facecolor="none")
@@ -230,10 +231,10 @@ def clearest(summary: Summary) -> float | None:
 
 
 def draw_dots(summary: Summary, target: float, looks: Mapping[str, Style], width: float) -> Figure:
-    """Draw the times to the error ``target`` on all scenes, and return the figure, ``width`` inches wide.
+    """Draw the times of all strategies to the error ``target`` on all scenes, and return the figure.
 
-    Hollow dots are estimated times, beyond the runs. Arrows are lower limits of times. ``looks`` gives colour, marker
-    and line style by label.
+    ``width`` is in inches. Hollow dots are estimated times, beyond the runs. Arrows are lower limits of times.
+    ``looks`` gives colour, marker and line style by label of a strategy.
     """
     height = _REST + _ROW * len(summary.scenes)
     figure: Figure = optional("matplotlib.figure").Figure(

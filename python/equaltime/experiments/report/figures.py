@@ -172,9 +172,9 @@ def themed(figure: Figure, prefix: str, description: str, titles: Mapping[str, S
 
 
 def write_figure(figure: Figure, folder: Path, name: str) -> tuple[str, ...]:
-    """Write a figure to ``folder`` as NAME.pdf and NAME.png, each atomically.
+    """Write a figure to ``folder`` as NAME.pdf and NAME.png, each atomically, and return the names of both files.
 
-    Returns the names of both files with the last part of the folder's path, as in ``figures/NAME.pdf``.
+    The names contain the last part of the folder's path, as in ``figures/NAME.pdf``.
     """
     folder.mkdir(parents=True, exist_ok=True)
     for kind, metadata in _KINDS.items():
@@ -195,7 +195,8 @@ def write_figures(
     """Write figures of a scene's error curves, and of its crops if there are pictures, to ``folder``.
 
     Returns the files as ``FOLDER/SLUG-curves.pdf`` and so on. ``targets`` are errors, drawn as horizontal lines.
-    ``crops`` are windows (x, y, width, height) in pixels. ``looks`` gives colour, marker and line style by label.
+    ``crops`` are windows (x, y, width, height) in pixels. ``looks`` gives colour, marker and line style by label of a
+    strategy.
     """
     drawn = {f"{slug}-curves": draw_curves(scene, targets, looks, (6.0, 4.0), legend=True)}
     if pictures is not None and pictures.runs and crops:

@@ -37,7 +37,7 @@ class Card:
     state: State = "waiting"
     summary: Summary | None = None
     problem: str = ""
-    """Reason why there is no summary."""
+    """Reason why the experiment has no results; empty if it has some."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class _View:
 
 
 def write_index(cards: Sequence[Card], folder: Path, quick: bool = False, command: str = "") -> Path:
-    """Write ``index.html`` into a folder, beside the folders of the experiments.
+    """Write ``index.html`` into a folder, beside the folders of the experiments that ``cards`` describe.
 
     Parameters
     ----------

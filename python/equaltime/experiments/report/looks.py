@@ -26,9 +26,9 @@ class Style:
     """Colour, marker and line style of one strategy on a page."""
 
     index: int
-    """Index of colour and marker; 0 is the baseline's."""
+    """Number of the strategy's colour and marker; 0 is the baseline's."""
     light: str
-    """Colour on white, ``#rrggbb``."""
+    """Colour on a white page, ``#rrggbb``."""
     marker: str
     """Matplotlib's name of the marker."""
     line: str

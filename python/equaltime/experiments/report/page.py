@@ -53,12 +53,12 @@ __all__ = [
 
 @dataclass(frozen=True)
 class SceneView:
-    """The section of a page about one scene: charts, tables, pictures and sentences."""
+    """Content of a page's section about one scene, for the template: charts, tables, pictures and sentences."""
 
     slug: str
     name: str
     facts: str
-    """Sentence on size, depth, reference, repeats and equal time."""
+    """Sentence on the scene's size, path depth, reference, repeats and equal time."""
     verdict: str
     wide_chart: str
     """Chart of the error curves for a desktop: an ``<svg>`` element that needs no escaping."""
@@ -66,11 +66,11 @@ class SceneView:
     """Chart of the error curves for a phone: an ``<svg>`` element that needs no escaping."""
     legend: tuple[TableRow, ...]
     hidden: str
-    """Sentence on curves that lie beneath others; empty if all can be seen."""
+    """Sentence on error curves that lie beneath others in the chart; empty if all can be seen."""
     tables: tuple[tuple[str, Table], ...]
-    """Headings and tables, the most important for the experiment's question first."""
+    """Pairs of heading and table, the most important for the experiment's question first."""
     points: Table
-    """The numbers behind the curves."""
+    """Table of the points of all error curves."""
     notes: tuple[tuple[str, str], ...]
     """Pairs: the label of a strategy, and a warning about its numbers."""
     kinds: tuple[Series, ...]
@@ -82,7 +82,7 @@ class SceneView:
     losses_intro: str
     film: FilmView | None
     files: tuple[str, ...]
-    """Figure files written beside the page."""
+    """Names of the figure files written beside the page."""
 
     @property
     def aspect(self) -> str:
@@ -91,7 +91,7 @@ class SceneView:
 
     @property
     def columns(self) -> int:
-        """Columns of pictures side by side on a wide screen: all in one row if they are few and not wide."""
+        """Number of pictures side by side on a wide screen: all in one row if they are few and not wide."""
         count = len(self.kinds[0].frames)
         most = 6 if self.size[0] <= 1.25 * self.size[1] else 4
         return math.ceil(count / math.ceil(count / most))
@@ -116,7 +116,7 @@ class SceneView:
 
 @dataclass(frozen=True)
 class OverviewView:
-    """Chart and table of the times to one target error on all scenes."""
+    """Content of a page's section on all scenes, for one target error: chart and table of the times to that error."""
 
     name: str
     table: Table
@@ -126,7 +126,7 @@ class OverviewView:
     looks: Mapping[str, Style] = field(hash=False)
     """Colour, marker and line style of the strategies that have a mark in the chart, by label."""
     unmarked: str = ""
-    """Sentence on the strategies without a mark in the chart on some scenes."""
+    """Sentence on the strategies that have no mark in the chart on some scenes; empty if there are none."""
 
 
 def overview_views(summary: Summary, looks: Mapping[str, Style]) -> tuple[OverviewView, ...]:
@@ -159,7 +159,7 @@ def with_marks(summary: Summary, target: float, looks: Mapping[str, Style]) -> d
 def without_marks(summary: Summary, target: float) -> str:
     """Return a sentence on the strategies that have no mark on some scenes in the chart of times to ``target``.
 
-    The sentence names these scenes. It is empty if every strategy has a mark on every scene.
+    ``target`` is an error. The sentence names the scenes. It is empty if every strategy has a mark on every scene.
     """
     parts = []
     for label, names in unmarked(summary, target).items():
@@ -179,7 +179,7 @@ _PALETTES = (("all", LIGHT), ("screen and (prefers-color-scheme: dark)", DARK))
 def write_page(template: str, path: Path, **values: object) -> Path:
     """Fill in the template file named ``template`` with ``values``, and write the page to ``path`` atomically.
 
-    Returns ``path``.
+    Returns ``path``. ``values`` are by the names that the template uses.
     """
     jinja: Any = optional("jinja2")
     markup: Any = optional("markupsafe").Markup

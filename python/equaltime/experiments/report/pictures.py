@@ -42,19 +42,21 @@ Bytes = NDArray[np.uint8]
 
 @dataclass(frozen=True, eq=False)
 class Pictures:
-    """The images of one scene that could be read, in linear RGB."""
+    """Images of one scene that a report shows and computes maps from, in linear RGB: those that could be read."""
 
     reference: Reference
     own: Mapping[str, Reference]
     """Reference with which each strategy is compared, by label: the scene's, or one for the strategy's renderer alone.
     """
     runs: Mapping[str, Images]
-    """Final images of each strategy's K repeats, (K, H, W, 3), by label; float32 saves memory."""
+    """Final images of each strategy's K repeats, (K, H, W, 3), by label of the strategy; float32 saves memory."""
     samples: Mapping[str, Floats]
-    """Sample counts of each strategy's pixels, (H, W), by label."""
+    """Number of samples of each pixel, (H, W), by label of the strategy."""
     variances: Mapping[str, Floats]
-    """Variance of one sample of each pixel, (H, W), by label, as the mean of the repeats; infinite in pixels where a
-    repeat does not know it. Strategies whose renderer does not report the variance are left out."""
+    """Variance of one sample of each pixel, (H, W), by label of the strategy, as the mean of the repeats. It is
+    infinite in pixels where a repeat does not know it. Strategies whose renderer does not report the variance are left
+    out.
+    """
     stops: float
     """Exposure of all images: linear values are multiplied by 2 to this power."""
     missing: tuple[str, ...]
@@ -62,7 +64,7 @@ class Pictures:
 
     @property
     def squares(self) -> dict[str, Floats]:
-        """Relative squared errors of the pixels of each strategy's K runs, (K, H, W), by label."""
+        """Relative squared error of each pixel in each of K runs, (K, H, W), by label of the strategy."""
         return {label: squares(runs, self.own[label]) for label, runs in self.runs.items()}
 
 
@@ -124,7 +126,7 @@ def spread_map(runs: NDArray[Any], reference: Reference) -> Floats | None:
 
 
 def coloured(values: Floats, low: float, high: float, colours: str) -> Bytes:
-    """Colour values (H, W) by the Matplotlib colour map named ``colours``, and return bytes (H, W, 3).
+    """Colour values (H, W) by the Matplotlib colour map named ``colours``, and return sRGB bytes (H, W, 3).
 
     The scale is logarithmic from ``low`` to ``high``.
     """
@@ -150,7 +152,7 @@ def colour_bar(colours: str, steps: int = 9) -> tuple[str, ...]:
 
 
 def data_uri(pixels: Bytes) -> str:
-    """Encode sRGB bytes (H, W, 3) as PNG, and return the PNG as a data URI."""
+    """Encode sRGB bytes (H, W, 3) as PNG, and return the PNG as a data URI for an HTML page."""
     file = io.BytesIO()
     optional("PIL.Image").fromarray(pixels).save(file, "PNG")
     return "data:image/png;base64," + base64.b64encode(file.getvalue()).decode()

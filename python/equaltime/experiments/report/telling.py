@@ -18,7 +18,7 @@ _NOT_KNOWN = ("unknown", "not trusted", "not reached")
 
 
 def commands(summary: Summary) -> tuple[str, ...]:
-    """Return the command lines that made an experiment, each once."""
+    """Return the command lines that made an experiment, each once; empty if it was made from Python."""
     sessions = summary.provenance.get("sessions", {})
     found = [summary.provenance.get("command"), *(session.get("command") for session in sessions.values())]
     return tuple(dict.fromkeys(str(command) for command in found if command))

@@ -45,7 +45,7 @@ class Cell:
     text: str
     """The number with its unit, or a word instead."""
     interval: str = ""
-    """``[low, high]`` in the unit of the number; empty if there is none."""
+    """Interval of the number, ``[low, high]`` in its unit; empty if there is none."""
     note: str = ""
     """Remarks on the number, which become footnotes."""
     state: Literal["trusted", "untrusted", "unknown", "silent"] = "trusted"
@@ -250,7 +250,7 @@ def _against(scene: SceneResult) -> str:
 
 
 def provenance_groups(summary: Summary) -> list[tuple[str, list[tuple[str, str]]]]:
-    """Return the facts needed to repeat an experiment, in groups.
+    """Return the facts needed to repeat an experiment (machine, build, command and so on), in groups.
 
     Each group is a heading and its rows; each row is the name and the value of a fact.
     """

@@ -85,8 +85,13 @@ def run_all(
         Folder of results; the experiment NAME.toml goes to ``output/NAME``.
     told
         Function that is called with the card (entry of the index page) of each experiment when it has ended.
+    progress
+        Function that is called with a `RunProgress` as an experiment goes on.
+    command
+        Command line that started the experiments, for the reports.
     begins
-        Called with the name of each experiment, the experiment and the times of its peers before it begins.
+        Function that is called before each experiment with its name, the experiment, and the measured times of its
+        peers (other renderers).
 
     Returns
     -------

@@ -56,7 +56,9 @@ _TYPES: Mapping[str, type[int] | type[str]] = {"max_depth": int, "caveat": str, 
 """Types of optional facts that readers of the provenance rely on."""
 _RESTORE = "put a copy of the file there, or remove it to go on without it"
 OWN_DEPTHS = "own_depths"
-"""Section of the provenance with the ``max_depth`` of each scene's file, before the experiment's changes."""
+"""Section of the provenance (origin of the records) with the ``max_depth`` of each scene's file, before the
+experiment's changes.
+"""
 
 
 @dataclass(frozen=True)
@@ -86,11 +88,11 @@ class ExperimentFolder:
         return self.path / "references" / f"{name}.npz"
 
     def image(self, scene: str, strategy: str, repeat: int) -> Path:
-        """Return the path of the last image of a run."""
+        """Return the path of the last image of a run: an ``.npy`` file, float32 (H, W, 3)."""
         return self.path / "images" / file_name(scene) / f"{file_name(strategy)}-r{repeat}.npy"
 
     def samples(self, scene: str, strategy: str, repeat: int) -> Path:
-        """Return the path of the sample counts of a run's last image.
+        """Return the path of the sample counts of a run's last image: an ``.npy`` file, (H, W).
 
         The file exists only if counts differ between pixels.
         """
@@ -98,7 +100,7 @@ class ExperimentFolder:
         return image.with_name(f"{image.stem}-samples.npy")
 
     def variance(self, scene: str, strategy: str, repeat: int) -> Path:
-        """Return the path of the variance of one sample of each pixel in a run.
+        """Return the path of the variance of one sample of each pixel in a run: an ``.npy`` file, float32 (H, W).
 
         The file exists only if the renderer reports variances.
         """
@@ -106,7 +108,7 @@ class ExperimentFolder:
         return image.with_name(f"{image.stem}-variance.npy")
 
     def film(self, scene: str, strategy: str) -> Path:
-        """Return the path of the film that shows how a strategy's image converges."""
+        """Return the path of the film, an ``.npz`` file, that shows how a strategy's image of a scene converges."""
         return self.path / "images" / file_name(scene) / f"{file_name(strategy)}-film.npz"
 
     @property
@@ -116,7 +118,7 @@ class ExperimentFolder:
 
     @property
     def failure(self) -> Path:
-        """Path of the file with the traceback of an unexpected error."""
+        """Path of the file with the traceback of an unexpected error that ended the experiment."""
         return self.path / "failure.txt"
 
     @contextmanager
@@ -152,8 +154,9 @@ class ExperimentFolder:
     def claim(self, identity: Mapping[str, Any], experiment: BaseModel) -> None:
         """Write the ``identity`` of an experiment to the folder, or check that it matches the identity written before.
 
-        The folder must be locked. Scenes and strategies may be added or dropped; their records stay in the folder. A
-        scene or strategy with a recorded name must be unchanged, and so must all other settings.
+        The identity is every setting that affects records. The folder must be locked. Scenes and strategies may be
+        added or dropped; their records stay in the folder. A scene or strategy with a recorded name must be unchanged,
+        and so must all other settings.
 
         Raises
         ------
@@ -175,9 +178,10 @@ class ExperimentFolder:
             raise _refused(self.path, error.strerror or str(error)) from error
 
     def read_experiment(self) -> dict[str, Any]:
-        """Return the contents of the experiment's file: the tables ``identity`` and ``experiment``.
+        """Return the contents of the experiment's JSON file: the tables ``identity`` and ``experiment``.
 
-        The identity has tables of scenes and of strategies. Raises ExperimentError if the file is missing or damaged.
+        The identity is every setting that affects records, in tables of scenes and of strategies. Raises
+        ExperimentError if the file is missing or damaged.
         """
         content = _read_json(self.experiment)
         known = content.get("identity")
@@ -201,7 +205,7 @@ class ExperimentFolder:
         self._write(self.provenance, provenance)
 
     def read_provenance(self) -> dict[str, Any]:
-        """Return the contents of the provenance file: facts by section and key; empty if there is no file.
+        """Return the origin of the records, from the provenance file: facts by section and key; empty without a file.
 
         Raises ExperimentError if the file is damaged.
         """
@@ -294,14 +298,14 @@ def _refused(folder: Path, why: str) -> ExperimentError:
 
 
 def machine_facts() -> dict[str, Any]:
-    """Return the facts about the machine that affect times, without the momentary load."""
+    """Return the facts about the machine that affect times, such as its processor, without the momentary load."""
     facts = machine()
     facts.pop("load_average")
     return facts
 
 
 def fingerprint(facts: Mapping[str, Any]) -> str:
-    """Return a hash of the facts: 12 hexadecimal digits."""
+    """Return a hash of the facts, 12 hexadecimal digits, which is the key of a machine or build in the records."""
     return hashlib.sha256(json_text(facts, sort_keys=True, default=str).encode()).hexdigest()[:12]
 
 

@@ -26,22 +26,25 @@ from equaltime.scene import Scene
 __all__ = ["Film", "Studio", "moments", "read_film"]
 
 FRAMES = 48
-"""Largest number of frames of a film; frame k is due when (k / FRAMES)² of the time has passed."""
+"""Largest number of pictures in a film of a converging image; picture k is due when (k / FRAMES)² of the time has
+passed.
+"""
 _LONGEST = 256
 _MOST = 60000.0
 
 
 @dataclass(frozen=True, eq=False)
 class Film:
-    """Film of one run: K pictures in order of time, with sample counts, times and errors (K,)."""
+    """Film of one run that shows how its image converges: K pictures in order of time."""
 
     frames: NDArray[np.float16]
-    """Linear RGB (K, H, W, 3); large images are averaged over blocks of pixels."""
+    """(K, H, W, 3): linear RGB; large images are averaged over blocks of pixels."""
     spp: NDArray[np.int64]
+    """(K,): samples per pixel."""
     seconds: NDArray[np.float64]
-    """Seconds since the first sample."""
+    """(K,): seconds since the first sample."""
     error: NDArray[np.float64]
-    """Realised relative error; NaN if the reference's noise exceeds it."""
+    """(K,): measured relative error; NaN if the reference's noise exceeds it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,14 +86,14 @@ class Studio:
 def moments(samples: float) -> tuple[int, ...]:
     """Return the samples per pixel at each picture of a film: rising even numbers, the last near ``samples``.
 
-    ``samples`` is the count that a run of the strategy reaches.
+    ``samples`` is the count per pixel that a run of the strategy reaches.
     """
     wanted = (2 * round(0.5 * samples * (k / FRAMES) ** 2) for k in range(1, FRAMES + 1))
     return tuple(sorted({max(2, count) for count in wanted}))
 
 
 def read_film(path: Path) -> Film:
-    """Read a film from its ``.npz`` file; raises `ImageError` if the file cannot be read."""
+    """Read the film of a converging image from its ``.npz`` file; raises `ImageError` if the file cannot be read."""
     return Film(*read_arrays(path, ("frames", "spp", "seconds", "error")))
 
 

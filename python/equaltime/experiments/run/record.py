@@ -55,7 +55,7 @@ Number = Annotated[float | None, _EMPTY]
 Text = Annotated[str | None, _EMPTY]
 
 Key = tuple[str, str, int]
-"""Key of a run: scene, label of the strategy, repeat."""
+"""Key of a run: name of the scene, label of the strategy, number of the repeat from 0."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,7 +68,7 @@ class Row:
     scene: str
     """The scene's name in the experiment."""
     digest: str
-    """SHA-256 of the scene's content."""
+    """SHA-256 of the scene's content, files included."""
     width: Positive
     height: Positive
     """Height of the whole film, in pixels, as ``width`` is its width."""
@@ -80,14 +80,14 @@ class Row:
     name: str
     """Full text of the strategy, as its renderer reads it."""
     renderer: str
-    """``core``, ``mitsuba`` or ``command``."""
+    """Renderer of the strategy: ``core``, ``mitsuba`` or ``command``."""
     biased: Flag
     """Whether the strategy declares itself biased."""
     repeat: Natural
     """Number of the repeat, from 0."""
     seed: int
     checkpoint: Natural
-    """Number of the checkpoint in its run, from 0."""
+    """Number, from 0, of the checkpoint (moment at which the error is measured) in its run."""
     spp: Positive
     """Samples per pixel so far."""
     wall_s: Seconds
@@ -124,7 +124,7 @@ class Row:
     doubt: Text = None
     """Reason, stated by the render, why the upper limit of its error cannot be trusted."""
     last: Flag
-    """Whether the run is complete with this row."""
+    """Whether this row is the last of its run, which is then complete."""
     image: Text
     """Path of the run's image, relative to the folder of the records; None before the last row."""
     machine: str
@@ -152,6 +152,8 @@ _NOUNS = {**NOUNS, "int_parsing": "a whole number", "float_parsing": "a number"}
 
 def load(path: Path) -> tuple[Row, ...]:
     """Read all rows of a file of records, except an incomplete last line; empty if there is no file.
+
+    The result holds one row for each checkpoint of each run.
 
     Raises
     ------
@@ -182,7 +184,7 @@ def check_seeds(rows: Iterable[Row], path: Path) -> None:
 
 
 class Recorder:
-    """Writer of records, which appends rows to a file and locks the file against other writers.
+    """Writer of an experiment's records, which appends rows to a file and locks the file against other writers.
 
     Opening removes an incomplete last line and the rows of an unfinished run.
 

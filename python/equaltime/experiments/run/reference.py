@@ -59,7 +59,8 @@ class KnownReference:
 
     reference: Reference
     facts: Mapping[str, Any]
-    """JSON data: ``error`` of the reference, ``strategy``, ``seeds``, ``spp``, ``seconds`` and so on, or ``file``.
+    """Facts of the reference as JSON data: ``error``, ``strategy``, ``seeds``, ``spp``, ``seconds`` and so on, or
+    ``file``.
 
     ``caveat`` names a limit of the reference besides its noise.
     """
@@ -71,7 +72,10 @@ class KnownReference:
 
 
 def cache_folder() -> Path:
-    """Return the cache folder: ``equaltime/references`` in ``$XDG_CACHE_HOME``, or in ``~/.cache`` if that is unset."""
+    """Return the folder where references are kept for later experiments.
+
+    It is ``equaltime/references`` in ``$XDG_CACHE_HOME``, or in ``~/.cache`` if that is unset.
+    """
     base = os.environ.get("XDG_CACHE_HOME")
     return (Path(base) if base else Path.home() / ".cache") / "equaltime" / "references"
 
@@ -193,7 +197,7 @@ def _join(halves: list[NDArray[Any]]) -> Reference:
 
 
 def write(path: Path, known: KnownReference) -> None:
-    """Write a reference to an ``.npz`` file, atomically; raises OSError if that fails."""
+    """Write a reference to an ``.npz`` file, atomically, for later experiments; raises OSError if that fails."""
     reference = known.reference
     arrays: dict[str, Any] = {"mean": reference.mean, "variance": reference.variance}
     if reference.halves is not None:
@@ -204,7 +208,10 @@ def write(path: Path, known: KnownReference) -> None:
 
 
 def read(path: Path) -> KnownReference:
-    """Read a reference from a file of `write`; raises ExperimentError if the file is damaged or is no reference."""
+    """Read a reference from an ``.npz`` file that `write` made.
+
+    Raises ExperimentError if the file is damaged or is no reference.
+    """
     try:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
             facts = json.loads(str(arrays["facts"]))

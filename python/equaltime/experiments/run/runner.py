@@ -40,9 +40,10 @@ Phase = Literal["setup", "agreement", "own reference", "reference", "run", "film
 
 @dataclass(frozen=True)
 class RunProgress:
-    """Progress of an experiment: the argument of progress callbacks."""
+    """Progress of an experiment, as its progress callback receives it."""
 
     phase: Phase
+    """Present work of the experiment, such as ``reference``, ``run`` or ``report``."""
     scene: str
     """Name of the scene; empty while the report is written."""
     strategy: str
@@ -50,7 +51,7 @@ class RunProgress:
     repeat: int
     """Number of the current repeat, from 0."""
     done: int
-    """Number of recorded runs."""
+    """Number of runs that are recorded so far."""
     total: int
     """Number of runs of the experiment."""
     fraction: float
@@ -77,13 +78,15 @@ def run(
 
     Parameters
     ----------
+    progress
+        Function that is called with a `RunProgress` as the experiment goes on.
     cache
         Folder where references are kept for other experiments; by default `reference.cache_folder`.
     command
         Command line that started the runs, for their provenance.
     begins
-        Called with the experiment and the measured times of its peers once both and the folder are known to be good,
-        before the first test, reference or run.
+        Function that is called with the experiment and the measured times of its peers (other renderers). It is called
+        once experiment and folder are known to be good, before the first test, reference or run.
 
     Raises
     ------

@@ -24,7 +24,7 @@ _LEAST_STEP = 1.1
 
 
 def counts() -> Iterator[int]:
-    """Yield the sample counts at which errors are measured, without end: 2, 4, 6, 8, 12, 16, 24, 32, 48, and so on.
+    """Yield the samples per pixel at which errors are measured, without end: 2, 4, 6, 8, 12, 16, 24, 32, 48, and so on.
 
     The counts are powers of two and, from 4 on, also 1.5 times each power.
     """
@@ -57,7 +57,7 @@ class BudgetLadder:
         self._ended = False
 
     def taken(self, spp: int, wall_s: float) -> None:
-        """Record that ``spp`` samples per pixel took ``wall_s`` seconds."""
+        """Record that ``spp`` samples per pixel took ``wall_s`` seconds, from which the next count is chosen."""
         self._spp, self._wall = spp, wall_s
 
     def __iter__(self) -> Iterator[int]:
@@ -101,7 +101,8 @@ class SingleRun:
     machine: str
     build: str
     expected: tuple[int, ...] | None = None
-    """Sample counts of the first repeat, which this run must match; None for the first repeat."""
+    """Samples per pixel at which the first repeat was measured, which this run must match; None for the first repeat.
+    """
 
     def record(self, folder: ExperimentFolder, recorder: Recorder, ladder: Sequence[int] | float) -> float:
         """Render the run, append a row to the records at each sample count, and return the seconds of rendering.

@@ -34,7 +34,7 @@ class StoredExperiment:
     identity: Mapping[str, Any] = field(hash=False)
     """All settings that affect records, as JSON data; a continued experiment must have the same."""
     runs: tuple[Row, ...]
-    """Last rows of the finished runs, one for each run."""
+    """Last row of the records of each finished run."""
 
     @classmethod
     def read(cls, folder: Path) -> StoredExperiment:
@@ -52,18 +52,18 @@ class StoredExperiment:
 
     @property
     def planned(self) -> int:
-        """Number of runs when all strategies have been repeated equally often on all scenes."""
+        """Number of runs of the complete experiment, with equally many repeats of all strategies on all scenes."""
         repeats = max((self.experiment.repeats, *(row.repeat + 1 for row in self.runs)))
         return len(self.experiment.scenes) * len(self.experiment.strategies) * repeats
 
     @property
     def complete(self) -> bool:
-        """Whether all planned runs are finished."""
+        """Whether all planned runs of the experiment are finished."""
         return len(self.runs) >= self.planned
 
     @cached_property
     def summary(self) -> Summary:
-        """Results of the finished runs."""
+        """Results of the finished runs, computed from the records when first asked for."""
         return concluded(self.experiment, self.folder)
 
     @property
