@@ -35,13 +35,14 @@ class Measurement:
     """Measured speed of one scene with one number of threads. Each interval is the median over repeats, at 95 %."""
 
     name: str
-    """Path of the scene's file as it was given, or ``scene N`` for scene number N in memory."""
+    """Path of the scene's file as it was given, or ``scene N`` for the N-th of the scenes if it was made in memory."""
     threads: int
     paths_per_s: Interval
     rays_per_s: Interval
     """Rays per second, shadow rays included."""
     limit_ratio: Interval
-    """Seconds that Embree alone needs for the rays, divided by the seconds of the render."""
+    """Seconds that Embree alone needs to trace the render's rays, divided by the seconds of the render; 1 is the best.
+    """
     scaling: Interval
     """Paths per second, divided by the paths per second with the first number of threads in the same repeat."""
     repeats: int

@@ -53,7 +53,7 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
 
 
 def every_row(summary: Summary) -> Table:
-    """Return the table of all strategies on all scenes: errors at equal time, and times to errors."""
+    """Return the table of all strategies on all scenes for ``-v``: errors at equal time, and times to errors."""
     rows = [(scene, strategy) for scene in summary.scenes for strategy in scene.strategies]
     return _fitting(rows, summary.targets, plain_console().width)
 

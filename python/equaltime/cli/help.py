@@ -43,11 +43,12 @@ MEANT: Final = {
     **dict.fromkeys(("--integrator", "--sampler", "--method"), "--strategy"),
     **dict.fromkeys(("--denoise", "--denoiser"), "--error"),
 }
-"""Options of other programs, and the option here that serves the same purpose."""
+"""Options of other programs, by name, and the option of equaltime with the same purpose, for a suggestion in the error.
+"""
 
 
 class Command(TyperCommand):
-    """A command whose help groups its options, and that suggests an option for one that does not exist."""
+    """A command of equaltime whose help groups its options, and that suggests an option for one that does not exist."""
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)

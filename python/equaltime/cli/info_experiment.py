@@ -38,7 +38,7 @@ _MEASURED_ON = {"machines": ("cpu",), "builds": ("version", "compiler", "target"
 
 
 def folder_summary(stored: StoredExperiment) -> Iterator[str]:
-    """Yield the verdict of a folder's experiment, and at most ten lines on how it was found."""
+    """Yield lines on a folder's experiment: the verdict, then at most ten lines on its scenes, runs and commands."""
     summary, experiment, done = stored.summary, stored.experiment, len(stored.runs)
     yield _verdict(stored)
     look = " (a first look, --quick)" if is_quick(summary) else ""

@@ -57,7 +57,7 @@ MOST_LINES: Final = 12
 def headline(result: Result) -> str:
     """Return a line on a render: size, samples per pixel, error or noise, and bias.
 
-    The line also names errors that its error number does not include, such as the error by paths left out.
+    The line also names errors that the printed number does not include, such as the error by paths left out.
     """
     height, width = result.samples.shape
     origin, number = result.origin, stated(result.origin)
@@ -101,7 +101,7 @@ class Written:
     stops: float = 0.0
     """Exposure of the preview in stops: 1 is twice as bright."""
     scale: str = ""
-    """Scale of the picture of the variance, in words; empty if there is none."""
+    """Scale of the picture of the variance, in words; empty if there is no such picture."""
 
     def __str__(self) -> str:
         """Return the names of the files, with the exposure of the preview if it is not 0."""
@@ -122,7 +122,7 @@ class Written:
 def doubts(result: Result, findings: Sequence[Finding] = ()) -> list[str]:
     """Return one line for each reason not to trust the image or its error.
 
-    ``findings`` are the hazards that `equaltime.cli.lint` found in the scene, if known.
+    ``findings`` are the results of `lint`, which searches a scene for likely mistakes.
     """
     lines = []
     if not result.error.trusted:
@@ -229,7 +229,10 @@ def print_quote(quote: Quote) -> None:
 
 
 def print_no_quote(why: str) -> None:
-    """Print ``why``, the reason why there is no prediction; print nothing if the render merely ended too soon."""
+    """Print ``why``, the reason why time or error cannot be predicted.
+
+    Print nothing if the render merely ended too soon.
+    """
     if why != ENDED_FIRST:
         print_lines([f"No prediction: {why}"])
 

@@ -65,7 +65,7 @@ class Order:
     within: float | None
     exposure: Exposure
     aov: Set[AovPicture]
-    """Further pictures to write beside the image."""
+    """Further pictures to write beside the image, such as ``variance``."""
     resume: bool
     checkpoint: float
     """Seconds between two checkpoints (saves of the render so far)."""
@@ -82,7 +82,9 @@ class Order:
     quiet: bool
     verbose: bool
     words: Sequence[str]
-    """Words of the command line that made the scene, for commands that repeat it."""
+    """Words of the command line that changed how the scene's file was read, such as ``-D name=value``, for commands
+    that repeat the render.
+    """
 
 
 def render_frames(
@@ -114,7 +116,8 @@ def render_picture(
 ) -> int:
     """Render a scene into a file, print the outcome, and return the exit code.
 
-    ``changes`` are keywords of `Scene.with_`. ``first`` tells whether to print warnings and hazards of the scene.
+    ``changes`` are the user's changes to the scene, as keywords of `Scene.with_`. ``first`` tells whether to print
+    warnings and hazards of the scene.
     """
     paths = check_output(output, aov=order.aov)
     check_spares(paths.all, scene.files, "the scene is made of this file")

@@ -175,8 +175,8 @@ class DaskTeam(SceneTeam):
     def check(self) -> bool:
         """Tell whether the workers do nothing though units wait; then the units must be submitted again.
 
-        That happens if all workers ended and others have joined. Raises RenderError if there has been no worker for a
-        minute.
+        This state occurs if all workers ended and others have joined. Raises RenderError if there has been no worker
+        for a minute.
         """
         now = time.monotonic()
         if now - self._looked < _CHECK_EVERY:

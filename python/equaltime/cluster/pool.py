@@ -41,7 +41,7 @@ class PoolTeam(SceneTeam):
         return int(getattr(self._executor, "_max_workers", None) or processors())
 
     def begin(self) -> None:
-        """Do nothing: an executor does not tell which processes it has."""
+        """Do nothing before a pass: an executor does not tell which processes it has."""
 
     def submit(self, unit: Unit) -> Future[Rendered]:
         """Let the executor render a unit, and return a future of the unit with its samples."""

@@ -23,7 +23,7 @@ from equaltime.strict_json import json_text
 __all__ = ["Files", "SceneText", "lacks", "scene_of", "store"]
 
 Files = Sequence[tuple[str, int]]
-"""Absolute path and size in bytes of each file."""
+"""Absolute path and size in bytes of each file that a scene needs."""
 
 _ROOT = "equaltime-root:"
 """Stands before each file's absolute path in the text; it becomes the folder of copies, or nothing."""
@@ -42,22 +42,25 @@ class SceneText:
     text: bytes
     """The scene as a dictionary in JSON, compressed by zlib."""
     files: tuple[tuple[str, int], ...]
-    """Absolute path and size in bytes of each file."""
+    """Absolute path and size in bytes of each file that the scene needs."""
 
     @classmethod
     def of(cls, scene: Scene) -> SceneText:
-        """Return the text of a scene; raise SceneError if one of its files is missing or has changed."""
+        """Return a scene as text for another process.
+
+        Raises SceneError if one of the scene's files is missing or has changed.
+        """
         text = json_text(scene_dict(scene.model, lambda name: _ROOT + scene.assets.absolute(name)))
         paths = sorted(path.absolute() for path in scene.assets.files if path.is_file())
         return cls(scene.digest, zlib.compress(text.encode()), tuple((str(p), p.stat().st_size) for p in paths))
 
     def load(self) -> Scene:
-        """Return the scene, which is loaded at the first call in a process.
+        """Return the scene in the process that received the text; it is loaded at the first call only.
 
         Raises
         ------
         RenderError
-            If the files here differ from those of the scene.
+            If the files here differ from the files of the scene where the text was made.
         SceneError
             If the scene or a file cannot be read.
         """
@@ -73,7 +76,10 @@ class SceneText:
 
 
 def lacks(files: Files) -> bool:
-    """Tell whether this process needs copies of files: some are not at their paths, or have other sizes."""
+    """Tell whether this process needs copies of files: some are missing at their paths here, or have other sizes.
+
+    Files that were copied before are not needed again.
+    """
     return not _at(Path("/"), files) and not _at(_copies(), files)
 
 

@@ -43,12 +43,12 @@ def constant(value: Texture | T) -> T:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scattered:
-    """Directions drawn by a BSDF's `sample`, with weights and densities; each array has one row per path."""
+    """Directions drawn from a BSDF by `sample`, with weights and densities; each array has one row per path."""
 
     wi: Array
     """Unit directions to the light (N, 3)."""
     weight: Array
-    """BSDF f times cosine over the density (N, 3)."""
+    """Weight of each path: BSDF f times cosine over the density (N, 3)."""
     pdf: Array
     """Density per solid angle (N,); infinite for discrete directions."""
 
@@ -56,7 +56,7 @@ class Scattered:
 def evaluate(bsdf: Bsdf, wo: Array, wi: Array) -> tuple[Array, Array]:
     """Return the BSDF times the cosine of wi (N, 3), and the density per solid angle (N,) with which `sample` draws wi.
 
-    `wo` and `wi` are unit local directions (N, 3).
+    `wo` (to the viewer) and `wi` (to the light) are unit local directions (N, 3).
     """
     value, pdf = np.zeros_like(wi), np.zeros(len(wi))
     up = np.flatnonzero(wi[:, 2] > 0.0)
@@ -144,7 +144,8 @@ def _rough(bsdf: RoughConductor, wo: Array, wi: Array) -> tuple[Array, Array]:
 def draw_microfacets(bsdf: RoughConductor, count: int, rng: np.random.Generator) -> Array:
     """Return `count` random microfacet normals (count, 3), with the density D times the normal's cosine.
 
-    Slopes are drawn for an isotropic surface, then scaled by the roughness along u and v.
+    D is the microfacet distribution of the BSDF. Slopes are drawn for an isotropic surface, then scaled by the
+    roughness along u and v.
     """
     u, phi = rng.random(count), rng.uniform(0.0, 2.0 * math.pi, count)
     r = np.sqrt(u / (1.0 - u)) if bsdf.distribution == "ggx" else np.sqrt(-np.log1p(-u))

@@ -15,13 +15,13 @@ __all__ = ["ConstantEnvironment", "Environment", "ImageEnvironment", "make_envir
 
 
 class Environment(Protocol):
-    """Radiance from every direction, with importance sampling of directions."""
+    """Interface of an environment emitter: radiance from every direction, with importance sampling of directions."""
 
     def radiance(self, directions: Array) -> Array:
-        """Return the radiance (N, 3) from unit world directions."""
+        """Return the radiance (N, 3) that arrives from unit world directions (N, 3)."""
 
     def pdf(self, directions: Array) -> Array:
-        """Return the density per solid angle (N,) with which `sample` draws directions."""
+        """Return the density per solid angle (N,) with which `sample` draws unit world directions (N, 3)."""
 
     def sample(self, count: int, rng: np.random.Generator) -> Array:
         """Return random unit world directions (count, 3) towards the environment."""

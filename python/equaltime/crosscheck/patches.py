@@ -18,7 +18,8 @@ from equaltime.scene.model import Cube, SceneModel, Shape, as_array, poses
 __all__ = ["DiskPatch", "SpherePatch", "TrianglePatch", "collect"]
 
 CUBE_TANGENTS = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-"""Axis along which the texture coordinate u of Mitsuba's cube changes, for the faces at x = ±1, y = 1 and z = ±1."""
+"""Axes along which the texture coordinate u of Mitsuba's cube changes: for the faces at x = ±1, at y = 1 and at z = ±1.
+"""
 CUBE_TANGENT_BELOW_Y = np.array([0.0, 0.0, 1.0])
 """Axis along which the texture coordinate u of Mitsuba's cube changes on the face at y = -1."""
 
@@ -71,7 +72,10 @@ class DiskPatch:
 
 
 def collect(model: SceneModel, assets: Assets) -> tuple[TrianglePatch, list[SpherePatch], list[DiskPatch]]:
-    """Return the triangles, spheres and disks of all shapes of a scene; triangles without area are left out."""
+    """Return the triangles, spheres and disks of all shapes of a scene, to be intersected with rays.
+
+    Triangles without area are left out.
+    """
     meshes: list[TrianglePatch] = []
     spheres: list[SpherePatch] = []
     disks: list[DiskPatch] = []

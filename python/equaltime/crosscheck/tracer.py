@@ -42,7 +42,7 @@ TRACED: Final = (
 
 
 def render(scene: Scene, spp: int, seed: int = 0, size: tuple[int, int] | None = None) -> tuple[Array, Array]:
-    """Render a scene with `spp` samples per pixel.
+    """Render a scene with `spp` samples per pixel by the cross-check, a slow second renderer, to test the C++ core.
 
     Parameters
     ----------
@@ -66,7 +66,6 @@ def render(scene: Scene, spp: int, seed: int = 0, size: tuple[int, int] | None =
     ------
     RenderError
         If a path does not end, or a sample is not finite.
-
     """
     scene = scene if size is None else scene.with_(size=size)
     moving = any(moves(node, scene.model.sensor) for node in (*scene.model.shapes, scene.model.sensor))

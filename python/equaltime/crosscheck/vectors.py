@@ -51,7 +51,10 @@ class Frames:
 
     @classmethod
     def from_normals(cls, n: Array, tangents: Array) -> Frames:
-        """Return frames with unit normals ``n`` (N, 3); s is along the ``tangents`` projected onto the surface."""
+        """Return frames with unit normals ``n`` (N, 3).
+
+        The axis s is along ``tangents`` (N, 3), projected onto the surface; tangents may have any length.
+        """
         s = tangents - n * dot(n, tangents)[:, None]
         useless = ~(dot(s, s) > 1e-24 * dot(tangents, tangents))
         s[useless] = perpendicular(n[useless])

@@ -24,8 +24,9 @@ NUDGE = 2.0**-18
 The offset is 64 times the rounding of float32. Surfaces nearer than that are missed; points and distances do not depend
 on the offset."""
 ATTEMPTS = 8
-"""Largest number of searches per ray. If float64 shows that a ray misses the triangle found, the search continues
-behind it."""
+"""Largest number of searches for the first hit of a ray. If float64 shows that the ray misses the triangle that Embree
+found, the search continues behind it.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,7 +34,7 @@ class Hits:
     """Nearest surface that each ray hits, one row per ray; for a ray without a hit, `patch` is -1 and `t` infinite."""
 
     t: Array
-    """Distances along unit directions (N,)."""
+    """Distances (N,) from the rays' origins along unit directions."""
     patch: Index
     """Number of the patch (triangle, sphere or disk) that each ray hits (N,)."""
     point: Array

@@ -33,7 +33,9 @@ class CaseReport:
     case: Case
     ours: Outcome
     theirs: Outcome | None
-    """Outcome of the peer; None without a peer, or if the case tests a guarantee that only equaltime gives."""
+    """Outcome of the peer (another renderer); None without a peer, or if the case tests a guarantee that only equaltime
+    gives.
+    """
 
     def as_dict(self) -> dict[str, Any]:
         """Return the case and its outcomes as JSON data."""
@@ -44,12 +46,12 @@ class CaseReport:
 
 @dataclass(frozen=True, repr=False)
 class SelfTest(Shown):
-    """Outcome of a self-test: its cases, its duration in seconds, the machine and the build."""
+    """Outcome of `selftest`: its cases, its duration in seconds, the machine and the build."""
 
     cases: tuple[CaseReport, ...]
     seconds: float
     peer: str | None
-    """Name and version of the peer, if there was one."""
+    """Name and version of the other renderer that ran beside equaltime (peer); None if there was none."""
     machine: Mapping[str, Any] = field(hash=False)
     build: Mapping[str, Any] = field(hash=False)
 

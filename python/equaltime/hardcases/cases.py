@@ -34,7 +34,7 @@ class Case:
     scene: str
     """File of the scene, below `equaltime.examples.scenes_folder`."""
     expected: float | None = None
-    """Mean of all pixels; None if the image is compared with the image of a changed scene."""
+    """Known mean of all pixels; None if the image is compared with the image of a changed scene."""
     spp: int = 64
     seeds: int = 16
     """Number of independent renders; their spread gives the error."""
@@ -44,16 +44,18 @@ class Case:
     """
     define: Mapping[str, object] = field(default_factory=lambda: MappingProxyType({}), hash=False)
     strategy: str = "best"
-    """Strategy of equaltime; peers have their own."""
+    """Strategy of equaltime for the case; other renderers use their own."""
     size: tuple[int, int] | None = None
     length: int = 0
-    """Change: lengths are multiplied by two to this power."""
+    """Exponent of the change of lengths: they are multiplied by two to this power; 0 for no change."""
     light: int = 0
-    """Change: light is multiplied by two to this power."""
+    """Exponent of the change of brightness: it is multiplied by two to this power; 0 for no change."""
     threads: int = 0
-    """Change: number of worker threads; 0 for no change."""
+    """Number of worker threads of the changed render; 0 for no change."""
     crop: tuple[int, int, int, int] | None = None
-    """Change: window rendered separately (x, y, width, height, in pixels)."""
+    """Window that is rendered separately and compared with the whole image (x, y, width, height, in pixels); None for
+    no change.
+    """
 
     @property
     def for_peers(self) -> bool:

@@ -22,7 +22,7 @@ __all__ = ["LEVEL", "MOST_ULP", "Outcome", "broken", "judge_bits", "judge_same",
 
 Images = Sequence[NDArray[np.float32]]
 LEVEL: Final = 0.001
-"""Probability that a correct renderer fails at least one of all cases."""
+"""False-alarm rate of the self-test: probability that a correct renderer fails at least one of all cases."""
 MOST_ULP: Final = ROUNDING * 2.0**24
 """Largest deviation of an image without noise that passes, in units in the last place: float32 rounding along a
 path."""
@@ -33,6 +33,7 @@ class Outcome:
     """Result of one renderer in one hard case: it passes if its score does not exceed the limit."""
 
     expected: float | None
+    """Known mean of all pixels; None if two sets of images are compared."""
     got: float | None
     """Mean of all pixels and seeds; None if rendering failed."""
     error: float
@@ -41,7 +42,7 @@ class Outcome:
     score: float
     """Deviation from the expected value: in standard errors, or for the worst pixel in units in the last place."""
     limit: float
-    """Largest score that passes."""
+    """Largest score with which the case passes."""
     seconds: float = 0.0
     note: str = ""
     """Reason why rendering failed; else empty."""
@@ -62,7 +63,7 @@ class Outcome:
         return self.limit * self.error / abs(self.expected) + ROUNDING
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the outcome as a dict for JSON; numbers that are not finite become None."""
+        """Return the outcome's fields by name as JSON data; numbers that are not finite become None."""
         return {**fields_to_json(self), "pass": self.passed, "resolution": to_json(self.resolution)}
 
 
