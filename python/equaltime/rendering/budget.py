@@ -32,10 +32,9 @@ __all__ = ["FIRST_LOOK", "Limits", "Look", "Looks", "Stop", "StopRule", "Stopped
 StopRule = Literal["look", "fixed"]
 
 StoppedBy = Literal["spp", "time", "error", "count", "interrupt", "nonfinite", "faulty", "unfinished", "merge"]
-"""Reasons why a render ends: the number of samples, the time, the error, or the count that a pilot chose; Ctrl-C; a
-sample that is NaN or infinite, or that raised a floating-point fault. ``unfinished`` is a render saved on the way, and
-``merge`` one that was merged.
-"""
+"""Reasons why a render ends: number of samples (``spp``), ``time``, ``error``, or the ``count`` that a short render
+chose; Ctrl-C (``interrupt``); a sample that is NaN or infinite, or that raised a floating-point fault (``faulty``).
+``unfinished`` is a render saved on the way, and ``merge`` one that was merged."""
 
 _ALWAYS = ("rule", "selects", "error")
 
@@ -53,12 +52,9 @@ class Stop:
 
     rule: StopRule
     """``look``: the render stops by estimates of its own error; ``fixed``: a pilot (short render) chose the sample
-    count.
-    """
+    count."""
     error: float
-    """Relative error to reach, as a fraction. It does not include the bias due to effects, such as media, that were
-    left out.
-    """
+    """Relative error to reach, as a fraction, without the bias due to effects, such as media, that were left out."""
     spp: int | None = None
     """Samples per pixel that a pilot (short render that predicts) chose; None for ``look``."""
     pilot_seed: int | None = None
@@ -67,7 +63,7 @@ class Stop:
     """Samples per pixel of the pilot (short render that predicts), which are not part of the image; None for ``look``.
     """
     pilot_seconds: float = 0.0
-    """Seconds of the pilot; 0 for ``look``."""
+    """Seconds that the pilot (short render that predicts) took; 0 for ``look``."""
 
     @property
     def selects(self) -> bool:
@@ -78,23 +74,22 @@ class Stop:
         return self.rule == "look"
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the rule as JSON data for the record of a result: its fields by name.
+        """Return the rule as JSON data, which is stored with a result: its fields by name.
 
-        ``spp`` and the fields of the pilot are left out for the rule ``look``.
+        ``spp`` and the fields whose names begin with ``pilot`` are left out for the rule ``look``.
         """
         names = _ALWAYS if self.selects else (*_ALWAYS, *_OF_FIXED)
         return {name: getattr(self, name) for name in names}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Stop:
-        """Return the rule from its fields as JSON data; missing fields of the pilot get their defaults."""
+        """Return the rule from its fields as JSON data; missing optional fields get their defaults."""
         return cls(**{name: data[name] for name in ("rule", "error", *_OF_FIXED) if name in data})
 
 
 FIRST_LOOK = 8
 """Samples per pixel at which a render with an error target first estimates its error; fewer say too little about the
-error.
-"""
+error."""
 
 _GROWTH = 1.4
 """Factor between the sample counts of looks."""
@@ -117,8 +112,7 @@ class Limits:
     seconds: float | None = None
     error: float | None = None
     """Relative error to reach: the render ends when the upper limit of its error is at most this fraction (0.02 is 2
-    %).
-    """
+    %)."""
 
     def __post_init__(self) -> None:
         """Convert the limits to Python's numbers: JSON cannot hold NumPy's numbers or fractions."""
@@ -141,8 +135,7 @@ class Look(NamedTuple):
     """Upper end of the 95 % interval of the error, as a fraction."""
     brightest: float = 0.0
     """Brightness of the brightest path met so far: its share of error², times error², times the square of ``samples``.
-    A path keeps this brightness while samples are added (`equaltime.film.tails.averaged_out`).
-    """
+    A path keeps this brightness while samples are added (`equaltime.film.tails.averaged_out`)."""
 
     @property
     def believed(self) -> float:
@@ -156,8 +149,8 @@ class Look(NamedTuple):
 def next_look(samples: int) -> int:
     """Return the sample count per pixel at which a render next estimates its error to decide whether it stops.
 
-    The result is above ``samples``, the present count per pixel. It is even, so that replicates (halves of the samples)
-    are of one size.
+    The result is above ``samples``, the present count per pixel. The result is even, so that replicates (halves of the
+    samples) are of one size.
     """
     count = FIRST_LOOK
     while count <= samples:
@@ -184,10 +177,10 @@ class Looks:
 
     @property
     def brightest(self) -> float:
-        """Largest brightness of a path at any look; 0 without looks.
+        """Largest brightness of a path at any look (estimate of the error on the way); 0 without looks.
 
-        A path's brightness is its share of error², times error², times the square of the samples per pixel. It tells
-        later whether a bright path has averaged out, which puts the error in doubt.
+        A path's brightness is its share of error², times error², times the square of the samples per pixel. The largest
+        brightness tells later whether a bright path has averaged out, which puts the error in doubt.
         """
         return max((look.brightest for look in self.made), default=0.0)
 

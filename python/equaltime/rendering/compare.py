@@ -51,20 +51,17 @@ class Compared:
     """File of the image."""
     metrics: Mapping[str, Interval] = field(hash=False)
     """Distances by the name of the metric: ``error`` (square root of relMSE), ``relmse``, ``mse``, ``mare`` and
-    ``flip``. They hold for this one image, not for the average over renders. Known noise of the other image is
-    subtracted. If that noise is too large, the value is NaN, and ``high`` is an upper limit.
-    """
+    ``flip``. The distances hold for this one image, not for the average over renders. Known noise of the other image is
+    subtracted. If that noise is too large, the value is NaN, and ``high`` is an upper limit."""
     bias_p: float | None
     """P-value of the test that both images have equal expected values. If it is small, one of the two images is biased.
     None if the files do not allow the test, or if few bright pixels make the noise."""
     own: Interval | None
     """Relative error that the image's own file states, with its interval and any stated reason to doubt it; None if the
-    file states no error.
-    """
+    file states no error."""
     doubt: str
     """Reason, in words, why the other image may lack light, so that the intervals of the metrics may miss the truth.
-    The record in the other image's file states the reason; empty if it states none.
-    """
+    The file of the other image states the reason; empty if it states none."""
     seconds: float | None
     """Rendering time in seconds; None if the file does not state it."""
 
@@ -86,17 +83,14 @@ class Comparison(Shown):
     """File that stands for the truth: the reference, or the second image if there is no reference."""
     images: tuple[Compared, ...]
     """Distances of the first and the second image from the reference; without a reference, of the first from the
-    second.
-    """
+    second."""
     ratio: Interval | None
     """Error of the first image divided by the error of the second, for these two images only; below 1, the first is
     nearer to the reference. None if there is no reference, or if its noise is too large. The ends of the interval are
-    NaN if the file of the reference has no standard errors.
-    """
+    NaN if the file of the reference has no standard errors."""
     efficiency: Interval | None
     """Efficiency of the first image, 1 / (error² x seconds), divided by the efficiency of the second, for these two
-    images only. None if there is no ratio, or if a file does not state its time.
-    """
+    images only. None if there is no ratio, or if a file does not state its time."""
     notes: tuple[str, ...]
     """Sentences on facts that limit the numbers, such as a noisy reference."""
 

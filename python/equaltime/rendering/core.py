@@ -50,8 +50,7 @@ REPLICATES = 2
 ONE_NET = 2**16
 """Least number of pixels of the whole film for which all samples of a pixel are one net (low-discrepancy point set).
 The error of one net needs a second, independent net in some pixels, and these would be too large a part of a smaller
-film.
-"""
+film."""
 _SECOND_NETS = 2048
 """Least number of pixels with a second net, unless the crop has fewer: they give the image's error to 2 to 3 %."""
 _RARE_LIGHT: WeakKeyDictionary[Scene, bool] = WeakKeyDictionary()
@@ -158,9 +157,9 @@ class AdaptiveRenderer(_core.Renderer):
     ) -> bool:
         """Render until pixels have ``samples`` samples on average; return whether that count is reached.
 
-        The call ends early after ``seconds``, or when ``poll``, called about every 0.05 s, returns False. It also ends
-        after ``pause`` seconds, with all begun blocks of pixels finished. A sample in the pilot that is NaN or infinite
-        ends the call too.
+        The call ends early after ``seconds``, or when ``poll``, called about every 0.05 s, returns False. After
+        ``pause`` seconds the call ends too, with all begun blocks of pixels finished. A sample among the first ones,
+        from which counts follow, that is NaN or infinite ends the call.
         """
         if samples <= PILOT or self._rates is not None:
             return super().advance(samples, seconds, poll, pause)
@@ -176,7 +175,7 @@ class AdaptiveRenderer(_core.Renderer):
         """Resume a saved render at its position in the passes, with its counts of paths and rays.
 
         ``position`` holds the completed samples per pixel, the samples of the running pass, and its next block. The
-        pilot is rendered again, since the saved film holds more samples than the pilot's.
+        first samples, from which sample counts follow, are rendered again, since the saved film holds more samples.
         """
         pilot = self._pilot()
         pilot.advance(PILOT)
@@ -272,7 +271,7 @@ def core_settings(scene: Scene, strategy: Strategy) -> _core.Settings:
 
 
 def check_memory(scene: Scene, bytes_per_pixel: float) -> None:
-    """Raise `SceneError` if a film needs more memory than this machine or its container has.
+    """Raise `SceneError` if a film (image in memory) needs more memory than this machine or its container has.
 
     Otherwise the system would end the process without a message.
     """

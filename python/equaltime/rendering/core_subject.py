@@ -91,10 +91,10 @@ class Subject(Protocol):
 
 @dataclass
 class CoreSubject:
-    """Subject of experiments that renders with equaltime's core, one renderer for each run.
+    """Subject of experiments (object that renders) with equaltime's core, one renderer for each run.
 
-    The clocks run only while samples are taken. They exclude making the film, and the image and the error estimate at a
-    checkpoint.
+    The clocks run only while samples are taken. Making the film does not count, nor do the image and the error estimate
+    at a sample count.
     """
 
     label: str

@@ -28,12 +28,10 @@ class Decision:
 
     roulette: Literal["throughput", "efficiency"] | None = None
     """Russian roulette that replaces the strategy's ``automatic``: ``throughput``, or ``efficiency``, which also splits
-    paths.
-    """
+    paths."""
     splitting: float | None = None
     """Variance times rays with path splitting, divided by this product without splitting: below 1, splitting pays. None
-    if no pilot (short render) measured the ratio.
-    """
+    if no pilot (short render) measured the ratio."""
     counts: Counts | None = None
     """Sample counts of pixels: ``even``, or ``error`` if they follow the error of neighbouring pixels."""
 

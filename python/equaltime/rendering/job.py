@@ -35,13 +35,12 @@ __all__ = [
 Backend = Literal["core", "embreex"]
 Traps = Literal["ignore", "check", "stop"]
 """Treatment of floating-point faults: ``ignore`` them, name the sample (``check``), or end the process by SIGFPE
-(``stop``).
-"""
+(``stop``)."""
 DEFAULT_SPP = 64
 """Number of samples per pixel where neither the user nor the scene gives a number or another limit."""
 MOST_THREADS = 4096
-"""Largest number of threads that is accepted. It is more than any machine has processors; about ten thousand threads
-would end the process."""
+"""Largest number of threads that is accepted: more than any machine has processors. About ten thousand threads would
+end the process."""
 MOST_SECONDS = 1e9
 """Largest time limit that is accepted, in seconds: thirty years, so that a 64-bit count of nanoseconds cannot
 overflow."""
@@ -89,8 +88,8 @@ def check_arguments(
     """Raise `ValueError` for an argument of `equaltime.render` that is out of range or of another type.
 
     ``spp`` is samples per pixel; ``time`` and ``checkpoint_every`` are seconds; ``error`` and ``within`` (the bias
-    allowed) are fractions. ``seed`` is below 2^64, and ``threads`` 0 or more. ``without`` names effects; ``backend``
-    and ``stop`` are one of the words that `equaltime.render` accepts. ``stop="fixed"`` needs ``error``.
+    allowed) are fractions. ``seed`` is below 2^64, and ``threads`` 0 or more. ``without`` names features to leave out;
+    ``backend`` and ``stop`` are words that `equaltime.render` accepts. ``stop="fixed"`` needs ``error``.
     """
     if spp is not None and not (is_whole(spp) and 1 <= spp <= MOST_SAMPLES):
         raise ValueError(f"spp must be a whole number from 1 to {MOST_SAMPLES}, found {spp!r}")

@@ -122,8 +122,7 @@ class Difference:
 
     squares: Floats
     """Squared differences less the reference's variance, divided by the squares of the estimated truth; their mean is
-    relMSE. Without that division their mean is MSE.
-    """
+    relMSE. Without that division their mean is MSE."""
     slopes: Floats
     """Derivative of the sum of ``squares`` with respect to the reference's value, in each pixel and channel."""
     variance: Floats
@@ -181,7 +180,7 @@ class Difference:
 def log_ratio(first: Difference, second: Difference) -> tuple[float, float]:
     """Return the logarithm of ``first.value / second.value``, and half the width of its 95 % interval.
 
-    The ratio tells which of two images is nearer to one reference. Both values (relMSE or MSE) must be positive. The
+    The ratio tells which of two images is nearer to one reference. The two values (relMSE or MSE) must be positive. The
     interval takes into account that the reference's noise moves both values.
     """
     squares, slopes = (

@@ -42,20 +42,19 @@ class Origin:
     """Sample counts, seconds and build for each seed of a merged render; empty for a render that was not merged."""
     nets: int = 2
     """Number of independent nets (low-discrepancy point sets) that a pixel's samples form. If it is the number of
-    replicates, the replicates are independent; else it is 1, and they are halves of one net.
-    """
+    replicates, the replicates are independent; else it is 1, and they are halves of one net."""
     second_net: int = 0
     """k, if one of k pixels has a second net: further samples, not in the image, that show its noise. 0 if there are
-    none.
-    """
+    none."""
     scene_max_depth: int | None = None
     """The ``max_depth`` that the scene asks for, which may differ from ``max_depth`` here; None if unknown."""
     transparent: bool = False
     """Whether the user asked for a transparent background, beside what the scene's film asks for."""
     defines: Mapping[str, str] = field(default_factory=dict, compare=False, hash=False)
-    """Values for the variables of the scene's file, as text. The digest already contains their effect."""
+    """Values for the variables of the scene's file, as text; the digest already contains what they change."""
     frame: Frame | None = field(default=None, compare=False)
-    """The frame of an animation that the image is; None for other renders. The digest already contains its effect."""
+    """Frame of an animation that the image shows; None for other renders. The digest already contains what the frame
+    changes."""
     picture: FilmPicture = field(default_factory=FilmPicture, compare=False)
     """Form of the picture that the film asks for; the bits of the render do not depend on it."""
 
@@ -89,7 +88,7 @@ class Origin:
 
     @property
     def record(self) -> dict[str, Any]:
-        """Return the origin as JSON data, for the record of a result."""
+        """Return the origin as JSON data, as a part of the data that a result's file states on how it was made."""
         return {
             "scene": self.scene,
             "digest": self.digest,

@@ -126,8 +126,8 @@ def _attributes(path: Path) -> Mapping[str, str]:
 def keep_work(path: Path, record: Mapping[str, Any]) -> Path | None:
     """Copy the existing render at ``path`` to ``path~`` if more than a minute of rendering would be lost.
 
-    ``record`` describes the new render. Nothing is lost if the new render contains the samples of the existing render.
-    Only one copy is kept: an earlier ``path~`` is replaced.
+    ``record`` is the JSON data on how the new render was made. Nothing is lost if the new render contains the samples
+    of the existing render. Only one copy is kept: an earlier ``path~`` is replaced.
 
     Returns
     -------

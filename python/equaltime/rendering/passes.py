@@ -55,8 +55,7 @@ class Progress:
     """Estimated seconds to the end of the render; None before the first pass has ended."""
     error: Interval | None
     """Relative error at the latest estimate, as a fraction. None before the first estimate, and when the samples have
-    doubled since the latest.
-    """
+    doubled since the latest."""
     cluster: str = ""
     """Numbers of processes, units of work and processor seconds so far, in words; empty for a render in one process."""
 

@@ -134,13 +134,11 @@ class RenderFile:
     window: Window
     """Position (x, y) of the image's first pixel on the full film, and width and height of that film, in pixels."""
     moments: NDArray[Any] | None = None
-    """(R, H, W): count, mean and deviation of the samples of each pixel in each of R replicates, of the type
-    `equaltime.film.moments.DTYPE`.
-    """
+    """(R, H, W): count, mean and deviation of the samples of each pixel in each of R replicates (parts of the samples),
+    of the type `equaltime.film.moments.DTYPE`."""
     parts: NDArray[Any] | None = None
     """(H, W): sums over the merged renders, from which variances follow, of the type `equaltime.film.moments.PARTS`;
-    None if nothing was merged.
-    """
+    None if nothing was merged."""
     missed: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
     """Light that samples may have missed: (H, W, C) by the name of the file's subimage, ``unseen`` or ``lamps``."""
     aovs: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
@@ -273,7 +271,8 @@ class SavedFilm(NamedTuple):
     """Samples of a saved render, from which the variance of each pixel follows. Missing fields are None."""
 
     moments: NDArray[Any] | None
-    """(R, H, W): count, mean and deviation of the samples of each pixel in each of R replicates."""
+    """(R, H, W): count, mean and deviation of the samples of each pixel in each of R replicates (parts of the samples).
+    """
     parts: NDArray[Any] | None
     """(H, W): sums over the renders that were merged."""
     second: SecondNets | None
@@ -281,7 +280,10 @@ class SavedFilm(NamedTuple):
 
 
 def read_film(path: str | os.PathLike[str]) -> SavedFilm:
-    """Return the samples in the file of a saved render, as their moments; raise `ImageError` if it cannot be read."""
+    """Return the samples in the file of a saved render: counts, means and deviations of the pixels.
+
+    Raises `ImageError` if the file cannot be read.
+    """
     return _film(path, *_guarded_picture(path))
 
 

@@ -47,8 +47,7 @@ class Replay(Shown):
     """Contribution of the sample to its pixel: the sum over the vertices, in their order, times the filter's weight."""
     end: str
     """Reason why the path ends: ``escapes`` (meets nothing), ``depth`` (is longest), ``absorbed``, ``no_direction`` (no
-    direction sampled), ``black`` (throughput 0), ``not_finite``, ``roulette``.
-    """
+    direction sampled), ``black`` (throughput 0), ``not_finite``, ``roulette``."""
     vertices: tuple[Mapping[str, Any], ...] = field(hash=False)
     """Vertices of the path, as dictionaries. ``origin`` and ``direction`` are the ray towards the vertex.
     ``throughput`` is the path's throughput at the start of the ray, and ``left`` after the medium along the ray.
@@ -113,7 +112,7 @@ def replay(
     ``pixel`` is (x, y) in the whole film, and ``sample`` the number of the sample in the pixel, from 0. Without
     ``sample``, the brightest of the pixel's first ``spp`` samples is replayed, and `Replay.brightest` compares the
     brightest with the others. Without ``spp``, the scene's own sample count is taken, or else 64. An adaptive render
-    may have taken more samples of a noisy pixel. Effects named in ``without`` are left out, as in `equaltime.render`.
+    may have taken more samples of a noisy pixel. ``without`` names effects (features such as media) that are left out.
 
     Raises
     ------

@@ -52,8 +52,9 @@ class Stats(Shown):
 
     phases: Mapping[str, float] = field(hash=False)
     """Seconds of each phase: ``load`` and ``build`` of the scene, ``render`` (first sample to final film), and
-    ``estimate`` of the error. Some renders have more: ``pilot`` if an effect was left out, ``stop_pilot`` if a pilot
-    chose the count, ``save`` for checkpoints, and ``outputs`` beside the image."""
+    ``estimate`` of the error. Some renders have more: ``pilot`` if short renders measured what leaving effects out
+    changes, and ``stop_pilot`` if a short render chose the sample count. ``save`` is for checkpoints, and ``outputs``
+    for outputs beside the image."""
     paths: int
     """Camera paths: one per sample."""
     rays: int
@@ -101,30 +102,28 @@ class Result:
     samples: NDArray[np.int64]
     """(H, W): number of samples of each pixel. The indices of a pixel's samples begin at 0."""
     error: Interval
-    """The image's relative error with its 95 % interval: 0.02 is 2 %. It includes a bias that was measured. It does not
-    include a bias that was not measured, or the light of paths longer than ``max_depth``."""
+    """Relative error of the image with its 95 % interval: 0.02 is 2 %. A bias that was measured is included. A bias
+    that was not measured, and the light of paths longer than ``max_depth``, are not."""
     stats: Stats
     stopped_by: StoppedBy
     """Reason why the render ended: the sample count, the time limit, the error asked for, the ``count`` that a pilot
-    chose for an error, Ctrl-C, or a sample that was not a number. ``unfinished`` marks a render saved on the way."""
+    (short render) chose for an error, Ctrl-C, or a sample that was not a number. ``unfinished`` marks a render saved on
+    the way."""
     origin: Origin
     moments: NDArray[Any] | None = None
-    """(R, H, W): count, mean and deviation of the samples of each pixel in each of R replicates, of the type
-    `equaltime.film.moments.DTYPE`. None for another backend.
-    """
+    """(R, H, W): count, mean and deviation of the samples of each pixel in each of R replicates (parts of the samples),
+    of the type `equaltime.film.moments.DTYPE`. None for another backend."""
     looks: tuple[Look, ...] = ()
     """Looks, in order: estimates of the error at which a render with an error target might have stopped."""
     bias: Interval | None = None
-    """Relative error due to the effects (features such as media) that were left out, as a pilot measured it; None if
-    there are none. The bias of `Strategy.truncate` is not measured.
-    """
+    """Relative error due to the effects (features such as media) that were left out, as short renders measured it; None
+    if there are none. The bias of `Strategy.truncate` is not measured."""
     position: tuple[int, int, int] | None = None
     """Position from which passes resume: samples per pixel completed (mean), samples of the blocks already done in the
     running pass, and index of the next block."""
     missed: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
     """Images of the light that samples may have missed, (H, W, C) by name: ``unseen`` and ``lamps``. Such light raises
-    the error's upper limit (`equaltime.film.unseen`).
-    """
+    the error's upper limit (`equaltime.film.unseen`)."""
     stop: Stop | None = None
     """Rule by which this render, or the saved render that it resumed, stops at an error; None without an error target.
     """
@@ -133,19 +132,16 @@ class Result:
     degrees: float = 1.0
     """Degrees of freedom of the estimated variance of each pixel: the number of replicates (parts of a pixel's samples)
     less 1. For a merged render, each pixel has its own degrees (`equaltime.film.parts_of_merge`), and this is their
-    harmonic mean.
-    """
+    harmonic mean."""
     parts: NDArray[Any] | None = None
     """(H, W): sums over the merged renders, from which variances follow (`equaltime.film.parts_of_merge`); None if the
     render was not merged."""
     common_doubt: float = 0.0
     """Relative standard deviation of a factor that the estimated variances of all pixels have in common. The factor is
-    measured in few pixels, by further samples (`equaltime.film.second_nets`). 0 if there is no such factor.
-    """
+    measured in few pixels, by further samples (`equaltime.film.second_nets`). 0 if there is no such factor."""
     second: SecondNets | None = None
     """Second nets: further samples of some pixels, not in the image, that show its noise
-    (`equaltime.film.second_nets`). None if there are none.
-    """
+    (`equaltime.film.second_nets`). None if there are none."""
     decision: Decision = field(default_factory=Decision)
     """Decisions that the strategy left to the render: on splitting of paths, and on sample counts of pixels."""
     focus: Focus = field(default_factory=Focus.none)

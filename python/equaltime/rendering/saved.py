@@ -50,15 +50,13 @@ class SavedRender:
     record: Mapping[str, Any]
     """Record of the render (`Result.record`): JSON data that tell how it was made. Its keys and values were checked."""
     moments: NDArray[Any]
-    """(R, H, W): count, mean and deviation of the samples of each pixel in each of R replicates, of the type
-    `equaltime.film.moments.DTYPE`.
-    """
+    """(R, H, W): count, mean and deviation of the samples of each pixel in each of R replicates (parts of the samples),
+    of the type `equaltime.film.moments.DTYPE`."""
     missed: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
     """Images of the light that samples may have missed, by name; it raises the error's upper limit."""
     parts: NDArray[Any] | None = None
     """(H, W): sums over the renders that were merged, from which variances follow; None if not merged, or saved by
-    equaltime 0.1.0.
-    """
+    equaltime 0.1.0."""
     alpha: NDArray[np.float32] | None = None
     """(H, W): opacity of each pixel, in [0, 1]; None if the film did not ask for it."""
     second: SecondNets | None = None
@@ -66,9 +64,9 @@ class SavedRender:
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> SavedRender:
-        """Return the content of a file that `Result.save` wrote.
+        """Return the content of a file that `Result.save` wrote, to resume or merge the render.
 
-        Raises `ImageError` if the file is damaged or holds no moments.
+        Raises `ImageError` if the file is damaged, or was saved with ``small``, without the data for resuming.
         """
         file = RenderFile.read(path)
         return cls.of(file, Path(path))
@@ -77,8 +75,8 @@ class SavedRender:
     def of(cls, file: RenderFile, path: Path) -> SavedRender:
         """Return the content of a saved render, from the content of its file, after checking it.
 
-        ``path`` is the name of the file in errors. Raises `ImageError` if the file holds no moments, or if they do not
-        fit its record.
+        ``path`` is the name of the file in errors. Raises `ImageError` if the data for resuming are missing or
+        contradict each other.
         """
         moments, parts, missed = file.moments, file.parts, file.missed
         if moments is None:
@@ -133,7 +131,7 @@ class SavedRender:
     def position(self) -> tuple[int, int, int]:
         """Position from which passes resume: samples per pixel, samples of the running pass, next block.
 
-        Raises `ImageError` if the record has no position.
+        Raises `ImageError` if the file states no position.
         """
         if self.record["position"] is None:
             raise ImageError(f"{self.path}: cannot be resumed: its record lacks the position of its passes")
@@ -155,7 +153,10 @@ class SavedRender:
 
 
 def looks_of(record: Mapping[str, Any]) -> tuple[Look, ...]:
-    """Return the looks (estimates of the error on the way) that the record of a saved render lists."""
+    """Return the looks of a saved render: estimates of its error at which it might have stopped.
+
+    ``record`` is the JSON data in its file that tell how the render was made.
+    """
     return tuple(
         Look(samples, math.nan if value is None else value, math.inf if high is None else high, brightest or 0.0)
         for samples, value, high, brightest in record["looks"]
@@ -283,9 +284,9 @@ def _stats(record: Mapping[str, Any]) -> Stats:
 
 
 def as_checkpoint(render: Render) -> SavedRender:
-    """Return the content of a render that resuming and merging need: its record and the moments of its pixels.
+    """Return the content of a render that resuming and merging need.
 
-    ``render`` is a result or the path of its file. Raises `ImageError` if moments are missing.
+    ``render`` is a result or the path of its file. Raises `ImageError` if the data for resuming are missing.
     """
     if not isinstance(render, Result):
         return SavedRender.read(render)

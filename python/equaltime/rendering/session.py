@@ -62,15 +62,14 @@ class Checkpoints:
     """Settings of the saves on the way: file, interval, exposure of previews. A saved render can be resumed."""
 
     path: Path
-    """EXR file that each checkpoint replaces."""
+    """EXR file in which the render so far is saved; each save replaces the previous one."""
     every: float = 60.0
-    """Least seconds between checkpoints; more if saving would take more than half of the time."""
+    """Least seconds between two saves; more if saving would take more than half of the time."""
     exposure: Exposure = AUTO
-    """Exposure of the checkpoints' previews in stops (1 is twice as bright), or ``auto``."""
+    """Exposure of the previews beside the EXR file in stops (1 is twice as bright), or ``auto``."""
     unsaved: Callable[[str], object] | None = None
-    """Function that is called with the reason when a checkpoint cannot be written. After a failure it is not called
-    again until a checkpoint has been written.
-    """
+    """Function that is called with the reason when a save fails. After a failure the function is not called again until
+    a save has worked."""
 
 
 class Session:
@@ -127,7 +126,7 @@ class Session:
 
     @property
     def origin(self) -> Origin:
-        """Origin of the render, for its record: everything that decides its bits except the sample counts."""
+        """Origin of the render, which is stored with it: everything that decides its bits except the sample counts."""
         return self._origin
 
     @property
@@ -192,7 +191,7 @@ class Session:
             self.write(result, checkpoints)
 
     def write(self, result: Result, checkpoints: Checkpoints) -> None:
-        """Save ``result`` as a checkpoint; raise `ImageError` if it cannot be written.
+        """Save ``result`` as a checkpoint (save of the render so far); raise `ImageError` if it cannot be written.
 
         With automatic exposure, the preview keeps the exposure of the previous checkpoint while that suits the image.
         So noise does not make the preview flicker. The exposure of the finished picture depends on that picture alone.
@@ -232,7 +231,10 @@ class Session:
 
     @property
     def decided(self) -> Strategy:
-        """Strategy of the job, with the render's decisions so far in place of automatic values."""
+        """Strategy of the job, with the render's decisions so far in place of automatic values.
+
+        Decisions are on splitting of paths and on sample counts.
+        """
         return self._decision.applied(self.job.strategy)
 
     @property
@@ -328,8 +330,8 @@ def origin_of(
     """Return the origin of a render of the scene: everything that decides its bits except the sample counts.
 
     ``strategy`` is the strategy's name, and ``biased`` tells whether it is biased. ``replicates`` is the number of
-    parts of each pixel's samples, ``backend`` the renderer (``core`` or ``embreex``). ``without`` names effects that
-    were left out.
+    parts of each pixel's samples, ``backend`` the renderer (``core`` or ``embreex``). ``without`` names the effects
+    (features such as media) that were left out.
     """
     film = scene.model.sensor.film
     return Origin(
@@ -364,7 +366,7 @@ def run(
     Parameters
     ----------
     asking
-        The user's scene. In the session's scene, effects may have been left out.
+        The user's scene. In the session's scene, effects (features such as media) may have been left out.
     pass_ended
         Called after each pass.
     ended

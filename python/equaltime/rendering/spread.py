@@ -72,8 +72,8 @@ class SpreadRenderer(_core.Renderer):
     def spread(self, team: Team, recipe: Callable[[_core.Renderer], Recipe]) -> None:
         """Let the processes of ``team`` take the samples, from now on.
 
-        ``recipe`` returns the settings that decide a sample's bits. It is called once it is decided whether paths are
-        split.
+        ``recipe`` returns the settings that decide a sample's bits. This function is called once it is decided whether
+        paths are split.
         """
         self._team, self._recipe = team, recipe
         self._pass: _Pass | None = None
@@ -91,7 +91,10 @@ class SpreadRenderer(_core.Renderer):
         return self._team.size
 
     def told(self) -> str:
-        """Return, in words, the numbers of processes, finished units and processor seconds so far."""
+        """Return, in words, the numbers of processes, finished units of work and processor seconds.
+
+        A unit is a window of the film with some samples.
+        """
         left = 0 if self._pass is None else len(self._pass.waiting) + len(self._pass.running)
         units = f"{self._units} units done{f', {left} left in this pass' if left else ''}"
         return f"{self.breadth} process{'es' * (self.breadth != 1)}, {units}, {self._core_seconds:.3g} core-seconds"
@@ -113,7 +116,7 @@ class SpreadRenderer(_core.Renderer):
 
     @property
     def threads(self) -> int:
-        """Number of threads of all processes that have rendered a unit; before the first unit, of this process."""
+        """Number of threads of all processes that have rendered; before the first has, of this process."""
         return sum(self._processes.values()) or super().threads
 
     def adapt(self, pilot: int, rates: NDArray[np.float32]) -> None:
@@ -125,7 +128,7 @@ class SpreadRenderer(_core.Renderer):
         super().adapt(pilot, rates)
 
     def saved(self) -> None:
-        """Tell the team that the film was saved, so that finished units need not be kept any longer."""
+        """Tell the team that the film was saved, so that it may delete its own copies of finished windows."""
         self._team.saved()
 
     def advance(

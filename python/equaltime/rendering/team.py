@@ -25,14 +25,14 @@ class KeptUnit(Protocol):
 
     @property
     def begin(self) -> int:
-        """Samples per pixel, on average, before the unit."""
+        """Samples per pixel, on average, before the samples of this unit."""
 
     @property
     def end(self) -> int:
-        """Samples per pixel, on average, after the unit."""
+        """Samples per pixel, on average, after the samples of this unit."""
 
     def read(self) -> Rendered | None:
-        """Return the rendered moments of the unit; None if they cannot be read."""
+        """Return the pixels with the samples of this unit, from its file; None if they cannot be read."""
 
 
 class Team(Protocol):
@@ -40,31 +40,38 @@ class Team(Protocol):
 
     @property
     def size(self) -> int:
-        """Number of units that are rendered at once, at least 1."""
+        """Number of units (windows of the film, some samples) that are rendered at once, at least 1."""
 
     def begin(self) -> None:
-        """Prepare for a pass: look for processes that have joined or left since the last one."""
+        """Prepare for a pass: find processes that have joined or left since the last one."""
 
     def submit(self, unit: Unit) -> Future[Rendered]:
-        """Return a future of the unit with its samples, and let a process render it."""
+        """Let a process render a unit (window, some samples), and return a future of its pixels with the samples."""
 
     def check(self) -> bool:
         """Tell whether waiting units must be submitted again, because all processes that had received them have ended.
 
-        Called while units are waited for. Raises RenderError if no process is left.
+        A unit is a window of the film with some samples. The method is called while units are waited for. Raises
+        RenderError if no process is left.
         """
 
     def failure(self, error: Exception) -> RenderError:
-        """Return an error for the user, made from the exception that the process pool or Dask raised for a unit."""
+        """Return an error for the user, made from the exception of the process pool or of Dask while rendering."""
 
     def keep(self, unit: Unit, rendered: Rendered) -> None:
-        """Save a rendered unit, if there is a place, so that a crash before the next checkpoint does not lose it."""
+        """Save a rendered unit (window of the film, some samples), if there is a folder for that.
+
+        So a crash before the next save of the whole render does not lose the unit.
+        """
 
     def kept(self, recipe: Recipe) -> Sequence[KeptUnit]:
-        """Return the saved units of an earlier, unfinished run of the render that ``recipe`` describes."""
+        """Return the units (windows of the film, some samples) that an unfinished run of the same render saved.
+
+        ``recipe`` identifies the render.
+        """
 
     def saved(self) -> None:
-        """Delete all units that were kept, since the film that contains them was saved."""
+        """Delete all saved units (windows of the film), since a file of the whole render now contains their samples."""
 
 
 class Cluster(Protocol):

@@ -49,21 +49,19 @@ class Recipe:
     """Number of independent nets (low-discrepancy point sets) that a pixel's samples form: 1 or 2."""
     second_net: int
     """k, if one of k pixels has a second net: further samples, not in the image, that show its noise. 0 if there are
-    none.
-    """
+    none."""
     pixel_rays: bool
     """Whether to count the rays of each pixel."""
     traps: str
     """Treatment of floating-point faults: ``ignore`` them, or name the sample (``check``)."""
     build: str
     """Facts of the build and the processor that decide bits, as JSON text; a process with other facts must not take
-    part.
-    """
+    part."""
 
 
 @dataclass(frozen=True, eq=False)
 class Unit:
-    """Samples that one process adds to the pixels of a window, with the moments that these pixels have before.
+    """Samples for one process to add to the pixels of a window, with the state of these pixels before.
 
     The window begins and ends at borders of blocks of 16 x 16 pixels.
     """
@@ -75,15 +73,14 @@ class Unit:
     end: int
     """Samples per pixel, on average, that the pixels have afterwards."""
     moments: NDArray[Any]
-    """(R, h, w): count, mean and deviation of the samples of the window's pixels, in each of R replicates."""
+    """(R, h, w): count, mean and deviation of the samples of each of the window's pixels, in each of R replicates
+    (parts of the samples)."""
     second: NDArray[Any]
     """(R, h', w'): moments of the second nets in the window, which are further samples of some pixels to show the
-    noise; empty if there are none.
-    """
+    noise; empty if there are none."""
     rates: NDArray[np.float32] | None
     """(h, w): number of samples that each pixel gets for one sample of the average, after the pilot; None for even
-    counts.
-    """
+    counts."""
 
     @property
     def pixels(self) -> int:
@@ -94,12 +91,14 @@ class Unit:
 
 @dataclass(frozen=True, eq=False)
 class Rendered:
-    """Result of a unit: the moments of its pixels with the samples added, and their cost."""
+    """Result of a unit (a window of the film, some samples): its pixels with the samples added, and the cost."""
 
     moments: NDArray[Any]
-    """(R, h, w): count, mean and deviation of the samples of the window's pixels, in each of R replicates."""
+    """(R, h, w): count, mean and deviation of the samples of each of the window's pixels, in each of R replicates
+    (parts of the samples)."""
     second: NDArray[Any]
-    """(R, h', w'): moments of the second nets in the window; empty if there are none."""
+    """(R, h', w'): moments of the second nets in the window, which are further samples of some pixels to show the
+    noise; empty if there are none."""
     pixel_rays: NDArray[np.uint64] | None
     """(h, w): number of rays of each pixel's added samples; None if they were not counted."""
     counters: Mapping[str, int]
@@ -114,21 +113,21 @@ class Rendered:
     """Processor seconds of all threads."""
     threads: int
     process: str
-    """Name of the process that rendered the unit: host and process number."""
+    """Name of the process that rendered the window: host and process number."""
 
 
 def add_samples(scene: Scene, unit: Unit, threads: int = 0) -> Rendered:
-    """Render a unit of a scene in this process, with ``threads`` threads; 0 is one for each processor.
+    """Render a unit (a window of a scene's film, some samples) in this process.
 
-    Raises RenderError for lack of memory, and ValueError if the unit's moments do not have the sample counts that the
-    unit states.
+    ``threads`` is the number of threads; 0 is one for each processor. Raises RenderError for lack of memory, and
+    ValueError if the pixels do not have the sample counts that the unit states.
     """
     with _ONE:
         return _with_samples(scene, unit, threads)
 
 
 def release() -> None:
-    """Free the memory that this process holds for its next unit of a render."""
+    """Free the renderer, with its memory, that this process has for further windows of a render."""
     with _ONE:
         _CACHED.clear()
 
@@ -162,7 +161,7 @@ def _with_samples(scene: Scene, unit: Unit, threads: int) -> Rendered:
 
 
 def place(window: Window) -> tuple[slice, slice, slice]:
-    """Return the index of a window's pixels in an array of moments, (R, H, W), as three slices."""
+    """Return the index of a window's pixels in an array (R, H, W) of the crop's pixels, as three slices."""
     x0, y0, x1, y1 = window
     return slice(None), slice(y0, y1), slice(x0, x1)
 
