@@ -27,18 +27,16 @@ __all__ = ["LeftOut", "choose", "measured"]
 N = TypeVar("N")
 
 PILOT_SAMPLES = 2**16
-"""Number of samples, summed over all pixels, of each short render that measures an effect; each pixel gets at least
-one.
-"""
+"""Number of samples, summed over all pixels, of each short render that measures what leaving out an effect, such as
+media, changes. Each pixel gets at least one."""
 MOST_A_PIXEL = 64
 MOST_PIXELS = 2**14
-"""Largest number of pixels of the film on which effects to leave out are chosen: light by path length takes kilobytes a
-pixel.
-"""
+"""Largest number of pixels of the film on which effects (features such as media) to leave out are chosen. The choice
+needs light by path length, which takes kilobytes a pixel."""
 REPEATS = 6
 PILOTS_SEEDS = 2**63
-"""Offset from a render's seed to the seed of the pilot that measures effects, so that the two share no random numbers.
-"""
+"""Offset from a render's seed to the seed of the short renders that measure effects such as media, so that no random
+numbers are shared."""
 
 
 @dataclass(frozen=True)
@@ -53,13 +51,13 @@ class LeftOut:
     names: tuple[str, ...]
     """Names of the effects left out, such as ``media`` or ``long_paths=6``."""
     bias: Interval
-    """Error of the image due to leaving out the effects in ``names``, with its 95 % interval."""
+    """Relative error of the image due to leaving out the features in ``names``, with its 95 % interval."""
     why: tuple[str, ...]
-    """Sentences, one for each decision: the effect that was left out or kept, and why."""
+    """Sentences, one for each decision on an effect (feature such as media): whether it was left out, and why."""
 
 
 def measured(scene: Scene, strategy: Strategy, names: tuple[str, ...], seed: int = 0, threads: int = 0) -> LeftOut:
-    """Return the scene without the named effects, and the measured error due to leaving them out.
+    """Return the scene without the named effects (features such as media), and the error due to leaving them out.
 
     The error is measured by short renders with and without the effects. If ``long_paths`` is among the names, the error
     includes the bias of the strategy's ``truncate``.

@@ -26,7 +26,8 @@ from equaltime.words import Shown
 __all__ = ["Price", "PriceList", "effects"]
 
 MOST_PIXELS = 128 * 128
-"""Largest number of pixels of the film on which effects are measured, unless a size is given."""
+"""Largest number of pixels of the film on which the cost of effects (features such as media) is measured, unless a size
+is given."""
 REPEATS, SAMPLES = 12, 16
 QUICK_PIXELS, QUICK_REPEATS, QUICK_SAMPLES = 64 * 64, 6, 8
 
@@ -39,21 +40,23 @@ class Price:
     """
 
     kind: Effect
-    """The effect: its name, title, and stand-in."""
+    """The effect (feature of a scene, such as media): its name, title, and stand-in."""
     reasons: tuple[Reason, ...]
-    """Places of the scene that use the effect."""
+    """Places of the scene that use the effect, each with a description."""
     instead: str | None
-    """Replacement of the effect where it is left out; None if it cannot be left out of this scene."""
+    """Stand-in that replaces the effect where it is left out, such as ``vacuum``; None if it cannot be left out of this
+    scene."""
     time: Interval | None = None
-    """Share of the time of a sample that the effect takes, as a fraction."""
+    """Share of the time of a sample that the effect (feature such as media) takes, as a fraction."""
     variance: Interval | None = None
-    """Share of the variance, and so of the squared error, that the effect makes, as a fraction."""
+    """Share of the variance, and so of the squared error, that the effect (feature such as media) makes, as a fraction.
+    """
     change: Interval | None = None
-    """Relative error of the image if the effect is left out: 0.02 is 2 %."""
+    """Relative error of the image if the effect (feature such as media) is left out: 0.02 is 2 %."""
     memory: int | None = None
-    """Bytes of memory that the effect takes in the core."""
+    """Bytes of memory that the effect (feature such as media) takes in the core."""
     difference: NDArray[np.float64] | None = None
-    """(H, W, 3): the image without the effect, minus the full image."""
+    """(H, W, 3): the image without the effect (feature such as media), minus the full image."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return the price as JSON data, without the image ``difference``."""
@@ -73,13 +76,12 @@ class PriceList(Shown):
     """Costs of the effects (such as media) that a scene uses, and its variance split by kind of light."""
 
     prices: tuple[Price, ...]
-    """Prices of the effects that the scene uses."""
+    """Cost of each effect (feature such as media) that the scene uses, in time, variance and memory."""
     free: tuple[str, ...]
-    """Names of the effects that the scene does not use. They cost no instruction in the path loop and no memory."""
+    """Names of the effects (features such as media) that the scene does not use, which cost neither time nor memory."""
     shares: Mapping[str, Mapping[str, Interval]]
     """Shares of the variance by kind of part, then by name. Kinds are ``length`` of the path, ``way`` (technique), last
-    ``bsdf``, and ``light`` source; the shares of each kind sum to 1.
-    """
+    ``bsdf``, and ``light`` source; the shares of each kind sum to 1."""
     truncated: Mapping[int, Interval]
     """Relative error of the image if paths are cut at a depth, by that depth in segments, as fractions."""
     outputs: Mapping[str, Interval]

@@ -44,9 +44,8 @@ class Chosen:
     """A sample count that a pilot (short render) chose for an error, and the prediction that led to it."""
 
     stop: Stop
-    """Rule for the end of the image, with the chosen samples per pixel and the pilot's seed; it is stored with the
-    result.
-    """
+    """Rule for the end of the image, which is stored with the result: the chosen samples per pixel, and the seed of the
+    short render that chose them."""
     quote: Quote | None = None
     """Predicted time and error of the render, without its bias; None with a time limit, or if nothing can be
     predicted."""
@@ -57,7 +56,7 @@ class Chosen:
         """Return the limits of samples and time for rendering the image, instead of the user's limits ``asked``.
 
         The sample limit is the chosen count, or the limit in ``asked`` if that is less. The time limit is the limit in
-        ``asked``, less the seconds of the pilot. There is no error limit.
+        ``asked``, less the seconds that the choice took. There is no error limit.
         """
         counts = [count for count in (self.stop.spp, asked.spp) if count is not None]
         seconds = asked.seconds
@@ -67,7 +66,7 @@ class Chosen:
 
 
 def pilot_seed(seed: int) -> int:
-    """Return the seed of the pilot of a render whose own seed is ``seed``.
+    """Return the seed of the pilot (short render that predicts) of a render whose seed is ``seed``.
 
     The pilot's seed is a hash of ``seed``, so that another render hardly ever has the same seed.
     """

@@ -34,10 +34,10 @@ _LOSS, _LOSS_OF_TAKEN, _START = 0.004, 0.022, 0.05
 class Processors(NamedTuple):
     """Processor time of this process: the seconds that its threads ran, and the seconds that they waited to run.
 
-    A quote compares two such times to find the share of the processors that it had. Both are counted from the start of
-    each thread; idle threads do not count as waiting. The processor time of a sample hardly depends on other processes,
-    but the available share of the processors varies within tenths of a second. So the share is better estimated over a
-    longer time.
+    The difference of two such times tells the share of the processors that the process had. Times are counted from the
+    start of each thread; idle threads do not count as waiting. The processor time of a sample hardly depends on other
+    processes, but the available share of the processors varies within tenths of a second. So the share is better
+    estimated over a longer time.
     """
 
     ran: float
@@ -151,8 +151,7 @@ class Probed(NamedTuple):
     """Predicted relative error of the image, as a fraction."""
     doubt: float
     """Standard deviation of log(error) due to the choice of pixels, estimated by the scatter of the pixels that were
-    drawn.
-    """
+    drawn."""
     width: float
     """Logarithm of (upper limit / error), both as the image will state them at that count."""
 
@@ -167,7 +166,8 @@ class Law:
     """
 
     samples: int
-    """Samples per pixel up to which the error was measured: at the end of the pilot, or of its probe."""
+    """Samples per pixel up to which the error was measured: by a short render (pilot), or by some pixels rendered to
+    the end (probe)."""
     error: float
     """Estimated relative error of the image at ``samples``, as a fraction."""
     width: float
@@ -185,9 +185,10 @@ class Law:
     seconds_lost: float = 0.0
     """Largest additional time, in seconds, that the slow start of a render takes."""
     before: tuple[tuple[int, float], ...] = ()
-    """Pairs (samples per pixel, relative error) below ``samples``, the first from the pilot; empty without a probe."""
+    """Measured points below ``samples``: pairs (samples per pixel, relative error). Empty without a probe, that is,
+    without pixels rendered to the end."""
     doubt: float = 0.0
-    """Standard deviation of log(error) due to the pixels that a probe has not drawn; 0 without a probe."""
+    """Standard deviation of log(error) due to measuring some pixels only (a probe); 0 if all pixels were measured."""
 
     def through(self, probed: Sequence[Probed], sampler: str) -> Law:
         """Return this law, fitted to a pilot, corrected by a probe of the same image: some pixels rendered to the end.
@@ -372,12 +373,12 @@ class Law:
 
 
 def fit(errors: Mapping[int, Interval], seconds: Mapping[int, float], sampler: str, had: float = 1.0) -> Law:
-    """Return the law that fits the errors of a render, and its seconds, at some counts of samples per pixel.
+    """Return the law (error and time by the number of samples) that fits the measured errors and seconds of a render.
 
-    ``errors`` and ``seconds`` map a count to the error and to the seconds since the first sample. The exponent is
-    measured over the last three doublings of the count. It is averaged with the usual exponent of ``sampler``, the
-    sampler's name, by their uncertainties. The speed is measured over the last two doublings. ``had`` is the share of
-    the processors that was available, in [0, 1].
+    ``errors`` and ``seconds`` map counts of samples per pixel to the error and to the seconds since the first sample.
+    The exponent of the error is measured over the last three doublings of the count. The law's exponent averages it
+    with the usual exponent of ``sampler``, the sampler's name, by their uncertainties. The speed is measured over the
+    last two doublings. ``had`` is the share of the processors that was available, in [0, 1].
     """
     last = max(errors)
     near = [n for n in sorted(errors) if 8 * n >= last and errors[n].value > 0.0 and math.isfinite(errors[n].high)]

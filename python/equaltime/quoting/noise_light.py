@@ -61,8 +61,7 @@ class NoiseLight:
 
     seen: Interval
     """Share of error² of light that the camera sees directly, as at edges of lamps. ``seen``, ``direct`` and
-    ``indirect`` sum to 1.
-    """
+    ``indirect`` sum to 1."""
     direct: Interval
     """Share of error² of direct light: paths that leave a lamp and are scattered once on the way to the camera."""
     indirect: Interval
@@ -73,12 +72,10 @@ class NoiseLight:
     """Fraction of error² that would remain if only indirect light had noise."""
     common: Interval
     """Twice the covariance of indirect light and all other light, as a fraction of the variance. ``common``, ``alone``
-    and ``indirect_alone`` sum to 1.
-    """
+    and ``indirect_alone`` sum to 1."""
     kinds: Mapping[str, Mapping[str, Interval]] = field(hash=False)
     """Shares of error² by kind (``length`` of the path, ``way`` or technique, last ``bsdf``, ``light`` source), then by
-    name. The shares of each kind sum to 1.
-    """
+    name. The shares of each kind sum to 1."""
     size: tuple[int, int]
     """Width and height of the measured film, in pixels."""
     samples: int
@@ -87,8 +84,7 @@ class NoiseLight:
     """Number of renders with independent seeds."""
     doubt: str = ""
     """Reason, in words, why the intervals cannot be trusted: few bright paths make the noise. Empty if they can be
-    trusted.
-    """
+    trusted."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return the fields by name as JSON data."""

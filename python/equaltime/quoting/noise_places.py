@@ -41,8 +41,8 @@ Mask = NDArray[np.bool_]
 FRACTIONS = (0.01, 0.1)
 """Fractions of an image's pixels: the share of error² that the noisiest 1 % and 10 % of the pixels make is stated."""
 OUTSTANDING = 25.0
-"""A pixel stands out if its error² is more than this factor times the mean of the other pixels in its 7x7
-neighbourhood. This is five standard errors: with even noise, one pixel in a hundred thousand stands out."""
+"""Factor by which error² of a pixel that stands out exceeds the mean of the other pixels in its 7x7 neighbourhood. The
+factor is five standard errors: with even noise, one pixel in a hundred thousand stands out."""
 DOUBT = "light that few samples have found moves the share by more than its interval says"
 _CELLS = 16
 # Factor from (sum of parts)² over the sum of their squares to the degrees of freedom of the sum (Satterthwaite 1946): 3
@@ -89,8 +89,7 @@ class NoisePlaces:
 
     noisiest: Mapping[float, Interval] = field(hash=False)
     """Share of error² of the noisiest 1 % and 10 % of the pixels, by that fraction (`FRACTIONS`). The noise of its
-    neighbours decides whether a pixel is among them.
-    """
+    neighbours decides whether a pixel is among them."""
     rectangle: NoiseRectangle
     """Smallest rectangle that holds half of error²."""
     single: Interval
@@ -113,12 +112,13 @@ def noise_places(pixels: PixelStatistics, corner: tuple[int, int] = (0, 0), leas
     Parameters
     ----------
     pixels
-        Statistics of the render. Every pixel needs samples in two replicates, and the image must not be black.
+        Statistics of the render. Every pixel needs samples in both halves of its samples, and the image must not be
+        black.
     corner
         Column and row of the render's first pixel on the whole film.
     least
-        Light that is certainly in each pixel, (H, W, 3): small lamps that the camera sees. It keeps the denominators of
-        error² from being too small; None if there is none.
+        Light that is certainly in each pixel, (H, W, 3): small lamps that the camera sees. This light keeps the
+        denominators of error² from being too small; None if there is none.
     """
     height, width = pixels.samples.shape
     parts = error_parts(pixels, float(pixels.mean.mean()), least).value

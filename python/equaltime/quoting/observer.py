@@ -17,8 +17,8 @@ from equaltime.rendering.passes import Progress
 __all__ = ["ENDED_FIRST", "Observer", "QuoteWatch", "overrides"]
 
 ENDED_FIRST = "the render ended before a pilot could tell anything"
-"""Reason that an observer receives for having no quote, if the render ends before its time or error can be predicted.
-"""
+"""Reason that an observer receives for having no quote, if the render ends before its time or error can be
+predicted."""
 
 
 class Observer:
@@ -68,8 +68,8 @@ class Observer:
         """Receive, once and early, the predicted time to reach the error, or the error that the time limit will reach.
 
         The prediction (quote) comes after at most max(8 samples per pixel, min(5 % of the work, 10 s)). For an error
-        target, up to 4096 pixels are first rendered to the end (`equaltime.quoting.probe`). These pixels take at most 3
-        % of the work, or 4 samples per pixel if that is more. Their samples are not in the image.
+        target, up to 4096 pixels are first rendered to the end. This takes at most 3 % of the work, or 4 samples per
+        pixel if that is more. The samples of these pixels are not in the image.
         """
 
     def unquoted(self, why: str) -> None:
@@ -106,7 +106,10 @@ class QuoteWatch:
         self._pilot, self._observer, self._done = pilot, observer, False
 
     def pass_ended(self) -> None:
-        """Pass on the quote, or the reason why there is none, to the observer, if either is known after this pass."""
+        """Pass on the quote (prediction of time or error), or the reason for having none, to the observer, if known.
+
+        Call the method after every pass of the render.
+        """
         if self._done:
             return
         try:
@@ -120,9 +123,9 @@ class QuoteWatch:
             self._observer.quoted(found)
 
     def ended(self) -> None:
-        """Tell the observer, at the end of the render, that there is no quote.
+        """Give the observer, at the end of the render, the reason why there was no quote (prediction of time or error).
 
-        An observer that has already received a quote or a reason is not told again.
+        Do nothing if the observer has already received a quote or a reason.
         """
         if not self._done:
             self._done = True

@@ -54,19 +54,19 @@ class Versus:
     """
 
     time: Interval
-    """Share of the whole scene's rendering time that the effects take."""
+    """Share of the whole scene's rendering time that the effects (features such as media) take, as a fraction."""
     variance: Interval
-    """Share of the whole image's variance that the effects make."""
+    """Share of the whole image's variance that the effects (features such as media) make, as a fraction."""
     change: Interval
-    """Relative error of the image due to leaving the effects out: 0.02 is 2 %."""
+    """Relative error of the image due to leaving out the effects (features such as media): 0.02 is 2 %."""
     memory: int
-    """Bytes of memory that the effects take in the core."""
+    """Bytes of memory that the effects (features such as media) take in the core."""
     difference: Floats
-    """(H, W, 3): the image without the effects, minus the whole image."""
+    """(H, W, 3): the image without the effects (features such as media), minus the whole image."""
 
     @classmethod
     def of(cls, whole: Renders, less: Renders) -> Versus:
-        """Return the differences between renders of the whole scene and renders without some effects.
+        """Return the differences between renders of the whole scene and renders without some effects (such as media).
 
         The renders ``whole`` and ``less`` (without the effects) have the same seeds and are compared seed by seed.
         """

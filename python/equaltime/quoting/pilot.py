@@ -72,19 +72,17 @@ def peak_bytes(before: int, pixels: int, probed: bool) -> Interval:
 
 
 TARGETS = (0.20, 0.10, 0.05, 0.02, 0.01)
-"""Relative errors for which every quote states the time to reach them."""
+"""Relative errors for which every quote (prediction of a render) states the time to reach them."""
 
 _PILOT_SHARE = 0.05
 
 USUAL_SECONDS = 10.0
-"""Longest time of the renders that predict (pilot plus probe), in seconds, unless their least samples take longer.
-Users do not want to wait minutes for the quote of an hour.
-"""
+"""Longest time of the renders behind a quote (prediction), in seconds, unless their least samples take longer. Users do
+not want to wait minutes for the quote of an hour."""
 
 FEWEST = 2
-"""Least samples per pixel of a pilot (short render that predicts) that is not part of a render: each replicate then has
-one sample.
-"""
+"""Least samples per pixel of a short render behind a quote (prediction): one for each of two halves, whose difference
+gives the error."""
 
 _FIRST = 4
 """Least samples a pixel of a pilot that has a probe, without adaptive sampling; other pilots have 8 or more."""
@@ -107,29 +105,26 @@ class Quote(Shown):
     spp: Interval
     """Predicted samples per pixel at the end."""
     error: Interval
-    """Predicted relative error of the image at the end, as a fraction. It is marked as doubtful if few pixels make most
-    of the pilot's error.
-    """
+    """Predicted relative error of the image at the end, as a fraction. The error is marked as doubtful if few pixels
+    make most of the error of the short render behind the prediction."""
     memory: Interval
     """Peak bytes of the process, including scene and libraries, from the first sample until the image is saved."""
     law: Law
     """Fitted law of the render: its error and its time by the number of samples per pixel."""
     prices: Mapping[float, Interval] = field(hash=False)
-    """Seconds to reach each relative error in `TARGETS` that is below the error of the short render behind the quote,
-    by that error.
-    """
+    """Seconds to reach each relative error of `TARGETS`, by that error. Errors that the short render behind the quote
+    reached already are left out."""
     pilot_seconds: float
     """Seconds that the prediction took, including the search for places and light that make the noise."""
     origin: Origin
     """Origin of the quoted render: scene, strategy and seed that the prediction refers to."""
     places: NoisePlaces | None = None
-    """Places of the noise: shares of error² of regions and pixels. None if the quote comes from a render's own first
-    passes.
-    """
+    """Places of the noise: shares of error² of regions and pixels. None if a running render was quoted from its first
+    passes."""
     light: NoiseLight | None = None
     """Light that makes the noise, by kind; None if it was not asked for, or if there was no time to find it."""
     interrupted: bool = False
-    """Whether Ctrl-C ended the short render behind the quote, so that the quote is from fewer samples."""
+    """Whether Ctrl-C ended the short render behind the quote, which then predicts from fewer samples."""
 
     def __str__(self) -> str:
         number = stated(self.origin)
@@ -151,7 +146,7 @@ class Quote(Shown):
 
 
 class Pilot:
-    """First passes of a render, which predict its time and error: they give a quote.
+    """First passes of a render, or a short render, from which time and error are predicted (a quote).
 
     Parameters
     ----------
@@ -163,8 +158,8 @@ class Pilot:
         Whether to make a probe: some pixels rendered to the end, whose samples are not in the image.
     hurried
         True if a user waits for the quote: the pilot then takes at most about ten seconds. False if the pilot chooses a
-        fixed sample count (`equaltime.quoting.fixed_count`). It may then take longer, depends on a clock only if a time
-        is one of the limits, and predicts no times to other errors.
+        fixed sample count (`equaltime.quoting.fixed_count`). Such a pilot may take longer, depends on a clock only if a
+        time is one of the limits, and predicts no times to other errors.
     fewest
         Least samples per pixel of the pilot, if 8 take more than ten seconds and the pilot is hurried.
     """
@@ -218,7 +213,7 @@ class Pilot:
         return max(0.0, self._room * self._session.passes.pixels - self.taken)
 
     def run(self, seconds: float | None = None) -> Quote | None:
-        """Run the passes of a pilot that is not part of a render, and return the quote once there is one.
+        """Run the passes of a short render, and return the quote (prediction of time and error) once there is one.
 
         ``seconds`` limits the time; the result is None if the time ends first. After Ctrl-C, a hurried pilot quotes
         from the samples so far.
@@ -226,7 +221,7 @@ class Pilot:
         Raises
         ------
         RenderError
-            If a quote is due and the pilot saw no light, or if the limits take more samples than a render can have.
+            If a quote is due and no sample saw light, or if the limits take more samples than a render can have.
         SampleError
             If a sample went wrong.
         KeyboardInterrupt
@@ -254,15 +249,15 @@ class Pilot:
                 return None
 
     def pass_ended(self) -> Quote | None:
-        """Return the quote if enough is known after this pass, else None; call the method after every pass.
+        """Return the quote (prediction of time and error) if enough is known after this pass, else None.
 
-        The error is estimated after 2, 4, 8, … samples per pixel, half way between these counts, and where a quote may
-        be due. The estimate is left out if there is no time for it.
+        Call the method after every pass. The error is estimated after 2, 4, 8, … samples per pixel, half way between
+        these counts, and where a quote may be due. The estimate is left out if there is no time for it.
 
         Raises
         ------
         RenderError
-            If a quote is due and the pilot saw no light, or if the limits take more samples than a render can have.
+            If a quote is due and no sample saw light, or if the limits take more samples than a render can have.
         """
         passes = self._session.passes
         samples, due = passes.samples, passes.samples >= self.due or self._is_slow
