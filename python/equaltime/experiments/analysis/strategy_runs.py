@@ -49,16 +49,16 @@ Its later error is then not predictable."""
 
 @dataclass(frozen=True, eq=False)
 class StrategyRuns:
-    """All runs of one strategy on one scene, as the records hold them: the data from which its results are computed."""
+    """All runs of one strategy on one scene: the data from which its results are computed."""
 
     label: str
     rows: tuple[Row, ...]
     """Rows of the records: one for each checkpoint (measured moment) of each run."""
     folder: Path
     spp: tuple[int, ...]
-    """Samples per pixel at the checkpoints (measured moments) that all repeats have."""
+    """Samples per pixel at which the error was measured in all repeats."""
     runs: Runs
-    """Times and errors of all repeats at these checkpoints."""
+    """Times and errors of all repeats at the sample counts ``spp``."""
     parts: BiasVariance | None = None
     """Bias and variance of the final images; None without images or without a reference of their size."""
     heavy: bool = False
@@ -84,7 +84,7 @@ class StrategyRuns:
 
     @property
     def last(self) -> tuple[Row, ...]:
-        """Last row of each finished repeat's records, in the order of repeats."""
+        """Last row of the records of each finished repeat, which has its final image, in the order of repeats."""
         return tuple(sorted((row for row in self.rows if row.last), key=lambda row: row.repeat))
 
     def apart_from(self, other: StrategyRuns) -> bool:

@@ -63,13 +63,11 @@ Quantity = Literal[
 """Quantity of a strategy on a scene that is compared with a published number. ``slope``, ``error`` (at equal time) and
 ``last error`` (at the end of the runs) belong to the error curve. ``speed-up``, ``efficiency``, ``fewer samples`` and
 ``time of a sample`` are relative to the baseline. ``time`` and ``samples`` are those needed for an error. ``p`` is the
-p-value of the test whether the expected image is the standard strategy's.
-"""
+p-value of the test whether the expected image is the standard strategy's."""
 
 Question = Literal["time", "bias", "samples", "efficiency"]
 """An experiment's question: the ``time`` to an error, which strategies are biased (``bias``), the ``samples`` to an
-error, or the ``efficiency``: the inverse of squared error times time.
-"""
+error, or the ``efficiency``: the inverse of squared error times time."""
 
 DEFAULT_BUDGET = 10.0
 MOST_REPEATS = 100_000
@@ -97,7 +95,7 @@ class SceneEntry(Value):
     scene: Scene | dict[str, Any] | None = None
     """The scene itself, instead of ``path``: loaded, or as a Mitsuba dictionary."""
     name: str = ""
-    """Name in records and reports; by default the file's name without its suffix."""
+    """Name of the scene in results and reports; by default the file's name without its suffix."""
     size: Annotated[tuple[Positive, Positive], Field(strict=False)] | None = None
     """Width and height of the film, in pixels; by default the scene's own."""
     max_depth: Annotated[int, Field(ge=-1)] | None = None
@@ -153,13 +151,12 @@ class StrategyEntry(Value):
     """Entry of an experiment's ``strategies``: a strategy of equaltime, another renderer, or your own Python code."""
 
     label: str = ""
-    """Name in records and reports; by default the strategy's own text."""
+    """Name of the strategy in results and reports; by default the strategy's own text."""
     strategy: Strategy | None = None
     peer: Peer | None = None
     python: str | None = None
     """``FILE.py:NAME``: a function that takes the label and returns an object that renders, a
-    `equaltime.rendering.core_subject.Subject`.
-    """
+    `equaltime.rendering.core_subject.Subject`."""
     _origin: _Origin = PrivateAttr(default_factory=_Origin)
 
     @property
@@ -217,8 +214,7 @@ class QuickWish(Value):
     """Longest side of a film, in pixels; larger films are shrunk to it."""
     repeats: Annotated[int, Field(ge=1, le=MOST_REPEATS)] = 6
     """Largest number of repeats (renders of each strategy on each scene); 6 are the fewest that give an interval of a
-    median.
-    """
+    median."""
     seconds: Seconds = 18.0
     """Longest time of all runs together, in seconds; for experiments with a budget."""
     spp: Annotated[int, Field(ge=1, le=MOST_SAMPLES)] | None = None
@@ -256,8 +252,7 @@ class TheirNumber(Value):
     """Name of the scene; by default the first."""
     target: Annotated[float, Field(gt=0.0)] | None = None
     """Target error of a time to an error, one of the experiment's targets; by default the smallest with a trusted
-    number.
-    """
+    number."""
 
 
 class Theirs(Value):
@@ -289,10 +284,9 @@ class Experiment(Value):
     strategies: Annotated[tuple[StrategyEntry, ...], Field(strict=False, min_length=1)]
     baseline: str = ""
     """Label of the strategy with which all others are compared; by default ``naive``, else the first other than
-    ``best``.
-    """
+    ``best``."""
     budget: Seconds | None = None
-    """Seconds of a run from first sample to last checkpoint; 10 if neither this nor ``spp`` is given."""
+    """Seconds of a run from its first sample to its end; 10 if neither this nor ``spp`` is given."""
     spp: (
         Annotated[tuple[Annotated[int, Field(ge=1, le=MOST_SAMPLES)], ...], Field(strict=False, min_length=1)] | None
     ) = None

@@ -25,9 +25,8 @@ class PeerTimes:
     tests: float = 0.0
     """Time of all tests, still to be made, whether other renderers and equaltime have the same expected image."""
     small_renders: float = 0.0
-    """Sum of the times of one small render by each peer on each scene: the time that each of their renders takes beside
-    its samples.
-    """
+    """Sum of the times of one small render by each of the other renderers on each scene: the time that a render takes
+    beside its samples."""
 
 
 def planned(experiment: Experiment, peers: PeerTimes = PeerTimes()) -> str:

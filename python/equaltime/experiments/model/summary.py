@@ -62,8 +62,7 @@ class StrategyResult:
     curve: Curve
     time_to: Mapping[float, Interval] = field(hash=False)
     """Seconds to reach each target error, by target; ``inf`` if never reached. The note of an interval tells whether
-    the time is extrapolated.
-    """
+    the time is extrapolated."""
     ratio: Mapping[float, Interval] = field(hash=False)
     """Baseline's time to each target error over this strategy's time, by target; above 1 this strategy is faster."""
     efficiency: Interval
@@ -79,12 +78,10 @@ class StrategyResult:
     """
     equality_p: float | None
     """P-value of the test that the strategy has the same expected image as the scene's ``standard`` strategy; None for
-    that strategy itself, or if the test was not possible.
-    """
+    that strategy itself, or if the test was not possible."""
     bias: Interval | None
     """Relative bias, as a fraction: the root of the estimated bias², with the sign of the estimate, which may be
-    negative by chance. None without images or reference.
-    """
+    negative by chance. None without images or reference."""
     notes: tuple[str, ...]
     """Warnings to show beside this strategy on this scene."""
     image: Path | None
@@ -92,8 +89,7 @@ class StrategyResult:
     """
     image_error: float | None = None
     """Measured relative error of ``image``, a single run; negative if below what the reference can show, None if
-    unknown.
-    """
+    unknown."""
     image_seconds: float | None = None
     """Wall time of the run that made ``image``, in seconds since its first sample; None if unknown."""
     images: tuple[Path, ...] = ()
@@ -105,14 +101,12 @@ class StrategyResult:
     """
     variances: tuple[Path, ...] = ()
     """Files with the variance of one sample of each pixel, one file per repeat (float32 .npy, (H, W)); empty if the
-    renderer reports none.
-    """
+    renderer reports none."""
     reference: Path | None = None
     """File of a reference for this strategy alone, if its renderer has another expected image; else None."""
     film: Path | None = None
     """File of a film that shows how the strategy's image converges (`equaltime.experiments.run.forming.read_film`);
-    None if not wanted.
-    """
+    None if not wanted."""
 
 
 @dataclass(frozen=True)
@@ -130,21 +124,18 @@ class SceneResult:
     """Label of the strategy with which all others are compared."""
     standard: str | None
     """Label of the strategy that counts as unbiased, usually ``best``: the expected images of all others are tested
-    against its own. None if all strategies are biased.
-    """
+    against its own. None if all strategies are biased."""
     budget_s: float
     """Equal time at which strategies are compared, in seconds: a run's budget, else the mean time of the fastest
-    strategy's runs.
-    """
+    strategy's runs."""
     strategies: tuple[StrategyResult, ...]
     reference: Path | None = None
     """File of the reference (``.npz``, read by `equaltime.experiments.run.reference.read`); None if the folder has
-    none.
-    """
+    none."""
     crops: tuple[tuple[int, int, int, int], ...] = ()
     """Windows to show enlarged: x, y, width, height in pixels of the image; empty to let the report choose."""
     scene_max_depth: int | None = None
-    """``max_depth`` of the scene's file; None if the folder does not record it."""
+    """The ``max_depth`` that the scene's file asks for; None if it is not known."""
     left_out: tuple[tuple[str, str], ...] = ()
     """Labels of strategies without results, since their runs have no sample count in common, each with the reason."""
     reference_caveat: str = ""

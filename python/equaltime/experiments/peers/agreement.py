@@ -52,14 +52,15 @@ class Gate:
 
     agreement: Agreement
     ours: BlockMeans
-    """Means of equaltime's renders over blocks of pixels, which tests of other peers at this size can reuse."""
+    """Means of equaltime's renders over blocks of pixels, which the tests of further renderers at this size can reuse.
+    """
     level: float
     """False-alarm rate of the test."""
     size: tuple[int, int]
     """Width and height of the compared images, in pixels."""
     seeds: int
     reference_note: str = ""
-    """Known limit of a reference that the peer renders, as a sentence; empty if there is none."""
+    """Known limit of a reference that the other renderer makes, as a sentence; empty if there is none."""
 
     @property
     def agrees(self) -> bool:
@@ -68,7 +69,10 @@ class Gate:
 
     @property
     def note(self) -> str:
-        """Sentence for reports: how the images differ, and which reference is used; empty if the peer agrees."""
+        """Sentence for reports: how the other renderer's images differ, and which reference is used.
+
+        It is empty if the expected images agree.
+        """
         if self.agrees:
             return ""
         width, height = self.size

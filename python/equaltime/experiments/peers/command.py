@@ -61,7 +61,7 @@ from equaltime.strict_json import json_text
 __all__ = ["WORDS", "CommandPeer"]
 
 WORDS = ("scene", "json", "spp", "seed", "out", "width", "height", "max_depth", "threads", "python")
-"""Words that a peer's command may contain in braces, where values are filled in."""
+"""Words that the command of another renderer may contain in braces, where values are filled in."""
 NEEDED = ("spp", "seed", "out")
 _WORD = re.compile(r"\{(\w*)\}")
 _OUT = re.compile(r"\{out\}(\.\w+)?")
@@ -96,7 +96,7 @@ class CommandPeer:
 
     @property
     def name(self) -> str:
-        """The command on one line: the name of this renderer in records."""
+        """Name of this renderer in results: the command on one line."""
         return " ".join(self.command.split())
 
     @property

@@ -74,7 +74,7 @@ class MitsubaPeer:
 
     @property
     def name(self) -> str:
-        """Name of this renderer in records: variant, integrator, sampler and, if given, roulette depth."""
+        """Name of this renderer in results: variant, integrator, sampler and, if given, roulette depth."""
         roulette = "" if self.rr_depth is None else f",rr_depth={self.rr_depth}"
         return f"mitsuba,variant={self.variant},integrator={self.integrator},sampler={self.sampler}{roulette}"
 
@@ -87,7 +87,7 @@ class MitsubaPeer:
         return f"that one is rendered {another}: {UNFIT_SAMPLERS[self.sampler]}; {CAVEAT}"
 
     def for_reference(self) -> MitsubaPeer:
-        """Return the peer that renders references: this peer, or a copy with another sampler if its own is unfit."""
+        """Return the renderer for references: this one, or a copy with another sampler if its sampler is biased."""
         fit = fit_sampler(self.sampler)
         return self if fit == self.sampler else dataclasses.replace(self, sampler=fit)
 

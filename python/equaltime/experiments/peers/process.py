@@ -59,7 +59,7 @@ def limited(process: subprocess.Popen[Any], seconds: float, who: str) -> Iterato
     """Limit the time of a process during the context: after ``seconds``, end its process group and raise `PeerError`.
 
     The process must lead its own session. Code in the context may wait for the process, but must not reap it. Otherwise
-    the system could reuse the process id, and another process would be ended. ``who`` names the peer in the error.
+    the system could reuse the process id, and another process would be ended. ``who`` names the renderer in the error.
     """
     late, done, one_at_a_time = threading.Event(), threading.Event(), threading.Lock()
 

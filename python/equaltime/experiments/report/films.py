@@ -60,7 +60,7 @@ class Reel:
 
 @dataclass(frozen=True)
 class FilmView:
-    """Data with which a page plays the films of all strategies side by side, at equal time."""
+    """Data with which a page plays films of converging images, one of each strategy, side by side at equal time."""
 
     reels: tuple[Reel, ...]
     seconds: float
@@ -84,10 +84,10 @@ def film_view(scene: SceneResult, looks: Mapping[str, Style], stops: float) -> F
 
 
 def write_animation(folder: Path, slug: str, scene: SceneResult, stops: float) -> tuple[str, ...]:
-    """Write all films of a scene side by side into one animated WebP file in ``folder``.
+    """Write the films of all strategies on a scene, side by side, into one animated WebP file in ``folder``.
 
-    Returns its name as ``FOLDER/SLUG-forming.webp`` in a tuple, which is empty without films. All pictures are
-    multiplied by 2 to the power ``stops``.
+    A film shows how an image converges. Returns the name of the file, ``FOLDER/SLUG-forming.webp``, in a tuple, which
+    is empty without films. All pictures are multiplied by 2 to the power ``stops``.
     """
     films = _films(scene)
     if not films:

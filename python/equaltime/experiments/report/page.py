@@ -122,7 +122,7 @@ class OverviewView:
     table: Table
     wide_chart: Any
     narrow_chart: Any
-    """Chart for a phone: an ``<svg>`` element that needs no escaping. Both charts are empty if no time is trusted."""
+    """Chart for a phone: an ``<svg>`` element that needs no escaping. The charts are empty if no time is trusted."""
     looks: Mapping[str, Style] = field(hash=False)
     """Colour, marker and line style of the strategies that have a mark in the chart, by label."""
     unmarked: str = ""
@@ -159,7 +159,8 @@ def with_marks(summary: Summary, target: float, looks: Mapping[str, Style]) -> d
 def without_marks(summary: Summary, target: float) -> str:
     """Return a sentence on the strategies that have no mark on some scenes in the chart of times to ``target``.
 
-    ``target`` is an error. The sentence names the scenes. It is empty if every strategy has a mark on every scene.
+    ``target`` is an error. The sentence names the scenes. The result is empty if every strategy has a mark on every
+    scene.
     """
     parts = []
     for label, names in unmarked(summary, target).items():

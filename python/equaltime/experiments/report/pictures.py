@@ -53,10 +53,9 @@ class Pictures:
     samples: Mapping[str, Floats]
     """Number of samples of each pixel, (H, W), by label of the strategy."""
     variances: Mapping[str, Floats]
-    """Variance of one sample of each pixel, (H, W), by label of the strategy, as the mean of the repeats. It is
-    infinite in pixels where a repeat does not know it. Strategies whose renderer does not report the variance are left
-    out.
-    """
+    """Variance of one sample of each pixel, (H, W), by label of the strategy, as the mean of the repeats; infinite in
+    pixels where a repeat does not know the variance. Strategies whose renderer does not report the variance are left
+    out."""
     stops: float
     """Exposure of all images: linear values are multiplied by 2 to this power."""
     missing: tuple[str, ...]

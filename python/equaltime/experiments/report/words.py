@@ -50,8 +50,7 @@ class Cell:
     """Remarks on the number, which become footnotes."""
     state: Literal["trusted", "untrusted", "unknown", "silent"] = "trusted"
     """Whether both ends of the interval can be trusted (``trusted``), not both (``untrusted``), or the number is
-    ``unknown``. ``silent`` marks a dash whose note does not become a footnote.
-    """
+    ``unknown``. ``silent`` marks a dash whose note does not become a footnote."""
 
     def __str__(self) -> str:
         return f"{self.text} {self.interval}".rstrip()

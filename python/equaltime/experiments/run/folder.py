@@ -57,8 +57,7 @@ _TYPES: Mapping[str, type[int] | type[str]] = {"max_depth": int, "caveat": str, 
 _RESTORE = "put a copy of the file there, or remove it to go on without it"
 OWN_DEPTHS = "own_depths"
 """Section of the provenance (origin of the records) with the ``max_depth`` of each scene's file, before the
-experiment's changes.
-"""
+experiment's changes."""
 
 
 @dataclass(frozen=True)

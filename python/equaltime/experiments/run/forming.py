@@ -27,8 +27,7 @@ __all__ = ["Film", "Studio", "moments", "read_film"]
 
 FRAMES = 48
 """Largest number of pictures in a film of a converging image; picture k is due when (k / FRAMES)² of the time has
-passed.
-"""
+passed."""
 _LONGEST = 256
 _MOST = 60000.0
 

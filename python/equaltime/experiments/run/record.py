@@ -93,8 +93,7 @@ class Row:
     wall_s: Seconds
     cpu_s: Seconds
     """CPU seconds since the run's first sample, summed over threads. Like the wall-clock seconds ``wall_s``, they
-    exclude the time spent on measuring errors.
-    """
+    exclude the time spent on measuring errors."""
     setup_s: Seconds
     """Seconds of loading and building, before the first sample."""
     threads: int
@@ -110,23 +109,23 @@ class Row:
     mare: Number
     """Mean absolute relative difference; the reference's noise is included."""
     flip: Number
-    """FLIP of the run's last image; None at other checkpoints and for runs under 1 s (first repeat) or 5 s (others).
+    """FLIP of the run's last image; None in other rows, and for runs under 1 s (first repeat) or 5 s (others).
 
-    FLIP takes a second or more."""
+    FLIP takes a second or more.
+    """
     reference_relmse: Number
     """Squared relative error of the reference, which was subtracted from ``relmse``."""
     estimate: Number
     estimate_low: Number
     estimate_high: Number
     """Upper end of the 95 % interval of the error that the render itself estimates, as a fraction. ``estimate`` and
-    ``estimate_low`` are the value and the lower end.
-    """
+    ``estimate_low`` are the value and the lower end."""
     doubt: Text = None
     """Reason, stated by the render, why the upper limit of its error cannot be trusted."""
     last: Flag
     """Whether this row is the last of its run, which is then complete."""
     image: Text
-    """Path of the run's image, relative to the folder of the records; None before the last row."""
+    """Path of the run's last image, relative to the experiment's folder; None before the last row."""
     machine: str
     build: str
     """Key of the build in ``provenance.json``, which also has the machine under the key ``machine``."""
@@ -153,12 +152,12 @@ _NOUNS = {**NOUNS, "int_parsing": "a whole number", "float_parsing": "a number"}
 def load(path: Path) -> tuple[Row, ...]:
     """Read all rows of a file of records, except an incomplete last line; empty if there is no file.
 
-    The result holds one row for each checkpoint of each run.
+    A row is one moment of one run at which the error was measured.
 
     Raises
     ------
     ExperimentError
-        With every invalid line, and every checkpoint that occurs twice.
+        With every invalid line, and every moment that occurs twice.
     """
     return _parse(_whole_lines(path), path)
 

@@ -105,7 +105,7 @@ class SingleRun:
     """
 
     def record(self, folder: ExperimentFolder, recorder: Recorder, ladder: Sequence[int] | float) -> float:
-        """Render the run, append a row to the records at each sample count, and return the seconds of rendering.
+        """Render the run, write a row of results to a file at each sample count, and return the seconds of rendering.
 
         Each row tells whether it is the run's last row. So a row is written only at the next sample count, or at the
         end of the run.
@@ -113,7 +113,7 @@ class SingleRun:
         Parameters
         ----------
         ladder
-            Sample counts, or the budget of the run in seconds.
+            Sample counts per pixel, or the budget of the run in seconds.
 
         Raises
         ------
