@@ -58,7 +58,7 @@ class Measurement:
     max_depth: int
     triangles: int
     memory_bytes: int
-    """Memory of the core's scene in bytes, without the film."""
+    """Bytes of memory that the scene takes in the core, without the image."""
     seconds: Mapping[str, float] = field(hash=False)
     """Seconds of two phases: ``load`` reads the files, ``build`` makes the core's scene."""
 

@@ -33,7 +33,7 @@ _SHARES = {
 
 
 def print_effects(found: PriceList, name: str, verbose: bool) -> None:
-    """Print which effects make the scene ``name`` slow, and which could be left out.
+    """Print which effects (features such as media) make the scene ``name`` slow, and which could be left out.
 
     The output has at most `MOST_LINES` lines, unless ``verbose`` asks for all numbers.
     """

@@ -24,8 +24,8 @@ PANELS: Final = {
     ),
     "For experts": ("backend", "traps", "tev", "peer"),
 }
-"""Groups of options in the help of a command, in order: title, and names of parameters; others stand under "Options".
-"""
+"""Groups of options in the help of a command, in order: title, and names of parameters; others stand under
+"Options"."""
 
 _PANEL_OF: Final = {name: panel for panel, names in PANELS.items() for name in names}
 
@@ -43,8 +43,8 @@ MEANT: Final = {
     **dict.fromkeys(("--integrator", "--sampler", "--method"), "--strategy"),
     **dict.fromkeys(("--denoise", "--denoiser"), "--error"),
 }
-"""Options of other programs, by name, and the option of equaltime with the same purpose, for a suggestion in the error.
-"""
+"""Options of other programs, by name, and the option of equaltime with the same purpose, for a suggestion in the
+error."""
 
 
 class Command(TyperCommand):

@@ -172,9 +172,8 @@ def kept_elsewhere(result: Result) -> str:
 T = TypeVar("T")
 
 WAYS = {"seen": "seen by the camera", "met": "met by a scattered ray", "aimed": "aimed at", "none": "no surface"}
-"""Words for the techniques by which a path finds light, by their names in a quote, and for ``none``: light that no
-surface scattered.
-"""
+"""Words for the techniques by which a path finds light, by their names in the core, and for ``none``: light that no
+surface scattered."""
 
 
 def plain_console() -> Console:

@@ -78,13 +78,12 @@ class Order:
     tev: str | None
     """Address of the viewer tev that shows the picture, ``HOST:PORT``; None for no viewer."""
     json: bool
-    """Whether to print the record and the quote as JSON, and nothing else."""
+    """Whether to print, as JSON and alone, how the render was made and what was predicted."""
     quiet: bool
     verbose: bool
     words: Sequence[str]
     """Words of the command line that changed how the scene's file was read, such as ``-D name=value``, for commands
-    that repeat the render.
-    """
+    that repeat the render."""
 
 
 def render_frames(

@@ -1,9 +1,9 @@
 """Cluster of dask.distributed: processes on this machine, or the workers of a scheduler.
 
-Dask gives the units of a worker that ends to others, and lets workers join at any time. A worker takes units once it
-has the scene and has shown, by a small probe, that it gives the same bits: it then offers a resource that every unit
-asks for. A worker that differs never offers it. Dask looks for the resource only when a worker joins or a unit arrives,
-which is before a new worker offers it: if all workers end, their units are submitted again.
+Dask gives the units of a worker that ends to other workers, and lets workers join at any time. A worker takes units
+once it has the scene and has rendered a small test unit to the bits of this process. It then offers a resource of Dask
+that every unit requires; a worker with other bits never offers it. Dask looks for the resource only when a worker joins
+or a unit arrives, which is before a new worker offers it. So if all workers end, their units are submitted again.
 """
 
 from __future__ import annotations
@@ -68,8 +68,8 @@ class DaskCluster:
     def of(cls, where: Any, keep: Path | None) -> DaskCluster:
         """Return the cluster for ``where``: ``local:N``, the address of a scheduler, or a ``distributed.Client``.
 
-        ``keep`` is the folder for finished units; None keeps none. Raises ValueError for anything else, and RenderError
-        if no scheduler answers.
+        ``keep`` is the folder for finished parts of a render until it is saved; None keeps none. Raises ValueError for
+        anything else, and RenderError if no scheduler answers.
         """
         if isinstance(where, Client):
             return cls(where, keep, shared=True)
@@ -82,7 +82,8 @@ class DaskCluster:
     def at(cls, address: str, keep: Path | None) -> DaskCluster:
         """Connect to the scheduler at an address, such as ``tcp://node1:8786``, and return its workers as a cluster.
 
-        ``keep`` is the folder for finished units; None keeps none. Raises RenderError if the scheduler does not answer.
+        ``keep`` is the folder for finished parts of a render until it is saved; None keeps none. Raises RenderError if
+        the scheduler does not answer.
         """
         try:
             return cls(Client(address, timeout=_CONNECT), keep)
@@ -93,7 +94,7 @@ class DaskCluster:
     def here(cls, count: int, keep: Path | None) -> DaskCluster:
         """Start ``count`` worker processes on this machine, which share its processors, and return them as a cluster.
 
-        ``keep`` is the folder for finished units; None keeps none.
+        ``keep`` is the folder for finished parts of a render until it is saved; None keeps none.
         """
         dask.config.set({"distributed.scheduler.worker-ttl": _HUNG})
         local = LocalCluster(
@@ -147,7 +148,7 @@ class DaskTeam(SceneTeam):
 
     @property
     def size(self) -> int:
-        """Number of workers that take units, at least 1."""
+        """Number of workers that can render at once, at least 1."""
         return max(1, sum(not why for why in self._workers.values()))
 
     def begin(self) -> None:
@@ -168,15 +169,15 @@ class DaskTeam(SceneTeam):
             raise RenderError(f"no worker of the cluster can take part; {address}: {why}")
 
     def submit(self, unit: Unit) -> Future[Rendered]:
-        """Let a worker render a unit, and return a future of the unit with its samples."""
+        """Let a worker render a unit (window, some samples), and return a future of its pixels with the samples."""
         future: Future[Rendered] = self._executor.submit(render_unit, self.scene.digest, unit, self._threads)
         return future
 
     def check(self) -> bool:
-        """Tell whether the workers do nothing though units wait; then the units must be submitted again.
+        """Tell whether the workers do nothing though work waits; then all waiting units must be submitted again.
 
-        This state occurs if all workers ended and others have joined. Raises RenderError if there has been no worker
-        for a minute.
+        A unit is a window of the film with some samples. This state occurs if all workers ended and others have joined.
+        Raises RenderError if there has been no worker for a minute.
         """
         now = time.monotonic()
         if now - self._looked < _CHECK_EVERY:

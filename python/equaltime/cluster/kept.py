@@ -72,7 +72,10 @@ class KeptUnits:
             raise ImageError(f"{self._folder}: finished units cannot be kept: {error.strerror or error}") from error
 
     def of(self, recipe: Recipe) -> list[_KeptUnit]:
-        """Return the kept units that belong to a render with this recipe: strategy, seed and build."""
+        """Return the units (windows of the film, some samples) in the folder that belong to one render.
+
+        ``recipe`` identifies the render: strategy, seed and build.
+        """
         key, found = self._key(recipe), []
         for path in sorted(self._folder.glob("*.npz")):
             if (name := _NAME.fullmatch(path.name)) and name[1] == key:
@@ -81,7 +84,7 @@ class KeptUnits:
         return found
 
     def forget(self) -> None:
-        """Delete all units, and the folder."""
+        """Delete the folder with all its units, once a file of the whole render contains their samples."""
         shutil.rmtree(self._folder, ignore_errors=True)
 
     def _key(self, recipe: Recipe) -> str:

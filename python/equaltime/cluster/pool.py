@@ -23,7 +23,7 @@ class Pool:
         self._executor, self._threads, self._keep = executor, threads, keep
 
     def team(self, scene: Scene) -> PoolTeam:
-        """Return a team that renders the scene; the scene is sent as text with every unit."""
+        """Return a team that renders the scene; the scene is sent as text with every part of the work."""
         return PoolTeam(scene, self._keep, self._executor, self._threads)
 
 
@@ -44,11 +44,11 @@ class PoolTeam(SceneTeam):
         """Do nothing before a pass: an executor does not tell which processes it has."""
 
     def submit(self, unit: Unit) -> Future[Rendered]:
-        """Let the executor render a unit, and return a future of the unit with its samples."""
+        """Let the executor render a unit (window, some samples); return a future of its pixels with the samples."""
         return self._executor.submit(render_unit, self.scene, unit, self._threads)
 
     def check(self) -> bool:
-        """Return False: units need not be submitted again, since the executor's futures fail if its processes end."""
+        """Return False: no work need be submitted again, since the executor's futures fail if its processes end."""
         return False
 
     def failure(self, error: Exception) -> RenderError:

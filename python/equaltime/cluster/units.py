@@ -52,9 +52,9 @@ def render_unit(scene: SceneText | str, unit: Unit, threads: int = 0) -> Rendere
 
 
 def probe_unit(scene: Scene) -> Unit:
-    """Return a small unit whose moments show whether a process gives the same bits as this one.
+    """Return a small test render that shows whether a process gives the same bits as this one.
 
-    It has the first two samples of each pixel of one block in the middle of the film.
+    It takes the first two samples of each pixel of one block in the middle of the film.
     """
     _, _, width, height = scene.model.sensor.film.crop
     x0, y0 = (side // 2 // BLOCK * BLOCK for side in (width, height))
@@ -65,7 +65,7 @@ def probe_unit(scene: Scene) -> Unit:
 
 
 def bits(rendered: Rendered) -> str:
-    """Return the SHA-256 of a unit's moments: equal in all processes that give the same bits."""
+    """Return the SHA-256 of rendered pixels (counts, means, deviations), to compare the bits of two processes."""
     return hashlib.sha256(rendered.moments.tobytes()).hexdigest()
 
 

@@ -20,8 +20,7 @@ __all__ = ["mirror_share", "plastic", "rough_dielectric", "rough_plastic", "thin
 
 KNOTS = 64
 """Number of knots of a rough interface's table of transmittance by the cosine. As in Mitsuba, the table is interpolated
-linearly.
-"""
+linearly."""
 
 
 def thin_reflectance(bsdf: ThinDielectric, wo: Array) -> Array:

@@ -73,7 +73,10 @@ class Lights:
         return density
 
     def environment_pdf(self, directions: Array) -> Array:
-        """Return the density per solid angle (N,) with which `sample` chooses these directions to the environment."""
+        """Return the density per solid angle (N,) with which `sample` chooses directions to the environment.
+
+        `directions` (N, 3) are unit vectors.
+        """
         if self.environment is None:
             return np.zeros(len(directions))
         return self.environment.pdf(directions) / self.count

@@ -18,8 +18,8 @@ from equaltime.scene.model import Cube, SceneModel, Shape, as_array, poses
 __all__ = ["DiskPatch", "SpherePatch", "TrianglePatch", "collect"]
 
 CUBE_TANGENTS = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-"""Axes along which the texture coordinate u of Mitsuba's cube changes: for the faces at x = ±1, at y = 1 and at z = ±1.
-"""
+"""Axes along which the texture coordinate u of Mitsuba's cube changes: for the faces at x = ±1, at y = 1 and at z =
+±1."""
 CUBE_TANGENT_BELOW_Y = np.array([0.0, 0.0, 1.0])
 """Axis along which the texture coordinate u of Mitsuba's cube changes on the face at y = -1."""
 
@@ -29,7 +29,7 @@ class TrianglePatch:
     """All T triangles of the scene, with corners counter-clockwise as seen from the front."""
 
     corners: Array
-    """Corner positions (T, 3, 3)."""
+    """Positions of the three corners of each triangle (T, 3, 3)."""
     corner_normals: Array
     """Unit shading normals at the corners (T, 3, 3); geometric normals if the mesh has none."""
     normals: Array

@@ -25,8 +25,7 @@ The offset is 64 times the rounding of float32. Surfaces nearer than that are mi
 on the offset."""
 ATTEMPTS = 8
 """Largest number of searches for the first hit of a ray. If float64 shows that the ray misses the triangle that Embree
-found, the search continues behind it.
-"""
+found, the search continues behind it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -34,8 +34,7 @@ class CaseReport:
     ours: Outcome
     theirs: Outcome | None
     """Outcome of the peer (another renderer); None without a peer, or if the case tests a guarantee that only equaltime
-    gives.
-    """
+    gives."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return the case and its outcomes as JSON data."""

@@ -40,8 +40,7 @@ class Case:
     """Number of independent renders; their spread gives the error."""
     peer_spp: int | None = None
     """Samples per pixel of a peer (another renderer); None stands for ``spp``. Cases that compare bits need few
-    samples, but a peer is tested by its means, which need many.
-    """
+    samples, but a peer is tested by its means, which need many."""
     define: Mapping[str, object] = field(default_factory=lambda: MappingProxyType({}), hash=False)
     strategy: str = "best"
     """Strategy of equaltime for the case; other renderers use their own."""
@@ -54,8 +53,7 @@ class Case:
     """Number of worker threads of the changed render; 0 for no change."""
     crop: tuple[int, int, int, int] | None = None
     """Window that is rendered separately and compared with the whole image (x, y, width, height, in pixels); None for
-    no change.
-    """
+    no change."""
 
     @property
     def for_peers(self) -> bool:
