@@ -42,9 +42,11 @@ class Point:
     estimate: Interval | None = None
     """Relative error that the renderer itself states, without a reference; None if it states none."""
     paths: int | None = None
+    """Number of camera paths so far; None if the renderer does not count them."""
     rays: int | None = None
+    """Number of rays so far, without shadow rays; None if the renderer does not count them."""
     shadow_rays: int | None = None
-    """Number of shadow rays so far, as ``paths`` and ``rays`` are so far; None if the renderer does not count them."""
+    """Number of shadow rays so far; None if the renderer does not count them."""
     samples: NDArray[np.int64] | None = None
     """(H, W): number of samples of each pixel; None if all pixels have ``spp``."""
     variance: NDArray[np.float32] | None = None

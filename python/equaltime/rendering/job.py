@@ -34,8 +34,8 @@ __all__ = [
 
 Backend = Literal["core", "embreex"]
 Traps = Literal["ignore", "check", "stop"]
-"""Treatment of floating-point faults: ``ignore`` them, name the sample (``check``), or end the process by SIGFPE
-(``stop``)."""
+"""Treatment of floating-point faults: ``ignore`` them, report the first sample that raises one (``check``), or end the
+process by SIGFPE (``stop``)."""
 DEFAULT_SPP = 64
 """Number of samples per pixel where neither the user nor the scene gives a number or another limit."""
 MOST_THREADS = 4096
@@ -63,7 +63,8 @@ class Job:
     bias: Interval | None = None
     """Relative error due to the effects (features such as media) that were left out; None if there are none."""
     traps: Traps = "ignore"
-    """Treatment of floating-point faults: ``ignore``, name the sample (``check``), or end the process (``stop``)."""
+    """Treatment of floating-point faults: ``ignore``, report the first such sample (``check``), or end the process
+    (``stop``)."""
     stop: Stop | None = None
     """Rule by which a pilot (short render that predicts) chose the sample count; None without such a pilot."""
     resumed: SavedRender | None = None

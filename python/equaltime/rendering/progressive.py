@@ -93,7 +93,7 @@ def progressive(
     """Return a render whose passes the caller runs, by iterating over it.
 
     Without a limit, passes go on while the caller iterates. There are no callbacks and no checkpoints (use the yielded
-    results and `Result.save`), and effects cannot be left out.
+    results and `Result.save`), and no feature of the scene can be left out.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ class Stated:
     def of_paths(self) -> str:
         """Words to print after the number, such as ``of paths up to depth 2``.
 
-        They are empty if the image has exactly the paths that the scene asks for.
+        The text is empty if the image has exactly the paths that the scene asks for.
         """
         return f" of {self.paths}" if self.paths else ""
 

@@ -137,7 +137,7 @@ class SceneResult:
     scene_max_depth: int | None = None
     """The ``max_depth`` that the scene's file asks for; None if it is not known."""
     left_out: tuple[tuple[str, str], ...] = ()
-    """Labels of strategies without results, since their runs have no sample count in common, each with the reason."""
+    """Strategies without results, since their runs have no sample count in common: pairs of label and reason."""
     reference_caveat: str = ""
     """Known limit of the reference besides its noise; empty if there is none."""
 

@@ -121,8 +121,9 @@ class OverviewView:
     name: str
     table: Table
     wide_chart: Any
+    """Chart for a desktop: an ``<svg>`` element that needs no escaping; empty if no time is trusted."""
     narrow_chart: Any
-    """Chart for a phone: an ``<svg>`` element that needs no escaping. The charts are empty if no time is trusted."""
+    """Chart for a phone: an ``<svg>`` element that needs no escaping; empty if no time is trusted."""
     looks: Mapping[str, Style] = field(hash=False)
     """Colour, marker and line style of the strategies that have a mark in the chart, by label."""
     unmarked: str = ""

@@ -44,8 +44,9 @@ class RaysView:
     """
 
     wide: Any
+    """Picture for a desktop: an ``<svg>`` element that needs no escaping."""
     narrow: Any
-    """Picture for a phone: an ``<svg>`` element that needs no escaping, as is ``wide`` for a desktop."""
+    """Picture for a phone: an ``<svg>`` element that needs no escaping."""
     rows: tuple[tuple[str, str, str], ...]
     """Rows of the table: scene, and the effective share of uniform and of BSDF samples as text."""
     files: tuple[str, ...]

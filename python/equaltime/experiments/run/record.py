@@ -70,8 +70,9 @@ class Row:
     digest: str
     """SHA-256 of the scene's content, files included."""
     width: Positive
+    """Width of the whole film, in pixels."""
     height: Positive
-    """Height of the whole film, in pixels, as ``width`` is its width."""
+    """Height of the whole film, in pixels."""
     crop: Window
     """Rendered window, in pixels: x, y, width, height."""
     max_depth: int
@@ -91,17 +92,18 @@ class Row:
     spp: Positive
     """Samples per pixel so far."""
     wall_s: Seconds
+    """Wall-clock seconds since the run's first sample, without the time spent on measuring errors."""
     cpu_s: Seconds
-    """CPU seconds since the run's first sample, summed over threads. Like the wall-clock seconds ``wall_s``, they
-    exclude the time spent on measuring errors."""
+    """CPU seconds since the run's first sample, summed over threads, without the time spent on measuring errors."""
     setup_s: Seconds
     """Seconds of loading and building, before the first sample."""
     threads: int
     paths: Count
+    """Number of camera paths so far; None from renderers that do not count them."""
     rays: Count
+    """Number of rays so far, without shadow rays; None from renderers that do not count them."""
     shadow_rays: Count
-    """Number of shadow rays so far, as ``paths`` and ``rays`` are so far; None from renderers that do not count them.
-    """
+    """Number of shadow rays so far; None from renderers that do not count them."""
     relmse: Number
     """Squared relative error with the reference's noise subtracted; a small value may be negative by chance."""
     mse: Number
@@ -116,10 +118,11 @@ class Row:
     reference_relmse: Number
     """Squared relative error of the reference, which was subtracted from ``relmse``."""
     estimate: Number
+    """Relative error that the render itself estimates, as a fraction; None if it estimates none."""
     estimate_low: Number
+    """Lower end of the 95 % interval of ``estimate``."""
     estimate_high: Number
-    """Upper end of the 95 % interval of the error that the render itself estimates, as a fraction. ``estimate`` and
-    ``estimate_low`` are the value and the lower end."""
+    """Upper end of the 95 % interval of ``estimate``."""
     doubt: Text = None
     """Reason, stated by the render, why the upper limit of its error cannot be trusted."""
     last: Flag
@@ -127,8 +130,9 @@ class Row:
     image: Text
     """Path of the run's last image, relative to the experiment's folder; None before the last row."""
     machine: str
+    """Key of the machine in ``provenance.json``."""
     build: str
-    """Key of the build in ``provenance.json``, which also has the machine under the key ``machine``."""
+    """Key of the build of equaltime in ``provenance.json``."""
     started: str
     """Start of the run: UTC, ISO 8601."""
 

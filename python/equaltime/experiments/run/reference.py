@@ -59,11 +59,8 @@ class KnownReference:
 
     reference: Reference
     facts: Mapping[str, Any]
-    """Facts of the reference as JSON data: ``error``, ``strategy``, ``seeds``, ``spp``, ``seconds`` and so on, or
-    ``file``.
-
-    ``caveat`` names a limit of the reference besides its noise.
-    """
+    """Facts on the origin of the reference as JSON data: its ``error``, ``strategy``, ``seeds``, ``spp``, ``seconds``
+    and so on, or the ``file`` that it was read from. ``caveat`` names a limit of the reference besides its noise."""
 
     @property
     def error(self) -> float:
