@@ -32,7 +32,10 @@ _FILMS = 2
 
 @dataclass(frozen=True)
 class Measurement:
-    """Measured speed of one scene with one number of threads. Each interval is the median over repeats, at 95 %."""
+    """Measured speed of one scene with one number of threads.
+
+    An interval holds the median over repeats and its 95 % limits.
+    """
 
     name: str
     """Path of the scene's file as it was given, or ``scene N`` for the N-th of the scenes if it was made in memory."""

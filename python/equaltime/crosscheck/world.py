@@ -85,9 +85,9 @@ class World:
     def intersect(self, origins: Array, directions: Array, start: Index) -> tuple[Array, Index]:
         """Return distance (N,) and patch number (N,) of each ray's first hit; infinity and -1 without a hit.
 
-        A patch is a triangle, sphere or disk. `directions` (N, 3) are unit vectors. `start` (N,) is the number of the
-        patch that a ray leaves, or -1. A ray can hit its start patch again only on a sphere's far side. Rays need no
-        tolerance to miss their own origin.
+        A patch is a triangle, sphere or disk. Rays have `origins` and unit `directions`, (N, 3). `start` (N,) is the
+        number of the patch that a ray leaves, or -1. A ray can hit its start patch again only on a sphere's far side.
+        Rays need no tolerance to miss their own origin.
         """
         best, patch = self._nearest_triangle(origins, directions, start)
         for number, sphere in enumerate(self.spheres, self.first_sphere):
@@ -100,7 +100,8 @@ class World:
     def hits(self, origins: Array, directions: Array, t: Array, patch: Index) -> Hits:
         """Return the hits of rays with their points, normals and tangents, for shading.
 
-        ``t`` (N,) are the distances and ``patch`` (N,) the patch numbers that `intersect` returned for these rays.
+        Rays have `origins` and unit `directions`, (N, 3). ``t`` (N,) are the distances and ``patch`` (N,) the patch
+        numbers that `intersect` returned for these rays.
         """
         there = patch >= 0
         point = origins + np.where(there, t, 0.0)[:, None] * directions

@@ -171,7 +171,7 @@ class Law:
     error: float
     """Estimated relative error of the image at ``samples``, as a fraction."""
     width: float
-    """Logarithm of (upper limit of the error / error)."""
+    """Width of the interval of ``error``: logarithm of (upper limit / error)."""
     narrowing: float
     """Exponent: ``width`` falls in proportion to the sample count to the power of minus this number."""
     exponent: float

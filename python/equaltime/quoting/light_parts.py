@@ -60,7 +60,7 @@ class LightParts:
         """Return the share of error² of each part of one kind, by the part's name; parts without light are left out.
 
         Kinds are ``length`` (of the path), ``way`` (technique that found the light), ``bsdf`` (the last one) and
-        ``light`` (source). The shares of a kind sum to 1, and may be negative.
+        ``light`` (source). The shares of a kind sum to 1; a single share may be negative.
         """
         parts = [(what, p) for (k, what), p in zip(self.names, self.with_whole, strict=True) if k == kind]
         return {what: share_of(part, self.whole) for what, part in parts if part.any()}

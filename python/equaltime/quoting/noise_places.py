@@ -138,7 +138,10 @@ def noise_places(pixels: PixelStatistics, corner: tuple[int, int] = (0, 0), leas
 
 
 def places_of(session: Session) -> NoisePlaces:
-    """Return the shares of error² that regions and pixels make in the picture of a running render so far."""
+    """Return the shares of error² that regions and pixels make in the picture of a running render so far.
+
+    ``session`` is the render.
+    """
     pixels, window = session.statistics(), session.origin.window
     return noise_places(pixels, (window.x, window.y), session.lamps.least(*pixels.samples.shape))
 

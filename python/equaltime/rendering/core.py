@@ -138,7 +138,7 @@ class AdaptiveRenderer(_core.Renderer):
         return None if self._rates is None else "even" if (self._rates == 1.0).all() else "error"
 
     def rates(self, samples: int) -> NDArray[np.float64]:
-        """Return the ratio of each pixel's sample count to the mean count, (H, W).
+        """Return how samples are distributed over pixels: each pixel's count divided by the mean count, (H, W).
 
         ``samples`` is the mean count. The first samples of every pixel, from which the ratios follow, must have been
         taken.
@@ -172,7 +172,7 @@ class AdaptiveRenderer(_core.Renderer):
         return super().advance(samples, seconds, poll, pause)
 
     def take_up(self, *, paths: int, rays: int, shadow_rays: int, position: tuple[int, int, int]) -> None:
-        """Resume a saved render at its position in the passes, with its counts of paths and rays.
+        """Resume a saved render at its position in the passes, with its counts of paths, rays and shadow rays.
 
         ``position`` holds the completed samples per pixel, the samples of the running pass, and its next block. The
         first samples, from which sample counts follow, are rendered again, since the saved film holds more samples.
@@ -273,7 +273,7 @@ def core_settings(scene: Scene, strategy: Strategy) -> _core.Settings:
 def check_memory(scene: Scene, bytes_per_pixel: float) -> None:
     """Raise `SceneError` if a film (image in memory) needs more memory than this machine or its container has.
 
-    Otherwise the system would end the process without a message.
+    ``bytes_per_pixel`` is the film's need. Without the check, the system would end the process without a message.
     """
     _, _, width, height = scene.model.sensor.film.crop
     needed = width * height * bytes_per_pixel

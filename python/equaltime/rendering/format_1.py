@@ -24,7 +24,7 @@ _MOMENTS: Final = np.dtype([("count", "<u8"), ("mean", "<f8", (3,)), ("m2", "<f8
 def read_moments(path: str | os.PathLike[str]) -> NDArray[Any] | None:
     """Return the moments (count, mean, deviation) in a file; None if there are none.
 
-    They are an array (R, H, W) of the type `equaltime.film.moments.DTYPE`, for R replicates (parts of each pixel's
+    The result is an array (R, H, W) of the type `equaltime.film.moments.DTYPE`, for R replicates (parts of each pixel's
     samples). Means are exact, and standard deviations are rounded. Raises `ImageError` for a damaged file.
     """
     found = _read(path, "moments", _MOMENTS)

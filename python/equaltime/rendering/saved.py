@@ -53,7 +53,8 @@ class SavedRender:
     """(R, H, W): count, mean and deviation of the samples of each pixel in each of R replicates (parts of the samples),
     of the type `equaltime.film.moments.DTYPE`."""
     missed: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
-    """Images of the light that samples may have missed, by name; it raises the error's upper limit."""
+    """Images of the light that samples may have missed, (H, W, C) by name; such light raises the error's upper limit.
+    """
     parts: NDArray[Any] | None = None
     """(H, W): sums over the renders that were merged, from which variances follow; None if not merged, or saved by
     equaltime 0.1.0."""

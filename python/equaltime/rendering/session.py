@@ -155,9 +155,9 @@ class Session:
     ) -> Result:
         """Run all passes, call the functions of ``pass_ended`` after each, and return the result.
 
-        Checkpoints (saves of the render so far) are written within passes too. After Ctrl-C the result holds the
-        finished blocks of pixels. Raises `KeyboardInterrupt` if nothing is finished. Raises `SampleError` or
-        `BrightImage`, which hold the result so far.
+        ``checkpoints`` tells where and how often the render so far is saved, within passes too; None for no saves.
+        After Ctrl-C the result holds the finished blocks of pixels. Raises `KeyboardInterrupt` if nothing is finished.
+        Raises `SampleError` or `BrightImage`, which hold the result so far.
         """
         if checkpoints is not None:
             save, takes = partial(self._save, checkpoints), _SECONDS_A_PIXEL * self.passes.pixels
@@ -191,10 +191,10 @@ class Session:
             self.write(result, checkpoints)
 
     def write(self, result: Result, checkpoints: Checkpoints) -> None:
-        """Save ``result`` as a checkpoint (save of the render so far); raise `ImageError` if it cannot be written.
+        """Save ``result``, the render so far, in the file of ``checkpoints``; raise `ImageError` if that fails.
 
-        With automatic exposure, the preview keeps the exposure of the previous checkpoint while that suits the image.
-        So noise does not make the preview flicker. The exposure of the finished picture depends on that picture alone.
+        With automatic exposure, the preview keeps the exposure of the previous save while that suits the image. So
+        noise does not make the preview flicker. The exposure of the finished picture depends on that picture alone.
         """
         self._shown = result.exposure(checkpoints.exposure, self._shown)
         result.save(checkpoints.path, exposure=self._shown)
@@ -215,7 +215,7 @@ class Session:
         return statistics_so_far(self._renderer)
 
     def rates(self, samples: int) -> NDArray[np.float64]:
-        """Return the ratio of each pixel's sample count to the mean count, (H, W).
+        """Return how samples are distributed over pixels: each pixel's count divided by the mean count, (H, W).
 
         ``samples`` is the mean count. All ratios are 1 for even counts.
         """
@@ -367,6 +367,8 @@ def run(
     ----------
     asking
         The user's scene. In the session's scene, effects (features such as media) may have been left out.
+    checkpoints
+        File and interval of saves of the render so far; None for no saves.
     pass_ended
         Called after each pass.
     ended

@@ -69,8 +69,9 @@ class StrategyRuns:
     def of(cls, label: str, rows: Sequence[Row], folder: Path, reference: Reference | None) -> StrategyRuns:
         """Join the records of a strategy on one scene, and check its final images for heavy tails and for missed light.
 
-        The tail is heavy if few pixels of few repeats make most of the error. ``rows`` are the records. Images are read
-        from ``folder``. Without images or without a reference of their size, the checks are left out.
+        The tail is heavy if few pixels of few repeats make most of the error. ``label`` is the strategy's, and ``rows``
+        are the records. Images are read from ``folder``. Without images or without a reference of their size, the
+        checks are left out.
         """
         spp, runs = runs_of(rows)
         plain = cls(label, tuple(rows), folder, spp, runs)

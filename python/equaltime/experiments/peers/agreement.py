@@ -101,6 +101,8 @@ def pass_gates(
 
     Parameters
     ----------
+    peers
+        The other renderers, prepared for the scene.
     name
         Name of the scene.
     wish
@@ -228,9 +230,9 @@ def own_reference(
     """Return a reference rendered by the peer (another renderer): the mean of independent renders.
 
     The spread of the renders gives the noise of the mean. Rendering ends at the relative ``error`` or after
-    ``seconds``, but not before eight renders. The two halves of the reference are the odd and the even renders. If the
-    peer's sampler is biased, a copy of the peer with an unbiased sampler renders. ``progress`` is called with the
-    completed share of the work, in [0, 1].
+    ``seconds``, but not before eight renders. Their seeds begin at ``first_seed``. The two halves of the reference are
+    the odd and the even renders. If the peer's sampler is biased, a copy of the peer with an unbiased sampler renders.
+    ``progress`` is called with the completed share of the work, in [0, 1].
     """
     with _fit(peer) as renderer:
         return _own_reference(renderer, scene, error, seconds, threads, first_seed, progress)

@@ -69,7 +69,10 @@ _OUT = re.compile(r"\{out\}(\.\w+)?")
 
 @dataclass
 class CommandPeer:
-    """A renderer that is a command, run once per image; raises PeerError if the command is invalid."""
+    """A renderer that is a command, run once per image: the way to add any other renderer to an experiment.
+
+    Raises PeerError if the command is invalid.
+    """
 
     label: str
     command: str

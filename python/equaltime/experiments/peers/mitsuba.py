@@ -33,11 +33,11 @@ _TO_WARM_UP = 4
 
 @dataclass
 class MitsubaPeer:
-    """Mitsuba 3 as a renderer, in a separate process.
+    """Mitsuba 3 as a renderer that takes part in an experiment, in a separate process.
 
     Mitsuba gets the same scene as a Mitsuba dictionary, with a box filter and the scene's ``max_depth`` and
-    ``rr_depth``. A checkpoint is the image and the time at a sample count. Mitsuba cannot continue an image:
-    each checkpoint is a separate render with its own seed.
+    ``rr_depth``. A checkpoint is the image and the time at a sample count. Mitsuba cannot continue an image: each
+    checkpoint is a separate render with its own seed.
 
     A sampler may round the sample count. A checkpoint gives the count actually taken, and a count that rounds to the
     previous count is skipped. Importing, loading and compiling are set-up. A render that compiles kernels is repeated,

@@ -31,8 +31,8 @@ def draw_curves(
     """Draw the error of all strategies of a scene against time, and return the figure.
 
     ``targets`` are errors, drawn as horizontal lines. ``looks`` gives colour, marker and line style by label of a
-    strategy. ``size`` is width and height in inches. In the SVG, each curve is a group with the id that `curve_gid`
-    returns.
+    strategy. ``size`` is width and height in inches, and ``legend`` tells whether to draw a legend. In the SVG, each
+    curve is a group with the id that `curve_gid` returns.
     """
     figure: Figure = optional("matplotlib.figure").Figure(figsize=size, layout="constrained", facecolor="none")
     axes = figure.add_subplot(facecolor="none")
@@ -209,7 +209,8 @@ def has_dots(summary: Summary, target: float) -> bool:
 def unmarked(summary: Summary, target: float) -> dict[str, list[str]]:
     """Return, by strategy label, the names of the scenes on which the chart of times lacks a mark of that strategy.
 
-    The chart is `draw_dots`. Strategies with a mark (dot or arrow) on every scene are left out.
+    The chart (`draw_dots`) has times to the error ``target``. Strategies with a mark (dot or arrow) on every scene are
+    left out.
     """
     found: dict[str, list[str]] = {}
     for scene in summary.scenes:

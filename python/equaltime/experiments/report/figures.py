@@ -194,9 +194,9 @@ def write_figures(
 ) -> tuple[str, ...]:
     """Write figures of a scene's error curves, and of its crops if there are pictures, to ``folder``.
 
-    Returns the files as ``FOLDER/SLUG-curves.pdf`` and so on. ``targets`` are errors, drawn as horizontal lines.
-    ``crops`` are windows (x, y, width, height) in pixels. ``looks`` gives colour, marker and line style by label of a
-    strategy.
+    Returns the files as ``FOLDER/SLUG-curves.pdf`` and so on; ``slug`` is the scene's name as a file name. ``targets``
+    are errors, drawn as horizontal lines. ``crops`` are windows (x, y, width, height) in pixels. ``looks`` gives
+    colour, marker and line style by label of a strategy.
     """
     drawn = {f"{slug}-curves": draw_curves(scene, targets, looks, (6.0, 4.0), legend=True)}
     if pictures is not None and pictures.runs and crops:
@@ -207,7 +207,8 @@ def write_figures(
 def draw_comparison(scene: SceneResult, pictures: Pictures, crops: Sequence[Window]) -> Figure:
     """Return a figure of the reference with marked windows ``crops``, and beside it the crops of all images.
 
-    The crops form a table: a row per window, a column for the reference, and a column per strategy.
+    ``pictures`` are the images of the scene. The crops form a table: a row per window, a column for the reference, and
+    a column per strategy.
     """
     shown = [strategy for strategy in scene.strategies if strategy.label in pictures.runs]
     height, width = pictures.reference.mean.shape[:2]

@@ -87,7 +87,8 @@ def write_animation(folder: Path, slug: str, scene: SceneResult, stops: float) -
     """Write the films of all strategies on a scene, side by side, into one animated WebP file in ``folder``.
 
     A film shows how an image converges. Returns the name of the file, ``FOLDER/SLUG-forming.webp``, in a tuple, which
-    is empty without films. All pictures are multiplied by 2 to the power ``stops``.
+    is empty without films. ``slug`` is the scene's name as a file name. All pictures are multiplied by 2 to the power
+    ``stops``.
     """
     films = _films(scene)
     if not films:

@@ -65,8 +65,8 @@ def losing(
 
     The first map shows the blocks of pixels that make half of the strategy's squared error. The second map compares the
     error with the baseline's. The bar is None if no strategy can be compared with the baseline. Maps are drawn over the
-    reference in grey; each side has at most ``longest`` pixels. ``looks`` gives colour, marker and line style by label
-    of a strategy.
+    reference in grey; each side has at most ``longest`` pixels. ``pictures`` are the images of the scene. ``looks``
+    gives colour, marker and line style by label of a strategy.
     """
     factors = {strategy.label: _to_equal_time(strategy) for strategy in scene.strategies}
     equal = {label: own * factors[label] for label, own in pictures.squares.items()}

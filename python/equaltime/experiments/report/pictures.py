@@ -111,11 +111,9 @@ def error_map(pixels: Floats) -> Floats:
 
 
 def spread_map(runs: NDArray[Any], reference: Reference) -> Floats | None:
-    """Return the relative standard error of each pixel of one run (H, W).
+    """Return the relative standard error of each pixel of one run (H, W); None for fewer than two runs.
 
-    The estimate comes from the spread over the K images in ``runs`` (K, H, W, 3).
-
-    Returns None for fewer than two runs.
+    The estimate comes from the spread over the K images in ``runs`` (K, H, W, 3). Errors are relative to ``reference``.
     """
     if len(runs) < 2:
         return None

@@ -304,8 +304,8 @@ def overview_tables(summary: Summary, looks: Mapping[str, Style]) -> list[Table]
 def geometric_mean(summary: Summary, label: str, target: float) -> Interval | None:
     """Return the geometric mean over scenes of a strategy's speed-ups to the error ``target``; None for the baseline.
 
-    The interval combines the intervals of the scenes, and holds for these scenes only. If a speed-up is missing, the
-    mean is unknown and has a note with the reason.
+    ``label`` is the strategy's. The interval combines the intervals of the scenes, and holds for these scenes only. If
+    a speed-up is missing, the mean is unknown and has a note with the reason.
     """
     ratios = []
     for scene in summary.scenes:

@@ -1,4 +1,4 @@
-"""Runner of all experiments of a folder, each with its own folder of results, and writes one index page."""
+"""Runner of all experiments of a folder: each has its own folder of results, and one index page shows them all."""
 
 from __future__ import annotations
 
@@ -83,6 +83,8 @@ def run_all(
         Folder of experiment files.
     output
         Folder of results; the experiment NAME.toml goes to ``output/NAME``.
+    changes
+        Options that change every experiment.
     told
         Function that is called with the card (entry of the index page) of each experiment when it has ended.
     progress

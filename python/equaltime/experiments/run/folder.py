@@ -87,7 +87,7 @@ class ExperimentFolder:
         return self.path / "references" / f"{name}.npz"
 
     def image(self, scene: str, strategy: str, repeat: int) -> Path:
-        """Return the path of the last image of a run: an ``.npy`` file, float32 (H, W, 3)."""
+        """Return the path of the last image of the run number ``repeat``: an ``.npy`` file, float32 (H, W, 3)."""
         return self.path / "images" / file_name(scene) / f"{file_name(strategy)}-r{repeat}.npy"
 
     def samples(self, scene: str, strategy: str, repeat: int) -> Path:

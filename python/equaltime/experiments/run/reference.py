@@ -116,7 +116,8 @@ def render(
 ) -> KnownReference:
     """Render and return a reference: the mean of two independent halves with equal sample counts.
 
-    Rendering ends when the mean has at most 1.02 times the relative ``error``, or after about ``seconds``.
+    Rendering ends when the mean has at most 1.02 times the relative ``error``, or after about ``seconds``. ``report``
+    is called now and then with the completed share of the work, in [0, 1].
 
     Raises
     ------

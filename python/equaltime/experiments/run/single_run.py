@@ -112,6 +112,8 @@ class SingleRun:
 
         Parameters
         ----------
+        recorder
+            Writer of the file of rows.
         ladder
             Sample counts per pixel, or the budget of the run in seconds.
 
