@@ -66,7 +66,7 @@ def black_picture(result: Result, scene: Scene, known: Sequence[Finding] | None 
 def reasons(findings: Iterable[Finding]) -> list[Finding]:
     """Return the findings of `lint`, out of ``findings``, that can make a picture black.
 
-    Such a finding is a camera inside a closed surface.
+    A camera inside a closed surface is such a finding.
     """
     return [finding for finding in findings if finding.check in _REASONS]
 

@@ -167,11 +167,11 @@ def looks_of(record: Mapping[str, Any]) -> tuple[Look, ...]:
 def differences(found: Mapping[str, Any], wanted: Mapping[str, Any], more: Iterable[str] = ()) -> list[str]:
     """Return the differences between a saved render and a wanted render, in words; the list is empty without any.
 
-    ``found`` and ``wanted`` are their records: JSON data that tell how a render was made. Without differences the saved
-    render can be resumed as the wanted one, or merged with it. ``more`` lists keys of the records to compare besides
-    the usual ones. The scene counts as different if the digest differs, and either the file has another name or no
-    other difference explains the digest. Backgrounds are compared only if the digest differs: without a sky, a
-    transparent background changes no sample.
+    Without differences the saved render can be resumed as the wanted render, or merged with it. ``found`` and
+    ``wanted`` are the records of both: JSON data on how a render was made. ``more`` lists keys of the records to
+    compare besides the usual ones. The scene counts as different if the digest differs, and either the file has another
+    name or no other difference explains the digest. Backgrounds are compared only if the digest differs: without a sky,
+    a transparent background changes no sample.
     """
     differing = [key for key in (*_SAME, *more) if _differ(found[key], wanted[key])]
     if {"size", "crop"} <= {*differing}:
