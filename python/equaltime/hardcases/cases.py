@@ -30,7 +30,7 @@ class Case:
     """Id in the catalogue of hard cases, such as ``T1``; several cases may share one."""
     name: str
     stresses: str
-    """Part of a renderer that the case tests, in words."""
+    """Difficulty that the case tests, in words, such as ``1 - cos of a small angle``."""
     scene: str
     """File of the scene, below `equaltime.examples.scenes_folder`."""
     expected: float | None = None

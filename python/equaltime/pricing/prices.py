@@ -42,7 +42,7 @@ class Price:
     kind: Effect
     """The effect (feature of a scene, such as media): its name, title, and stand-in."""
     reasons: tuple[Reason, ...]
-    """Places of the scene that use the effect, each with a description."""
+    """Objects of the scene that use the effect, each with its position in the scene file."""
     instead: str | None
     """Stand-in that replaces the effect where it is left out, such as ``vacuum``; None if it cannot be left out of this
     scene."""

@@ -46,8 +46,9 @@ class Replay(Shown):
     radiance: Color
     """Contribution of the sample to its pixel: the sum over the vertices, in their order, times the filter's weight."""
     end: str
-    """Reason why the path ends: ``escapes`` (meets nothing), ``depth`` (is longest), ``absorbed``, ``no_direction`` (no
-    direction sampled), ``black`` (throughput 0), ``not_finite``, ``roulette``."""
+    """Reason why the path ends: ``escapes`` (leaves the scene), ``depth`` (has the largest depth), ``absorbed``,
+    ``no_direction`` (no direction sampled), ``black`` (throughput 0), ``not_finite``, ``roulette``.
+    """
     vertices: tuple[Mapping[str, Any], ...] = field(hash=False)
     """Vertices of the path, as dictionaries. ``origin`` and ``direction`` are the ray towards the vertex.
     ``throughput`` is the path's throughput at the start of the ray, and ``left`` after the medium along the ray.
