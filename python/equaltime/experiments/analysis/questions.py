@@ -16,10 +16,10 @@ __all__ = ["bias_verdict", "efficiency_verdict", "samples_verdict"]
 
 
 def bias_verdict(scenes: Sequence[SceneResult], level: float) -> str:
-    """Return sentences that name the strategies found biased, the strategies not found biased, and those not tested.
+    """Return sentences that name the strategies found biased, those not found biased, and those not tested.
 
-    A strategy is biased if its expected image differs from the expected image of the scene's standard strategy, which
-    is usually ``best``. ``level`` is the false-alarm rate of all these tests together.
+    A strategy is biased if its expected image differs from the expected image of the scene's standard strategy.
+    ``level`` is the false-alarm rate of all these tests together.
     """
     found, right, untested = [], [], []
     for scene, strategy in _others(scenes):

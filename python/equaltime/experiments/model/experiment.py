@@ -104,7 +104,7 @@ class SceneEntry(Value):
     define: dict[str, Any] = Field(default_factory=dict)
     """Values for the variables of the scene file, by name."""
     substitute: bool = False
-    """Whether to replace parts of the scene file that cannot be rendered, such as an unknown BSDF by a similar one."""
+    """Replace the parts that cannot be rendered, as `equaltime.load` does."""
 
     def load(self) -> Scene:
         """Return the scene, with the entry's size, crop and max_depth; raises SceneError for an invalid scene."""

@@ -44,9 +44,8 @@ def identity_of(
 ) -> dict[str, Any]:
     """Return every setting that affects the records of an experiment, as JSON data.
 
-    An experiment may be continued in a folder only if this identity is the same. ``scenes`` are its loaded scenes, and
-    ``subjects`` the renderers of its strategies. Titles, targets, crops, the baseline and the number of repeats do not
-    affect records, and may change between calls.
+    ``subjects`` are the renderers of its strategies. Titles, targets, crops, the baseline and the number of repeats do
+    not affect records, and may change between calls.
     """
     wish = experiment.reference
     return {

@@ -95,7 +95,7 @@ class StrategyResult:
     images: tuple[Path, ...] = ()
     """Files of the final images of all repeats in order, for the report's error and standard-error maps."""
     unequal: bool = False
-    """Whether the strategy's expected image differs significantly from the standard strategy's (``equality_p``)."""
+    """Whether ``equality_p`` is below the level of the experiment's tests."""
     samples: Path | None = None
     """File with the number of samples of each pixel of ``image`` (.npy, (H, W)); None if all pixels have equal counts.
     """

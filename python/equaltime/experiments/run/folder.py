@@ -56,8 +56,7 @@ _TYPES: Mapping[str, type[int] | type[str]] = {"max_depth": int, "caveat": str, 
 """Types of optional facts that readers of the provenance rely on."""
 _RESTORE = "put a copy of the file there, or remove it to go on without it"
 OWN_DEPTHS = "own_depths"
-"""Section of the provenance (origin of the records) with the ``max_depth`` of each scene's file, before the
-experiment's changes."""
+"""Section of the provenance with the ``max_depth`` of each scene's file, before the experiment's changes."""
 
 
 @dataclass(frozen=True)
@@ -153,9 +152,8 @@ class ExperimentFolder:
     def claim(self, identity: Mapping[str, Any], experiment: BaseModel) -> None:
         """Write the ``identity`` of an experiment to the folder, or check that it matches the identity written before.
 
-        The identity is every setting that affects records. The folder must be locked. Scenes and strategies may be
-        added or dropped; their records stay in the folder. A scene or strategy with a recorded name must be unchanged,
-        and so must all other settings.
+        The folder must be locked. Scenes and strategies may be added or dropped; their records stay in the folder. A
+        scene or strategy with a recorded name must be unchanged, and so must all other settings.
 
         Raises
         ------

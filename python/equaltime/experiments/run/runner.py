@@ -78,15 +78,13 @@ def run(
 
     Parameters
     ----------
-    progress
-        Function that is called with a `RunProgress` as the experiment goes on.
     cache
         Folder where references are kept for other experiments; by default `reference.cache_folder`.
     command
         Command line that started the runs, for their provenance.
     begins
-        Function that is called with the experiment and the measured times of its peers (other renderers). It is called
-        once experiment and folder are known to be good, before the first test, reference or run.
+        Called with the experiment and the measured times of its peers once both and the folder are known to be good,
+        before the first test, reference or run.
 
     Raises
     ------

@@ -34,7 +34,7 @@ class StoredExperiment:
     identity: Mapping[str, Any] = field(hash=False)
     """All settings that affect records, as JSON data; a continued experiment must have the same."""
     runs: tuple[Row, ...]
-    """Last row of the records of each finished run."""
+    """Last rows of the finished runs, one for each run."""
 
     @classmethod
     def read(cls, folder: Path) -> StoredExperiment:
