@@ -32,22 +32,27 @@ _FILMS = 2
 
 @dataclass(frozen=True)
 class Measurement:
-    """Measured speed of one scene with one number of threads. Intervals hold the median over repeats."""
+    """Measured speed of one scene with one number of threads.
+
+    An interval holds the median over repeats and its 95 % limits.
+    """
 
     name: str
-    """Path of the scene's file as it was given, or ``scene N`` for scene number N in memory."""
+    """Path of the scene's file as it was given, or ``scene N`` for the N-th of the scenes if it was made in memory."""
     threads: int
     paths_per_s: Interval
     rays_per_s: Interval
     """Rays per second, shadow rays included."""
     limit_ratio: Interval
-    """Seconds that Embree alone needs for the rays, divided by the seconds of the render."""
+    """Seconds that Embree alone needs to trace the render's rays, divided by the seconds of the render; 1 is the best.
+    """
     scaling: Interval
     """Paths per second, divided by the paths per second with the first number of threads in the same repeat."""
     repeats: int
     samples: int
     """Samples per pixel in each repeat."""
     rays_per_path: float
+    """Mean number of rays of a path, shadow rays included."""
     kernel: str
     """Name of the compiled path tracer that was chosen for the scene."""
     strategy: str
@@ -56,7 +61,7 @@ class Measurement:
     max_depth: int
     triangles: int
     memory_bytes: int
-    """Memory of the core's scene in bytes, without the film."""
+    """Bytes of memory that the scene takes in the core, without the image."""
     seconds: Mapping[str, float] = field(hash=False)
     """Seconds of two phases: ``load`` reads the files, ``build`` makes the core's scene."""
 
@@ -79,7 +84,7 @@ class Measurement:
 
 @dataclass(frozen=True)
 class Benchmark:
-    """Measured speeds of scenes, with the machine and the build of equaltime that were measured."""
+    """Result of `measure`: speeds of scenes, with the machine and the build of equaltime that were measured."""
 
     scenes: tuple[Measurement, ...]
     machine: Mapping[str, Any] = field(hash=False)

@@ -24,7 +24,7 @@ _Row = tuple[SceneResult, StrategyResult]
 
 
 def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: bool = False) -> None:
-    """Print the verdict as first and last line; between them a table, caveats, and what to open in ``folder`` next.
+    """Print the verdict as first and last line; between them a table, caveats, and the files in ``folder`` to open.
 
     The output has at most `MOST_LINES` lines, unless ``verbose`` asks for all rows and reasons. ``quick`` tells that
     the experiment was run with ``--quick``, so that longer runs may tell more.
@@ -53,7 +53,7 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
 
 
 def every_row(summary: Summary) -> Table:
-    """Return the table of all strategies on all scenes: errors at equal time, and times to errors."""
+    """Return the table of all strategies on all scenes for ``-v``: errors at equal time, and times to errors."""
     rows = [(scene, strategy) for scene in summary.scenes for strategy in scene.strategies]
     return _fitting(rows, summary.targets, plain_console().width)
 

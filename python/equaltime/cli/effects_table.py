@@ -33,7 +33,10 @@ _SHARES = {
 
 
 def print_effects(found: PriceList, name: str, verbose: bool) -> None:
-    """Print what makes the scene ``name`` slow, in at most `MOST_LINES` lines unless ``verbose``."""
+    """Print which effects (features such as media) make the scene ``name`` slow, and which could be left out.
+
+    The output has at most `MOST_LINES` lines, unless ``verbose`` asks for all numbers.
+    """
     console = plain_console()
     for line in (_answer(found, name), _proposal(found)):
         print_line(console, line)

@@ -24,7 +24,8 @@ PANELS: Final = {
     ),
     "For experts": ("backend", "traps", "tev", "peer"),
 }
-"""Groups of options in the help, in order: title, and names of the parameters; others stand under "Options"."""
+"""Groups of options in the help of a command, in order: title, and names of parameters; others stand under
+"Options"."""
 
 _PANEL_OF: Final = {name: panel for panel, names in PANELS.items() for name in names}
 
@@ -42,11 +43,12 @@ MEANT: Final = {
     **dict.fromkeys(("--integrator", "--sampler", "--method"), "--strategy"),
     **dict.fromkeys(("--denoise", "--denoiser"), "--error"),
 }
-"""Options of other programs, and the option here that serves the same purpose."""
+"""Options of other programs, by name, and the option of equaltime with the same purpose, for a suggestion in the
+error."""
 
 
 class Command(TyperCommand):
-    """A command whose help groups its options, and that suggests an option for one that does not exist."""
+    """A command of equaltime whose help groups its options, and that suggests an option for one that does not exist."""
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
@@ -54,14 +56,14 @@ class Command(TyperCommand):
         self.params.sort(key=lambda parameter: order.index(_PANEL_OF.get(parameter.name)))
 
     def get_params(self, ctx: Any) -> list[Any]:
-        """Return arguments and options, each option in its group."""
+        """Return the command's arguments and options for its help, each option in its group."""
         parameters = super().get_params(ctx)
         for option in _plain(parameters):
             option.rich_help_panel = _PANEL_OF.get(option.name)
         return parameters
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
-        """Return the words of the usage line: arguments, required options, ``[options]``."""
+        """Return the words of the command's usage line: arguments, required options, ``[options]``."""
         words = []
         for parameter in self.get_params(ctx):
             if not isinstance(parameter, TyperOption):
@@ -86,13 +88,13 @@ class Group(TyperGroup):
     """Group of all commands: the program ``equaltime``, its own options and its help."""
 
     def get_params(self, ctx: Any) -> list[Any]:
-        """Return the options of the program."""
+        """Return the options of the program itself, for its help."""
         parameters = super().get_params(ctx)
         _plain(parameters)
         return parameters
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
-        """Return the words of the usage line."""
+        """Return the words of the usage line of the program: ``COMMAND ...``."""
         return ["COMMAND", "..."]
 
 

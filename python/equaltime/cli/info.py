@@ -38,7 +38,7 @@ from equaltime.words import duration
 __all__ = ["info"]
 
 FAMILIES: Final = ("shape", "bsdf", "texture", "emitter", "medium")
-"""Families of plugins that ``info`` counts."""
+"""Families of a scene's plugins whose objects ``equaltime info`` counts."""
 _OF_RENDERS: Final = (
     *("scene", "digest", "size", "crop", "max_depth", "scene_max_depth", "strategy", "biased", "without", "frame"),
     *("seed", "decision", "sources", "spp", "stopped_by", "error", "radiance_range", "seconds", "paths", "rays"),

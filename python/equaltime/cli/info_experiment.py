@@ -38,7 +38,7 @@ _MEASURED_ON = {"machines": ("cpu",), "builds": ("version", "compiler", "target"
 
 
 def folder_summary(stored: StoredExperiment) -> Iterator[str]:
-    """Yield the verdict of a folder's experiment, and at most ten lines on how it was found."""
+    """Yield lines on a folder's experiment: the verdict, then at most ten lines on its scenes, runs and commands."""
     summary, experiment, done = stored.summary, stored.experiment, len(stored.runs)
     yield _verdict(stored)
     look = " (a first look, --quick)" if is_quick(summary) else ""
@@ -145,7 +145,7 @@ def folder_table(stored: StoredExperiment) -> Iterator[Table | str]:
 
 
 def folder_facts(stored: StoredExperiment) -> dict[str, Any]:
-    """Return the data of a folder's experiment: the summary that ``cost --json`` prints, and what has run."""
+    """Return the data of a folder's experiment for ``info --json``: its results, and how many runs are finished."""
     return {
         **to_json(stored.summary),
         "verdict": _verdict(stored),
@@ -184,7 +184,7 @@ def experiment_summary(path: Path, experiment: Experiment, scenes: Sequence[Scen
 
 
 def experiment_table(experiment: Experiment) -> Iterator[Table | str]:
-    """Yield the strategies of an experiment in full, and its description."""
+    """Yield a table with the strategies of an experiment in full, and its description."""
     table = Table(show_header=False, box=None)
     for entry in experiment.strategies:
         table.add_row(entry.label, _in_full(entry))

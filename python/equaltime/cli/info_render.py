@@ -39,6 +39,7 @@ _ENDS = {
 def saved_render(path: Path, record: Record, resumable: bool, verbose: bool = False) -> Iterator[str]:
     """Yield at most ten lines on the saved render at ``path``, whose file holds ``record``.
 
+    ``record`` is JSON data on how the render was made, and ``resumable`` tells whether the render can be continued.
     ``verbose`` tells that all facts follow, so that the lines do not point to ``-v``.
     """
     record = checked(record, path)

@@ -1,4 +1,4 @@
-"""Check that there is a core for this machine, before commands load it: if not, the command ends with one error.
+"""Check that this machine has a compiled core, before commands load it: if not, the command ends with one error.
 
 Importing this module does the check.
 """

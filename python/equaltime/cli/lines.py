@@ -29,7 +29,7 @@ _LABEL: Final = re.compile(r" *\S+(?: \S+){,5} {2,}|\S+: | {8,}")
 
 
 def fitted(text: str, stream: IO[str]) -> str:
-    """Return a line as it is to be printed: for a terminal, in several lines that fit its width; else unchanged."""
+    """Return a line as it is to be printed to ``stream``: broken to the width of a terminal, else unchanged."""
     if not stream.isatty():
         return text
     width = shutil.get_terminal_size().columns
@@ -53,7 +53,7 @@ def fitted(text: str, stream: IO[str]) -> str:
 
 
 def in_columns(rows: Iterable[tuple[str, str]]) -> list[str]:
-    """Return one line for each pair of title and text, with all texts below each other."""
+    """Return one line for each pair of title and text; all texts begin in the same column."""
     rows = list(rows)
     width = max((len(title) for title, _ in rows), default=0)
     return [f"{title:<{width}}  {text}" for title, text in rows]

@@ -39,7 +39,7 @@ def lint(
 
 
 def print_hazards(scene: Scene) -> tuple[Finding, ...]:
-    """Run the fast checks of a scene, and return their findings.
+    """Run the fast checks of a scene for likely mistakes, and return their findings.
 
     Prints one line to stderr if there are findings. Returns no findings for a scene that cannot be checked.
     """
@@ -54,7 +54,7 @@ def print_hazards(scene: Scene) -> tuple[Finding, ...]:
 
 
 def summary(findings: Sequence[Finding]) -> str:
-    """Return one line that counts warnings and notes and names their checks; empty without findings."""
+    """Return one line that counts the warnings and notes of `lint` and names their checks; empty without findings."""
     told = []
     for severity in ("warning", "note"):
         checks = [finding.check for finding in findings if finding.severity == severity]

@@ -57,7 +57,7 @@ MOST_LINES: Final = 12
 def headline(result: Result) -> str:
     """Return a line on a render: size, samples per pixel, error or noise, and bias.
 
-    The line also names errors that its error number does not include, such as the error by paths left out.
+    The line also names errors that the printed number does not include, such as the error by paths left out.
     """
     height, width = result.samples.shape
     origin, number = result.origin, stated(result.origin)
@@ -68,10 +68,10 @@ def headline(result: Result) -> str:
 
 
 def bias(result: Result) -> list[str]:
-    """Return the cause of a bias, or "unbiased", in one text.
+    """Return a list with one text: the cause of a bias, or "unbiased".
 
-    The list is empty if other paths than the scene's were rendered, or if a stop that looked at the image's own error
-    favours images without rare light.
+    The list is empty if other paths than the scene's were rendered, or if the rule that ended the render favours images
+    without rare light.
     """
     origin, number = result.origin, stated(result.origin)
     by = []
@@ -86,7 +86,7 @@ def bias(result: Result) -> list[str]:
 
 
 def selects_images(result: Result) -> bool:
-    """Tell whether the render's stop rule favours images that missed rare light.
+    """Tell whether the rule that ended the render favours images that missed rare light, so that their mean is biased.
 
     True if the rule compares the image's own error with a target, and pixels may have missed rare light.
     """
@@ -95,13 +95,13 @@ def selects_images(result: Result) -> bool:
 
 @dataclass(frozen=True)
 class Written:
-    """Files that `Result.save` wrote, and how its pictures are to be read."""
+    """Files that `Result.save` wrote, and how to read its pictures, for the lines that a command prints."""
 
     files: Sequence[Path]
     stops: float = 0.0
-    """Exposure of the preview, in stops."""
+    """Exposure of the preview in stops: 1 is twice as bright."""
     scale: str = ""
-    """Scale of the picture of the variance, in words; empty if there is none."""
+    """Scale of the picture of the variance, in words; empty if there is no such picture."""
 
     def __str__(self) -> str:
         """Return the names of the files, with the exposure of the preview if it is not 0."""
@@ -114,7 +114,7 @@ class Written:
 
     @property
     def kept(self) -> str:
-        """Sentence that names the copy of the render that was there before; empty if there is none."""
+        """Sentence that names the copy of an earlier render at the same path; empty if there is none."""
         kept = [file for file in self.files if file.name.endswith("~")]
         return f"the render that was there is kept as {kept[0]}" if kept else ""
 
@@ -122,7 +122,7 @@ class Written:
 def doubts(result: Result, findings: Sequence[Finding] = ()) -> list[str]:
     """Return one line for each reason not to trust the image or its error.
 
-    ``findings`` are the hazards that `equaltime.cli.lint` found in the scene, if known.
+    ``findings`` are the results of `lint`, which searches a scene for likely mistakes.
     """
     lines = []
     if not result.error.trusted:
@@ -157,7 +157,7 @@ def left_by_interrupt(result: Result, scene: Scene) -> list[str]:
 def kept_elsewhere(result: Result) -> str:
     """Save a result to a temporary folder because its own file cannot be written.
 
-    Returns a remark with the path of the saved file; empty if this fails, too.
+    Returns a remark for the user with the path of the saved file; empty if this save fails, too.
     """
     with suppress(OSError):
         path = Path(tempfile.mkdtemp(prefix="equaltime-")) / "render.exr"
@@ -172,7 +172,8 @@ def kept_elsewhere(result: Result) -> str:
 T = TypeVar("T")
 
 WAYS = {"seen": "seen by the camera", "met": "met by a scattered ray", "aimed": "aimed at", "none": "no surface"}
-"""Descriptions of the ways in which a path finds light, and of ``none``: light that no surface scattered."""
+"""Words for the techniques by which a path finds light, by their names in the core, and for ``none``: light that no
+surface scattered."""
 
 
 def plain_console() -> Console:
@@ -227,13 +228,16 @@ def print_quote(quote: Quote) -> None:
 
 
 def print_no_quote(why: str) -> None:
-    """Print ``why``, the reason why there is no prediction; print nothing if the render merely ended too soon."""
+    """Print ``why``, the reason why time or error cannot be predicted.
+
+    Print nothing if the render merely ended too soon.
+    """
     if why != ENDED_FIRST:
         print_lines([f"No prediction: {why}"])
 
 
 def while_heard(say: Callable[[T], object]) -> Callable[[T], None]:
-    """Return a function that passes its argument to ``say``, but does nothing after the first OSError of ``say``.
+    """Return a function that passes its argument to ``say``, but does nothing once ``say`` has raised an OSError.
 
     A closed pipe or a full disk therefore does not end a render.
     """

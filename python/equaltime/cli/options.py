@@ -128,7 +128,7 @@ def parse_aov(text: str) -> str:
 
 
 def parse_whole(least: int, most: int) -> Callable[[str | int], int]:
-    """Return a parser of texts for whole numbers in [least, most].
+    """Return a parser of texts for integers in [least, most]; it raises typer.BadParameter for other texts.
 
     The parser also accepts an int, because typer passes an option's default through its parser.
     """
@@ -143,7 +143,10 @@ def parse_whole(least: int, most: int) -> Callable[[str | int], int]:
 
 
 def parse_number(least: float, most: float) -> Callable[[str | float], float]:
-    """Return a parser of texts for numbers in [least, most]; it also accepts a number, as `parse_whole` does."""
+    """Return a parser of texts for numbers in [least, most].
+
+    The parser also accepts a number, because typer passes an option's default through its parser.
+    """
 
     def parse(value: str | float) -> float:
         try:
@@ -158,7 +161,10 @@ def parse_number(least: float, most: float) -> Callable[[str | float], float]:
 
 
 def parse_frame_numbers(text: str | tuple[int, ...]) -> tuple[int, ...]:
-    """Parse frame numbers such as ``0-47`` or ``1,5,9`` (`equaltime.scene.frames.parse_frames`)."""
+    """Parse frame numbers such as ``0-47``, ``0-47:2`` (every second) or ``1,5,9``, and return them in a tuple.
+
+    Raises typer.BadParameter for other texts.
+    """
     try:
         return parse_frames(text) if isinstance(text, str) else text
     except ValueError as error:

@@ -31,11 +31,10 @@ _FIRST_LINE = 20.0
 
 @contextmanager
 def progress_bar(quiet: bool = False) -> Iterator[Callable[[Progress | RunProgress | float], None] | None]:
-    """Show progress on stderr during the context, and yield the function that updates it.
+    """Show progress on stderr during the context, and yield the function that updates it; None if ``quiet``.
 
     A terminal gets a bar, and another file a line after 20 seconds, then a line a minute. The function takes the
-    progress of a render or of an experiment, or the fraction of the work that is done, in [0, 1]. Yields None if
-    ``quiet``.
+    progress of a render or of an experiment, or the fraction of the work that is done, in [0, 1].
     """
     console = Console(stderr=True)
     if quiet:
@@ -93,7 +92,7 @@ def _fraction_and_left(progress: Progress | RunProgress | float, seconds: float)
 
 @singledispatch
 def describe(progress: object) -> str:
-    """Return the present work as text; empty if only the fraction done is known."""
+    """Return the work that a command does at present as text, for its progress bar; empty if it is not known."""
     return ""
 
 

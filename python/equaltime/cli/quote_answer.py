@@ -25,14 +25,14 @@ _MOST_LIGHTS = 3
 
 @dataclass(frozen=True)
 class Asked:
-    """Question to a quote: the error that ``seconds`` reach, the time that ``error`` takes, or both."""
+    """Question that ``equaltime quote`` answers: the error after ``seconds``, the time to reach ``error``, or both."""
 
     seconds: float | None
     error: float | None
 
 
 def answer(found: Quote, asked: Asked, verbose: bool = False) -> list[str]:
-    """Return the answer in at most twelve lines, the numbers that were asked for first.
+    """Return the answer to ``asked`` in at most twelve lines, the numbers that were asked for first.
 
     ``verbose`` tells that details follow, so that the answer does not point to ``-v``.
     """

@@ -22,7 +22,11 @@ _KINDS = {"light": "by lamp", "bsdf": "by last surface", "way": "by how it was f
 
 
 def details(found: Quote, asked_why: bool | None) -> Iterator[tuple[str, str]]:
-    """Yield the rows of a table as pairs of title and text; an empty title continues the row before."""
+    """Yield everything that a quote predicts, as rows of a table: pairs of title and text.
+
+    An empty title continues the row before. ``asked_why`` tells whether the light that makes the noise was asked for;
+    None leaves it to the quote.
+    """
     law = found.law
     yield "time", time_range(found.seconds)
     spp = found.spp

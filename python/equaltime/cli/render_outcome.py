@@ -29,10 +29,10 @@ _SELECTS = (
 
 
 def outcome(result: Result, written: Written, quote: Quote | None) -> Iterator[str]:
-    """Yield the answer in one line, then up to four lines with biases, doubts, files and the time to a smaller error.
+    """Yield the answer of a finished render in one line, then up to four lines.
 
-    ``quote`` is the render's own quote, from which the time to a smaller error follows. It is None if there is no quote
-    or the render cannot be continued.
+    These four tell biases, doubts, files and the time to a smaller error. ``quote`` is the prediction for this render,
+    from which the time follows. ``quote`` is None if nothing was predicted, or if the render cannot be continued.
     """
     number, seconds = stated(result.origin), duration(result.stats.seconds)
     said = f"{number.noun} {error_range(result.error)}{number.of_paths}"
@@ -54,7 +54,10 @@ def outcome(result: Result, written: Written, quote: Quote | None) -> Iterator[s
 
 
 def details(result: Result, phases: Mapping[str, float]) -> Iterator[str]:
-    """Yield lines on size, error, samples, times, speed and decisions, in full."""
+    """Yield lines on a render's size, error, samples, times, speed, and what the strategy decided by itself.
+
+    ``phases`` maps names of phases to their seconds.
+    """
     yield headline(result)
     fewest, most = int(result.samples.min()), int(result.samples.max())
     yield f"pixels have {fewest} samples" if fewest == most else f"pixels have {fewest} to {most} samples"

@@ -53,7 +53,7 @@ __all__ = ["Order", "render_frames", "render_picture"]
 
 @dataclass(frozen=True, kw_only=True)
 class Order:
-    """Options of ``equaltime render`` that all frames share, mostly the arguments of `equaltime.render`."""
+    """Options of ``equaltime render`` that all frames of an animation share: mostly arguments of `equaltime.render`."""
 
     spp: int | None
     time: float | None
@@ -65,24 +65,25 @@ class Order:
     within: float | None
     exposure: Exposure
     aov: Set[AovPicture]
-    """Further pictures to write beside the image."""
+    """Further pictures to write beside the image, such as ``variance``."""
     resume: bool
     checkpoint: float
-    """Seconds between two checkpoints."""
+    """Seconds between two checkpoints (saves of the render so far)."""
     small: bool
     overwrite: bool
     backend: Backend
     cluster: str | None
-    """Address of the cluster that takes the samples, as for `equaltime.render`; None for this process."""
+    """Cluster that takes the samples: ``local:N`` or the address of a scheduler of Dask; None for this process."""
     traps: Traps
     tev: str | None
     """Address of the viewer tev that shows the picture, ``HOST:PORT``; None for no viewer."""
     json: bool
-    """Whether to print the record, and nothing else."""
+    """Whether to print, as JSON and alone, how the render was made and what was predicted."""
     quiet: bool
     verbose: bool
     words: Sequence[str]
-    """Words of the command line that made the scene, for commands that repeat it."""
+    """Words of the command line that changed how the scene's file was read, such as ``-D name=value``, for commands
+    that repeat the render."""
 
 
 def render_frames(
@@ -91,8 +92,8 @@ def render_frames(
     """Render frames, each into its file, and return the exit code.
 
     ``source`` is the absolute path of the scene's file, and ``scenes`` yields the scene of each frame. ``files`` gives
-    the files by the frames' numbers. Frame n has the seed ``seed + n``. ``changes`` are as for `render_picture`. The
-    first frame that fails, or that Ctrl-C ends, is the last.
+    the files by the frames' numbers. Frame n has the seed ``seed + n``. ``changes`` are the user's changes to each
+    scene, as keywords of `Scene.with_`. The first frame that fails, or that Ctrl-C ends, is the last.
     """
     if not order.overwrite:
         for file in files.values():
@@ -114,7 +115,8 @@ def render_picture(
 ) -> int:
     """Render a scene into a file, print the outcome, and return the exit code.
 
-    ``changes`` are keywords of `Scene.with_`. ``first`` tells whether to print warnings and hazards of the scene.
+    ``changes`` are the user's changes to the scene, as keywords of `Scene.with_`. ``first`` tells whether to print
+    warnings and hazards of the scene.
     """
     paths = check_output(output, aov=order.aov)
     check_spares(paths.all, scene.files, "the scene is made of this file")

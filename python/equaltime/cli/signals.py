@@ -43,7 +43,10 @@ def runs_the_command(arguments: list[str]) -> bool:
 
 
 def ready() -> None:
-    """Let Ctrl-C raise `KeyboardInterrupt` again, once the imports are done."""
+    """Let Ctrl-C raise `KeyboardInterrupt` again, once the imports of a command are done.
+
+    Until then Ctrl-C ends the process without a traceback.
+    """
     if signal.getsignal(signal.SIGINT) is _end:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -63,7 +66,7 @@ if _IS_THE_COMMAND:
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Let SIGINT and SIGTERM raise `KeyboardInterrupt` inside the context.
+    """Let SIGINT and SIGTERM raise `KeyboardInterrupt` inside the context, so that a command can save its work.
 
     Further signals within a second are ignored, and so are signals that arrive while the context ends.
     """

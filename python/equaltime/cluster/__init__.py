@@ -35,7 +35,8 @@ def open_cluster(where: Any, output: str | os.PathLike[str] | None = None) -> It
         ``distributed.Client``, or a ``concurrent.futures.Executor`` whose processes have equaltime. An open cluster is
         yielded as it is, and stays open. None stands for no cluster, and yields None.
     output
-        OUT.exr of the render: units that are finished are kept in the folder OUT.exr.units until they are saved in it.
+        OUT.exr of the render. Finished units (windows of the film with some samples) are kept in the folder
+        OUT.exr.units until OUT.exr contains their samples.
 
     Raises
     ------

@@ -1,9 +1,9 @@
 """Cluster of dask.distributed: processes on this machine, or the workers of a scheduler.
 
-Dask gives the units of a worker that ends to others, and lets workers join at any time. A worker takes units once it
-has the scene and has shown, by a small probe, that it gives the same bits: it then offers a resource that every unit
-asks for. A worker that differs never offers it. Dask looks for the resource only when a worker joins or a unit arrives,
-which is before a new worker offers it: if all workers end, their units are submitted again.
+Dask gives the units of a worker that ends to other workers, and lets workers join at any time. A worker takes units
+once it has the scene and has rendered a small test unit to the bits of this process. It then offers a resource of Dask
+that every unit requires; a worker with other bits never offers it. Dask looks for the resource only when a worker joins
+or a unit arrives, which is before a new worker offers it. So if all workers end, their units are submitted again.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _SOON = 0.05
 
 
 class DaskCluster:
-    """Workers of a scheduler of Dask; a context manager, which disconnects at its end."""
+    """Workers of a scheduler of Dask, as a cluster for renders; a context manager, which disconnects at its end."""
 
     def __init__(
         self,
@@ -66,7 +66,11 @@ class DaskCluster:
 
     @classmethod
     def of(cls, where: Any, keep: Path | None) -> DaskCluster:
-        """Return the cluster that ``where`` names, as for `equaltime.cluster.open_cluster`."""
+        """Return the cluster for ``where``: ``local:N``, the address of a scheduler, or a ``distributed.Client``.
+
+        ``keep`` is the folder for finished parts of a render until it is saved; None keeps none. Raises ValueError for
+        anything else, and RenderError if no scheduler answers.
+        """
         if isinstance(where, Client):
             return cls(where, keep, shared=True)
         if not isinstance(where, str):
@@ -76,9 +80,10 @@ class DaskCluster:
 
     @classmethod
     def at(cls, address: str, keep: Path | None) -> DaskCluster:
-        """Connect to the scheduler at an address, such as ``tcp://node1:8786``.
+        """Connect to the scheduler at an address, such as ``tcp://node1:8786``, and return its workers as a cluster.
 
-        Raises RenderError if it does not answer.
+        ``keep`` is the folder for finished parts of a render until it is saved; None keeps none. Raises RenderError if
+        the scheduler does not answer.
         """
         try:
             return cls(Client(address, timeout=_CONNECT), keep)
@@ -87,7 +92,10 @@ class DaskCluster:
 
     @classmethod
     def here(cls, count: int, keep: Path | None) -> DaskCluster:
-        """Start ``count`` worker processes on this machine, which share its processors."""
+        """Start ``count`` worker processes on this machine, which share its processors, and return them as a cluster.
+
+        ``keep`` is the folder for finished parts of a render until it is saved; None keeps none.
+        """
         dask.config.set({"distributed.scheduler.worker-ttl": _HUNG})
         local = LocalCluster(
             n_workers=count,
@@ -99,12 +107,12 @@ class DaskCluster:
         return cls(Client(local), keep, max(1, processors() // count), local)
 
     def team(self, scene: Scene) -> DaskTeam:
-        """Return a team of the workers that are there, and of those that will join."""
+        """Return a team that renders the scene: the workers that are there, and those that will join."""
         self._teams[scene.digest] = team = DaskTeam(scene, self._keep, self.client, self._threads)
         return team
 
     def close(self) -> None:
-        """Take the scenes from the workers, and end the workers that were started here."""
+        """Free the scenes in the workers, disconnect, and end the workers that were started here."""
         for team in self._teams.values():
             team.close()
         if not self._shared:
@@ -120,7 +128,7 @@ class DaskCluster:
 
 
 class DaskTeam(SceneTeam):
-    """Team of the workers of a scheduler, for one scene."""
+    """Team of a scheduler's workers that have one scene, and render its units (windows of the film, some samples)."""
 
     def __init__(self, scene: Scene, keep: Path | None, client: Client, threads: int) -> None:
         """Let the workers load the scene; raise RenderError if none of them gives the bits of this process."""
@@ -140,11 +148,14 @@ class DaskTeam(SceneTeam):
 
     @property
     def size(self) -> int:
-        """Number of workers that take units, at least 1."""
+        """Number of workers that can render at once, at least 1."""
         return max(1, sum(not why for why in self._workers.values()))
 
     def begin(self) -> None:
-        """Look for workers that have joined or left; raise RenderError if none gives the bits of this process."""
+        """Prepare for a pass: find workers that have joined or left.
+
+        Raises RenderError if no worker gives the bits of this process.
+        """
         addresses = self._addresses()
         new = [address for address in addresses if address not in self._workers]
         found = {**self._workers, **self._joined(new)}
@@ -158,15 +169,15 @@ class DaskTeam(SceneTeam):
             raise RenderError(f"no worker of the cluster can take part; {address}: {why}")
 
     def submit(self, unit: Unit) -> Future[Rendered]:
-        """Let a worker render a unit."""
+        """Let a worker render a unit (window, some samples), and return a future of its pixels with the samples."""
         future: Future[Rendered] = self._executor.submit(render_unit, self.scene.digest, unit, self._threads)
         return future
 
     def check(self) -> bool:
-        """Tell whether the workers do nothing though units wait; then the units must be submitted again.
+        """Tell whether the workers do nothing though work waits; then all waiting units must be submitted again.
 
-        That happens if all workers ended and others have joined. Raises RenderError if there has been no worker for a
-        minute.
+        A unit is a window of the film with some samples. This state occurs if all workers ended and others have joined.
+        Raises RenderError if there has been no worker for a minute.
         """
         now = time.monotonic()
         if now - self._looked < _CHECK_EVERY:
@@ -186,7 +197,7 @@ class DaskTeam(SceneTeam):
         return again
 
     def failure(self, error: Exception) -> RenderError:
-        """Return an error that says whether workers or the scheduler were lost."""
+        """Return an error for the user that says whether workers or the scheduler were lost; ``error`` is Dask's."""
         if isinstance(error, KilledWorker):
             return RenderError("one unit ended several workers in turn, perhaps for lack of memory")
         if isinstance(error, CancelledError):
@@ -194,7 +205,7 @@ class DaskTeam(SceneTeam):
         return RenderError(f"a worker failed ({type(error).__name__}: {error})")
 
     def close(self) -> None:
-        """Take the scene from the workers."""
+        """Free the scene in all workers."""
         with suppress(Exception):  # a scheduler that is gone has nothing to take from
             self._client.unregister_worker_plugin(self._name)
 

@@ -49,14 +49,18 @@ class _KeptUnit:
 
 
 class KeptUnits:
-    """Folder of rendered units of one scene. It exists only while there are units in it."""
+    """Folder of finished units of one scene's renders, so that a killed render does not lose them.
+
+    A unit is a window of the film with its samples between two counts. The folder exists only while there are units in
+    it.
+    """
 
     def __init__(self, folder: Path, digest: str) -> None:
         """Use ``folder`` for the units of the scene with this digest."""
         self._folder, self._digest = folder, digest
 
     def keep(self, unit: Unit, rendered: Rendered) -> None:
-        """Write a unit into a file; raise ImageError if that fails."""
+        """Write a unit with its samples into a file of the folder; raise ImageError if that fails."""
         numbers = "_".join(map(str, (unit.begin, unit.end, *unit.window)))
         arrays: dict[str, Any] = {name: getattr(rendered, name) for name in _ARRAYS}
         facts = json_text({name: getattr(rendered, name) for name in _FACTS})
@@ -68,7 +72,10 @@ class KeptUnits:
             raise ImageError(f"{self._folder}: finished units cannot be kept: {error.strerror or error}") from error
 
     def of(self, recipe: Recipe) -> list[_KeptUnit]:
-        """Return the units that belong to a render with this recipe and this build."""
+        """Return the units (windows of the film, some samples) in the folder that belong to one render.
+
+        ``recipe`` identifies the render: strategy, seed and build.
+        """
         key, found = self._key(recipe), []
         for path in sorted(self._folder.glob("*.npz")):
             if (name := _NAME.fullmatch(path.name)) and name[1] == key:
@@ -77,7 +84,7 @@ class KeptUnits:
         return found
 
     def forget(self) -> None:
-        """Remove all units, and the folder."""
+        """Delete the folder with all its units, once a file of the whole render contains their samples."""
         shutil.rmtree(self._folder, ignore_errors=True)
 
     def _key(self, recipe: Recipe) -> str:

@@ -16,19 +16,19 @@ __all__ = ["Pool"]
 
 
 class Pool:
-    """Cluster of an executor's processes."""
+    """Processes of an executor of `concurrent.futures`, as a cluster for renders."""
 
     def __init__(self, executor: Executor, threads: int = 1, keep: Path | None = None) -> None:
         """Let ``executor`` run the units, each with ``threads`` threads; ``keep`` is a folder for finished units."""
         self._executor, self._threads, self._keep = executor, threads, keep
 
     def team(self, scene: Scene) -> PoolTeam:
-        """Return a team for a scene, whose text goes with every unit."""
+        """Return a team that renders the scene; the scene is sent as text with every part of the work."""
         return PoolTeam(scene, self._keep, self._executor, self._threads)
 
 
 class PoolTeam(SceneTeam):
-    """Team of an executor's processes."""
+    """Team of an executor's processes that render units (windows of the film, some samples) of one scene."""
 
     def __init__(self, scene: Scene, keep: Path | None, executor: Executor, threads: int) -> None:
         """Make a team for a scene; the other arguments are as for `Pool`."""
@@ -37,21 +37,21 @@ class PoolTeam(SceneTeam):
 
     @property
     def size(self) -> int:
-        """Number of processes, if the executor tells it, else of processors here."""
+        """Number of the executor's processes; if it does not tell the number, of this machine's processors."""
         return int(getattr(self._executor, "_max_workers", None) or processors())
 
     def begin(self) -> None:
-        """Do nothing: an executor does not tell which processes it has."""
+        """Do nothing before a pass: an executor does not tell which processes it has."""
 
     def submit(self, unit: Unit) -> Future[Rendered]:
-        """Let the executor run a unit."""
+        """Let the executor render a unit (window, some samples); return a future of its pixels with the samples."""
         return self._executor.submit(render_unit, self.scene, unit, self._threads)
 
     def check(self) -> bool:
-        """Return False: futures of an executor fail if its processes end."""
+        """Return False: no work need be submitted again, since the executor's futures fail if its processes end."""
         return False
 
     def failure(self, error: Exception) -> RenderError:
-        """Return an error that says that the executor failed, and how."""
+        """Return an error for the user that says that the executor failed, and how; ``error`` is the executor's."""
         said = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
         return RenderError(f"a process of the executor failed ({said})")

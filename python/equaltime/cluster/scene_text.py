@@ -23,7 +23,7 @@ from equaltime.strict_json import json_text
 __all__ = ["Files", "SceneText", "lacks", "scene_of", "store"]
 
 Files = Sequence[tuple[str, int]]
-"""Absolute path and size in bytes of each file."""
+"""Absolute path and size in bytes of each file that a scene needs."""
 
 _ROOT = "equaltime-root:"
 """Stands before each file's absolute path in the text; it becomes the folder of copies, or nothing."""
@@ -35,29 +35,32 @@ _COPIES: list[Path] = []
 
 @dataclass(frozen=True)
 class SceneText:
-    """Scene as text, and the files that it needs."""
+    """Scene as text, and a list of the files that it needs, to be sent to another process."""
 
     digest: str
-    """SHA-256 of the scene's content, files included (`Scene.digest`)."""
+    """SHA-256 of the scene's content, files included."""
     text: bytes
     """The scene as a dictionary in JSON, compressed by zlib."""
     files: tuple[tuple[str, int], ...]
-    """Absolute path and size in bytes of each file."""
+    """Absolute path and size in bytes of each file that the scene needs."""
 
     @classmethod
     def of(cls, scene: Scene) -> SceneText:
-        """Return the text of a scene; raise SceneError if one of its files is missing or has changed."""
+        """Return a scene as text for another process.
+
+        Raises SceneError if one of the scene's files is missing or has changed.
+        """
         text = json_text(scene_dict(scene.model, lambda name: _ROOT + scene.assets.absolute(name)))
         paths = sorted(path.absolute() for path in scene.assets.files if path.is_file())
         return cls(scene.digest, zlib.compress(text.encode()), tuple((str(p), p.stat().st_size) for p in paths))
 
     def load(self) -> Scene:
-        """Return the scene, which is loaded at the first call in a process.
+        """Return the scene in the process that received the text; it is loaded at the first call only.
 
         Raises
         ------
         RenderError
-            If the files here differ from those of the scene.
+            If the files here differ from the files of the scene where the text was made.
         SceneError
             If the scene or a file cannot be read.
         """
@@ -73,12 +76,18 @@ class SceneText:
 
 
 def lacks(files: Files) -> bool:
-    """Tell whether this process needs copies of files: some are not at their paths, or have other sizes."""
+    """Tell whether this process needs copies of files: some are missing at their paths here, or have other sizes.
+
+    Files that were copied before are not needed again.
+    """
     return not _at(Path("/"), files) and not _at(_copies(), files)
 
 
 def store(path: str, offset: int, data: bytes) -> None:
-    """Write a part of a copied file, from a position in bytes on. ``path`` is the absolute path of the original."""
+    """Write ``data`` to the copy of a file in this process, from ``offset`` in bytes on; ``path`` is the original's.
+
+    A large file arrives in several parts. ``path`` is absolute.
+    """
     copy = _below(_copies(), path)
     copy.parent.mkdir(parents=True, exist_ok=True)
     with copy.open("r+b" if offset else "wb") as file:
@@ -107,7 +116,7 @@ def _copies() -> Path:
 def scene_of(digest: str) -> Scene:
     """Return the scene with this digest, which was loaded in this process before.
 
-    Raises RenderError if it was not.
+    Raises RenderError if no scene with this digest was loaded.
     """
     if digest not in _SCENES:
         raise RenderError("this process does not have the scene")

@@ -15,7 +15,10 @@ __all__ = ["SceneTeam"]
 
 
 class SceneTeam:
-    """Team for one scene; ``keep`` is the folder for finished units, or None."""
+    """Base class of teams of processes for one scene.
+
+    ``keep`` is the folder for finished units (windows of the film, some samples) until the render is saved, or None.
+    """
 
     def __init__(self, scene: Scene, keep: Path | None) -> None:
         """Write the scene as text; raises SceneError if one of its files is missing or has changed."""
@@ -23,15 +26,18 @@ class SceneTeam:
         self._kept = None if keep is None else KeptUnits(keep, scene.digest)
 
     def keep(self, unit: Unit, rendered: Rendered) -> None:
-        """Keep a rendered unit in the folder, if there is one."""
+        """Save a rendered unit (window of the film, some samples) in the folder for finished units, if there is one."""
         if self._kept is not None:
             self._kept.keep(unit, rendered)
 
     def kept(self, recipe: Recipe) -> Sequence[KeptUnit]:
-        """Return the kept units of a render."""
+        """Return the units (windows of the film, some samples) that an unfinished run of the same render saved.
+
+        ``recipe`` identifies the render.
+        """
         return () if self._kept is None else self._kept.of(recipe)
 
     def saved(self) -> None:
-        """Forget all kept units."""
+        """Delete all saved units (windows of the film), since a file of the whole render now contains their samples."""
         if self._kept is not None:
             self._kept.forget()

@@ -22,14 +22,15 @@ _NAMES = {"embree_isa": "instructions of Embree", "target": "instructions of the
 
 
 def render_unit(scene: SceneText | str, unit: Unit, threads: int = 0) -> Rendered:
-    """Render a unit in this process.
+    """Render a unit (a window of the film, some samples) in this process, and return it with its samples.
 
     Parameters
     ----------
     scene
         Text of the scene, which is loaded at the first call; or the digest of a scene that was loaded here before.
     unit
-        A window of the film, its moments so far, and the sample counts at the unit's begin and end.
+        A window of the film, its moments (count, mean, deviation of each pixel's samples) so far, and the sample counts
+        at the unit's begin and end.
     threads
         Number of threads; 0 is one for each processor.
 
@@ -51,7 +52,10 @@ def render_unit(scene: SceneText | str, unit: Unit, threads: int = 0) -> Rendere
 
 
 def probe_unit(scene: Scene) -> Unit:
-    """Return a unit that tells whether a process gives the same bits: two samples of a block in the middle."""
+    """Return a small test render that shows whether a process gives the same bits as this one.
+
+    It takes the first two samples of each pixel of one block in the middle of the film.
+    """
     _, _, width, height = scene.model.sensor.film.crop
     x0, y0 = (side // 2 // BLOCK * BLOCK for side in (width, height))
     x1, y1 = min(x0 + BLOCK, width), min(y0 + BLOCK, height)
@@ -61,7 +65,7 @@ def probe_unit(scene: Scene) -> Unit:
 
 
 def bits(rendered: Rendered) -> str:
-    """Return the SHA-256 of a unit's moments: equal in all processes that give the same bits."""
+    """Return the SHA-256 of rendered pixels (counts, means, deviations), to compare the bits of two processes."""
     return hashlib.sha256(rendered.moments.tobytes()).hexdigest()
 
 

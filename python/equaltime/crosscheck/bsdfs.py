@@ -33,19 +33,22 @@ T = TypeVar("T")
 
 
 def constant(value: Texture | T) -> T:
-    """Return `value`, typed as a constant: `equaltime.crosscheck.tracer.check` has refused scenes with textures."""
+    """Return `value`, which may be a texture by its type, typed as a constant.
+
+    `equaltime.crosscheck.tracer.check` has refused scenes with textures, so the type is certain.
+    """
     assert not isinstance(value, TexturePlugin), "textures are refused before"
     return value
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scattered:
-    """Directions drawn by a BSDF's `sample`, with weights and densities; each array has one row per path."""
+    """Directions drawn from a BSDF by `sample`, with weights and densities; each array has one row per path."""
 
     wi: Array
     """Unit directions to the light (N, 3)."""
     weight: Array
-    """BSDF f times cosine over the density (N, 3)."""
+    """Weight of each path: BSDF f times cosine over the density (N, 3)."""
     pdf: Array
     """Density per solid angle (N,); infinite for discrete directions."""
 
@@ -53,7 +56,7 @@ class Scattered:
 def evaluate(bsdf: Bsdf, wo: Array, wi: Array) -> tuple[Array, Array]:
     """Return the BSDF times the cosine of wi (N, 3), and the density per solid angle (N,) with which `sample` draws wi.
 
-    `wo` and `wi` are unit local directions (N, 3).
+    `wo` (to the viewer) and `wi` (to the light) are unit local directions (N, 3).
     """
     value, pdf = np.zeros_like(wi), np.zeros(len(wi))
     up = np.flatnonzero(wi[:, 2] > 0.0)
@@ -68,7 +71,8 @@ def evaluate(bsdf: Bsdf, wo: Array, wi: Array) -> tuple[Array, Array]:
 def sample(bsdf: Bsdf, wo: Array, front: Mask, rng: np.random.Generator) -> Scattered:
     """Draw a direction wi to the light for each local direction wo (N, 3) to the viewer.
 
-    Returns the directions with weights and densities. `front` (N,) is True where the viewer is on the front side.
+    Returns the directions with weights and densities, one row per path. `front` (N,) is True where the viewer is on the
+    front side.
     """
     if isinstance(bsdf, Dielectric):
         return _glass(bsdf, wo, front, rng)
@@ -140,7 +144,8 @@ def _rough(bsdf: RoughConductor, wo: Array, wi: Array) -> tuple[Array, Array]:
 def draw_microfacets(bsdf: RoughConductor, count: int, rng: np.random.Generator) -> Array:
     """Return `count` random microfacet normals (count, 3), with the density D times the normal's cosine.
 
-    Slopes are drawn for an isotropic surface, then scaled by the roughness along u and v.
+    D is the microfacet distribution of the BSDF. Slopes are drawn for an isotropic surface, then scaled by the
+    roughness along u and v.
     """
     u, phi = rng.random(count), rng.uniform(0.0, 2.0 * math.pi, count)
     r = np.sqrt(u / (1.0 - u)) if bsdf.distribution == "ggx" else np.sqrt(-np.log1p(-u))

@@ -41,15 +41,19 @@ class Camera:
         return self._to_world[:3, 3]
 
     def pixels(self) -> Array:
-        """Return the upper left corner (x, y) of each pixel of the crop window, as rows (height * width, 2)."""
+        """Return the upper left corner (x, y) of each pixel of the crop window, as rows (height * width, 2).
+
+        Corners are in pixels of the whole film.
+        """
         x, y, width, height = self._film.crop
         columns, rows = np.meshgrid(np.arange(x, x + width), np.arange(y, y + height))
         return np.stack([columns, rows], axis=-1).reshape(-1, 2).astype(np.float64)
 
     def rays(self, places: Array) -> tuple[Array, Array, Array]:
-        """Return the unit directions (N, 3) of rays from `origin` through the film points `places` (N, 2).
+        """Return rays through points of the film: unit directions, and distances to the near and to the far plane.
 
-        Also returns two distances (N,) along each ray: from the pinhole to the near plane, and to the far plane.
+        `places` (N, 2) are the points, in pixels of the whole film. Directions (N, 3) start at `origin`. Both distances
+        (N,) are along each ray, from the pinhole.
         """
         width, height = self._film.size
         x, y = (1.0 - 2.0 * (places / (width, height) + self._principal_point)).T
@@ -94,7 +98,7 @@ def _cut_gaussian(count: int, rng: np.random.Generator) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PrimaryHits:
-    """First surface hit by the ray through each pixel's middle, for the pixels of the crop window."""
+    """First surface hit by the ray through the middle of each pixel of the crop window, to compare geometry."""
 
     shape: Index
     """Index of the hit shape among the scene's shapes (H, W); -1 without a hit."""

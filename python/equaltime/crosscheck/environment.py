@@ -15,13 +15,13 @@ __all__ = ["ConstantEnvironment", "Environment", "ImageEnvironment", "make_envir
 
 
 class Environment(Protocol):
-    """Radiance from every direction, with importance sampling of directions."""
+    """Interface of an environment emitter: radiance from every direction, with importance sampling of directions."""
 
     def radiance(self, directions: Array) -> Array:
-        """Return the radiance (N, 3) from unit world directions."""
+        """Return the radiance (N, 3) that arrives from unit world directions (N, 3)."""
 
     def pdf(self, directions: Array) -> Array:
-        """Return the density per solid angle (N,) with which `sample` draws directions."""
+        """Return the density per solid angle (N,) with which `sample` draws unit world directions (N, 3)."""
 
     def sample(self, count: int, rng: np.random.Generator) -> Array:
         """Return random unit world directions (count, 3) towards the environment."""
@@ -42,11 +42,11 @@ class ConstantEnvironment:
         self._radiance = radiance
 
     def radiance(self, directions: Array) -> Array:
-        """Return the constant radiance (N, 3) for each direction (N, 3)."""
+        """Return the constant radiance (N, 3) that arrives from each of `directions` (N, 3)."""
         return np.tile(self._radiance, (len(directions), 1))
 
     def pdf(self, directions: Array) -> Array:
-        """Return the density per solid angle (N,) of each direction: 1 / (4 pi)."""
+        """Return the density per solid angle (N,) with which `sample` draws each of `directions` (N, 3): 1 / (4 pi)."""
         return np.full(len(directions), 0.25 / math.pi)
 
     def sample(self, count: int, rng: np.random.Generator) -> Array:

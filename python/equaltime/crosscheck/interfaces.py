@@ -19,18 +19,24 @@ from equaltime.scene.model import Plastic, RoughConductor, RoughDielectric, Roug
 __all__ = ["mirror_share", "plastic", "rough_dielectric", "rough_plastic", "thin_reflectance"]
 
 KNOTS = 64
-"""Number of knots, in the cosine, of a rough interface's table of transmittance. As in Mitsuba, the table is
-interpolated linearly."""
+"""Number of knots of a rough interface's table of transmittance by the cosine. As in Mitsuba, the table is interpolated
+linearly."""
 
 
 def thin_reflectance(bsdf: ThinDielectric, wo: Array) -> Array:
-    """Return the reflectance (N,) of a thin sheet, including all internal reflections: a geometric series."""
+    """Return the reflectance (N,) of a thin sheet, including all internal reflections: a geometric series.
+
+    `wo` (N, 3) are unit local directions to the viewer.
+    """
     one, _ = fresnel_dielectric(wo[:, 2], np.full(len(wo), bsdf.int_ior / bsdf.ext_ior))
     return np.asarray(one + (1.0 - one) ** 2 * one / np.where(one < 1.0, 1.0 - one**2, 1.0))
 
 
 def mirror_share(bsdf: Plastic, wo: Array) -> Array:
-    """Return the probability (N,) in [0, 1] that a sample is the mirror reflection, not from the diffuse body."""
+    """Return the probability (N,) in [0, 1] that a sample is the mirror reflection, not from the diffuse body.
+
+    `wo` (N, 3) are unit local directions to the viewer.
+    """
     ior = bsdf.int_ior / bsdf.ext_ior
     seen, _ = fresnel_dielectric(np.maximum(wo[:, 2], 0.0), np.full(len(wo), ior))
     mirror = np.mean(constant(bsdf.specular_reflectance)) * seen
@@ -41,6 +47,7 @@ def mirror_share(bsdf: Plastic, wo: Array) -> Array:
 def plastic(bsdf: Plastic, wo: Array, wi: Array) -> tuple[Array, Array]:
     """Return BSDF value (N, 3) and density per solid angle (N,) of the diffuse body under a smooth interface.
 
+    `wo` (to the viewer) and `wi` (to the light) are unit local directions (N, 3). The value includes the cosine of wi.
     The mirror reflection is left out, since its direction is discrete. The density includes the probability of sampling
     the body.
     """
@@ -53,7 +60,10 @@ def plastic(bsdf: Plastic, wo: Array, wi: Array) -> tuple[Array, Array]:
 
 
 def rough_plastic(bsdf: RoughPlastic, wo: Array, wi: Array) -> tuple[Array, Array]:
-    """Return BSDF value (N, 3) and density per solid angle (N,) of a rough interface over a diffuse body."""
+    """Return BSDF value (N, 3) and density per solid angle (N,) of a rough interface over a diffuse body.
+
+    `wo` (to the viewer) and `wi` (to the light) are unit local directions (N, 3). The value includes the cosine of wi.
+    """
     ior = bsdf.int_ior / bsdf.ext_ior
     facets = RoughConductor(distribution=bsdf.distribution, alpha=bsdf.alpha)
     outside, entering, internal = _interface(facets, ior)
@@ -73,7 +83,8 @@ def rough_plastic(bsdf: RoughPlastic, wo: Array, wi: Array) -> tuple[Array, Arra
 def rough_dielectric(bsdf: RoughDielectric, wo: Array, wi: Array, front: bool = True) -> tuple[Array, Array]:
     """Return BSDF value (N, 3) and density per solid angle (N,) of reflecting and refracting facets.
 
-    The formulas are from Walter et al. 2007. The value is for radiance: refraction scales it by 1/eta^2. `front` tells
+    `wo` (to the viewer) and `wi` (to the light) are unit local directions (N, 3). The formulas are from Walter et al.
+    2007. The value includes the cosine of wi, and is for radiance: refraction scales it by 1/eta^2. `front` tells
     whether the viewer is on the front side.
     """
     ior = bsdf.int_ior / bsdf.ext_ior
@@ -99,7 +110,8 @@ def rough_dielectric(bsdf: RoughDielectric, wo: Array, wi: Array, front: bool = 
 def visible(facets: RoughConductor, v: Array) -> Array:
     """Return the share (N,) of microfacets visible from unit directions v (N, 3), without approximation.
 
-    The density of visible normals is divided by this share. For Beckmann facets, `smith` only approximates the share.
+    The density with which visible normals are sampled is divided by this share. For Beckmann facets, `smith` only
+    approximates the share.
     """
     if facets.distribution == "ggx":
         return smith(facets, v)

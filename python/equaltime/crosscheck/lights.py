@@ -35,7 +35,7 @@ class LightSamples:
 
 
 class Lights:
-    """All lights of a scene, each chosen with equal probability."""
+    """All lights of a scene, for light sampling: each is chosen with equal probability."""
 
     def __init__(self, model: SceneModel, surfaces: tuple[Surface, ...], world: World, assets: Assets) -> None:
         self._world = world
@@ -73,7 +73,10 @@ class Lights:
         return density
 
     def environment_pdf(self, directions: Array) -> Array:
-        """Return the density per solid angle (N,) with which `sample` chooses these directions to the environment."""
+        """Return the density per solid angle (N,) with which `sample` chooses directions to the environment.
+
+        `directions` (N, 3) are unit vectors.
+        """
         if self.environment is None:
             return np.zeros(len(directions))
         return self.environment.pdf(directions) / self.count

@@ -18,17 +18,18 @@ from equaltime.scene.model import Cube, SceneModel, Shape, as_array, poses
 __all__ = ["DiskPatch", "SpherePatch", "TrianglePatch", "collect"]
 
 CUBE_TANGENTS = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-"""Axis along which the texture coordinate u of Mitsuba's cube changes, for the faces at x = ±1, y = 1 and z = ±1."""
+"""Axes along which the texture coordinate u of Mitsuba's cube changes: for the faces at x = ±1, at y = 1 and at z =
+±1."""
 CUBE_TANGENT_BELOW_Y = np.array([0.0, 0.0, 1.0])
-"""Axis along which the texture coordinate u changes on the face at y = -1."""
+"""Axis along which the texture coordinate u of Mitsuba's cube changes on the face at y = -1."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrianglePatch:
-    """All triangles of the scene, with corners counter-clockwise as seen from the front."""
+    """All T triangles of the scene, with corners counter-clockwise as seen from the front."""
 
     corners: Array
-    """Corner positions (T, 3, 3)."""
+    """Positions of the three corners of each triangle (T, 3, 3)."""
     corner_normals: Array
     """Unit shading normals at the corners (T, 3, 3); geometric normals if the mesh has none."""
     normals: Array
@@ -45,7 +46,10 @@ class TrianglePatch:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SpherePatch:
-    """A sphere; `front` is 1 if the front side is outside, else -1. `axis` is the world direction of local +z."""
+    """A sphere of the scene; `axis` is the world direction of local +z.
+
+    `front` is 1 if the front side is outside, else -1.
+    """
 
     shape: int
     center: Array
@@ -56,7 +60,10 @@ class SpherePatch:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DiskPatch:
-    """The unit disk in the plane z = 0, transformed by `to_world`; `normal` is the unit normal on the front side."""
+    """A disk of the scene: the unit disk in the plane z = 0, transformed by `to_world`.
+
+    `normal` is the unit normal on the front side.
+    """
 
     shape: int
     to_world: Array
@@ -65,7 +72,10 @@ class DiskPatch:
 
 
 def collect(model: SceneModel, assets: Assets) -> tuple[TrianglePatch, list[SpherePatch], list[DiskPatch]]:
-    """Return the triangles, spheres and disks of all shapes of a scene; triangles without area are left out."""
+    """Return the triangles, spheres and disks of all shapes of a scene, to be intersected with rays.
+
+    Triangles without area are left out.
+    """
     meshes: list[TrianglePatch] = []
     spheres: list[SpherePatch] = []
     disks: list[DiskPatch] = []

@@ -40,7 +40,7 @@ def principled(bsdf: Principled, wo: Array, wi: Array, front: bool = True) -> Ar
 
 
 def main_facets(bsdf: Principled) -> RoughConductor:
-    """Return a rough conductor that has the GGX facets of the BSDF's main lobe, for the functions of `bsdfs`."""
+    """Return a rough conductor with the GGX facets of the BSDF's main lobe, to compute with these facets."""
     rough, aspect = float(constant(bsdf.roughness)), math.sqrt(1.0 - 0.9 * float(constant(bsdf.anisotropic)))
     u, v = max(LEAST_ALPHA, rough**2 / aspect), max(LEAST_ALPHA, rough**2 * aspect)
     return RoughConductor(distribution="ggx", alpha_u=u, alpha_v=v)

@@ -43,7 +43,7 @@ Generator = np.random.Generator
 def is_single(bsdf: Bsdf) -> bool:
     """Tell whether the BSDF is a mirror or clear glass: it scatters into discrete directions only.
 
-    Light sampling then contributes zero.
+    If so, light sampling contributes nothing and can be left out.
     """
     return bsdf.type in ("conductor", "dielectric", "thindielectric")
 
@@ -51,7 +51,8 @@ def is_single(bsdf: Bsdf) -> bool:
 def evaluate(bsdf: Bsdf, wo: Array, wi: Array, front: Mask) -> tuple[Array, Array]:
     """Return the BSDF times the cosine of wi (N, 3), and the density per solid angle (N,) with which `sample` draws wi.
 
-    `wo` and `wi` are unit local directions (N, 3). `front` (N,) is True where the viewer is on the front side.
+    `wo` (to the viewer) and `wi` (to the light) are unit local directions (N, 3). `front` (N,) is True where the viewer
+    is on the front side.
     """
     if not isinstance(bsdf, Mixed):
         return bsdfs.evaluate(bsdf, wo, wi)

@@ -42,7 +42,7 @@ TRACED: Final = (
 
 
 def render(scene: Scene, spp: int, seed: int = 0, size: tuple[int, int] | None = None) -> tuple[Array, Array]:
-    """Render a scene with `spp` samples per pixel.
+    """Render a scene with `spp` samples per pixel by the cross-check, a slow second renderer, to test the C++ core.
 
     Parameters
     ----------
@@ -66,7 +66,6 @@ def render(scene: Scene, spp: int, seed: int = 0, size: tuple[int, int] | None =
     ------
     RenderError
         If a path does not end, or a sample is not finite.
-
     """
     scene = scene if size is None else scene.with_(size=size)
     moving = any(moves(node, scene.model.sensor) for node in (*scene.model.shapes, scene.model.sensor))
@@ -90,7 +89,7 @@ def render(scene: Scene, spp: int, seed: int = 0, size: tuple[int, int] | None =
 
 
 def render_result(scene: Scene, spp: int, seed: int) -> Result:
-    """Render a scene by the cross-check with ``spp`` samples per pixel; return the image with its error bar."""
+    """Render a scene by the cross-check with ``spp`` samples per pixel; return the image with its error."""
     begin = clock.perf_counter()
     mean, variance = render(scene, spp=spp, seed=seed)
     seconds = clock.perf_counter() - begin
@@ -114,7 +113,7 @@ def _any_time(sensor: Sensor, rng: np.random.Generator) -> float:
 def check(model: SceneModel) -> None:
     """Raise RenderError if the cross-check cannot trace the scene `model`.
 
-    The error names all plugins and settings that the cross-check lacks.
+    The error names all plugins and settings of the scene that the cross-check lacks.
     """
     unknown = {f"'{node.title}'" for node in model.nodes() if not isinstance(node, TRACED)}
     unknown |= {"'priority'" for shape in model.shapes if getattr(shape, "priority", None) is not None}

@@ -40,7 +40,7 @@ def perpendicular(n: Array) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frames:
-    """Orthonormal frames, one per row: axes s, t and the normal n, each (N, 3).
+    """Orthonormal frames, one per row, to turn directions to local coordinates: axes s, t and normal n, each (N, 3).
 
     A local direction has z equal to the cosine of its angle with n.
     """
@@ -51,7 +51,10 @@ class Frames:
 
     @classmethod
     def from_normals(cls, n: Array, tangents: Array) -> Frames:
-        """Return frames with unit normals ``n`` (N, 3); s is along the ``tangents`` projected onto the surface."""
+        """Return frames with unit normals ``n`` (N, 3).
+
+        The axis s is along ``tangents`` (N, 3), projected onto the surface; tangents may have any length.
+        """
         s = tangents - n * dot(n, tangents)[:, None]
         useless = ~(dot(s, s) > 1e-24 * dot(tangents, tangents))
         s[useless] = perpendicular(n[useless])

@@ -24,8 +24,8 @@ NUDGE = 2.0**-18
 The offset is 64 times the rounding of float32. Surfaces nearer than that are missed; points and distances do not depend
 on the offset."""
 ATTEMPTS = 8
-"""Largest number of searches per ray. If float64 shows that a ray misses the triangle found, the search continues
-behind it."""
+"""Largest number of searches for the first hit of a ray. If float64 shows that the ray misses the triangle that Embree
+found, the search continues behind it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,9 +33,9 @@ class Hits:
     """Nearest surface that each ray hits, one row per ray; for a ray without a hit, `patch` is -1 and `t` infinite."""
 
     t: Array
-    """Distances along unit directions (N,)."""
+    """Distances (N,) from the rays' origins along unit directions."""
     patch: Index
-    """Number of the patch that each ray hits (N,)."""
+    """Number of the patch (triangle, sphere or disk) that each ray hits (N,)."""
     point: Array
     """Hit points (N, 3)."""
     normal: Array
@@ -47,7 +47,7 @@ class Hits:
 
 
 class World:
-    """All surfaces (patches) of a scene, ready for ray intersection.
+    """All surfaces of a scene, ready for ray intersection. A patch is one triangle, sphere or disk.
 
     For each patch, ``shape`` holds the index of its shape, and ``primitive`` the index of the triangle in that shape.
     """
@@ -68,19 +68,26 @@ class World:
 
     @property
     def first_sphere(self) -> int:
-        """Number of the first patch that is a sphere."""
+        """Number of the first patch that is a sphere.
+
+        Patches are numbered from 0: all triangles first, then the spheres, then the disks.
+        """
         return len(self.triangles.shapes)
 
     @property
     def first_disk(self) -> int:
-        """Number of the first patch that is a disk."""
+        """Number of the first patch that is a disk.
+
+        Patches are numbered from 0: all triangles first, then the spheres, then the disks.
+        """
         return self.first_sphere + len(self.spheres)
 
     def intersect(self, origins: Array, directions: Array, start: Index) -> tuple[Array, Index]:
         """Return distance (N,) and patch number (N,) of each ray's first hit; infinity and -1 without a hit.
 
-        `directions` (N, 3) are unit vectors. `start` (N,) is the number of the patch that a ray leaves, or -1. A ray
-        can hit its start patch again only on a sphere's far side. Rays need no tolerance to miss their own origin.
+        A patch is a triangle, sphere or disk. Rays have `origins` and unit `directions`, (N, 3). `start` (N,) is the
+        number of the patch that a ray leaves, or -1. A ray can hit its start patch again only on a sphere's far side.
+        Rays need no tolerance to miss their own origin.
         """
         best, patch = self._nearest_triangle(origins, directions, start)
         for number, sphere in enumerate(self.spheres, self.first_sphere):
@@ -91,9 +98,10 @@ class World:
         return best, patch
 
     def hits(self, origins: Array, directions: Array, t: Array, patch: Index) -> Hits:
-        """Return the hits of rays with their points, normals and tangents.
+        """Return the hits of rays with their points, normals and tangents, for shading.
 
-        ``t`` (N,) are the distances and ``patch`` (N,) the patch numbers that `intersect` returned for these rays.
+        Rays have `origins` and unit `directions`, (N, 3). ``t`` (N,) are the distances and ``patch`` (N,) the patch
+        numbers that `intersect` returned for these rays.
         """
         there = patch >= 0
         point = origins + np.where(there, t, 0.0)[:, None] * directions

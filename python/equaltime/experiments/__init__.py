@@ -62,14 +62,14 @@ def cost(
     define
         Values for the variables of a scene file.
     substitute
-        Replace the parts of a scene file that cannot be rendered, as `equaltime.load` does.
+        Replace the parts of a scene file that cannot be rendered by similar ones that can.
     progress
-        Called with an `equaltime.experiments.run.runner.RunProgress` as the experiment goes on.
+        Function that is called with the progress of the experiment (`RunProgress`): present run, time left and so on.
     command
         Command line that started the experiment, for the report's provenance.
     begins
-        Called with the experiment, as the options changed it, and an `equaltime.experiments.model.plan.PeerTimes`,
-        before the first test of a peer, reference or run.
+        Function that is called before the first render, with the experiment, as the options changed it, and the
+        measured times of other renderers that take part (`PeerTimes`).
 
     Returns
     -------

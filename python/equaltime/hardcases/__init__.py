@@ -28,15 +28,16 @@ __all__ = ["CASES", "CaseReport", "SelfTest", "selftest"]
 
 @dataclass(frozen=True)
 class CaseReport:
-    """Outcomes of one case: one of equaltime, and one of the peer (another renderer) if there is a peer."""
+    """Outcomes of one case of the self-test: equaltime's, and that of the peer (another renderer) if there is one."""
 
     case: Case
     ours: Outcome
     theirs: Outcome | None
-    """Outcome of the peer; None without a peer, or if the case tests a guarantee that only equaltime gives."""
+    """Outcome of the peer (another renderer); None without a peer, or if the case tests a guarantee that only equaltime
+    gives."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the outcome as JSON data."""
+        """Return the case and its outcomes as JSON data."""
         case, found = self.case, self.ours.as_dict()
         peer = {} if self.theirs is None else {"peer": self.theirs.as_dict()}
         return {"id": case.id, "name": case.name, "stresses": case.stresses, "scene": case.scene, **found, **peer}
@@ -44,12 +45,12 @@ class CaseReport:
 
 @dataclass(frozen=True, repr=False)
 class SelfTest(Shown):
-    """Outcome of a self-test: its cases, its duration in seconds, the machine and the build."""
+    """Outcome of `selftest`: its cases, its duration in seconds, the machine and the build."""
 
     cases: tuple[CaseReport, ...]
     seconds: float
     peer: str | None
-    """Name and version of the peer, if there was one."""
+    """Name and version of the other renderer that ran beside equaltime (peer); None if there was none."""
     machine: Mapping[str, Any] = field(hash=False)
     build: Mapping[str, Any] = field(hash=False)
 
@@ -64,7 +65,7 @@ class SelfTest(Shown):
         return all(case.ours.passed for case in self.cases)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the outcome as JSON data."""
+        """Return the outcomes of all cases, with machine and build, as JSON data."""
         return {**fields_to_json(self), "level": LEVEL, "passed": self.passed}
 
 
@@ -82,7 +83,7 @@ def selftest(
     only
         Ids (``T1``) or names of cases; all cases if empty.
     peer
-        Another renderer to run on the same scenes.
+        Name of another renderer to run on the same scenes, such as ``mitsuba``; None for none.
     threads
         Worker threads; 0 for one per processor.
     progress

@@ -27,31 +27,33 @@ class Case:
     """
 
     id: str
-    """Id in the catalogue of hard cases; several cases may share one."""
+    """Id in the catalogue of hard cases, such as ``T1``; several cases may share one."""
     name: str
     stresses: str
+    """Difficulty that the case tests, in words, such as ``1 - cos of a small angle``."""
     scene: str
     """File of the scene, below `equaltime.examples.scenes_folder`."""
     expected: float | None = None
-    """Mean of all pixels; None if the image is compared with the image of a changed scene."""
+    """Known mean of all pixels; None if the image is compared with the image of a changed scene."""
     spp: int = 64
     seeds: int = 16
     """Number of independent renders; their spread gives the error."""
     peer_spp: int | None = None
-    """Samples per pixel of a peer; None stands for ``spp``. Cases that compare bits need few samples, but a peer is
-    tested by its means, which need many."""
+    """Samples per pixel of a peer (another renderer); None stands for ``spp``. Cases that compare bits need few
+    samples, but a peer is tested by its means, which need many."""
     define: Mapping[str, object] = field(default_factory=lambda: MappingProxyType({}), hash=False)
     strategy: str = "best"
-    """Strategy of equaltime; peers have their own."""
+    """Strategy of equaltime for the case; other renderers use their own."""
     size: tuple[int, int] | None = None
     length: int = 0
-    """Change: lengths are multiplied by two to this power."""
+    """Exponent of the change of lengths: they are multiplied by two to this power; 0 for no change."""
     light: int = 0
-    """Change: light is multiplied by two to this power."""
+    """Exponent of the change of brightness: it is multiplied by two to this power; 0 for no change."""
     threads: int = 0
-    """Change: number of worker threads; 0 for no change."""
+    """Number of worker threads of the changed render; 0 for no change."""
     crop: tuple[int, int, int, int] | None = None
-    """Change: window rendered separately (x, y, width, height, in pixels)."""
+    """Window that is rendered separately and compared with the whole image (x, y, width, height, in pixels); None for
+    no change."""
 
     @property
     def for_peers(self) -> bool:

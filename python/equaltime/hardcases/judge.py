@@ -22,7 +22,7 @@ __all__ = ["LEVEL", "MOST_ULP", "Outcome", "broken", "judge_bits", "judge_same",
 
 Images = Sequence[NDArray[np.float32]]
 LEVEL: Final = 0.001
-"""Probability that a correct renderer fails at least one of all cases."""
+"""False-alarm rate of the self-test: probability that a correct renderer fails at least one of all cases."""
 MOST_ULP: Final = ROUNDING * 2.0**24
 """Largest deviation of an image without noise that passes, in units in the last place: float32 rounding along a
 path."""
@@ -30,9 +30,10 @@ path."""
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result of one renderer in one hard case: its score, and the limit that the score must not exceed."""
+    """Result of one renderer in one hard case: it passes if its score does not exceed the limit."""
 
     expected: float | None
+    """Known mean of all pixels; None if two sets of images are compared."""
     got: float | None
     """Mean of all pixels and seeds; None if rendering failed."""
     error: float
@@ -41,7 +42,7 @@ class Outcome:
     score: float
     """Deviation from the expected value: in standard errors, or for the worst pixel in units in the last place."""
     limit: float
-    """Largest score that passes."""
+    """Largest score with which the case passes."""
     seconds: float = 0.0
     note: str = ""
     """Reason why rendering failed; else empty."""
@@ -53,7 +54,7 @@ class Outcome:
 
     @property
     def resolution(self) -> float | None:
-        """Relative bias at which half of the renders would fail.
+        """Relative bias that the case can find: the bias at which half of the renders would fail.
 
         None for images without noise, and for an expected mean of 0.
         """
@@ -62,7 +63,7 @@ class Outcome:
         return self.limit * self.error / abs(self.expected) + ROUNDING
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the outcome as a dict for JSON; numbers that are not finite become None."""
+        """Return the outcome's fields by name as JSON data; numbers that are not finite become None."""
         return {**fields_to_json(self), "pass": self.passed, "resolution": to_json(self.resolution)}
 
 
@@ -79,9 +80,8 @@ def limit_of(cases: int) -> float:
 def judge_value(images: Images, expected: float, limit: float) -> Outcome:
     """Compare the mean of images of independent seeds with the known mean ``expected``, by a t-test.
 
-    Returns score and limit as an outcome. ``limit`` is the largest score of the t-test that passes, from `limit_of`.
-    If the images have no noise, there is only one image, or ``expected`` is 0, every pixel is compared with
-    ``expected`` instead.
+    Returns score and limit as an outcome. ``limit`` is the largest score that passes, in standard errors. If the images
+    have no noise, there is only one image, or ``expected`` is 0, every pixel is compared with ``expected`` instead.
     """
     stack = np.array(images, dtype=np.float64)
     got, unit = float(stack.mean()), float(np.spacing(np.float32(abs(expected))))
@@ -96,7 +96,7 @@ def judge_value(images: Images, expected: float, limit: float) -> Outcome:
 def judge_same(first: Images, second: Images, limit: float) -> Outcome:
     """Compare the means of two sets of images by Welch's t-test; the outcome passes unless they differ significantly.
 
-    ``limit`` is the largest score that passes, from `limit_of`.
+    ``limit`` is the largest score that passes: the difference in standard errors.
     """
     a, b = (np.array([np.asarray(image, dtype=np.float64).mean() for image in side]) for side in (first, second))
     expected, got = float(a.mean()), float(b.mean())

@@ -33,7 +33,10 @@ _FIRST_SEED = 1
 
 
 class OurSubject:
-    """Equaltime's core as a renderer of hard cases; it uses the strategy that a case names."""
+    """Equaltime's core as a renderer of hard cases, whose images are compared with known ones.
+
+    A case names the strategy that renders it.
+    """
 
     def __init__(self, threads: int = 0) -> None:
         self._threads = threads
@@ -84,8 +87,8 @@ class OurSubject:
 class MitsubaSubject:
     """Mitsuba 3 as a renderer of hard cases, in its scalar variant, which needs no compilation per scene.
 
-    Mitsuba's images are compared with the known images, too. A reference rendered by Mitsuba would be no better than
-    0.2 %: see `equaltime.images.mitsuba_reference`.
+    Mitsuba's images are compared with the known images, as equaltime's are. A reference rendered by Mitsuba would be no
+    better than 0.2 %: see `equaltime.images.mitsuba_reference`.
     """
 
     def __init__(self, threads: int = 0) -> None:

@@ -1,4 +1,4 @@
-"""Scaling of a scene's lengths and of its lights' brightness.
+"""Scaling of a scene's lengths and of its lights' brightness, to test that units do not change an image.
 
 Scaling all lengths does not change the image. Scaling the brightness multiplies the image by the same factor. A point
 light's intensity is also multiplied by the square of the factor of lengths. Powers of two are exact in floating point.
@@ -35,7 +35,8 @@ __all__ = ["in_units"]
 def in_units(scene: Scene, length: float = 1.0, light: float = 1.0) -> Scene:
     """Return the scene with all lengths multiplied by the factor `length`, and all brightness by the factor `light`.
 
-    Raises ValueError for lights whose radiance is a texture.
+    The image of the new scene is that of the old one times `light`. Raises ValueError for lights whose radiance is a
+    texture.
     """
     model = scene.model
     shapes = tuple(_shape(shape, length, light) for shape in model.shapes)

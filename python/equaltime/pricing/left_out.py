@@ -27,33 +27,40 @@ __all__ = ["LeftOut", "choose", "measured"]
 N = TypeVar("N")
 
 PILOT_SAMPLES = 2**16
-"""Number of samples of each render of a pilot, summed over all pixels; each pixel gets at least one."""
+"""Number of samples, summed over all pixels, of each short render that measures what leaving out an effect, such as
+media, changes. Each pixel gets at least one."""
 MOST_A_PIXEL = 64
 MOST_PIXELS = 2**14
-"""Largest number of pixels of the film on which effects are chosen: light by path length takes kilobytes a pixel."""
+"""Largest number of pixels of the film on which effects (features such as media) to leave out are chosen. The choice
+needs light by path length, which takes kilobytes a pixel."""
 REPEATS = 6
 PILOTS_SEEDS = 2**63
-"""Offset from a render's seed to its pilot's seed, so that the two share no random numbers."""
+"""Offset from a render's seed to the seed of the short renders that measure effects such as media, so that no random
+numbers are shared."""
 
 
 @dataclass(frozen=True)
 class LeftOut:
-    """A scene and a strategy without some effects, the names of these effects, and the resulting bias of the image."""
+    """A scene and a strategy without some effects, ready to render, and the resulting bias of the image.
+
+    An effect is a feature of the scene or its light, such as media.
+    """
 
     scene: Scene
     strategy: Strategy
     names: tuple[str, ...]
-    """Names of the effects left out, as for `leave_out`."""
+    """Names of the effects left out, such as ``media`` or ``long_paths=6``."""
     bias: Interval
-    """Error of the image due to leaving out the effects in ``names``, with its 95 % interval."""
+    """Relative error of the image due to leaving out the features in ``names``, with its 95 % interval."""
     why: tuple[str, ...]
-    """Decision on each effect, in words."""
+    """Sentences, one for each decision on an effect (feature such as media): whether it was left out, and why."""
 
 
 def measured(scene: Scene, strategy: Strategy, names: tuple[str, ...], seed: int = 0, threads: int = 0) -> LeftOut:
-    """Return the scene without the named effects, and the measured error due to leaving them out.
+    """Return the scene without the named effects (features such as media), and the error due to leaving them out.
 
-    If ``long_paths`` is among the names, the error includes the bias of the strategy's ``truncate``.
+    The error is measured by short renders with and without the effects. If ``long_paths`` is among the names, the error
+    includes the bias of the strategy's ``truncate``.
 
     Raises
     ------
@@ -83,10 +90,11 @@ def _untruncated(strategy: Strategy, names: tuple[str, ...]) -> tuple[Strategy, 
 
 
 def choose(scene: Scene, strategy: Strategy, within: float, seed: int = 0, threads: int = 0) -> LeftOut:
-    """Return the scene without the effects that a pilot chose: together their error is at most ``within``, a fraction.
+    """Return the scene without the effects that short renders chose: their error together is at most ``within``.
 
-    Effects with the least bias are left out first; the upper ends of the biases' intervals count. If paths can be cut
-    too, the effects may use half of ``within``, and paths are cut as early as the rest of ``within`` allows.
+    ``within`` is a fraction, and an effect is a feature such as media. Effects with the least bias are left out first;
+    the upper ends of the biases' intervals count. If paths can be cut too, the effects may use half of ``within``, and
+    paths are cut as early as the rest of ``within`` allows.
     """
     called = derive(scene)
     candidates = [name for name in called if kind_of(name).instead and can_leave_out(scene, strategy, name)]

@@ -32,12 +32,12 @@ def measure_outputs(
     threads: int = 0,
     progress: Callable[[float], object] | None = None,
 ) -> Mapping[str, Interval]:
-    """Return the share of the time that each output beside the image takes, by ``name:kind``.
+    """Return the share of the time that each output beside the image takes, by ``name:kind`` (``distance:depth``).
 
     The key `ALL` has the share of all outputs made together. Shares refer to the time of the image with all outputs.
-    The result is empty if the scene asks for no outputs. The image and all outputs are made ``repeats`` times, each
-    time with one seed. The order alternates between repeats, so that a drifting machine affects all alike. Raises
-    `NonFiniteSample` if a sample was not a number.
+    The result is empty if the scene asks for no outputs. The image and all outputs are made ``repeats`` times with
+    ``samples`` per pixel, each time with one seed. The order alternates between repeats, so that a drifting machine
+    affects all alike. Raises `NonFiniteSample` if a sample was not a number.
     """
     asked = asked_for(scene)
     if not asked:

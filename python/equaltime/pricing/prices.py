@@ -26,33 +26,40 @@ from equaltime.words import Shown
 __all__ = ["Price", "PriceList", "effects"]
 
 MOST_PIXELS = 128 * 128
-"""Largest number of pixels of the measured film, unless a size is given."""
+"""Largest number of pixels of the film on which the cost of effects (features such as media) is measured, unless a size
+is given."""
 REPEATS, SAMPLES = 12, 16
 QUICK_PIXELS, QUICK_REPEATS, QUICK_SAMPLES = 64 * 64, 6, 8
 
 
 @dataclass(frozen=True, eq=False)
 class Price:
-    """Cost of one effect in time, variance and memory. Intervals are at 95 %. A field that is not known is None."""
+    """Cost of one effect (feature of a scene, such as media) in time, variance and memory.
+
+    Intervals are at 95 %. A field that is not known is None.
+    """
 
     kind: Effect
+    """The effect (feature of a scene, such as media): its name, title, and stand-in."""
     reasons: tuple[Reason, ...]
-    """Parts of the scene that use the effect."""
+    """Objects of the scene that use the effect, each with its position in the scene file."""
     instead: str | None
-    """Replacement of the effect where it is left out; None if it cannot be left out of this scene."""
+    """Stand-in that replaces the effect where it is left out, such as ``vacuum``; None if it cannot be left out of this
+    scene."""
     time: Interval | None = None
-    """Share of the effect in the time of a sample."""
+    """Share of the time of a sample that the effect (feature such as media) takes, as a fraction."""
     variance: Interval | None = None
-    """Share of the effect in the variance, and so in the squared error."""
+    """Share of the variance, and so of the squared error, that the effect (feature such as media) makes, as a fraction.
+    """
     change: Interval | None = None
-    """Error of the image without the effect."""
+    """Relative error of the image if the effect (feature such as media) is left out: 0.02 is 2 %."""
     memory: int | None = None
-    """Bytes of the scene in the core that the effect takes."""
+    """Bytes of memory that the effect (feature such as media) takes in the core."""
     difference: NDArray[np.float64] | None = None
-    """(H, W, 3): the image without the effect, minus the full image."""
+    """(H, W, 3): the image without the effect (feature such as media), minus the full image."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the price as JSON data."""
+        """Return the price as JSON data, without the image ``difference``."""
         intervals = {"time": self.time, "variance": self.variance, "change": self.change}
         return {
             "name": self.kind.name,
@@ -66,27 +73,27 @@ class Price:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PriceList(Shown):
-    """Costs of the effects that a scene uses, and the variance split by kind of light."""
+    """Costs of the effects (such as media) that a scene uses, and its variance split by kind of light."""
 
     prices: tuple[Price, ...]
-    """Prices of the effects that the scene uses."""
+    """Cost of each effect (feature such as media) that the scene uses, in time, variance and memory."""
     free: tuple[str, ...]
-    """Names of the effects that the scene does not use. They cost no instruction in the path loop and no memory."""
+    """Names of the effects (features such as media) that the scene does not use, which cost neither time nor memory."""
     shares: Mapping[str, Mapping[str, Interval]]
-    """Shares of the variance by kind of part (length of the path, technique, last BSDF, light). The shares of each kind
-    sum to 1."""
+    """Shares of the variance by kind of part, then by name. Kinds are ``length`` of the path, ``way`` (technique), last
+    ``bsdf``, and ``light`` source; the shares of each kind sum to 1."""
     truncated: Mapping[int, Interval]
-    """Relative error of the image if paths are cut at a depth, by that depth in segments."""
+    """Relative error of the image if paths are cut at a depth, by that depth in segments, as fractions."""
     outputs: Mapping[str, Interval]
-    """Share of the time that each output beside the image takes, by ``name:kind``."""
+    """Share of the time that each output beside the image takes, by ``name:kind``, such as ``distance:depth``."""
     size: tuple[int, int]
     """Width and height of the measured film, in pixels."""
     samples: int
-    """Samples per pixel in each repeat."""
+    """Samples per pixel in each repeat of the measurement."""
     repeats: int
     strategy: str
     memory: int
-    """Bytes of the scene in the core."""
+    """Bytes of memory that the scene takes in the core."""
     max_depth: int
     """Length of the longest paths that were measured, in Mitsuba's counting; -1 if there is no limit."""
     scene_max_depth: int
@@ -103,7 +110,7 @@ class PriceList(Shown):
         return "\n".join(lines)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the price list as JSON data."""
+        """Return the fields by name as JSON data; ``prices`` are named ``effects``."""
         return {
             "effects": [price.as_dict() for price in self.prices],
             "free": list(self.free),
@@ -132,7 +139,7 @@ def effects(
     threads: int = 0,
     progress: Callable[[float], object] | None = None,
 ) -> PriceList:
-    """Return the measured cost of each effect that a scene uses.
+    """Return the measured cost of each effect (feature such as media or textures) that a scene uses.
 
     The scene is rendered in turn with each of its variants, which leave one effect out, with the same random numbers.
     Then its noise is divided among kinds of light (`equaltime.quoting.light_parts`), and its outputs beside the image

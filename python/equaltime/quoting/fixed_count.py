@@ -41,9 +41,11 @@ _MOST_IN_THE_DARK = 64 * FIRST_LOOK
 
 @dataclass(frozen=True)
 class Chosen:
-    """A sample count that a pilot chose for an error, and the quote (prediction) that led to it."""
+    """A sample count that a pilot (short render) chose for an error, and the prediction that led to it."""
 
     stop: Stop
+    """Rule for the end of the image, which is stored with the result: the chosen samples per pixel, and the seed of the
+    short render that chose them."""
     quote: Quote | None = None
     """Predicted time and error of the render, without its bias; None with a time limit, or if nothing can be
     predicted."""
@@ -51,10 +53,10 @@ class Chosen:
     """Seconds that the choice took in this run; 0 if an earlier run made it."""
 
     def limits(self, asked: Limits) -> Limits:
-        """Return the limits of samples and time with which the image is rendered.
+        """Return the limits of samples and time for rendering the image, instead of the user's limits ``asked``.
 
-        The sample limit is the chosen count, or the limit in ``asked`` if that is less. The time limit is that in
-        ``asked``, less the seconds of the pilot. There is no error limit.
+        The sample limit is the chosen count, or the limit in ``asked`` if that is less. The time limit is the limit in
+        ``asked``, less the seconds that the choice took. There is no error limit.
         """
         counts = [count for count in (self.stop.spp, asked.spp) if count is not None]
         seconds = asked.seconds
@@ -64,7 +66,7 @@ class Chosen:
 
 
 def pilot_seed(seed: int) -> int:
-    """Return the seed of the pilot of a render whose own seed is ``seed``.
+    """Return the seed of the pilot (short render that predicts) of a render whose seed is ``seed``.
 
     The pilot's seed is a hash of ``seed``, so that another render hardly ever has the same seed.
     """
@@ -75,7 +77,8 @@ def pilot_seed(seed: int) -> int:
 def fixed_count(job: Job, progress: ProgressCallback | None = None) -> Chosen:
     """Return the samples per pixel, chosen by a pilot, with which the job's render reaches its error limit.
 
-    A resumed render keeps the count that was chosen for the same error. With a time limit, the pilot may take a quarter
+    The pilot is a short render that predicts, with separate samples, so the image does not decide its own stop. A
+    resumed render keeps the count that was chosen for the same error. With a time limit, the pilot may take a quarter
     of the time. No count is chosen if that time is too short, or if the pilot finds no count and the render has another
     limit. Then the other limits end the render.
 

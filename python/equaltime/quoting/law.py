@@ -1,4 +1,4 @@
-"""The law of a render: how its error falls as samples are added, and how much time samples take."""
+"""Law of a render: how its error falls as samples are added, and how much time samples take, to predict both."""
 
 from __future__ import annotations
 
@@ -34,9 +34,10 @@ _LOSS, _LOSS_OF_TAKEN, _START = 0.004, 0.022, 0.05
 class Processors(NamedTuple):
     """Processor time of this process: the seconds that its threads ran, and the seconds that they waited to run.
 
-    Both are counted from the start of each thread; idle threads do not count as waiting. The processor time of a sample
-    hardly depends on other processes, but the available share of the processors varies within tenths of a second. So
-    the share is better estimated over a longer time.
+    The difference of two such times tells the share of the processors that the process had. Times are counted from the
+    start of each thread; idle threads do not count as waiting. The processor time of a sample hardly depends on other
+    processes, but the available share of the processors varies within tenths of a second. So the share is better
+    estimated over a longer time.
     """
 
     ran: float
@@ -57,28 +58,29 @@ class Processors(NamedTuple):
     def had_since(self, before: Processors) -> float:
         """Return the share of the processors that this process had since ``before``, in [0, 1].
 
-        It is the time that threads ran, divided by the time that they ran or waited; 1 if the times are unknown.
+        The share is the time that threads ran, divided by the time that they ran or waited; 1 if the times are unknown.
         """
         ran, waited = self.ran - before.ran, self.waited - before.waited
         return ran / (ran + waited) if ran > 0.0 and waited > 0.0 else 1.0
 
 
 class Pace(NamedTuple):
-    """Speed of sampling once a render has started, and the additional seconds that the start takes."""
+    """Speed of sampling once a render has started, and the additional time that the start takes, to predict times."""
 
     seconds_per_sample: float
     """Seconds for one sample of every pixel."""
     doubt: float
-    """Uncertainty of the mean speed up to the end of the render: standard deviation of its logarithm."""
+    """Standard deviation of the logarithm of the mean speed up to the end of the render."""
     lost: float
-    """Most additional seconds that the slow start of a render takes."""
+    """Largest additional time, in seconds, that the slow start of a render takes."""
 
 
 def pace(seconds: Mapping[int, float], had: float = 1.0) -> Pace:
-    """Return the pace of sampling, from the seconds since the first sample at some counts of samples per pixel.
+    """Return the speed of sampling, to predict the time of later samples.
 
-    ``seconds`` maps each count to its seconds. The speed is taken over the last two doublings of the count, or over all
-    counts if there are fewer. ``had`` is the share of the processors that was available during the samples, in [0, 1].
+    ``seconds`` maps counts of samples per pixel to the seconds since the first sample. The speed is taken over the last
+    two doublings of the count, or over all counts if there are fewer. ``had`` is the share of the processors that was
+    available during the samples, in [0, 1].
     """
     last, lost = max(seconds), _LOSS + _LOSS_OF_TAKEN * (1.0 - had)
     first = max((n for n in seconds if 4 * n <= last), default=min(seconds))
@@ -93,8 +95,8 @@ def pace(seconds: Mapping[int, float], had: float = 1.0) -> Pace:
 def from_start(even: float, lost: float) -> float:
     """Return the seconds that some work takes at the start of a render, where samples are slower.
 
-    ``even`` is the time of the work in seconds without the slower start. ``lost`` is the most that the start adds, in
-    seconds.
+    ``even`` is the time of the work in seconds without the slower start. ``lost`` is the largest time that the start
+    adds, in seconds.
     """
     return even + lost * (1.0 - math.exp(-even / _START))
 
@@ -102,8 +104,8 @@ def from_start(even: float, lost: float) -> float:
 def without_start(seconds: float, lost: float) -> float:
     """Return the seconds that some work would take without the slower start of a render.
 
-    ``seconds`` is its time with the start, and ``lost`` the most that the start adds. The result is approximately the
-    inverse of `from_start`.
+    ``seconds`` is the time of the work with the start. ``lost`` is the largest time that the start adds, in seconds.
+    The result is approximately the inverse of `from_start`.
     """
     return seconds - lost * (1.0 - math.exp(-seconds / _START))
 
@@ -147,51 +149,58 @@ _DRAWS = 63
 
 
 class Probed(NamedTuple):
-    """Error of the whole image at one sample count, as a probe (`equaltime.quoting.probe`) predicts it."""
+    """Predicted error of a whole image at one sample count, from a probe: some of its pixels rendered to that count."""
 
     samples: int
     """Samples per pixel."""
     error: float
+    """Predicted relative error of the image, as a fraction."""
     doubt: float
-    """Standard deviation of log(error), by the scatter of the pixels that were drawn."""
+    """Standard deviation of log(error) due to the choice of pixels, estimated by the scatter of the pixels that were
+    drawn."""
     width: float
-    """Logarithm of (upper limit / error), both as the image itself will state them."""
+    """Logarithm of (upper limit / error), both as the image will state them at that count."""
 
 
 @dataclass(frozen=True)
 class Law:
     """Law of a render: ``error(n) = error · (n / samples)^-exponent``, ``seconds(n) = n · seconds_per_sample``.
 
-    With a probe (some pixels rendered to the end), the power law holds beyond the probe's last count. Below that count,
-    errors are interpolated between the measured points. The fields named doubt are standard deviations.
+    The law predicts the error after a time, and the samples or the time for an error; n is samples per pixel. With a
+    probe (some pixels rendered to the end), the power law holds beyond the probe's last count. Below that count, errors
+    are interpolated between the measured points. The fields named doubt are standard deviations.
     """
 
     samples: int
-    """Samples per pixel at the end of the pilot, or of its probe."""
+    """Samples per pixel up to which the error was measured: by a short render (pilot), or by some pixels rendered to
+    the end (probe)."""
     error: float
-    """Estimated error of the image at ``samples``."""
+    """Estimated relative error of the image at ``samples``, as a fraction."""
     width: float
-    """Logarithm of (upper limit of the error / error)."""
+    """Width of the interval of ``error``: logarithm of (upper limit / error)."""
     narrowing: float
-    """Exponent of the power of the sample count by which ``width`` falls."""
+    """Exponent: ``width`` falls in proportion to the sample count to the power of minus this number."""
     exponent: float
+    """Exponent by which the error falls with the sample count; 0.5 for independent samples."""
     exponent_doubt: float
+    """Standard deviation of ``exponent``."""
     seconds_per_sample: float
     """Seconds for one sample of every pixel."""
     speed_doubt: float
-    """Uncertainty of the mean speed up to the end of the render: standard deviation of its logarithm."""
+    """Standard deviation of the logarithm of the mean speed up to the end of the render."""
     seconds_lost: float = 0.0
-    """Most additional seconds that the slow start of a render takes."""
+    """Largest additional time, in seconds, that the slow start of a render takes."""
     before: tuple[tuple[int, float], ...] = ()
-    """Pairs (samples per pixel, error) below ``samples``, the first from the pilot; empty without a probe."""
+    """Measured points below ``samples``: pairs (samples per pixel, relative error). Empty without a probe, that is,
+    without pixels rendered to the end."""
     doubt: float = 0.0
-    """Standard deviation of log(error) due to the pixels that a probe has not drawn; 0 without a probe."""
+    """Standard deviation of log(error) due to measuring some pixels only (a probe); 0 if all pixels were measured."""
 
     def through(self, probed: Sequence[Probed], sampler: str) -> Law:
-        """Return this law of a pilot, corrected by a probe of the same image: some pixels that are rendered to the end.
+        """Return this law, fitted to a pilot, corrected by a probe of the same image: some pixels rendered to the end.
 
-        ``probed`` lists the errors that the probe predicts. The result's error is a weighted geometric mean of the
-        probe's last error and the pilot's prediction. ``sampler`` is the name of the sampler.
+        ``probed`` lists the errors that the probe predicts. The error of the new law is a weighted geometric mean of
+        the probe's last error and the pilot's prediction. ``sampler`` is the name of the strategy's sampler.
         """
         last = probed[-1]
         own, foretold = self._error(last.samples, self.exponent), self._doubt_at(last.samples)
@@ -216,7 +225,7 @@ class Law:
     def error_at(self, samples: float) -> Interval:
         """Return the predicted relative error of the image after ``samples`` samples per pixel.
 
-        The interval includes the width of the interval that the render itself will then state.
+        The 95 % interval holds the upper limit of the error that the render itself will then state.
         """
         doubt = math.hypot(self._doubt_at(samples), self._width(samples) / _Z95)
         return _interval(self._error(samples, self.exponent), doubt)
@@ -229,20 +238,20 @@ class Law:
         return math.hypot(chance, self.exponent_doubt * growth, self._probes_doubt(samples))
 
     def samples_until(self, error: float) -> Interval:
-        """Return the samples per pixel at which a render stops if it stops by its own estimates of the error.
+        """Return the samples per pixel at which a render that stops by its own error estimates reaches ``error``.
 
-        ``error`` is the error to reach. The law is uncertain, so renders are simulated with random errors of the pilot,
-        random exponents and random later samples. Half of these renders stop before the returned value, and 95 % within
-        its interval.
+        The prediction simulates renders with random errors of the pilot, random exponents and random later samples.
+        Half of these renders stop before the returned value, and 95 % within its interval.
         """
         stops = sorted(self._stop(error, draw) for draw in _draws())
         return Interval(stops[_DRAWS // 2], stops[1], stops[-2])
 
     def samples_within(self, error: float) -> Interval:
-        """Return the samples per pixel at which the predicted error falls to ``error``, with an interval.
+        """Return the samples per pixel at which the predicted error falls to ``error``, a fraction, with an interval.
 
-        Value, low and high are the counts at which value, low and high of `error_at` fall to ``error``. At the count
-        ``high`` the true error is at most ``error`` in 97.5 % of renders, whatever the renders estimate themselves.
+        Value, low and high are the counts at which value, low and high of the predicted error fall to ``error``. At the
+        count ``high`` the true error is at most ``error`` in 97.5 % of renders, whatever the renders estimate
+        themselves.
         """
         value, low, high = (self._first_within(error, end) for end in ("value", "low", "high"))
         return Interval(value, low, high)
@@ -259,8 +268,8 @@ class Law:
     def samples_left(self, share: Interval) -> Interval:
         """Return the fraction of the samples that would still be needed for the same error if the noise were smaller.
 
-        With less noise, error² would be ``share`` times the present one. The interval includes the interval of
-        ``share`` and the doubt about the exponent. The fraction is 0 if ``share`` is not positive.
+        With less noise, error² would be ``share`` times its present value. The interval includes the interval of
+        ``share`` and the uncertainty of the exponent. The fraction is 0 if ``share`` is not positive.
         """
         if not share.value > 0.0:
             return Interval(0.0, 0.0, math.inf)
@@ -365,17 +374,18 @@ class Law:
         return math.hypot(self._chance(samples) * math.sqrt(1.0 - kept * kept), drift * (1.0 - kept))
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the law as JSON data, without ``width``, ``narrowing`` and ``doubt``."""
+        """Return the law's fields by name as JSON data, without ``width``, ``narrowing`` and ``doubt``."""
         before = [{"samples": samples, "error": error} for samples, error in self.before]
         return {**fields_to_json(self, without=("width", "narrowing", "doubt")), "before": before}
 
 
 def fit(errors: Mapping[int, Interval], seconds: Mapping[int, float], sampler: str, had: float = 1.0) -> Law:
-    """Return the law that fits the errors of a render, and its seconds, at some counts of samples per pixel.
+    """Return the law (error and time by the number of samples) that fits the measured errors and seconds of a render.
 
-    ``errors`` and ``seconds`` map a count to the error and to the seconds since the first sample. The exponent is
-    measured over the last three doublings of the count, and averaged with the sampler's usual exponent by their
-    uncertainties. The speed is from `pace`. ``had`` is the share of the processors that was available, in [0, 1].
+    ``errors`` and ``seconds`` map counts of samples per pixel to the error and to the seconds since the first sample.
+    The exponent of the error is measured over the last three doublings of the count. The law's exponent averages it
+    with the usual exponent of ``sampler``, the sampler's name, by their uncertainties. The speed is measured over the
+    last two doublings. ``had`` is the share of the processors that was available, in [0, 1].
     """
     last = max(errors)
     near = [n for n in sorted(errors) if 8 * n >= last and errors[n].value > 0.0 and math.isfinite(errors[n].high)]

@@ -35,12 +35,12 @@ Floats = NDArray[np.float64]
 
 KINDS_OF_PARTS: Final = ("length", "way", "bsdf", "light")
 LONGEST: Final = 16
-"""Path length, in segments; paths of this length and all longer paths are one part."""
+"""Path length in segments at which the split of light ends: paths of this length and all longer paths are one part."""
 
 
 @dataclass(frozen=True, eq=False)
 class LightParts:
-    """Covariances of parts of an image's light, from renders with K seeds, and each part's share of error².
+    """Covariances of parts of an image's light, from renders with K seeds; each part's share of error² follows.
 
     A part is the light of one path length, of one light source, off one BSDF, or found by one technique. The fields
     hold sums over pixels of products of two images, for each pair of seeds.
@@ -49,16 +49,18 @@ class LightParts:
     names: tuple[tuple[str, str], ...]
     """Kind and name of each part."""
     with_whole: Floats
-    """(parts, K, K): products of each part with the whole."""
+    """(parts, K, K): sums over pixels of products of each part's image with the whole image, for each pair of seeds."""
     whole: Floats
-    """(K, K): products of the whole with itself."""
+    """(K, K): sums over pixels of products of two whole images, for each pair of seeds."""
     tails: Floats
-    """(LONGEST, K, K): products of two images of the light of paths longer than 1, 2, … segments."""
+    """(LONGEST, K, K): sums over pixels of products of two images of the light of paths longer than 1, 2, … segments.
+    """
 
     def shares(self, kind: str) -> dict[str, Interval]:
         """Return the share of error² of each part of one kind, by the part's name; parts without light are left out.
 
-        Kinds are ``length`` (of the path), ``way`` (technique), ``bsdf`` (the last one) and ``light`` (source).
+        Kinds are ``length`` (of the path), ``way`` (technique that found the light), ``bsdf`` (the last one) and
+        ``light`` (source). The shares of a kind sum to 1; a single share may be negative.
         """
         parts = [(what, p) for (k, what), p in zip(self.names, self.with_whole, strict=True) if k == kind]
         return {what: share_of(part, self.whole) for what, part in parts if part.any()}
@@ -66,13 +68,14 @@ class LightParts:
     def share(self, kind: str, chosen: Callable[[str], bool]) -> Interval:
         """Return the share of error² of several parts of one kind together.
 
-        ``chosen`` returns True for the names of these parts.
+        Kinds are ``length``, ``way`` (technique), ``bsdf`` (the last one) and ``light`` (source). ``chosen`` returns
+        True for the names of the wanted parts.
         """
         numbers = [i for i, (k, what) in enumerate(self.names) if k == kind and chosen(what)]
         return share_of(self.with_whole[numbers].sum(axis=0), self.whole)
 
     def apart(self, depth: int) -> tuple[Interval, Interval]:
-        """Return the variances of two images as shares of the variance of the whole image.
+        """Return the variances of two images that sum to the whole image, as shares of the whole image's variance.
 
         The first image has the light of paths longer than ``depth`` segments, the second the light of all other paths.
         """
@@ -80,7 +83,7 @@ class LightParts:
         return share_of(longer, self.whole), share_of(self.whole - 2.0 * crossed + longer, self.whole)
 
     def common(self, depth: int) -> Interval:
-        """Return twice the covariance of two images, as a share of the variance of the whole image.
+        """Return twice the covariance of two images that sum to the whole image, as a share of its variance.
 
         The images have the light of paths longer than ``depth`` segments, and of all other paths. The result is 1 minus
         the sum of the two shares that `apart` returns.
@@ -94,7 +97,7 @@ class LightParts:
         return self.tails[depth - 1], self.with_whole[numbers].sum(axis=0)
 
     def truncated(self) -> dict[int, Interval]:
-        """Return the relative error of an image without the paths longer than a depth, by that depth in segments.
+        """Return the relative error due to cutting paths at a depth, by that depth in segments, as a dict.
 
         Depths beyond which there is no light are left out.
         """
@@ -112,8 +115,8 @@ def measure_parts(
 ) -> LightParts:
     """Render the scene ``repeats`` times with independent seeds, and return the covariances of the parts of its light.
 
-    Each image is split by `equaltime.rendering.core.split_light`; its parts add up to the image of a render.
-    ``samples`` is the count per pixel, and ``progress`` is called with the finished fraction.
+    A part is the light of one path length, of one source, off one BSDF, or found by one technique; the parts of each
+    kind sum to the image. ``samples`` is the count per pixel, and ``progress`` is called with the finished fraction.
     """
     return next(measure_parts_by(scene, strategy, repeats, samples, seed, threads, progress))
 
@@ -128,10 +131,11 @@ def measure_parts_by(
     progress: Callable[[float], object] | None = None,
     references: Callable[[Floats], Iterable[Reference]] = lambda whole: [Reference.of_images(whole)],
 ) -> Iterator[LightParts]:
-    """Yield the result of `measure_parts` for each of several references, all from the same images.
+    """Yield the covariances of the parts of a scene's light for each of several references, all from the same images.
 
-    A reference gives the denominators of the error. ``references`` returns the references for the whole images, (K, H,
-    W, 3).
+    The squares of a reference are the denominators of the error. ``references`` returns the references, given the whole
+    images (K, H, W, 3). The scene is rendered ``repeats`` (K) times with independent seeds and ``samples`` per pixel,
+    and ``progress`` is called with the finished fraction.
 
     Raises
     ------
@@ -167,10 +171,10 @@ def measure_parts_by(
 
 
 def lamp(what: str) -> tuple[str, str]:
-    """Return the name of a part's light source, and the file with the line that describe it, without folders.
+    """Split the name of a part of the kind ``light`` into the light source and its place in a file.
 
-    ``what`` is the name of a part of the kind ``light``, such as ``light 0: sun (/tmp/scene.toml:12)``; a part that no
-    file describes has an empty second text.
+    ``what`` is such as ``light 0: sun (/tmp/scene.toml:12)``, which gives ``sun`` and ``scene.toml:12``. The place is
+    empty if no file describes the source.
     """
     _, colon, said = what.partition(": ")
     if not colon:

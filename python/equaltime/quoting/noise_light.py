@@ -52,38 +52,42 @@ _SPLITTING = 2.5
 """Largest cost of a path whose light is split, in paths of a render: 1.6 to 2.1 measured, and the start."""
 _COST = _REFERENCE + _SPLITTING * REPEATS
 LEAST_PATHS = _COST * LEAST_SAMPLES * LEAST_PIXELS
-"""Least number of paths for a result."""
+"""Least number of camera paths that `noise_light` needs for a result."""
 
 
 @dataclass(frozen=True)
 class NoiseLight:
-    """Shares of error² that each kind of light makes, as fractions with their 95 % intervals."""
+    """Light that makes the noise of a render: shares of error², as fractions with their 95 % intervals."""
 
     seen: Interval
-    """Share of light that the camera sees directly, as at edges of lamps; with ``direct`` and ``indirect`` it sums to
-    1."""
+    """Share of error² of light that the camera sees directly, as at edges of lamps. ``seen``, ``direct`` and
+    ``indirect`` sum to 1."""
     direct: Interval
-    """Share of direct light: paths that leave a lamp and are scattered once on the way to the camera."""
+    """Share of error² of direct light: paths that leave a lamp and are scattered once on the way to the camera."""
     indirect: Interval
-    """Share of indirect light: paths that are scattered more than once."""
+    """Share of error² of indirect light: paths that are scattered more than once."""
     alone: Interval
     """Fraction of error² that would remain if indirect light had no noise."""
     indirect_alone: Interval
     """Fraction of error² that would remain if only indirect light had noise."""
     common: Interval
-    """Twice the covariance of indirect light and the rest; with ``alone`` and ``indirect_alone`` it sums to 1."""
+    """Twice the covariance of indirect light and all other light, as a fraction of the variance. ``common``, ``alone``
+    and ``indirect_alone`` sum to 1."""
     kinds: Mapping[str, Mapping[str, Interval]] = field(hash=False)
-    """Shares by kind: length of the path, technique, last BSDF, light; the shares of each kind sum to 1."""
+    """Shares of error² by kind (``length`` of the path, ``way`` or technique, last ``bsdf``, ``light`` source), then by
+    name. The shares of each kind sum to 1."""
     size: tuple[int, int]
     """Width and height of the measured film, in pixels."""
     samples: int
     """Samples per pixel in each repeat."""
     repeats: int
+    """Number of renders with independent seeds."""
     doubt: str = ""
-    """Reason why the intervals cannot be trusted (`equaltime.film.tails`); empty if they can."""
+    """Reason, in words, why the intervals cannot be trusted: few bright paths make the noise. Empty if they can be
+    trusted."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the shares as JSON data."""
+        """Return the fields by name as JSON data."""
         return fields_to_json(self, without=() if self.doubt else ("doubt",))
 
 
@@ -96,10 +100,16 @@ def noise_light(
 ) -> NoiseLight | None:
     """Return the share of a render's error² that each kind of light makes, measured on a small film.
 
+    The shares tell which light to sample better, or to leave out, for an image with less noise.
+
     Parameters
     ----------
     paths
         Work that the measurement may take, as a number of camera paths; at most 1.7 million are used.
+    seed
+        First seed; each repeat takes the next one.
+    threads
+        Number of worker threads; 0 is one for each processor.
 
     Returns
     -------

@@ -39,10 +39,10 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 FRACTIONS = (0.01, 0.1)
-"""Fractions of the pixels whose share of error² is stated."""
+"""Fractions of an image's pixels: the share of error² that the noisiest 1 % and 10 % of the pixels make is stated."""
 OUTSTANDING = 25.0
-"""A pixel stands out if its error² is more than this factor times the mean of the other pixels in its 7x7
-neighbourhood. This is five standard errors: with even noise, one pixel in a hundred thousand stands out."""
+"""Factor by which error² of a pixel that stands out exceeds the mean of the other pixels in its 7x7 neighbourhood. The
+factor is five standard errors: with even noise, one pixel in a hundred thousand stands out."""
 DOUBT = "light that few samples have found moves the share by more than its interval says"
 _CELLS = 16
 # Factor from (sum of parts)² over the sum of their squares to the degrees of freedom of the sum (Satterthwaite 1946): 3
@@ -52,7 +52,7 @@ _DEGREES = 2.0
 
 @dataclass(frozen=True)
 class NoiseRectangle:
-    """Smallest rectangle of cells that holds half of error².
+    """Smallest rectangle of cells that holds half of error²: the region where the noise is.
 
     The picture is divided into 16x16 cells.
     """
@@ -64,13 +64,13 @@ class NoiseRectangle:
     area: float
     """Area as a fraction of the picture, in [0, 1]."""
     share: Interval
-    """Share of error², measured by pixels that had no influence on the choice."""
+    """Share of error² in the rectangle, about half, measured by pixels that had no influence on its choice."""
 
     @property
     def stands_out(self) -> bool:
         """Whether the rectangle is noisier than the picture as a whole.
 
-        True if its share of error² is surely above its fraction of the picture's area.
+        True if the lower limit of its share of error² is above its fraction of the picture's area.
         """
         return self.share.low > self.area
 
@@ -81,22 +81,24 @@ class NoiseRectangle:
 
 @dataclass(frozen=True)
 class NoisePlaces:
-    """Shares of error², in [0, 1], of the noisiest pixels, of the smallest noisy rectangle, and of single pixels.
+    """Places that make the noise: shares of error² of the noisiest pixels, of a noisy rectangle, and of single pixels.
 
-    Every interval is marked as doubtful: light that few samples have found moves a share by more than its interval.
+    Shares are in [0, 1]. Every interval is marked as doubtful: light that few samples have found moves a share by more
+    than its interval.
     """
 
     noisiest: Mapping[float, Interval] = field(hash=False)
-    """Shares of the pixels with the noisiest neighbours, by their fraction of all pixels (`FRACTIONS`)."""
+    """Share of error² of the noisiest 1 % and 10 % of the pixels, by that fraction (`FRACTIONS`). The noise of its
+    neighbours decides whether a pixel is among them."""
     rectangle: NoiseRectangle
+    """Smallest rectangle that holds half of error²."""
     single: Interval
-    """Share of single pixels whose error² is more than `OUTSTANDING` times the mean of their neighbours, because of
-    rare bright paths."""
+    """Share of error² of pixels far above their neighbours (`OUTSTANDING`), because of rare bright paths."""
     single_pixels: tuple[tuple[int, int], ...]
     """(x, y) of the pixels of ``single`` on the whole film, the pixel with the largest error² first."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the shares and the positions of their pixels as JSON data."""
+        """Return the shares, the rectangle and the single pixels as JSON data."""
         return {
             "noisiest": [{"pixels": part, "share": share.as_dict()} for part, share in self.noisiest.items()],
             "rectangle": {**fields_to_json(self.rectangle), "stands_out": self.rectangle.stands_out},
@@ -110,11 +112,13 @@ def noise_places(pixels: PixelStatistics, corner: tuple[int, int] = (0, 0), leas
     Parameters
     ----------
     pixels
-        Statistics of the render. Every pixel needs samples in two replicates, and the image must not be black.
+        Statistics of the render. Every pixel needs samples in both halves of its samples, and the image must not be
+        black.
     corner
         Column and row of the render's first pixel on the whole film.
     least
-        Light that is certainly in each pixel, (H, W, 3), as in `equaltime.film.error.image_error`.
+        Light that is certainly in each pixel, (H, W, 3): small lamps that the camera sees. This light keeps the
+        denominators of error² from being too small; None if there is none.
     """
     height, width = pixels.samples.shape
     parts = error_parts(pixels, float(pixels.mean.mean()), least).value
@@ -134,13 +138,16 @@ def noise_places(pixels: PixelStatistics, corner: tuple[int, int] = (0, 0), leas
 
 
 def places_of(session: Session) -> NoisePlaces:
-    """Return the shares of error² that regions and pixels make in the picture of a session's render so far."""
+    """Return the shares of error² that regions and pixels make in the picture of a running render so far.
+
+    ``session`` is the render.
+    """
     pixels, window = session.statistics(), session.origin.window
     return noise_places(pixels, (window.x, window.y), session.lamps.least(*pixels.samples.shape))
 
 
 def share_within(parts: Floats, chosen: Mask) -> Interval:
-    """Return the share of error² that chosen pixels make, as a fraction with its interval.
+    """Return the share of error² that chosen pixels make, as a fraction with its 95 % interval.
 
     ``parts`` holds each pixel's contribution to error², and ``chosen`` is a mask of the same shape. The share is NaN if
     all contributions are 0.

@@ -17,7 +17,8 @@ from equaltime.rendering.passes import Progress
 __all__ = ["ENDED_FIRST", "Observer", "QuoteWatch", "overrides"]
 
 ENDED_FIRST = "the render ended before a pilot could tell anything"
-"""Reason that an observer receives if the render ends before there is a quote."""
+"""Reason that an observer receives for having no quote, if the render ends before its time or error can be
+predicted."""
 
 
 class Observer:
@@ -38,7 +39,10 @@ class Observer:
         decided: Callable[[Sequence[str]], object] | None = None,
         unsaved: Callable[[str], object] | None = None,
     ) -> Observer:
-        """Return an observer whose methods are these functions; where None is given, the method does nothing."""
+        """Return an observer that calls these functions; a method without a function does nothing.
+
+        Each function receives the arguments of the method of its name, without ``self``.
+        """
         functions = {
             "progress": progress,
             "pass_ended": pass_ended,
@@ -58,45 +62,54 @@ class Observer:
         """
 
     def pass_ended(self, image: Callable[[], NDArray[np.float64]]) -> None:
-        """Receive the end of a pass. ``image()`` returns the image so far, (H, W, 3), in linear RGB."""
+        """Receive the end of a pass over all pixels. ``image()`` returns the image so far, (H, W, 3), in linear RGB."""
 
     def quoted(self, quote: Quote) -> None:
         """Receive, once and early, the predicted time to reach the error, or the error that the time limit will reach.
 
-        A quote comes after at most max(8 samples per pixel, min(5 % of the work, 10 s)). For an error target, up to
-        4096 pixels are first rendered to the end (`equaltime.quoting.probe`). These pixels take at most 3 % of the
-        work, or 4 samples per pixel if that is more. Their samples are not in the image.
+        The prediction (quote) comes after at most max(8 samples per pixel, min(5 % of the work, 10 s)). For an error
+        target, up to 4096 pixels are first rendered to the end. This takes at most 3 % of the work, or 4 samples per
+        pixel if that is more. The samples of these pixels are not in the image.
         """
 
     def unquoted(self, why: str) -> None:
-        """Receive the reason, in words, why there is no quote although an error or a time was asked for.
+        """Receive the reason, in words, why time or error cannot be predicted although one of them is limited.
 
-        It is called once, and instead of `quoted`.
+        The method is called once, and instead of `quoted`.
         """
 
     def decided(self, why: Sequence[str]) -> None:
-        """Receive, in words, which effects were left out or kept and why: once, before the first sample."""
+        """Receive, in words, which effects (features such as media) were left out or kept, and why.
+
+        The method is called once, before the first sample.
+        """
 
     def unsaved(self, why: str) -> None:
-        """Receive the reason, in words, why a checkpoint was not written; the render goes on.
+        """Receive the reason, in words, why the render so far could not be saved (a checkpoint); the render goes on.
 
         After a failure, the next failure is reported only if a checkpoint was written in between.
         """
 
 
 def overrides(observer: Observer, method: str) -> bool:
-    """Tell whether an observer overrides the named method of `Observer`. If not, the event need not be computed."""
+    """Tell whether an observer overrides the named method of `Observer`; if not, the event need not be computed."""
     return getattr(type(observer), method) is not getattr(Observer, method)
 
 
 class QuoteWatch:
-    """Link from a pilot to an observer: it passes on the quote, or the reason for having none."""
+    """Link from a pilot (first passes of a render that predict) to an observer, to which it passes on the quote.
+
+    A quote is the predicted time or error. If none can be made, the observer receives the reason.
+    """
 
     def __init__(self, pilot: Pilot, observer: Observer) -> None:
         self._pilot, self._observer, self._done = pilot, observer, False
 
     def pass_ended(self) -> None:
-        """Tell the observer the quote, or the reason why there is none, if either is known after this pass."""
+        """Pass on the quote (prediction of time or error), or the reason for having none, to the observer, if known.
+
+        Call the method after every pass of the render.
+        """
         if self._done:
             return
         try:
@@ -110,9 +123,9 @@ class QuoteWatch:
             self._observer.quoted(found)
 
     def ended(self) -> None:
-        """Tell the observer, at the end of the render, that there is no quote.
+        """Give the observer, at the end of the render, the reason why there was no quote (prediction of time or error).
 
-        It is not told if it has already received a quote or a reason.
+        Do nothing if the observer has already received a quote or a reason.
         """
         if not self._done:
             self._done = True

@@ -36,36 +36,39 @@ N = TypeVar("N")
 
 @dataclass(frozen=True, eq=False)
 class Renders:
-    """K renders of one scene with independent seeds: their images, their seconds and the memory of the scene."""
+    """K renders of one scene with independent seeds, to be compared with K renders of another scene."""
 
     images: Floats
     """(K, H, W, 3): images, one for each seed."""
     seconds: Floats
     """(K,): seconds of each render."""
     memory: int
-    """Bytes of the scene in the core."""
+    """Bytes of memory that the scene takes in the core."""
 
 
 @dataclass(frozen=True, eq=False)
 class Versus:
-    """Render without some effects beside the full render: differences in time, variance, image and memory, at 95 %."""
+    """Renders without some effects beside renders of the whole scene: what the effects cost and change, at 95 %.
+
+    An effect is a feature of the scene, such as lens or media.
+    """
 
     time: Interval
-    """Share of the whole scene's rendering time that the effects take."""
+    """Share of the whole scene's rendering time that the effects (features such as media) take, as a fraction."""
     variance: Interval
-    """Share of the whole image's variance that the effects make."""
+    """Share of the whole image's variance that the effects (features such as media) make, as a fraction."""
     change: Interval
-    """Error due to leaving the effects out: 0.02 is 2 %."""
+    """Relative error of the image due to leaving out the effects (features such as media): 0.02 is 2 %."""
     memory: int
-    """Bytes of the scene in the core that the effects take."""
+    """Bytes of memory that the effects (features such as media) take in the core."""
     difference: Floats
-    """(H, W, 3): the image without the effects, minus the whole image."""
+    """(H, W, 3): the image without the effects (features such as media), minus the whole image."""
 
     @classmethod
     def of(cls, whole: Renders, less: Renders) -> Versus:
-        """Return the differences between renders of the whole scene and renders without some effects.
+        """Return the differences between renders of the whole scene and renders without some effects (such as media).
 
-        The renders ``whole`` and ``less`` (without the effects) are compared seed by seed.
+        The renders ``whole`` and ``less`` (without the effects) have the same seeds and are compared seed by seed.
         """
         denominator = Reference.of_images(whole.images).denominator
         moved = less.images - whole.images
@@ -92,9 +95,10 @@ def run_in_turn(
 ) -> tuple[Renders, dict[N, Renders]]:
     """Render a scene and its variants in turn, and return the scene's renders and the renders of each variant.
 
-    ``variants`` maps a key to the names of the effects that the variant leaves out. There are ``repeats`` rounds. Each
-    round renders the scene and all variants with one seed, the first with ``seed``, the next with ``seed + 1``. The
-    order alternates between rounds, so that a drifting machine affects all alike. ``samples`` is the count per pixel.
+    ``variants`` maps a key to the names of the effects (features such as media) that the variant leaves out. There are
+    ``repeats`` rounds. Each round renders the scene and all variants with one seed, the first with ``seed``, the next
+    with ``seed + 1``. The order alternates between rounds, so that a drifting machine affects all alike. ``samples`` is
+    the count per pixel. ``progress`` is called with the finished fraction.
 
     Raises
     ------
@@ -123,9 +127,10 @@ def _joined(results: list[tuple[Floats, float]], scene: Scene) -> Renders:
 
 
 def products(first: Floats, second: Floats, denominator: Floats) -> Floats:
-    """Return ``mean(a_r b_s / D)`` over pixels and channels for all pairs of seeds r and s, (K, K).
+    """Return the means of ``a_r b_s / D`` over pixels and channels for all pairs of seeds r and s, (K, K).
 
     ``first`` holds the images a and ``second`` the images b, both (K, H, W, 3); ``denominator`` is D, (H, W, 3).
+    Variances and covariances over seeds follow from these means.
     """
     repeats = len(first)
     weights = 1.0 / np.where(denominator > 0.0, denominator, np.inf)
@@ -142,11 +147,11 @@ def _unknown(moved: Floats, denominator: Floats) -> Interval | None:
 
 
 def change_of(squares: Floats) -> Interval:
-    """Return the root mean square of the mean of K images, without the noise of the images, as an interval.
+    """Return the root mean square of the expected image behind K images, without their noise, as an interval.
 
-    ``squares`` (K, K) are the `products` of the images with each other. If the lower end is not above 0, the upper end
-    is at least the root mean square of noise and change together. So rare light that few seeds have met is not taken
-    for absent.
+    ``squares`` (K, K) are the `products` of the K images with each other, for all pairs of seeds. If the lower end is
+    not above 0, the upper end is at least the root mean square of noise and change together. So rare light that few
+    seeds have met is not taken for absent.
     """
     found = jackknife(lambda kept: pairs_mean(squares, kept), len(squares)).map(signed_root)
     high = found.high if found.low > 0.0 else max(found.high, signed_root(float(squares.mean())))
@@ -154,9 +159,10 @@ def change_of(squares: Floats) -> Interval:
 
 
 def share_of(part: Floats, whole: Floats) -> Interval:
-    """Return the share of a part of an image in the variance of the whole image, as an interval.
+    """Return the share of a part of an image in the variance of the whole image, as a fraction with its interval.
 
-    ``part`` holds the `products` of part and whole, and ``whole`` the products of the whole with itself, both (K, K).
+    ``part`` holds the `products` of the part and the whole image for all pairs of seeds, (K, K). ``whole`` holds those
+    products of the whole image with itself.
     """
 
     def share(kept: Floats) -> float:

@@ -55,7 +55,7 @@ _LOADED = (25e6, 10e6, 40e6)
 
 
 def peak_bytes(before: int, pixels: int, probed: bool) -> Interval:
-    """Return the peak memory, in bytes, of a process that renders an image and saves it.
+    """Return the predicted peak memory, in bytes, of a process that renders an image and saves it.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def peak_bytes(before: int, pixels: int, probed: bool) -> Interval:
     pixels
         Number of the image's pixels.
     probed
-        Whether a probe (some pixels rendered to the end, `equaltime.quoting.probe`) may be made.
+        Whether a probe (some pixels rendered to the end to predict the error) may be made.
     """
     each = _A_PIXEL_IF_PROBED if probed else _A_PIXEL
     value, low, high = (before + loaded + pixels * each_pixel for loaded, each_pixel in zip(_LOADED, each, strict=True))
@@ -72,16 +72,17 @@ def peak_bytes(before: int, pixels: int, probed: bool) -> Interval:
 
 
 TARGETS = (0.20, 0.10, 0.05, 0.02, 0.01)
-"""Relative errors for which every quote states the time to reach them."""
+"""Relative errors for which every quote (prediction of a render) states the time to reach them."""
 
 _PILOT_SHARE = 0.05
 
 USUAL_SECONDS = 10.0
-"""Longest time of pilot plus probe, in seconds, unless the least samples of a pilot take longer. Users do not want to
-wait minutes for the quote of an hour."""
+"""Longest time of the renders behind a quote (prediction), in seconds, unless their least samples take longer. Users do
+not want to wait minutes for the quote of an hour."""
 
 FEWEST = 2
-"""Least samples a pixel of a pilot that is not part of a render: each replicate then has one sample."""
+"""Least samples per pixel of a short render behind a quote (prediction): one for each of two halves, whose difference
+gives the error."""
 
 _FIRST = 4
 """Least samples a pixel of a pilot that has a probe, without adaptive sampling; other pilots have 8 or more."""
@@ -97,29 +98,33 @@ _LEAST_DRAWS, _MOST_DRAWS = 16, 4096
 
 @dataclass(frozen=True, repr=False)
 class Quote(Shown):
-    """Quote: the predicted time, samples per pixel, error and memory of a render."""
+    """Quote: the predicted time, samples per pixel, error and memory of a render, from a short render (pilot)."""
 
     seconds: Interval
     """Seconds from the first sample (of this run, if it resumes another) to the final film."""
     spp: Interval
-    """Samples per pixel."""
+    """Predicted samples per pixel at the end."""
     error: Interval
-    """Error of the image at the end; in doubt if the pilot's error was (`equaltime.film.tails`)."""
+    """Predicted relative error of the image at the end, as a fraction. The error is marked as doubtful if few pixels
+    make most of the error of the short render behind the prediction."""
     memory: Interval
     """Peak bytes of the process, including scene and libraries, from the first sample until the image is saved."""
     law: Law
+    """Fitted law of the render: its error and its time by the number of samples per pixel."""
     prices: Mapping[float, Interval] = field(hash=False)
-    """Seconds to reach each error in `TARGETS` that is below the pilot's error, by that error."""
+    """Seconds to reach each relative error of `TARGETS`, by that error. Errors that the short render behind the quote
+    reached already are left out."""
     pilot_seconds: float
-    """Seconds of pilot and probe, and of finding the places and the light that make the noise."""
+    """Seconds that the prediction took, including the search for places and light that make the noise."""
     origin: Origin
     """Origin of the quoted render: scene, strategy and seed that the prediction refers to."""
     places: NoisePlaces | None = None
-    """Shares of error² of regions and pixels; None if the quote comes from a render's own first passes."""
+    """Places of the noise: shares of error² of regions and pixels. None if a running render was quoted from its first
+    passes."""
     light: NoiseLight | None = None
-    """Light that makes the noise; None if it was not asked for, or if the pilot had no time for it."""
+    """Light that makes the noise, by kind; None if it was not asked for, or if there was no time to find it."""
     interrupted: bool = False
-    """Whether Ctrl-C ended the pilot, so that the quote is from fewer samples."""
+    """Whether Ctrl-C ended the short render behind the quote, which then predicts from fewer samples."""
 
     def __str__(self) -> str:
         number = stated(self.origin)
@@ -131,7 +136,7 @@ class Quote(Shown):
         return "\n".join([*lines, *below])
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the quote as JSON data."""
+        """Return the quote as JSON data: the fields by name, and the strategy and depth of the quoted render."""
         absent = [name for name in ("places", "light", "interrupted") if not getattr(self, name)]
         return {
             **fields_to_json(self, without=("prices", "origin", *absent)),
@@ -141,7 +146,7 @@ class Quote(Shown):
 
 
 class Pilot:
-    """First passes of a render, from which a quote (prediction) is made.
+    """First passes of a render, or a short render, from which time and error are predicted (a quote).
 
     Parameters
     ----------
@@ -153,10 +158,10 @@ class Pilot:
         Whether to make a probe: some pixels rendered to the end, whose samples are not in the image.
     hurried
         True if a user waits for the quote: the pilot then takes at most about ten seconds. False if the pilot chooses a
-        fixed sample count (`equaltime.quoting.fixed_count`). It may then take longer, depends on a clock only if a time
-        is one of the limits, and predicts no times to other errors.
+        fixed sample count (`equaltime.quoting.fixed_count`). Such a pilot may take longer, depends on a clock only if a
+        time is one of the limits, and predicts no times to other errors.
     fewest
-        Least samples a pixel of the pilot, if 8 take more than ten seconds and the pilot is hurried.
+        Least samples per pixel of the pilot, if 8 take more than ten seconds and the pilot is hurried.
     """
 
     def __init__(
@@ -192,25 +197,31 @@ class Pilot:
 
     @property
     def taken(self) -> float:
-        """Number of samples that pilot and probe have taken so far, over all pixels."""
+        """Number of samples, over all pixels, that the pilot and its probe have taken so far.
+
+        A probe is some pixels that are rendered to the end.
+        """
         passes = self._session.passes
         return (passes.samples - self._before) * passes.pixels + self._probed
 
     @property
     def left(self) -> float:
-        """Number of samples that pilot and probe may still take, over all pixels."""
+        """Number of samples, over all pixels, that the pilot and its probe may still take.
+
+        A probe is some pixels that are rendered to the end.
+        """
         return max(0.0, self._room * self._session.passes.pixels - self.taken)
 
     def run(self, seconds: float | None = None) -> Quote | None:
-        """Run the passes of a pilot that is not part of a render, and return the quote once there is one.
+        """Run the passes of a short render, and return the quote (prediction of time and error) once there is one.
 
         ``seconds`` limits the time; the result is None if the time ends first. After Ctrl-C, a hurried pilot quotes
-        what it has seen.
+        from the samples so far.
 
         Raises
         ------
         RenderError
-            As `pass_ended` does.
+            If a quote is due and no sample saw light, or if the limits take more samples than a render can have.
         SampleError
             If a sample went wrong.
         KeyboardInterrupt
@@ -238,15 +249,15 @@ class Pilot:
                 return None
 
     def pass_ended(self) -> Quote | None:
-        """Return the quote if enough is known after this pass, else None; call it after every pass.
+        """Return the quote (prediction of time and error) if enough is known after this pass, else None.
 
-        The error is estimated after 2, 4, 8, … samples per pixel, half way between these counts, and where a quote may
-        be due. It is not estimated if no time is left for that.
+        Call the method after every pass. The error is estimated after 2, 4, 8, … samples per pixel, half way between
+        these counts, and where a quote may be due. The estimate is left out if there is no time for it.
 
         Raises
         ------
         RenderError
-            If a quote is due and the pilot saw no light, or if the limits take more samples than a render can have.
+            If a quote is due and no sample saw light, or if the limits take more samples than a render can have.
         """
         passes = self._session.passes
         samples, due = passes.samples, passes.samples >= self.due or self._is_slow

@@ -92,9 +92,10 @@ class Probe:
 
     @classmethod
     def of(cls, session: Session, samples: int, draws: int) -> Probe:
-        """Return a probe of a session's render, whose final count is ``samples`` per pixel; it draws ``draws`` pixels.
+        """Return a probe of a session's render: ``draws`` pixels, to be rendered to the final sample count.
 
-        The samples of the session so far are the pilot.
+        ``samples`` is that count per pixel. The samples that the session has taken decide which pixels are likely to be
+        drawn.
         """
         return cls(
             session.job.scene,
@@ -111,20 +112,20 @@ class Probe:
     def taken(self) -> float:
         """Number of samples that the probe has taken, over all its pixels.
 
-        Where the samples of a pixel are one net, the number includes the second, independent net from which the
-        variance follows.
+        If the samples of a pixel are one net (low-discrepancy point set), the samples of a second, independent net,
+        which tells the variance, are counted too.
         """
         return self._samples * self._cost
 
     def most_samples(self, taken: float) -> int:
-        """Return the largest sample count per pixel, an even number, that the probe can reach.
+        """Return the largest sample count per pixel, an even number, to which the drawn pixels can be rendered.
 
-        ``taken`` is the number of samples that the probe may take over all its pixels.
+        ``taken`` is the number of samples that may be taken over all these pixels.
         """
         return 2 * math.floor(0.5 * taken / self._cost)
 
     def advance(self, samples: int) -> Probed | None:
-        """Render the probe up to ``samples`` per pixel, and return the predicted error of the image at that count.
+        """Render the drawn pixels up to ``samples`` per pixel; return the predicted error of the image at that count.
 
         The result is None if the drawn pixels have no noise: too few were drawn for a prediction.
 

@@ -59,17 +59,23 @@ def quote(
 
     Parameters
     ----------
-    scene, strategy, seed, threads, progress
-        As for `equaltime.render`.
+    scene
+        A loaded scene, the path of a scene file, or a dict with Mitsuba's keys.
+    strategy
+        A `Strategy`, or text for `Strategy.parse`.
+    seed, threads
+        Seed of the render, and its number of worker threads; 0 is one for each processor.
+    progress
+        Function that is called with the pilot's `Progress`, about ten times a second.
     error, time
         The relative error to reach (0.02 is 2 %), and the seconds to spend. With both, the quote is for a render that
         ends at the limit it meets first; with neither, for a render of 30 seconds.
     why
         Whether to find which light makes the noise. None: if the pilot's allowance has room for it. True: always, with
         as much work as the pilot if need be. False: never.
-
     cluster
-        Processes that render the pilot, as for `equaltime.render`. The quote is then for a render by them.
+        Processes that render the pilot: ``local:N``, the address of a scheduler of Dask, a ``distributed.Client``, or a
+        ``concurrent.futures.Executor``. The quote is for a render by these processes. None: this process.
 
     Raises
     ------
@@ -115,9 +121,9 @@ def _quoted(session: Session, limits: Limits, why: bool | None) -> Quote:
 
 
 def seconds_of_pilot(scene: Scene, strategy: Strategy, threads: int = 0) -> float:
-    """Return the seconds that the shortest pilot of a scene takes; 0 if the scene's film is small.
+    """Return the seconds that the shortest pilot (short render that predicts) of a scene takes; 0 if its film is small.
 
-    They are measured by rendering a small film of the scene.
+    The seconds are measured by rendering a small film of the scene.
     """
     pixels = scene.model.sensor.film.crop[2] * scene.model.sensor.film.crop[3]
     if pixels <= _LEAST_TIMED:

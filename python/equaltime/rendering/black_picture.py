@@ -24,7 +24,8 @@ _WARNS = ContextVar("_WARNS", default=True)
 def warn_if_black(result: Result, scene: Scene, stacklevel: int) -> Result:
     """Return the result unchanged, after a warning (`EqualtimeWarning`) if its picture is black everywhere.
 
-    ``stacklevel`` is as for `warnings.warn`, counted from the caller.
+    ``stacklevel`` selects the line of code that the warning names: 1 is the call of this function, 2 is the call of the
+    function that made that call.
     """
     if _WARNS.get() and (message := black_picture(result, scene)):
         warnings.warn(message, EqualtimeWarning, stacklevel + 1)
@@ -33,7 +34,10 @@ def warn_if_black(result: Result, scene: Scene, stacklevel: int) -> Result:
 
 @contextmanager
 def unwarned() -> Iterator[None]:
-    """Return a context in which renders do not warn of black pictures; renders of other threads still warn."""
+    """Return a context in which renders do not warn of black pictures; renders of other threads still warn.
+
+    A caller that reports a black picture itself uses the context, so that its user is not warned twice.
+    """
     token = _WARNS.set(False)
     try:
         yield
@@ -60,7 +64,10 @@ def black_picture(result: Result, scene: Scene, known: Sequence[Finding] | None 
 
 
 def reasons(findings: Iterable[Finding]) -> list[Finding]:
-    """Return the findings of `lint`, out of ``findings``, that can make a picture black."""
+    """Return the findings of `lint`, out of ``findings``, that can make a picture black.
+
+    A camera inside a closed surface is such a finding.
+    """
     return [finding for finding in findings if finding.check in _REASONS]
 
 

@@ -18,7 +18,7 @@ __all__ = ["Brightest", "brightest_sample"]
 
 @dataclass(frozen=True)
 class Brightest:
-    """Brightest sample of a pixel, beside the mean of the pixel's other samples.
+    """Brightest sample of a pixel, beside the mean of the pixel's other samples, to explain a bright dot in an image.
 
     Luminance is in the units of the image, and includes the weight of the pixel's filter.
     """
@@ -26,7 +26,7 @@ class Brightest:
     sample: int
     """Number of the brightest sample in its pixel, from 0. A sample that is NaN or infinite counts as the brightest."""
     samples: int
-    """Number of samples that were looked at, from sample 0 on: the search ends at one that is NaN or infinite."""
+    """Number of samples that were searched, from sample 0 on: the search ends at a sample that is NaN or infinite."""
     luminance: float
     """Luminance of the brightest sample; NaN if one of its channels is NaN or infinite."""
     mean_of_others: float
@@ -52,7 +52,7 @@ class Brightest:
 def brightest_sample(scene: Scene, strategy: Strategy, samples: int, seed: int) -> Brightest:
     """Return the brightest of the first ``samples`` samples of a scene whose crop is a single pixel.
 
-    A render with this strategy and seed takes the same samples. A thousand samples of a simple scene take 0.1 s.
+    A render with this strategy and seed takes these samples too. A thousand samples of a simple scene take 0.1 s.
     """
     even = strategy.model_copy(update={"adaptive": "none"})  # the same samples, whatever their number
     renderer = make_renderer(scene, even, seed, threads=1, second_net=0)

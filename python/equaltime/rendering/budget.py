@@ -32,7 +32,9 @@ __all__ = ["FIRST_LOOK", "Limits", "Look", "Looks", "Stop", "StopRule", "Stopped
 StopRule = Literal["look", "fixed"]
 
 StoppedBy = Literal["spp", "time", "error", "count", "interrupt", "nonfinite", "faulty", "unfinished", "merge"]
-"""Reasons why a render ends (`equaltime.rendering.result.Result.stopped_by`)."""
+"""Reasons why a render ends: number of samples (``spp``), ``time``, ``error``, or the ``count`` that a short render
+chose; Ctrl-C (``interrupt``); a sample that is NaN or infinite, or that raised a floating-point fault (``faulty``).
+``unfinished`` is a render saved on the way, and ``merge`` one that was merged."""
 
 _ALWAYS = ("rule", "selects", "error")
 
@@ -42,44 +44,52 @@ _OF_FIXED = ("spp", "pilot_seed", "pilot_spp", "pilot_seconds")
 
 @dataclass(frozen=True)
 class Stop:
-    """Rule by which a render stops at an error.
+    """Rule by which a render stops at an error; it is stored with the result.
 
-    The render stops by its own estimates of the error (``look``), or at a count that a pilot chose before (``fixed``).
+    The render stops by its own estimates of the error (``look``), or at a sample count that a pilot chose before
+    (``fixed``). A pilot is a short render that predicts.
     """
 
     rule: StopRule
-    """``look``: the render looks at its own error; ``fixed``: a pilot chose the count."""
+    """``look``: the render stops by estimates of its own error; ``fixed``: a pilot (short render) chose the sample
+    count."""
     error: float
-    """Relative error to reach, as a fraction. The bias due to effects that were left out is not part of it."""
+    """Relative error to reach, as a fraction, without the bias due to effects, such as media, that were left out."""
     spp: int | None = None
-    """Samples per pixel that the pilot chose; None for ``look``."""
+    """Samples per pixel that a pilot (short render that predicts) chose; None for ``look``."""
     pilot_seed: int | None = None
-    """Seed of the pilot's samples; None for ``look``."""
+    """Seed of the samples of the pilot (short render that predicts); None for the rule ``look``."""
     pilot_spp: int | None = None
-    """Samples per pixel of the pilot, which are not part of the image; None for ``look``."""
+    """Samples per pixel of the pilot (short render that predicts), which are not part of the image; None for ``look``.
+    """
     pilot_seconds: float = 0.0
+    """Seconds that the pilot (short render that predicts) took; 0 for ``look``."""
 
     @property
     def selects(self) -> bool:
-        """Whether the sample count depends on the image: True for the rule ``look``.
+        """Whether the image decides its own sample count: True for the rule ``look``, False for ``fixed``.
 
-        Such a rule selects images that have met few rare bright paths.
+        With ``look``, images that have met few rare bright paths stop early, so the mean over many renders is biased.
         """
         return self.rule == "look"
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the rule as JSON data, in the form in which the record of a result (`Result.record`) holds it."""
+        """Return the rule as JSON data, which is stored with a result: its fields by name.
+
+        ``spp`` and the fields whose names begin with ``pilot`` are left out for the rule ``look``.
+        """
         names = _ALWAYS if self.selects else (*_ALWAYS, *_OF_FIXED)
         return {name: getattr(self, name) for name in names}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Stop:
-        """Return the rule from the data of `as_dict`."""
+        """Return the rule from its fields as JSON data; missing optional fields get their defaults."""
         return cls(**{name: data[name] for name in ("rule", "error", *_OF_FIXED) if name in data})
 
 
 FIRST_LOOK = 8
-"""Samples per pixel at the first look; fewer say too little about the error."""
+"""Samples per pixel at which a render with an error target first estimates its error; fewer say too little about the
+error."""
 
 _GROWTH = 1.4
 """Factor between the sample counts of looks."""
@@ -101,7 +111,8 @@ class Limits:
     spp: int | None = None
     seconds: float | None = None
     error: float | None = None
-    """Upper limit of the image's error: 0.02 is 2 %."""
+    """Relative error to reach: the render ends when the upper limit of its error is at most this fraction (0.02 is 2
+    %)."""
 
     def __post_init__(self) -> None:
         """Convert the limits to Python's numbers: JSON cannot hold NumPy's numbers or fractions."""
@@ -111,27 +122,35 @@ class Limits:
 
 
 class Look(NamedTuple):
-    """Look: the estimate of a render's error at a sample count at which the render may stop."""
+    """Look: the estimate of a render's error at a sample count at which the render may stop.
+
+    All errors are relative errors of the image, as fractions.
+    """
 
     samples: int
     """Samples per pixel."""
     value: float
+    """Estimated error."""
     high: float
     """Upper end of the 95 % interval of the error, as a fraction."""
     brightest: float = 0.0
-    """Brightness of the brightest path, as `equaltime.film.tails.averaged_out` defines it."""
+    """Brightness of the brightest path met so far: its share of error², times error², times the square of ``samples``.
+    A path keeps this brightness while samples are added (`equaltime.film.tails.averaged_out`)."""
 
     @property
     def believed(self) -> float:
-        """Error that counts at this look: the upper limit, or 1.15 times the estimate if that is larger."""
+        """Error by which this look decides whether the render stops, as a fraction.
+
+        It is the upper limit, or 1.15 times the estimate if that is larger.
+        """
         return max(self.high, _LEAST_DOUBT * self.value)
 
 
 def next_look(samples: int) -> int:
     """Return the sample count per pixel at which a render next estimates its error to decide whether it stops.
 
-    The result is above ``samples``, the present count per pixel. It is even, so that replicates (halves of the samples)
-    are of one size.
+    The result is above ``samples``, the present count per pixel. The result is even, so that replicates (halves of the
+    samples) are of one size.
     """
     count = FIRST_LOOK
     while count <= samples:
@@ -140,7 +159,7 @@ def next_look(samples: int) -> int:
 
 
 class Looks:
-    """All looks of one render: the estimates of its error at which it may stop.
+    """All looks of one render (estimates of its error at which it may stop), to decide when it stops.
 
     Parameters
     ----------
@@ -158,19 +177,26 @@ class Looks:
 
     @property
     def brightest(self) -> float:
-        """Largest brightness of the brightest path at any look; 0 without looks.
+        """Largest brightness of a path at any look (estimate of the error on the way); 0 without looks.
 
-        `equaltime.film.tails.averaged_out` defines that brightness.
+        A path's brightness is its share of error², times error², times the square of the samples per pixel. The largest
+        brightness tells later whether a bright path has averaged out, which puts the error in doubt.
         """
         return max((look.brightest for look in self.made), default=0.0)
 
     def look(self, error: Interval, samples: int, brightest: float = 0.0) -> None:
-        """Add a look: the estimated error at ``samples`` per pixel, and the brightness of the brightest path."""
+        """Add a look: the estimated error at ``samples`` per pixel, and the brightness of the brightest path.
+
+        The brightness of a path is its share of error², times error², times the square of ``samples``.
+        """
         self.last = error
         self.made = (*self.made, Look(samples, error.value, error.high, brightest))
 
     def met(self, target: float) -> bool:
-        """Tell whether the last two looks agree that the error is at most ``target``, a fraction."""
+        """Tell whether the last two looks (estimates of the error) agree that the error is at most ``target``.
+
+        ``target`` is a fraction. The first of the two looks may exceed it by a fifth.
+        """
         if len(self.made) < 2:
             return False
         before, last = (look.believed for look in self.made[-2:])

@@ -45,46 +45,52 @@ _DISPLAY = {".png", ".jpg", ".jpeg", ".bmp", ".tga", ".gif", ".webp"}
 
 @dataclass(frozen=True)
 class Compared:
-    """One image, and its distances from the image that it was compared with."""
+    """Result of `compare` for one image: its distances from the image that it was compared with."""
 
     path: Path
+    """File of the image."""
     metrics: Mapping[str, Interval] = field(hash=False)
-    """Metrics by name (`equaltime.images.metrics`). They hold for this one image, not for the average over renders.
-    Known noise of the other image is subtracted. If that noise is too large, the value is NaN, and ``high`` is an upper
-    limit."""
+    """Distances by the name of the metric: ``error`` (square root of relMSE), ``relmse``, ``mse``, ``mare`` and
+    ``flip``. The distances hold for this one image, not for the average over renders. Known noise of the other image is
+    subtracted. If that noise is too large, the value is NaN, and ``high`` is an upper limit."""
     bias_p: float | None
     """P-value of the test that both images have equal expected values. If it is small, one of the two images is biased.
     None if the files do not allow the test, or if few bright pixels make the noise."""
     own: Interval | None
-    """Error that the file's record states, with the stated doubt; None if the record states no error."""
+    """Relative error that the image's own file states, with its interval and any stated reason to doubt it; None if the
+    file states no error."""
     doubt: str
-    """Reason why the other image may lack light, so that the intervals of the metrics may miss the truth. It is the
-    doubt that the other image's record states; empty if it states none."""
+    """Reason, in words, why the other image may lack light, so that the intervals of the metrics may miss the truth.
+    The file of the other image states the reason; empty if it states none."""
     seconds: float | None
     """Rendering time in seconds; None if the file does not state it."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the distances as JSON data."""
+        """Return the fields by name as JSON data; ``own`` is named ``own_estimate``."""
         return {**fields_to_json(self, without=("own",)), "own_estimate": to_json(self.own)}
 
 
 @dataclass(frozen=True, repr=False)
 class Comparison(Shown):
-    """Distances of one or two images from a reference, and the ratios of two images, as `compare` returns them."""
+    """Result of `compare`: distances of one or two images from a reference, and the ratios of two images.
+
+    A and B are the first and the second image that were compared.
+    """
 
     size: tuple[int, int]
     """Width and height, in pixels."""
     against: Path
-    """File that stands for the truth: the reference, or B if there is none."""
+    """File that stands for the truth: the reference, or the second image if there is no reference."""
     images: tuple[Compared, ...]
-    """A and B; A alone if there is no reference."""
+    """Distances of the first and the second image from the reference; without a reference, of the first from the
+    second."""
     ratio: Interval | None
-    """Error of image A divided by the error of image B, for these two images only; below 1, A is nearer to the
-    reference. None if there is no reference, or if its noise is too large. The ends of the interval are NaN if the file
-    of the reference has no standard errors."""
+    """Error of the first image divided by the error of the second, for these two images only; below 1, the first is
+    nearer to the reference. None if there is no reference, or if its noise is too large. The ends of the interval are
+    NaN if the file of the reference has no standard errors."""
     efficiency: Interval | None
-    """Efficiency of image A, 1 / (error² x seconds), divided by the efficiency of image B, for these two images only.
-    None if there is no ratio, or if a file does not state its time."""
+    """Efficiency of the first image, 1 / (error² x seconds), divided by the efficiency of the second, for these two
+    images only. None if there is no ratio, or if a file does not state its time."""
     notes: tuple[str, ...]
     """Sentences on facts that limit the numbers, such as a noisy reference."""
 

@@ -46,16 +46,17 @@ __all__ = [
 ]
 
 REPLICATES = 2
-"""Number of replicates of a render (parts of each pixel's samples); their differences give its error."""
+"""Number of replicates of a render: equal parts of each pixel's samples, whose differences give the image's error."""
 ONE_NET = 2**16
-"""Least number of pixels of the whole film for which all samples of a pixel are one net (see `nets`). On a smaller
-film, too large a part of the pixels would need a second net for the error to be known."""
+"""Least number of pixels of the whole film for which all samples of a pixel are one net (low-discrepancy point set).
+The error of one net needs a second, independent net in some pixels, and these would be too large a part of a smaller
+film."""
 _SECOND_NETS = 2048
 """Least number of pixels with a second net, unless the crop has fewer: they give the image's error to 2 to 3 %."""
 _RARE_LIGHT: WeakKeyDictionary[Scene, bool] = WeakKeyDictionary()
 """Whether a scene has light that few pixels meet: found once for each scene."""
 MOMENTS_BYTES = 40
-"""Bytes of one pixel's moments in a film of the core."""
+"""Bytes that a film of the core needs for a pixel's moments: count, means and deviations of its samples."""
 _RESULT_BYTES = 100
 """Bytes of one pixel in a result, beside the film: image, standard error, counts, and copies on the way to a file."""
 
@@ -68,10 +69,11 @@ def make_renderer(
     kinds: tuple[type[_core.Renderer], type[AdaptiveRenderer]] | None = None,
     **options: Any,
 ) -> _core.Renderer:
-    """Return the core's renderer for a scene and a strategy; ``options`` go to `_core.Renderer`.
+    """Return the core's renderer for a scene and a strategy, with two replicates (halves of each pixel's samples).
 
-    ``kinds`` are the classes for even and for adaptive sample counts; None for `_core.Renderer` and `AdaptiveRenderer`.
-    Raises `SceneError` or `RenderError` if there is not enough memory.
+    ``options`` are further keyword arguments of `_core.Renderer`, and override those that follow from scene and
+    strategy. ``kinds`` are the classes for even and for adaptive sample counts; None for `_core.Renderer` and
+    `AdaptiveRenderer`. Raises `SceneError` or `RenderError` if there is not enough memory.
     """
     settings = core_settings(scene, strategy)
     check_memory(scene, REPLICATES * MOMENTS_BYTES + _RESULT_BYTES)
@@ -88,10 +90,11 @@ def make_renderer(
 def nets(scene: Scene, strategy: Strategy) -> int:
     """Return the number of nets (low-discrepancy point sets) that the samples of a pixel form: 1 or 2.
 
-    Two nets of a pixel are independent. The number is 1 for the lattice sampler on a film of at least 2^16 pixels, else
-    2. It is also 2 if specular surfaces focus the light of very small emitters, or if the lamps in sight are smaller
-    than a pixel: few pixels meet such light, and second nets in a 32nd of the pixels would not show its noise. The
-    choice does not depend on the crop or the seed.
+    Two nets of a pixel are independent, so their difference shows the noise. One net has less noise, but further
+    samples in some pixels, a second net, must show how much. The number is 1 for the lattice sampler on a film of at
+    least 2^16 pixels, else 2. It is also 2 if specular surfaces focus the light of very small emitters, or if the lamps
+    in sight are smaller than a pixel. Few pixels meet such light, and second nets in a 32nd of the pixels would not
+    show its noise. The choice does not depend on the crop or the seed.
     """
     width, height = scene.model.sensor.film.size
     if strategy.sampler != "lattice" or width * height < ONE_NET:
@@ -106,8 +109,8 @@ def nets(scene: Scene, strategy: Strategy) -> int:
 def second_net(scene: Scene, strategy: Strategy) -> int:
     """Return k if one of every k pixels has a second net; 0 if no pixel has one.
 
-    A second net is a set of further samples of a pixel, which is not in the image. Its difference from the first net
-    gives the variance (`equaltime.film.second_nets`).
+    A net is a low-discrepancy point set. A second net is a set of further samples of a pixel, which is not in the
+    image. Its difference from the first net gives the variance (`equaltime.film.second_nets`).
     """
     if nets(scene, strategy) > 1:
         return 0
@@ -128,13 +131,17 @@ class AdaptiveRenderer(_core.Renderer):
 
     @property
     def counts(self) -> Counts | None:
-        """Sample counts that the pilot chose: ``even`` or ``error`` (uneven); None before the pilot has ended."""
+        """Sample counts of pixels: ``even`` or ``error`` (uneven); None before the pilot has ended, which chooses.
+
+        The pilot is the first samples of every pixel.
+        """
         return None if self._rates is None else "even" if (self._rates == 1.0).all() else "error"
 
     def rates(self, samples: int) -> NDArray[np.float64]:
-        """Return the ratio of each pixel's sample count to the mean count, (H, W).
+        """Return how samples are distributed over pixels: each pixel's count divided by the mean count, (H, W).
 
-        ``samples`` is the mean count. The pilot must have ended.
+        ``samples`` is the mean count. The first samples of every pixel, from which the ratios follow, must have been
+        taken.
         """
         if self._rates is None:
             self._decide(self)
@@ -150,8 +157,9 @@ class AdaptiveRenderer(_core.Renderer):
     ) -> bool:
         """Render until pixels have ``samples`` samples on average; return whether that count is reached.
 
-        ``seconds``, ``poll`` and ``pause`` are as in `_core.Renderer.advance`. A sample in the pilot that is NaN or
-        infinite also ends the call.
+        The call ends early after ``seconds``, or when ``poll``, called about every 0.05 s, returns False. After
+        ``pause`` seconds the call ends too, with all begun blocks of pixels finished. A sample among the first ones,
+        from which counts follow, that is NaN or infinite ends the call.
         """
         if samples <= PILOT or self._rates is not None:
             return super().advance(samples, seconds, poll, pause)
@@ -164,9 +172,10 @@ class AdaptiveRenderer(_core.Renderer):
         return super().advance(samples, seconds, poll, pause)
 
     def take_up(self, *, paths: int, rays: int, shadow_rays: int, position: tuple[int, int, int]) -> None:
-        """Resume a saved render at its position (`Result.position`), with its counts of paths and rays.
+        """Resume a saved render at its position in the passes, with its counts of paths, rays and shadow rays.
 
-        The pilot is rendered again, since the saved film holds more samples than the pilot's.
+        ``position`` holds the completed samples per pixel, the samples of the running pass, and its next block. The
+        first samples, from which sample counts follow, are rendered again, since the saved film holds more samples.
         """
         pilot = self._pilot()
         pilot.advance(PILOT)
@@ -217,7 +226,7 @@ def alpha(scene: Scene, strategy: Strategy, seed: int, threads: int, samples: in
 
 
 def traced(scene: Scene, strategy: Strategy, pixel: tuple[int, int], index: int, seed: int) -> dict[str, Any]:
-    """Return the path of one sample, as the core describes it, with the same bits as in a render.
+    """Return the path of one sample, traced again with the same bits as in a render: the data of a `Replay`.
 
     ``pixel`` is (x, y) in the whole film. ``index`` is the number of the sample in the pixel, from 0.
     """
@@ -238,7 +247,7 @@ def bad_sample(
     """Return an error for the first bad sample of a renderer; the error holds the command that replays the sample.
 
     A sample is bad if it is NaN or infinite, or raised a floating-point fault. ``result`` is the result so far, which
-    the error holds too. ``without`` names the effects that were left out.
+    the error holds too. ``without`` names the effects (features of the scene, such as media) that were left out.
     """
     x, y, index = renderer.nonfinite[0] if renderer.nonfinite else renderer.faulty[0][:3]
     left, top, _, _ = scene.model.sensor.film.crop
@@ -262,9 +271,9 @@ def core_settings(scene: Scene, strategy: Strategy) -> _core.Settings:
 
 
 def check_memory(scene: Scene, bytes_per_pixel: float) -> None:
-    """Raise `SceneError` if a film needs more memory than this machine or its container has.
+    """Raise `SceneError` if a film (image in memory) needs more memory than this machine or its container has.
 
-    Otherwise the system would end the process without a message.
+    ``bytes_per_pixel`` is the film's need. Without the check, the system would end the process without a message.
     """
     _, _, width, height = scene.model.sensor.film.crop
     needed = width * height * bytes_per_pixel

@@ -27,7 +27,10 @@ RendererKind = Literal["core", "mitsuba", "command"]
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """State of a render at a checkpoint of an experiment: when pixels have ``spp`` samples (on average, if uneven)."""
+    """State of a render at a checkpoint of an experiment: image, time and cost at one sample count.
+
+    At the checkpoint, pixels have ``spp`` samples (on average, if uneven).
+    """
 
     spp: int
     wall_s: float
@@ -37,11 +40,13 @@ class Point:
     image: NDArray[np.float32]
     """(H, W, 3): linear RGB radiance."""
     estimate: Interval | None = None
-    """Error that the renderer itself states; None if it states none."""
+    """Relative error that the renderer itself states, without a reference; None if it states none."""
     paths: int | None = None
+    """Number of camera paths so far; None if the renderer does not count them."""
     rays: int | None = None
+    """Number of rays so far, without shadow rays; None if the renderer does not count them."""
     shadow_rays: int | None = None
-    """Counts so far of paths, rays and shadow rays; None if the renderer does not count them."""
+    """Number of shadow rays so far; None if the renderer does not count them."""
     samples: NDArray[np.int64] | None = None
     """(H, W): number of samples of each pixel; None if all pixels have ``spp``."""
     variance: NDArray[np.float32] | None = None
@@ -49,7 +54,7 @@ class Point:
 
 
 class Subject(Protocol):
-    """Interface of a strategy of some renderer in an experiment.
+    """Interface of a renderer with a strategy that takes part in an experiment; write one to add your own renderer.
 
     A subject may have a method ``close``, which is called when the subject is no longer needed.
     """
@@ -88,10 +93,10 @@ class Subject(Protocol):
 
 @dataclass
 class CoreSubject:
-    """Subject of experiments that renders with equaltime's core, one renderer for each run.
+    """Subject of experiments (object that renders) with equaltime's core, one renderer for each run.
 
-    The clocks run only while samples are taken. They exclude making the film, and the image and the error estimate at a
-    checkpoint.
+    The clocks run only while samples are taken. Making the film does not count, nor do the image and the error estimate
+    at a sample count.
     """
 
     label: str
@@ -103,12 +108,12 @@ class CoreSubject:
 
     @property
     def name(self) -> str:
-        """The strategy's name."""
+        """The strategy's full name, on one line."""
         return self.strategy.name
 
     @property
     def biased(self) -> bool:
-        """Whether the strategy is biased."""
+        """Whether the strategy converges to an image other than the scene's."""
         return self.strategy.biased
 
     def prepare(self, scene: Scene, threads: int) -> float:
@@ -120,7 +125,9 @@ class CoreSubject:
         return sum(scene.timings.values())
 
     def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Point]:
-        """Yield a checkpoint of one growing image at each sample count of ``ladder``, as `Subject.run` describes.
+        """Yield a checkpoint of one growing image at each sample count per pixel in ``ladder``, in ascending order.
+
+        ``seed`` has 31 bits. With ``seconds``, the run ends at the first checkpoint after that time.
 
         Raises
         ------

@@ -21,22 +21,25 @@ Counts = Literal["even", "error"]
 
 @dataclass(frozen=True)
 class Decision:
-    """Decisions that a strategy left to the render: on splitting of paths, and on sample counts.
+    """Decisions that a strategy left to the render, and a resumed render keeps: splitting of paths, and sample counts.
 
     A field is None if the strategy did not leave that decision to the render, or if it is not made yet.
     """
 
     roulette: Literal["throughput", "efficiency"] | None = None
-    """Russian roulette that replaces the strategy's ``automatic``; ``efficiency`` also splits paths."""
+    """Russian roulette that replaces the strategy's ``automatic``: ``throughput``, or ``efficiency``, which also splits
+    paths."""
     splitting: float | None = None
-    """Variance times rays with path splitting, divided by this product without splitting; None without a pilot."""
+    """Variance times rays with path splitting, divided by this product without splitting: below 1, splitting pays. None
+    if no pilot (short render) measured the ratio."""
     counts: Counts | None = None
+    """Sample counts of pixels: ``even``, or ``error`` if they follow the error of neighbouring pixels."""
 
     def applied(self, strategy: Strategy) -> Strategy:
-        """Return the strategy with decided values in place of automatic ones.
+        """Return the strategy with decided values in place of automatic ones: it renders without deciding again.
 
         The decided roulette replaces ``automatic``. Equal sample counts replace ``adaptive=error`` by ``none``. Uneven
-        counts change nothing: the render finds them again by its pilot.
+        counts change nothing: the render finds them again from its first samples.
         """
         decided: dict[str, str] = {}
         if self.roulette is not None and strategy.roulette == "automatic":
@@ -63,5 +66,5 @@ class Decision:
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any] | None) -> Decision:
-        """Return the decisions from their fields as a record holds them; None stands for no decisions."""
+        """Return the decisions from their fields as JSON data, as a record holds them; None stands for no decisions."""
         return cls() if data is None else cls(*(data.get(name) for name in ("roulette", "splitting", "counts")))

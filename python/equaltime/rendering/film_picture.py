@@ -26,14 +26,17 @@ _COLORS: Final = {"rgb": RGB, "luminance": ("Y",), "xyz": ("X", "Y", "Z")}
 
 @dataclass(frozen=True)
 class FilmPicture:
-    """Form of a picture: its colours, alpha and precision. The default is R, G, B in 32 bits without alpha."""
+    """Form of the picture in a saved render, as the film asks for it: its colours, alpha and precision.
+
+    The default is R, G, B in 32 bits without alpha.
+    """
 
     colors: str = "rgb"
-    """``rgb``, ``luminance`` or ``xyz``."""
+    """Channels of the picture: ``rgb``, ``luminance`` or ``xyz``."""
     alpha: bool = False
-    """Whether alpha is written."""
+    """Whether the picture has alpha."""
     half: bool = False
-    """Whether numbers are rounded to 16 bits."""
+    """Whether the picture's numbers are rounded to 16 bits."""
 
     @classmethod
     def of(cls, film: HdrFilm) -> FilmPicture:
@@ -46,12 +49,12 @@ class FilmPicture:
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any] | None) -> FilmPicture:
-        """Return the form from its fields as JSON data; None stands for the default form."""
+        """Return the form of a picture from its fields as JSON data; None stands for the default form."""
         return cls() if data is None else cls(data["colors"], data["alpha"], data["half"])
 
     @property
     def is_exact(self) -> bool:
-        """Whether R, G and B of the picture have exactly the values of the render."""
+        """Whether R, G and B of the picture have exactly the render's values, which need no second copy then."""
         return self.colors == "rgb" and not self.half
 
     def channels(self, alpha: NDArray[np.float32] | None) -> tuple[str, ...]:

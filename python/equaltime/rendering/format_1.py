@@ -22,9 +22,10 @@ _MOMENTS: Final = np.dtype([("count", "<u8"), ("mean", "<f8", (3,)), ("m2", "<f8
 
 
 def read_moments(path: str | os.PathLike[str]) -> NDArray[Any] | None:
-    """Return the moments in a file, (R, H, W), of the type `equaltime.film.moments.DTYPE`; None if there are none.
+    """Return the moments (count, mean, deviation) in a file; None if there are none.
 
-    Means are exact, and standard deviations are rounded. Raises `ImageError` for a damaged file.
+    The result is an array (R, H, W) of the type `equaltime.film.moments.DTYPE`, for R replicates (parts of each pixel's
+    samples). Means are exact, and standard deviations are rounded. Raises `ImageError` for a damaged file.
     """
     found = _read(path, "moments", _MOMENTS)
     if found is None:
@@ -41,7 +42,8 @@ def read_moments(path: str | os.PathLike[str]) -> NDArray[Any] | None:
 def read_parts(path: str | os.PathLike[str]) -> NDArray[Any] | None:
     """Return the sums over the renders that were merged into a file, (H, W); None if it was not merged.
 
-    The type is `equaltime.film.moments.PARTS`. Raises `ImageError` for a damaged file.
+    The variance of each pixel follows from these sums. The array has the type `equaltime.film.moments.PARTS`. Raises
+    `ImageError` for a damaged file.
     """
     found = _read(path, "parts", PARTS)
     return None if found is None else np.asarray(found[0])

@@ -34,12 +34,13 @@ __all__ = [
 
 Backend = Literal["core", "embreex"]
 Traps = Literal["ignore", "check", "stop"]
-"""Treatment of floating-point faults: ``ignore``, name the sample (``check``), or end by SIGFPE (``stop``)."""
+"""Treatment of floating-point faults: ``ignore`` them, report the first sample that raises one (``check``), or end the
+process by SIGFPE (``stop``)."""
 DEFAULT_SPP = 64
 """Number of samples per pixel where neither the user nor the scene gives a number or another limit."""
 MOST_THREADS = 4096
-"""Largest number of threads that is accepted. It is more than any machine has processors; about ten thousand threads
-would end the process."""
+"""Largest number of threads that is accepted: more than any machine has processors. About ten thousand threads would
+end the process."""
 MOST_SECONDS = 1e9
 """Largest time limit that is accepted, in seconds: thirty years, so that a 64-bit count of nanoseconds cannot
 overflow."""
@@ -58,12 +59,14 @@ class Job:
     threads: int = 0
     """Worker threads; 0 is one for each processor."""
     without: tuple[str, ...] = ()
-    """Names of the effects that were left out of ``scene`` and ``strategy``."""
+    """Names of the effects (features such as media) that were left out of ``scene`` and ``strategy``."""
     bias: Interval | None = None
-    """Error due to the effects that were left out; None if there are none."""
+    """Relative error due to the effects (features such as media) that were left out; None if there are none."""
     traps: Traps = "ignore"
+    """Treatment of floating-point faults: ``ignore``, report the first such sample (``check``), or end the process
+    (``stop``)."""
     stop: Stop | None = None
-    """Rule by which a pilot chose the sample count; None without such a pilot."""
+    """Rule by which a pilot (short render that predicts) chose the sample count; None without such a pilot."""
     resumed: SavedRender | None = None
     """Saved render that this render resumes; None for a new render."""
     cluster: Cluster | None = None
@@ -83,9 +86,11 @@ def check_arguments(
     checkpoint_every: float = 60.0,
     stop: str = "look",
 ) -> None:
-    """Raise `ValueError` for an argument of a render that is out of range or of another type.
+    """Raise `ValueError` for an argument of `equaltime.render` that is out of range or of another type.
 
-    The arguments are as for `equaltime.render`.
+    ``spp`` is samples per pixel; ``time`` and ``checkpoint_every`` are seconds; ``error`` and ``within`` (the bias
+    allowed) are fractions. ``seed`` is below 2^64, and ``threads`` 0 or more. ``without`` names features to leave out;
+    ``backend`` and ``stop`` are words that `equaltime.render` accepts. ``stop="fixed"`` needs ``error``.
     """
     if spp is not None and not (is_whole(spp) and 1 <= spp <= MOST_SAMPLES):
         raise ValueError(f"spp must be a whole number from 1 to {MOST_SAMPLES}, found {spp!r}")
@@ -135,7 +140,7 @@ def as_scene(scene: Scene | str | os.PathLike[str] | Mapping[str, Any]) -> Scene
 
 
 def is_whole(value: object) -> bool:
-    """Tell whether a value is a whole number of Python or NumPy; a bool is not one."""
+    """Tell whether a value is an integer of Python or NumPy; a bool is not one."""
     return isinstance(value, Integral) and not isinstance(value, bool)
 
 

@@ -29,11 +29,11 @@ __all__ = ["merge"]
 def merge(renders: Sequence[Render]) -> Result:
     """Return one render that joins several renders of the same scene by the same strategy with different seeds.
 
-    Moments (counts, means and deviations) are joined, not images. So the image is the image of one render with all the
-    samples, up to the last bits of float64. Its standard error and its error come from the scatter of the merged
-    renders and of their replicates (`equaltime.film.parts_of_merge`). The result can be merged again. The order of
-    merging changes the image and its standard error by one float32 ulp at most. Alpha is the only output beside the
-    image that is joined.
+    Moments (counts, means and deviations of each pixel's samples) are joined, not images. So the image is the image of
+    one render with all the samples, up to the last bits of float64. Its standard error and its error come from the
+    scatter of the merged renders, and of the halves of each (`equaltime.film.parts_of_merge`). The result can be merged
+    again. The order of merging changes the image and its standard error by one float32 ulp at most. Alpha is the only
+    output beside the image that is joined.
 
     Parameters
     ----------

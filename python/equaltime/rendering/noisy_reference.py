@@ -41,12 +41,12 @@ Floats = NDArray[np.float64]
 
 _BLOCK = 4
 FEWEST_BLOCKS = 16
-"""Least number of blocks for a trusted ratio of errors: the scatter of fewer blocks is too uncertain."""
+"""Least number of blocks of 4x4 pixels for a trusted ratio of errors: the scatter of fewer blocks is too uncertain."""
 
 
 @dataclass(frozen=True, eq=False)
 class Noise:
-    """Variances of the pixels of an image, from its samples or its standard errors."""
+    """Variances of the pixels of a noisy image, which are subtracted when the image serves as a reference."""
 
     variance: Floats
     """(H, W, 3): variance of each pixel and channel."""
@@ -57,7 +57,8 @@ class Noise:
     def of_render(cls, picture: Picture, film: SavedFilm) -> Noise | None:
         """Return the variances of a picture's pixels, from its samples, or else from its standard errors.
 
-        ``film`` holds the samples. The result is None if the file has neither samples nor standard errors.
+        ``picture`` and ``film`` (the samples) come from one file. The result is None if the file has neither samples
+        nor finite standard errors.
         """
         moments, parts, second = film
         if moments is None:
@@ -69,7 +70,7 @@ class Noise:
 
     @classmethod
     def of(cls, picture: Picture, pixels: PixelStatistics | None) -> Noise | None:
-        """Return the variances of a picture's pixels, from the statistics ``pixels`` if these belong to its image.
+        """Return the variances of a picture's pixels, from the statistics ``pixels`` if these have the picture's image.
 
         Otherwise the variances come from the picture's standard errors, which are means over 7x7 pixels if equaltime
         wrote them. The result is None if the picture has no standard errors, or if some are not finite.
@@ -114,14 +115,18 @@ class _Filtered:
 
 @dataclass(frozen=True, eq=False)
 class Difference:
-    """Squared differences between an image and a noisy reference; arrays are float64 (H, W, 3)."""
+    """Squared differences between an image and a noisy reference, whose mean is free of the reference's noise.
+
+    All arrays are float64 (H, W, 3).
+    """
 
     squares: Floats
-    """Squared differences less the reference's variance, over the denominators; their mean is relMSE, or MSE."""
+    """Squared differences less the reference's variance, divided by the squares of the estimated truth; their mean is
+    relMSE. Without that division their mean is MSE."""
     slopes: Floats
-    """Derivative of the sum of the squares with respect to the reference's value, in each pixel and channel."""
+    """Derivative of the sum of ``squares`` with respect to the reference's value, in each pixel and channel."""
     variance: Floats
-    """Variance of the reference."""
+    """Variance of the reference in each pixel and channel."""
     share: float
     """Upper limit, in [0, 1], of the share of the reference's noise in the squared differences."""
 
@@ -175,8 +180,8 @@ class Difference:
 def log_ratio(first: Difference, second: Difference) -> tuple[float, float]:
     """Return the logarithm of ``first.value / second.value``, and half the width of its 95 % interval.
 
-    Both values (relMSE or MSE) must be positive, and both images compared with one reference. The interval takes into
-    account that the reference's noise moves both values.
+    The ratio tells which of two images is nearer to one reference. The two values (relMSE or MSE) must be positive. The
+    interval takes into account that the reference's noise moves both values.
     """
     squares, slopes = (
         getattr(first, name) / first.value - getattr(second, name) / second.value for name in ("squares", "slopes")

@@ -16,14 +16,14 @@ __all__ = ["Origin"]
 
 @dataclass(frozen=True)
 class Origin:
-    """Everything that decides the bits of a render except the sample counts."""
+    """Everything that decides the bits of a render except the sample counts, to repeat, resume or merge the render."""
 
     scene: str | None
     """The scene's file, as an absolute path; None for a scene made in memory."""
     digest: str
     """SHA-256 of the scene's content."""
     window: Window
-    """Window of the full film that the image shows, in pixels."""
+    """Position (x, y) of the image's first pixel on the full film, and width and height of that film, in pixels."""
     max_depth: int
     """Length of the longest paths in the image, counted as Mitsuba's ``max_depth``; -1 if there is no limit."""
     strategy: str
@@ -31,26 +31,30 @@ class Origin:
     biased: bool
     seed: int
     replicates: int
+    """Number of replicates: parts of each pixel's samples whose differences give the error."""
     backend: str
+    """Renderer: ``core``, or ``embreex`` for the cross-check."""
     without: tuple[str, ...] = ()
-    """Effects that were left out, as for `equaltime.pricing.leave_out`; the render is biased if there are any."""
+    """Names of the effects that were left out, such as ``media``; the render is biased if there are any."""
     substitutions: tuple[str, ...] = ()
     """Parts of the scene that were replaced because they cannot be rendered."""
     sources: tuple[Mapping[str, Any], ...] = field(default=(), hash=False)
     """Sample counts, seconds and build for each seed of a merged render; empty for a render that was not merged."""
     nets: int = 2
-    """Number of independent nets that a pixel's samples form (`equaltime.rendering.core.nets`). If it is the number of
-    replicates, the replicates are independent; else it is 1."""
+    """Number of independent nets (low-discrepancy point sets) that a pixel's samples form. If it is the number of
+    replicates, the replicates are independent; else it is 1, and they are halves of one net."""
     second_net: int = 0
-    """k, if one of k pixels has a second net (`equaltime.film.second_nets`); 0 if there are none."""
+    """k, if one of k pixels has a second net: further samples, not in the image, that show its noise. 0 if there are
+    none."""
     scene_max_depth: int | None = None
     """The ``max_depth`` that the scene asks for, which may differ from ``max_depth`` here; None if unknown."""
     transparent: bool = False
-    """Whether the render was asked to make the background transparent (`Scene.with_`)."""
+    """Whether the user asked for a transparent background, beside what the scene's film asks for."""
     defines: Mapping[str, str] = field(default_factory=dict, compare=False, hash=False)
-    """Values for the variables of the scene's file, as text. The digest already contains their effect."""
+    """Values for the variables of the scene's file, as text; the digest already contains what they change."""
     frame: Frame | None = field(default=None, compare=False)
-    """The frame of an animation that the image is; None for other renders. The digest already contains its effect."""
+    """Frame of an animation that the image shows; None for other renders. The digest already contains what the frame
+    changes."""
     picture: FilmPicture = field(default_factory=FilmPicture, compare=False)
     """Form of the picture that the film asks for; the bits of the render do not depend on it."""
 
@@ -84,7 +88,7 @@ class Origin:
 
     @property
     def record(self) -> dict[str, Any]:
-        """Return the origin as JSON data, for the record of a result."""
+        """Return the origin as JSON data, as a part of the data that a result's file states on how it was made."""
         return {
             "scene": self.scene,
             "digest": self.digest,

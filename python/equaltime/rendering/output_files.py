@@ -23,21 +23,22 @@ _WORTH_KEEPING: Final = 60.0
 
 
 AovPicture = Literal["variance"]
-"""Pictures that `Result.save` can write beside the preview."""
+"""Pictures that `Result.save` can write beside the preview: ``variance`` of one sample of each pixel."""
 
 
 class OutputPaths(NamedTuple):
-    """Paths of the files that `Result.save` writes."""
+    """Paths of the files that `Result.save` writes, to check them before a render begins."""
 
     exr: Path | None
-    """File with all data; None if only pictures are written."""
+    """EXR file with all data; None if only pictures are written."""
     preview: Path
+    """Picture of the image, PNG or JPEG."""
     variance: Path | None = None
     """Picture of the variance; None if it is not asked for."""
 
     @property
     def pictures(self) -> tuple[Path, ...]:
-        """Paths of the pictures."""
+        """Paths of the pictures: the preview, and the variance if asked for."""
         return tuple(path for path in self[1:] if path is not None)
 
     @property
@@ -69,7 +70,8 @@ def check_output(
 def check_spares(places: Iterable[Path], files: Iterable[Path], why: str) -> None:
     """Raise `ImageError` if one of the output files is one of ``files``, even under another name or as a link.
 
-    ``places`` lists the paths of the outputs. ``why`` follows the path in the message.
+    So no output replaces a file of the scene. ``places`` lists the paths of the outputs. ``why`` is the reason that
+    follows the path in the message.
     """
     there = [file for file in files if os.path.exists(file)]
     for place in filter(Path.exists, places):
@@ -124,8 +126,8 @@ def _attributes(path: Path) -> Mapping[str, str]:
 def keep_work(path: Path, record: Mapping[str, Any]) -> Path | None:
     """Copy the existing render at ``path`` to ``path~`` if more than a minute of rendering would be lost.
 
-    ``record`` describes the new render. Nothing is lost if the new render contains the samples of the existing render.
-    Only one copy is kept: an earlier ``path~`` is replaced.
+    ``record`` is the JSON data on how the new render was made. Nothing is lost if the new render contains the samples
+    of the existing render. Only one copy is kept: an earlier ``path~`` is replaced.
 
     Returns
     -------

@@ -40,18 +40,18 @@ __all__ = ["asked_for", "first_hits", "outputs"]
 Array = NDArray[np.float64]
 Planes = dict[str, NDArray[np.float32]]
 COUNTED: Final = 16
-"""Largest number of samples per pixel from which rays are counted."""
+"""Largest number of samples per pixel for which rays are counted, for the outputs ``rays`` and ``time_from_rays``."""
 SIDE: Final = 2
-"""Number of points along each side of a pixel's grid."""
+"""Number of camera rays along each side of a pixel, in the grid whose first hits are averaged."""
 BLOCK: Final = 1 << 16
-"""Number of pixels whose rays are in memory at once."""
+"""Number of pixels whose camera rays are in memory at once."""
 FOUND: Final = {
     **{"albedo": "albedo", "depth": "t", "position": "p", "uv": "uv", "geo_normal": "n", "sh_normal": "shading_normal"},
     **{"shape_index": "shape", "prim_index": "primitive", "dp_du": "dp_du", "dp_dv": "dp_dv"},
     **{"duv_dx": "duv_dx", "duv_dy": "duv_dy"},
 }
 STEPS: Final = {"duv_dx": (1.0, 0.0), "duv_dy": (0.0, 1.0)}
-"""Offset (x, y), in pixels, to the neighbour whose difference gives each derivative of the texture coordinates."""
+"""Neighbour whose difference gives each derivative of the texture coordinates, as an offset (x, y) in pixels."""
 
 
 def outputs(
@@ -69,7 +69,7 @@ def outputs(
     Parameters
     ----------
     rendered
-        Scene without the effects that were left out.
+        Scene without the effects (features such as media) that were left out.
     samples
         Samples per pixel of the render.
     seconds
@@ -121,7 +121,7 @@ def _bounces(
 
 
 def asked_for(scene: Scene) -> tuple[tuple[str, str], ...]:
-    """Return the outputs beside the image that the scene asks for, as pairs (name, kind).
+    """Return the outputs beside the image that the scene asks for, as pairs (name, kind): ("distance", "depth").
 
     If the film asks for alpha, the last pair is ("", "alpha").
     """
@@ -135,8 +135,9 @@ def first_hits(
 ) -> dict[str, NDArray[np.float32]]:
     """Return images of the surfaces that camera rays hit first: depth, position, normal, albedo and the like.
 
-    Each channel is an array (H, W) under its full name, such as ``distance.T``. ``asked`` holds pairs (name, kind) of
-    outputs; None stands for the outputs that the scene asks for. Kinds that need more than the first hit are ignored.
+    The images are arrays (H, W) by the full names of their channels, such as ``distance.T``. ``asked`` holds pairs
+    (name, kind) of outputs; None stands for the outputs that the scene asks for. Kinds that need more than the first
+    hit are ignored. ``threads`` is the number of threads; 0 is one for each processor.
     """
     outputs = tuple(pair for pair in (asked_for(scene) if asked is None else asked) if pair[1] in OUTPUTS)
     if not outputs:

@@ -41,23 +41,23 @@ ESTIMATE_SECONDS_A_PIXEL = 3e-7
 
 @dataclass(frozen=True)
 class Progress:
-    """Progress of a render: samples, seconds, the fraction done, the time left and the error."""
+    """Progress of a running render, as its progress callback receives it."""
 
     samples: int
     """Samples per pixel that are complete in every pixel."""
     target: int | None
-    """Samples per pixel asked for, if any."""
+    """Samples per pixel at which the render ends, if the user gave a number; else None."""
     seconds: float
     """Seconds since the first sample."""
     fraction: float
-    """Fraction done, in [0, 1], by the limit that will be met first."""
+    """Fraction of the render that is done, in [0, 1], by the limit that will be met first."""
     time_left: float | None
-    """Estimated seconds to the end; None before the first pass has ended."""
+    """Estimated seconds to the end of the render; None before the first pass has ended."""
     error: Interval | None
-    """Error of the image at the latest estimate. None before the first estimate, and when the samples have doubled
-    since the latest."""
+    """Relative error at the latest estimate, as a fraction. None before the first estimate, and when the samples have
+    doubled since the latest."""
     cluster: str = ""
-    """Processes, units and processor seconds so far, in words; empty for a render in one process."""
+    """Numbers of processes, units of work and processor seconds so far, in words; empty for a render in one process."""
 
 
 ProgressCallback = Callable[[Progress], object]
@@ -93,9 +93,10 @@ class Saving:
         self._failed, self._fails = failed, False
 
     def left(self, now: float, limit: float | None) -> float | None:
-        """Return the seconds until the next save, 0 if it is due; None if it would not end well before the time limit.
+        """Return the seconds until the next save, 0 if a save is due; None if it would not end well before ``limit``.
 
-        ``now`` is the present time, and ``limit`` the time limit.
+        ``now`` is the present time, and ``limit`` the time limit, None without one. Both are seconds since the first
+        pass began.
         """
         due = max(self._due, now)
         return None if limit is not None and due + _ROOM * self._takes > limit else due - now
@@ -190,7 +191,11 @@ class PassRenderer(Renders, Protocol):
         poll: Callable[[], bool] | None = None,
         pause: float | None = None,
     ) -> bool:
-        """Bring every pixel to ``samples`` samples; return False if a limit or a pause ended the pass early."""
+        """Bring every pixel to ``samples`` samples; return False if the pass ended before.
+
+        It ends before after ``seconds``, when ``poll`` (called often) returns False, or after ``pause`` seconds, with
+        all begun blocks finished. A later call continues the pass.
+        """
 
     @property
     def nonfinite(self) -> list[tuple[int, int, int]]:
@@ -204,14 +209,14 @@ class PassRenderer(Renders, Protocol):
 def pass_end(samples: int, pixels: int, breadth: int = 1, timed: bool = True) -> int:
     """Return the samples per pixel at the end of a pass that begins at ``samples`` per pixel.
 
-    Passes of a small image end at 2, 4, 8, 16, 20, …, 32, 40, …, 64, 80, …. From 16 on a pass adds a quarter at most,
-    so if a limit cuts a pass short, the sample counts of pixels still differ by a quarter at most. ``pixels`` is the
+    Passes of a small image end at 2, 4, 8, 16, 20, …, 32, 40, …, 64, 80, …. From 16 on a pass adds a quarter at most.
+    So if a limit cuts a pass short, the sample counts of pixels still differ by a quarter at most. ``pixels`` is the
     number of the image's pixels: the more there are, the sooner steps stop growing. Every step is a power of two, so
     that the replicates (halves of the samples) grow alike.
 
     ``breadth`` is the number of processes that take samples at once. More than one need longer passes, since the film
-    travels to them and back in each. Their passes quadruple the samples if the render is not ``timed``, that is, has no
-    time limit.
+    travels to the processes and back in each pass. Such passes quadruple the samples if ``timed`` is False (the render
+    has no time limit).
     """
     if breadth > 1 and not timed:
         return samples + max(2, 3 * ((1 << samples.bit_length()) // 2))
@@ -241,7 +246,7 @@ class Passes:
     breadth
         Number of processes that take samples at once.
     cluster
-        Returns what they have done so far, in words; `str`, which returns nothing, for one process.
+        Function that tells what the processes have done so far, in words; `str`, which returns "", for one process.
     """
 
     def __init__(
@@ -281,7 +286,7 @@ class Passes:
 
     @property
     def looks(self) -> Looks:
-        """Looks of the render so far: the estimates of its error at which it may stop."""
+        """Looks of the render so far: the estimates of its error at which it may stop, in order."""
         return self._looks
 
     @property
@@ -375,7 +380,7 @@ class Passes:
     def targets(self) -> list[float]:
         """Samples per pixel at which limits will be met.
 
-        They are the sample limit, and the predicted count for the error limit; a limit that is not set or not
+        The list holds the sample limit, and the predicted count for the error limit. A limit that is not set or not
         predictable is left out.
         """
         return [target for target in (self.limits.spp, self.samples_for(self.limits.error)) if target is not None]
@@ -417,7 +422,7 @@ class Passes:
         return self.limits.seconds is None or self.seconds + _LONGEST * seconds <= self.limits.seconds
 
     def error(self) -> Interval:
-        """Return the error that the render states so far."""
+        """Return the relative error that the render states so far, with its 95 % interval."""
         return stated_error(statistics_so_far(self._renderer), self._hidden, brightest=self._looks.brightest)
 
     def _look(self) -> None:

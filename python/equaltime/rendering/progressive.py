@@ -30,7 +30,7 @@ __all__ = ["Progressive", "progressive"]
 
 
 class Progressive:
-    """A running render; iterating yields its `Result` so far at the end of every pass.
+    """A render whose passes the caller runs: iterating yields its `Result` so far at the end of every pass.
 
     One thread at a time may iterate; `cancel` may be called from any thread.
     """
@@ -44,7 +44,7 @@ class Progressive:
 
     @property
     def result(self) -> Result:
-        """Result so far.
+        """Result of the render so far.
 
         Its ``stopped_by`` is the reason why the last loop ended, or ``unfinished``.
         """
@@ -63,7 +63,10 @@ class Progressive:
         self._session.passes.cancel()
 
     def aim(self, spp: int | None = None, time: float | None = None, error: float | None = None) -> None:
-        """Replace the limits from the next pass on; ``time`` is in seconds since the loop began.
+        """Replace the limits from the next pass on; limits that are not given are removed.
+
+        ``spp`` is samples per pixel, ``time`` seconds since the loop began, and ``error`` the relative error as a
+        fraction.
 
         Raises
         ------
@@ -87,10 +90,26 @@ def progressive(
     threads: int = 0,
     resume: Render | None = None,
 ) -> Progressive:
-    """Return a render whose passes the caller runs, by iterating.
+    """Return a render whose passes the caller runs, by iterating over it.
 
-    Arguments are as for `equaltime.render`. Without a limit, passes go on while the caller iterates. There are no
-    callbacks and no checkpoints (use the yielded results and `Result.save`), and effects cannot be left out.
+    Without a limit, passes go on while the caller iterates. There are no callbacks and no checkpoints (use the yielded
+    results and `Result.save`), and no feature of the scene can be left out.
+
+    Parameters
+    ----------
+    scene
+        A loaded scene, the path of a scene file, or a dict with Mitsuba's keys.
+    spp, time, error
+        Limits: samples per pixel, seconds since the loop began, relative error (0.02 is 2 %). The first limit that is
+        met ends the loop.
+    strategy
+        A `Strategy`, or text for `Strategy.parse`.
+    seed
+        Seed of all random numbers, 0 … 2^64 - 1.
+    threads
+        Number of worker threads; 0 is one for each processor.
+    resume
+        A result, or a file that `Result.save` wrote, which the render continues.
 
     Raises
     ------

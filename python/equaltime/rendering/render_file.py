@@ -121,7 +121,7 @@ _HALF: Final = (10 * 2.0**-14, 65504.0)
 
 @dataclass(frozen=True, eq=False)
 class RenderFile:
-    """Content of the file of a saved render."""
+    """Content of the file of a saved render, to be written or as it was read."""
 
     image: NDArray[np.float32]
     """(H, W, 3): linear RGB."""
@@ -130,22 +130,25 @@ class RenderFile:
     samples: NDArray[np.int64]
     """(H, W): number of samples of each pixel."""
     record: Mapping[str, Any]
-    """JSON data that tell how the render was made."""
+    """JSON data that tell how the render was made: scene, strategy, seed, error, time and so on."""
     window: Window
+    """Position (x, y) of the image's first pixel on the full film, and width and height of that film, in pixels."""
     moments: NDArray[Any] | None = None
-    """(R, H, W): moments of each pixel in each of R replicates, of the type `equaltime.film.moments.DTYPE`."""
+    """(R, H, W): count, mean and deviation of the samples of each pixel in each of R replicates (parts of the samples),
+    of the type `equaltime.film.moments.DTYPE`."""
     parts: NDArray[Any] | None = None
-    """(H, W): sums over the merged renders, of the type `equaltime.film.moments.PARTS`; None if nothing was merged."""
+    """(H, W): sums over the merged renders, from which variances follow, of the type `equaltime.film.moments.PARTS`;
+    None if nothing was merged."""
     missed: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
-    """Light that samples may have missed: (H, W, C) by the name of the part."""
+    """Light that samples may have missed: (H, W, C) by the name of the file's subimage, ``unseen`` or ``lamps``."""
     aovs: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
     """Outputs beside the image: (H, W) by the name of the channel."""
     picture: FilmPicture = field(default_factory=FilmPicture)
-    """Form of the first part."""
+    """Channels and precision of the file's first subimage, which other programs read."""
     alpha: NDArray[np.float32] | None = None
     """(H, W): opacity of each pixel; None if the film does not ask for it."""
     second: SecondNets | None = None
-    """Second nets of some pixels; None if there are none."""
+    """Second nets: further samples of some pixels, not in the image, that show its noise. None if there are none."""
 
     def write(self, path: Path, description: str = "", small: bool = False) -> None:
         """Write the file, whole or not at all.
@@ -241,10 +244,9 @@ _ALWAYS: Final = frozenset({"record", "beauty", "stderr", "samples"})
 
 
 def read_picture(path: str | os.PathLike[str]) -> Picture:
-    """Return the picture in any image file.
+    """Return the image of any image file, with standard errors, sample counts and record if equaltime wrote it.
 
-    For a render of equaltime it has the record (how the render was made), ``stderr.R/G/B`` and ``samples`` too. Raises
-    `ImageError` if the file cannot be read.
+    The record tells how the render was made. Raises `ImageError` if the file cannot be read.
     """
     return _guarded_picture(path)[0]
 
@@ -266,16 +268,22 @@ def read_outputs(path: str | os.PathLike[str]) -> dict[str, NDArray[np.float32]]
 
 
 class SavedFilm(NamedTuple):
-    """Samples of a saved render: moments, sums over merged renders, second nets. Missing fields are None."""
+    """Samples of a saved render, from which the variance of each pixel follows. Missing fields are None."""
 
     moments: NDArray[Any] | None
+    """(R, H, W): count, mean and deviation of the samples of each pixel in each of R replicates (parts of the samples).
+    """
     parts: NDArray[Any] | None
-    """Sums over the parts of a merged render."""
+    """(H, W): sums over the renders that were merged."""
     second: SecondNets | None
+    """Second nets: further samples of some pixels, not in the image, that show its noise."""
 
 
 def read_film(path: str | os.PathLike[str]) -> SavedFilm:
-    """Return the samples in the file of a saved render; raise `ImageError` if the file cannot be read."""
+    """Return the samples in the file of a saved render: counts, means and deviations of the pixels.
+
+    Raises `ImageError` if the file cannot be read.
+    """
     return _film(path, *_guarded_picture(path))
 
 
@@ -288,7 +296,7 @@ def holds_film(path: str | os.PathLike[str]) -> bool:
 
 
 Guard = Mapping[str, str] | None
-"""SHA-256 by the name of the part; None in a file of format 1."""
+"""Sums that guard a file against damage: SHA-256 by the name of the subimage. None in a file of format 1."""
 
 
 def _guarded_picture(path: str | os.PathLike[str]) -> tuple[Picture, Guard]:

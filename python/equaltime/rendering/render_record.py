@@ -162,9 +162,10 @@ def _in_todays_words(record: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def checked(record: Mapping[str, Any], path: str | os.PathLike[str]) -> Mapping[str, Any]:
-    """Return the record of a saved render after checking it, with missing optional keys filled in.
+    """Return the record of a saved render (JSON data on how it was made) after checking it.
 
-    ``path`` is the file, for messages. Raises `ImageError` with all problems found.
+    Missing optional keys are filled in. ``path`` is the file, for messages. Raises `ImageError` with all problems
+    found.
     """
     try:
         return _Record.model_validate(_in_todays_words(record)).model_dump()

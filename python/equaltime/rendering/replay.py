@@ -31,7 +31,7 @@ Color = tuple[float, float, float]
 
 @dataclass(frozen=True, repr=False)
 class Replay(Shown):
-    """The path of one sample, vertex by vertex.
+    """The path of one sample of a render, vertex by vertex, to find the cause of a bright dot or a NaN.
 
     Lengths and radiance are in the scene's units. Probability densities of directions are per solid angle.
     """
@@ -46,8 +46,9 @@ class Replay(Shown):
     radiance: Color
     """Contribution of the sample to its pixel: the sum over the vertices, in their order, times the filter's weight."""
     end: str
-    """Reason why the path ends: ``escapes``, ``depth``, ``absorbed``, ``no_direction``, ``black``, ``not_finite``,
-    ``roulette``."""
+    """Reason why the path ends: ``escapes`` (leaves the scene), ``depth`` (has the largest depth), ``absorbed``,
+    ``no_direction`` (no direction sampled), ``black`` (throughput 0), ``not_finite``, ``roulette``.
+    """
     vertices: tuple[Mapping[str, Any], ...] = field(hash=False)
     """Vertices of the path, as dictionaries. ``origin`` and ``direction`` are the ray towards the vertex.
     ``throughput`` is the path's throughput at the start of the ray, and ``left`` after the medium along the ray.
@@ -112,7 +113,7 @@ def replay(
     ``pixel`` is (x, y) in the whole film, and ``sample`` the number of the sample in the pixel, from 0. Without
     ``sample``, the brightest of the pixel's first ``spp`` samples is replayed, and `Replay.brightest` compares the
     brightest with the others. Without ``spp``, the scene's own sample count is taken, or else 64. An adaptive render
-    may have taken more samples of a noisy pixel. Effects named in ``without`` are left out, as in `equaltime.render`.
+    may have taken more samples of a noisy pixel. ``without`` names effects (features such as media) that are left out.
 
     Raises
     ------

@@ -37,7 +37,10 @@ __all__ = ["Result", "Stats", "make_result", "uninterrupted"]
 
 
 def uninterrupted(result: Result) -> Result:
-    """Return the result if it is complete; raise `KeyboardInterrupt` if Ctrl-C cut it short."""
+    """Return the result if it is complete; raise `KeyboardInterrupt` if Ctrl-C cut the render short.
+
+    Measurements use it, since a render that Ctrl-C ended would falsify them.
+    """
     if result.stopped_by == "interrupt":
         raise KeyboardInterrupt
     return result
@@ -49,8 +52,9 @@ class Stats(Shown):
 
     phases: Mapping[str, float] = field(hash=False)
     """Seconds of each phase: ``load`` and ``build`` of the scene, ``render`` (first sample to final film), and
-    ``estimate`` of the error. Some renders have more: ``pilot`` if an effect was left out, ``stop_pilot`` if a pilot
-    chose the count, ``save`` for checkpoints, and ``outputs`` beside the image."""
+    ``estimate`` of the error. Some renders have more: ``pilot`` if short renders measured what leaving effects out
+    changes, and ``stop_pilot`` if a short render chose the sample count. ``save`` is for checkpoints, and ``outputs``
+    for outputs beside the image."""
     paths: int
     """Camera paths: one per sample."""
     rays: int
@@ -61,11 +65,11 @@ class Stats(Shown):
     """Name of the compiled path tracer that was chosen for the scene."""
     threads: int
     effects: tuple[str, ...] = ()
-    """Effects that the scene uses."""
+    """Names of the effects (features such as media) that the scene uses."""
     build: Mapping[str, Any] | None = field(default=None, hash=False)
-    """How the core was built, and with which Embree."""
+    """Facts of the build of the core, such as its compiler and the version of Embree."""
     cluster: str = ""
-    """Processes, units and processor seconds of a render on a cluster, in words; empty for one process."""
+    """Numbers of processes, units of work and processor seconds on a cluster, in words; empty for one process."""
 
     def __str__(self) -> str:
         rate = f"{self.rays_per_second / 1e6:.3g} M rays/s"
@@ -98,43 +102,48 @@ class Result:
     samples: NDArray[np.int64]
     """(H, W): number of samples of each pixel. The indices of a pixel's samples begin at 0."""
     error: Interval
-    """The image's relative error with its 95 % interval: 0.02 is 2 %. It includes a bias that was measured. It does not
-    include a bias that was not measured, or the light of paths longer than ``max_depth``."""
+    """Relative error of the image with its 95 % interval: 0.02 is 2 %. A bias that was measured is included. A bias
+    that was not measured, and the light of paths longer than ``max_depth``, are not."""
     stats: Stats
     stopped_by: StoppedBy
     """Reason why the render ended: the sample count, the time limit, the error asked for, the ``count`` that a pilot
-    chose for an error, Ctrl-C, or a sample that was not a number. ``unfinished`` marks a render saved on the way."""
+    (short render) chose for an error, Ctrl-C, or a sample that was not a number. ``unfinished`` marks a render saved on
+    the way."""
     origin: Origin
     moments: NDArray[Any] | None = None
-    """Moments of every pixel in each replicate (`equaltime.film.moments`), (R, H, W); None for another backend."""
+    """(R, H, W): count, mean and deviation of the samples of each pixel in each of R replicates (parts of the samples),
+    of the type `equaltime.film.moments.DTYPE`. None for another backend."""
     looks: tuple[Look, ...] = ()
-    """Looks: estimates of the error at which a render with an error target might have stopped, in order."""
+    """Looks, in order: estimates of the error at which a render with an error target might have stopped."""
     bias: Interval | None = None
-    """Error due to the effects that were left out, if any; the bias of `Strategy.truncate` is not measured."""
+    """Relative error due to the effects (features such as media) that were left out, as short renders measured it; None
+    if there are none. The bias of `Strategy.truncate` is not measured."""
     position: tuple[int, int, int] | None = None
     """Position from which passes resume: samples per pixel completed (mean), samples of the blocks already done in the
     running pass, and index of the next block."""
     missed: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
-    """Images of the light that samples may have missed, by name (`equaltime.film.unseen.Unseen.parts`). It raises the
-    error's upper limit."""
+    """Images of the light that samples may have missed, (H, W, C) by name: ``unseen`` and ``lamps``. Such light raises
+    the error's upper limit (`equaltime.film.unseen`)."""
     stop: Stop | None = None
-    """Rule by which the render, or the saved render that it resumed, stops at an error; None without an error
-    target."""
+    """Rule by which this render, or the saved render that it resumed, stops at an error; None without an error target.
+    """
     aovs: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
     """Outputs beside the image that the integrator asks for: channels (H, W) by name."""
     degrees: float = 1.0
-    """Degrees of freedom of the estimated variance of each pixel: the number of replicates less 1. For a merged render,
-    `equaltime.film.parts_of_merge` computes them for each pixel, and this is their harmonic mean over pixels."""
+    """Degrees of freedom of the estimated variance of each pixel: the number of replicates (parts of a pixel's samples)
+    less 1. For a merged render, each pixel has its own degrees (`equaltime.film.parts_of_merge`), and this is their
+    harmonic mean."""
     parts: NDArray[Any] | None = None
     """(H, W): sums over the merged renders, from which variances follow (`equaltime.film.parts_of_merge`); None if the
     render was not merged."""
     common_doubt: float = 0.0
-    """Relative standard deviation of a factor that the estimated variances of all pixels have in common: second nets of
-    few pixels leave it uncertain. 0 if there is no such factor."""
+    """Relative standard deviation of a factor that the estimated variances of all pixels have in common. The factor is
+    measured in few pixels, by further samples (`equaltime.film.second_nets`). 0 if there is no such factor."""
     second: SecondNets | None = None
-    """Second nets of some pixels (`equaltime.film.second_nets`); None if there are none."""
+    """Second nets: further samples of some pixels, not in the image, that show its noise
+    (`equaltime.film.second_nets`). None if there are none."""
     decision: Decision = field(default_factory=Decision)
-    """Decisions that the strategy left to the render."""
+    """Decisions that the strategy left to the render: on splitting of paths, and on sample counts of pixels."""
     focus: Focus = field(default_factory=Focus.none)
     """Light that specular surfaces focus, which may put the error in doubt."""
 
@@ -171,7 +180,7 @@ class Result:
         """Ratio of the largest radiance in the image to the smallest above 0, over all channels; 1 for a black image.
 
         The ratio is large in ordinary scenes too, such as one lamp in thick fog. Light of dim emitters may be missing
-        only if `lint` finds emitters that are more than 1e12 apart (``radiance-range``).
+        only if `lint` finds emitters whose radiances differ by more than a factor of 1e12 (``radiance-range``).
         """
         least = float(np.min(self.image, where=self.image > 0.0, initial=np.inf))
         return float(self.image.max()) / least if least < np.inf else 1.0
@@ -215,11 +224,11 @@ class Result:
         }
 
     def exposure(self, wanted: Exposure = AUTO, shown: float = 0.0) -> float:
-        """Return the exposure of previews of the image, in stops; positive numbers make it brighter.
+        """Return the exposure of previews of the image, in stops; 1 is twice as bright.
 
         ``wanted`` is returned if it is a number of stops. For ``auto``, whole stops are chosen from the pixels that
-        have samples. ``shown`` is the exposure of an earlier preview. It is returned unless it would make the picture
-        too dark or too bright. Raises ValueError for other values.
+        have samples. ``shown`` is the exposure of an earlier preview, which is returned unless the picture would be too
+        dark or too bright with it. Raises ValueError for other values.
         """
         given = checked_exposure(wanted)
         if given != AUTO:
@@ -295,7 +304,7 @@ class Result:
 
     @property
     def file(self) -> RenderFile:
-        """Content of the EXR file that `save` writes."""
+        """Content of the EXR file that `Result.save` writes."""
         return RenderFile(
             self.image,
             self.standard_error,
@@ -340,9 +349,18 @@ def make_result(
     second: SecondNets | None = None,
     decision: Decision | None = None,
 ) -> Result:
-    """Return the result of a render; its cost includes the time to compute its errors.
+    """Return the result of a render from its pixels; its cost includes the time to compute its errors.
 
     The result shares ``moments`` and the moments of ``second`` with the caller.
+
+    Parameters
+    ----------
+    pixels
+        Mean, variance and sample count of every pixel.
+    hidden
+        Light that samples may have missed, which raises the error's upper limit; None leaves it out.
+    stats, stopped_by, origin, moments, looks, bias, position, parts, stop, second, decision
+        Fields of the result, which documents them.
 
     Raises
     ------

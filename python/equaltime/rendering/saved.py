@@ -44,28 +44,30 @@ _NAMES = {"max_depth": "max depth", "without": "left out"}
 
 @dataclass(frozen=True, eq=False)
 class SavedRender:
-    """Content of a saved render with its moments (count, mean and deviation of each pixel's samples)."""
+    """Content of a saved render, with the moments (count, mean, deviation of samples) to resume or merge it."""
 
     path: Path
     record: Mapping[str, Any]
     """Record of the render (`Result.record`): JSON data that tell how it was made. Its keys and values were checked."""
     moments: NDArray[Any]
-    """(R, H, W), as `equaltime.film.moments` describes them."""
+    """(R, H, W): count, mean and deviation of the samples of each pixel in each of R replicates (parts of the samples),
+    of the type `equaltime.film.moments.DTYPE`."""
     missed: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
-    """Light that samples may have missed, as in `Result.missed`."""
+    """Images of the light that samples may have missed, (H, W, C) by name; such light raises the error's upper limit.
+    """
     parts: NDArray[Any] | None = None
-    """Sums over merged parts (`equaltime.film.parts_of_merge`), (H, W); None if not merged, or saved by equaltime
-    0.1.0."""
+    """(H, W): sums over the renders that were merged, from which variances follow; None if not merged, or saved by
+    equaltime 0.1.0."""
     alpha: NDArray[np.float32] | None = None
-    """(H, W): opacity of each pixel, if the film asked for it."""
+    """(H, W): opacity of each pixel, in [0, 1]; None if the film did not ask for it."""
     second: SecondNets | None = None
-    """Second nets of some pixels; None if there are none."""
+    """Second nets: further samples of some pixels, not in the image, that show its noise. None if there are none."""
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> SavedRender:
-        """Return the content of a file that `Result.save` wrote.
+        """Return the content of a file that `Result.save` wrote, to resume or merge the render.
 
-        Raises `ImageError` if the file is damaged or holds no moments.
+        Raises `ImageError` if the file is damaged, or was saved with ``small``, without the data for resuming.
         """
         file = RenderFile.read(path)
         return cls.of(file, Path(path))
@@ -74,7 +76,8 @@ class SavedRender:
     def of(cls, file: RenderFile, path: Path) -> SavedRender:
         """Return the content of a saved render, from the content of its file, after checking it.
 
-        ``path`` is the name of the file in errors. Raises `ImageError` as `read` does.
+        ``path`` is the name of the file in errors. Raises `ImageError` if the data for resuming are missing or
+        contradict each other.
         """
         moments, parts, missed = file.moments, file.parts, file.missed
         if moments is None:
@@ -94,9 +97,9 @@ class SavedRender:
 
     @property
     def film(self) -> MergedFilm:
-        """Samples of the render, as a film that can be merged.
+        """Samples of the render, as a film that can be merged with the films of other renders.
 
-        The film of a render that was not merged has one part.
+        The film of a render that was not merged counts as one part.
         """
         return MergedFilm.of(self.moments, self.second) if self.parts is None else MergedFilm(self.moments, self.parts)
 
@@ -127,9 +130,9 @@ class SavedRender:
 
     @property
     def position(self) -> tuple[int, int, int]:
-        """Position in the passes, as in `Result.position`: samples per pixel, samples of the running pass, next block.
+        """Position from which passes resume: samples per pixel, samples of the running pass, next block.
 
-        Raises `ImageError` if the record has no position.
+        Raises `ImageError` if the file states no position.
         """
         if self.record["position"] is None:
             raise ImageError(f"{self.path}: cannot be resumed: its record lacks the position of its passes")
@@ -139,7 +142,8 @@ class SavedRender:
     def check(self, wanted: Mapping[str, Any]) -> None:
         """Raise `ImageError`, with the differences, if this saved render cannot be resumed as the wanted render.
 
-        ``wanted`` holds the values that the record of the wanted render has. A merged render cannot be resumed.
+        ``wanted`` holds the values that the record (JSON data on how it was made) of the wanted render has. A merged
+        render cannot be resumed.
         """
         if self.record["sources"]:
             raise ImageError(
@@ -150,7 +154,10 @@ class SavedRender:
 
 
 def looks_of(record: Mapping[str, Any]) -> tuple[Look, ...]:
-    """Return the looks (estimates of the error on the way) that the record of a saved render lists."""
+    """Return the looks of a saved render: estimates of its error at which it might have stopped.
+
+    ``record`` is the JSON data in its file that tell how the render was made.
+    """
     return tuple(
         Look(samples, math.nan if value is None else value, math.inf if high is None else high, brightest or 0.0)
         for samples, value, high, brightest in record["looks"]
@@ -160,11 +167,11 @@ def looks_of(record: Mapping[str, Any]) -> tuple[Look, ...]:
 def differences(found: Mapping[str, Any], wanted: Mapping[str, Any], more: Iterable[str] = ()) -> list[str]:
     """Return the differences between a saved render and a wanted render, in words; the list is empty without any.
 
-    ``found`` and ``wanted`` are their records: JSON data that tell how a render was made. Without differences the saved
-    render can be resumed as the wanted one, or merged with it. ``more`` lists keys of the records to compare besides
-    the usual ones. The scene counts as different if the digest differs, and either the file has another name or no
-    other difference explains the digest. Backgrounds are compared only if the digest differs: without a sky, a
-    transparent background changes no sample.
+    Without differences the saved render can be resumed as the wanted render, or merged with it. ``found`` and
+    ``wanted`` are the records of both: JSON data on how a render was made. ``more`` lists keys of the records to
+    compare besides the usual ones. The scene counts as different if the digest differs, and either the file has another
+    name or no other difference explains the digest. Backgrounds are compared only if the digest differs: without a sky,
+    a transparent background changes no sample.
     """
     differing = [key for key in (*_SAME, *more) if _differ(found[key], wanted[key])]
     if {"size", "crop"} <= {*differing}:
@@ -278,9 +285,9 @@ def _stats(record: Mapping[str, Any]) -> Stats:
 
 
 def as_checkpoint(render: Render) -> SavedRender:
-    """Return the data of a render that resuming and merging need.
+    """Return the content of a render that resuming and merging need.
 
-    ``render`` is a result or the path of its file. Raises `ImageError` if moments are missing.
+    ``render`` is a result or the path of its file. Raises `ImageError` if the data for resuming are missing.
     """
     if not isinstance(render, Result):
         return SavedRender.read(render)
@@ -293,7 +300,7 @@ def as_picture(render: Render) -> tuple[Picture, SavedFilm]:
     """Return a render's picture, with standard errors and sample counts, and the samples behind it.
 
     ``render`` is a result or the path of an image file. An image of another renderer has no samples: all fields of the
-    film are None.
+    `SavedFilm` are None.
     """
     if not isinstance(render, Result):
         picture = read_picture(render)
@@ -307,5 +314,5 @@ def as_picture(render: Render) -> tuple[Picture, SavedFilm]:
 
 
 def name_of(render: Render) -> Path:
-    """Return the path of a file unchanged; for a result, the words ``the render with seed N`` instead."""
+    """Return a render's name for messages: the path of a file, or ``the render with seed N`` for a result."""
     return Path(f"the render with seed {render.origin.seed}") if isinstance(render, Result) else Path(render)

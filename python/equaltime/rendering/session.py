@@ -59,20 +59,21 @@ _SECONDS_A_PIXEL = 1e-6
 
 @dataclass(frozen=True)
 class Checkpoints:
-    """Checkpoints (saves on the way): path, interval, exposure of previews, and a callback for failed saves."""
+    """Settings of the saves on the way: file, interval, exposure of previews. A saved render can be resumed."""
 
     path: Path
+    """EXR file in which the render so far is saved; each save replaces the previous one."""
     every: float = 60.0
-    """Least seconds between checkpoints; more if saving would take more than half of the time."""
+    """Least seconds between two saves; more if saving would take more than half of the time."""
     exposure: Exposure = AUTO
-    """Exposure of the checkpoints' previews, as for `Result.save`."""
+    """Exposure of the previews beside the EXR file in stops (1 is twice as bright), or ``auto``."""
     unsaved: Callable[[str], object] | None = None
-    """Called with the reason when a checkpoint cannot be written. After a failure, a checkpoint must be written before
-    it is called again."""
+    """Function that is called with the reason when a save fails. After a failure the function is not called again until
+    a save has worked."""
 
 
 class Session:
-    """A render that runs pass by pass and can be asked for its result between passes.
+    """A render in the core that runs pass by pass and can be asked for its result between passes.
 
     Raises
     ------
@@ -81,7 +82,7 @@ class Session:
     RenderError
         If there is not enough memory, or if the film is a single pixel and an error is the only limit.
     ImageError
-        If the checkpoint belongs to another render.
+        If the saved render that is to be resumed belongs to another render.
     """
 
     def __init__(self, job: Job, progress: ProgressCallback | None = None) -> None:
@@ -125,7 +126,7 @@ class Session:
 
     @property
     def origin(self) -> Origin:
-        """Everything that decides the bits of the render except the sample counts."""
+        """Origin of the render, which is stored with it: everything that decides its bits except the sample counts."""
         return self._origin
 
     @property
@@ -154,8 +155,9 @@ class Session:
     ) -> Result:
         """Run all passes, call the functions of ``pass_ended`` after each, and return the result.
 
-        Checkpoints are saved within passes too. After Ctrl-C the result holds the finished blocks. Raises
-        `KeyboardInterrupt` if nothing is finished. Raises `SampleError` or `BrightImage`, which hold the result so far.
+        ``checkpoints`` tells where and how often the render so far is saved, within passes too; None for no saves.
+        After Ctrl-C the result holds the finished blocks of pixels. Raises `KeyboardInterrupt` if nothing is finished.
+        Raises `SampleError` or `BrightImage`, which hold the result so far.
         """
         if checkpoints is not None:
             save, takes = partial(self._save, checkpoints), _SECONDS_A_PIXEL * self.passes.pixels
@@ -189,10 +191,10 @@ class Session:
             self.write(result, checkpoints)
 
     def write(self, result: Result, checkpoints: Checkpoints) -> None:
-        """Save ``result`` as a checkpoint; raise `ImageError` if it cannot be written.
+        """Save ``result``, the render so far, in the file of ``checkpoints``; raise `ImageError` if that fails.
 
-        With automatic exposure, the preview keeps the exposure of the previous checkpoint while that suits the image.
-        So noise does not make the preview flicker. The exposure of the finished picture depends on that picture alone.
+        With automatic exposure, the preview keeps the exposure of the previous save while that suits the image. So
+        noise does not make the preview flicker. The exposure of the finished picture depends on that picture alone.
         """
         self._shown = result.exposure(checkpoints.exposure, self._shown)
         result.save(checkpoints.path, exposure=self._shown)
@@ -200,10 +202,10 @@ class Session:
             self._spread.saved()
 
     def error(self, lasting: bool = False) -> Interval:
-        """Return the relative error that the render states so far.
+        """Return the relative error that the render states so far, with its 95 % interval.
 
-        With ``lasting``, the upper limit leaves out small lamps whose effect a few more samples undo
-        (`equaltime.film.unseen.Unseen.lasting`).
+        With ``lasting``, the upper limit leaves out small lamps whose effect on the error vanishes after a few more
+        samples. A prediction of later errors needs this limit.
         """
         pixels = statistics_so_far(self._renderer)
         return stated_error(pixels, self._unseen, lasting=lasting, brightest=self.passes.looks.brightest)
@@ -213,7 +215,7 @@ class Session:
         return statistics_so_far(self._renderer)
 
     def rates(self, samples: int) -> NDArray[np.float64]:
-        """Return the ratio of each pixel's sample count to the mean count, (H, W).
+        """Return how samples are distributed over pixels: each pixel's count divided by the mean count, (H, W).
 
         ``samples`` is the mean count. All ratios are 1 for even counts.
         """
@@ -229,7 +231,10 @@ class Session:
 
     @property
     def decided(self) -> Strategy:
-        """Strategy of the job, with the render's decisions so far in place of automatic values (`Decision.applied`)."""
+        """Strategy of the job, with the render's decisions so far in place of automatic values.
+
+        Decisions are on splitting of paths and on sample counts.
+        """
         return self._decision.applied(self.job.strategy)
 
     @property
@@ -244,7 +249,7 @@ class Session:
 
     @property
     def stop(self) -> Stop | None:
-        """Rule by which the render, or the render that it resumed, stops at an error; None without an error target."""
+        """Rule by which this render, or the one that it resumes, stops at an error; None without an error target."""
         error = self.passes.limits.error
         return self._stop if error is None else Stop("look", error)
 
@@ -304,7 +309,7 @@ class Session:
             raise error.with_result(replace(found, moments=moments.copy())) from None
 
     def check(self, result: Result | None = None) -> None:
-        """Raise `SampleError` if a sample was not finite or raised a floating-point fault.
+        """Raise `SampleError` if a sample was NaN or infinite, or raised a floating-point fault.
 
         The error holds ``result``, the result so far.
         """
@@ -322,7 +327,12 @@ def origin_of(
     backend: str,
     without: tuple[str, ...] = (),
 ) -> Origin:
-    """Return the origin of a render of the scene: everything that decides its bits except the sample counts."""
+    """Return the origin of a render of the scene: everything that decides its bits except the sample counts.
+
+    ``strategy`` is the strategy's name, and ``biased`` tells whether it is biased. ``replicates`` is the number of
+    parts of each pixel's samples, ``backend`` the renderer (``core`` or ``embreex``). ``without`` names the effects
+    (features such as media) that were left out.
+    """
     film = scene.model.sensor.film
     return Origin(
         scene=None if scene.source is None else os.path.abspath(scene.source),
@@ -356,7 +366,9 @@ def run(
     Parameters
     ----------
     asking
-        The user's scene. In the session's scene, effects may have been left out.
+        The user's scene. In the session's scene, effects (features such as media) may have been left out.
+    checkpoints
+        File and interval of saves of the render so far; None for no saves.
     pass_ended
         Called after each pass.
     ended
@@ -366,8 +378,10 @@ def run(
     ------
     RenderError
         If there is not enough memory for the outputs.
-    KeyboardInterrupt, SampleError, BrightImage
-        As `Session.run` does.
+    KeyboardInterrupt
+        After Ctrl-C, if no block of pixels is finished.
+    SampleError, BrightImage
+        If a sample went wrong, or float32 cannot hold the image; both hold the result so far.
     """
     result = session.run(checkpoints, pass_ended)
     try:

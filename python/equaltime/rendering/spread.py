@@ -67,10 +67,14 @@ class _Pass:
 
 
 class SpreadRenderer(_core.Renderer):
-    """Renderer whose samples a `Team` of processes takes, given by `spread`; passes and decisions stay here."""
+    """Renderer whose samples a `Team` of processes takes in units, which are windows of the film; passes stay here."""
 
     def spread(self, team: Team, recipe: Callable[[_core.Renderer], Recipe]) -> None:
-        """Let ``team`` take the samples; ``recipe`` makes the recipe of units once the roulette is decided."""
+        """Let the processes of ``team`` take the samples, from now on.
+
+        ``recipe`` returns the settings that decide a sample's bits. This function is called once it is decided whether
+        paths are split.
+        """
         self._team, self._recipe = team, recipe
         self._pass: _Pass | None = None
         self._shares: NDArray[np.float32] | None = None
@@ -87,14 +91,17 @@ class SpreadRenderer(_core.Renderer):
         return self._team.size
 
     def told(self) -> str:
-        """Return what the processes have done so far, in words."""
+        """Return, in words, the numbers of processes, finished units of work and processor seconds.
+
+        A unit is a window of the film with some samples.
+        """
         left = 0 if self._pass is None else len(self._pass.waiting) + len(self._pass.running)
         units = f"{self._units} units done{f', {left} left in this pass' if left else ''}"
         return f"{self.breadth} process{'es' * (self.breadth != 1)}, {units}, {self._core_seconds:.3g} core-seconds"
 
     @property
     def pixel_rays(self) -> NDArray[np.uint64]:
-        """Rays of each pixel, (H, W); 0 if they are not counted."""
+        """Number of rays traced for each pixel, (H, W); 0 if rays are not counted."""
         return self._pixel_rays
 
     @property
@@ -109,16 +116,19 @@ class SpreadRenderer(_core.Renderer):
 
     @property
     def threads(self) -> int:
-        """Number of threads of all processes that have rendered a unit."""
+        """Number of threads of all processes that have rendered; before the first has, of this process."""
         return sum(self._processes.values()) or super().threads
 
     def adapt(self, pilot: int, rates: NDArray[np.float32]) -> None:
-        """Let each pixel's sample count grow at its rate, (H, W), after the pilot."""
+        """Make sample counts uneven after the first ``pilot`` samples of each pixel.
+
+        ``rates`` (H, W) is the number of samples that each pixel then gets for one sample of the average.
+        """
         self._shares = rates
         super().adapt(pilot, rates)
 
     def saved(self) -> None:
-        """Tell the team that the film as it is was saved."""
+        """Tell the team that the film was saved, so that it may delete its own copies of finished windows."""
         self._team.saved()
 
     def advance(
@@ -130,8 +140,9 @@ class SpreadRenderer(_core.Renderer):
     ) -> bool:
         """Render until pixels have ``samples`` samples on average; return whether that count is reached.
 
-        The arguments are as in `_core.Renderer.advance`. Units that run when ``seconds`` are over are given up; those
-        that run when a ``pause`` begins go on. Raises what a unit raised; finished units are in the film then too.
+        The call ends early after ``seconds``, after ``pause`` seconds, or when ``poll``, called often, returns False.
+        Units that run when ``seconds`` are over are given up; those that run when a pause begins go on. An error of a
+        unit is raised here, after all finished units have been added to the film.
         """
         now = time.monotonic()
         last, pause_at = (math.inf if limit is None else now + limit for limit in (seconds, pause))
@@ -281,13 +292,17 @@ class SpreadRenderer(_core.Renderer):
 
 
 class AdaptiveSpreadRenderer(AdaptiveRenderer, SpreadRenderer):
-    """Renderer with adaptive sample counts whose samples, the pilot's too, the processes of a team take."""
+    """Renderer with adaptive sample counts whose samples a team of processes takes; the team renders the pilot too."""
 
 
 def spread_renderer(
     scene: Scene, strategy: Strategy, seed: int, threads: int, team: Team, traps: str
 ) -> SpreadRenderer:
-    """Return a renderer whose samples ``team`` takes; the other arguments are as for `make_renderer`."""
+    """Return a renderer whose samples ``team`` takes.
+
+    ``threads`` is the number of threads of this process; 0 is one for each processor. ``traps`` is the treatment of
+    floating-point faults: ``ignore`` or ``check``.
+    """
     kinds = SpreadRenderer, AdaptiveSpreadRenderer
     made = cast(SpreadRenderer, make_renderer(scene, strategy, seed, threads, kinds, traps=traps))
     made.spread(team, partial(_recipe, scene, strategy, seed, traps))
@@ -309,8 +324,8 @@ def _counts(moments: NDArray[Any]) -> NDArray[np.uint64]:
 def windows(missing: NDArray[np.bool_], height: int, width: int, parts: int) -> Iterator[Window]:
     """Yield windows of a film that together have all its missing blocks and no others, about ``parts`` of them.
 
-    ``missing`` tells of each block, (rows, columns), whether it is missing. ``height`` and ``width`` of the film are in
-    pixels. A window has at most 2^16 pixels.
+    A block is 16 x 16 pixels. ``missing`` tells of each block, (rows, columns), whether it is missing. ``height`` and
+    ``width`` of the film are in pixels. A window has at most 2^16 pixels.
     """
     most = math.isqrt(_MOST_PIXELS) // BLOCK
     side = min(max(round(math.sqrt(int(missing.sum()) / parts)), 1), most)

@@ -21,22 +21,25 @@ _COMPARE = "the bias is not in the noise: `equaltime compare` with a render by `
 
 @dataclass(frozen=True)
 class Stated:
-    """Words that tell what the error stated by a render contains: its name, the paths, and the missing errors."""
+    """Words that tell what the error stated by a render contains: its name, the paths, and the missing errors.
+
+    A command prints them beside the number, so that noise alone is not called the error.
+    """
 
     noun: Literal["error", "noise", "noise and measured bias"]
     """Name of the number; ``error`` if nothing is missing in it."""
     paths: str
     """Paths of the image, such as ``paths up to depth 2``, if the scene asks for others; else empty."""
     by_strategy: bool
-    """Whether the strategy is biased by an amount that is not in the number."""
+    """Whether the strategy is biased by an amount that the stated number does not include."""
     missing: str
-    """Errors that are not in the number, and how to measure them; empty if the number is the whole error."""
+    """Errors that the stated number does not include, and how to measure them; empty if it is the whole error."""
 
     @property
     def of_paths(self) -> str:
         """Words to print after the number, such as ``of paths up to depth 2``.
 
-        They are empty if the image has exactly the paths that the scene asks for.
+        The text is empty if the image has exactly the paths that the scene asks for.
         """
         return f" of {self.paths}" if self.paths else ""
 
@@ -47,26 +50,25 @@ def paths_up_to(depth: int) -> str:
 
 
 def shorter(depth: int, other: int | None) -> int:
-    """Return the smaller of two path depths; a negative depth or None stands for no limit."""
+    """Return the smaller of two largest path depths; a negative depth or None stands for no limit."""
     if other is None or other < 0:
         return depth
     return other if depth < 0 else min(depth, other)
 
 
 def other_depth(depth: int, asked: int) -> str:
-    """Return words such as ``paths up to depth 2; the scene asks for all paths``.
+    """Return words such as ``paths up to depth 2; the scene asks for all paths``; empty if both depths are equal.
 
-    ``depth`` is the image's depth, and ``asked`` the one that the scene asks for. The words are empty if both are
-    equal.
+    ``depth`` is the largest path depth in the image, and ``asked`` the one that the scene asks for; negative: no limit.
     """
     return "" if depth == asked else f"{paths_up_to(depth)}; the scene asks for {paths_up_to(asked)}"
 
 
 def different_problems(records: Sequence[tuple[Path, Mapping[str, Any]]]) -> Iterator[str]:
-    """Yield notes, in words, if images show different scenes or different path depths.
+    """Yield notes, in words, for a comparison of images that show different scenes or have different path depths.
 
-    A note also tells if their depth is not the one that their scene asks for. ``records`` holds the path and the record
-    (JSON data on how it was made) of each image.
+    A note also tells if the depth of the images is not the depth that their scene asks for. ``records`` holds the path
+    and the record (JSON data on how it was made) of each image.
     """
     depths = {path: depth for path, said in records if _is_depth(depth := said.get("max_depth"))}
     shown = set(depths.values())

@@ -14,61 +14,71 @@ __all__ = ["Cluster", "KeptUnit", "Team"]
 
 
 class KeptUnit(Protocol):
-    """Unit (a window with its samples between two counts) that an earlier process of this render finished and saved."""
+    """Unit that an earlier process of this render finished and saved, so that it need not be rendered again.
+
+    A unit is a window of the film with its samples between two counts.
+    """
 
     @property
     def window(self) -> Window:
-        """Window of the unit."""
+        """Window of the film, in pixels: x0, y0, x1, y1, without column x1 and row y1."""
 
     @property
     def begin(self) -> int:
-        """Samples per pixel, on average, before the unit."""
+        """Samples per pixel, on average, before the samples of this unit."""
 
     @property
     def end(self) -> int:
-        """Samples per pixel, on average, after the unit."""
+        """Samples per pixel, on average, after the samples of this unit."""
 
     def read(self) -> Rendered | None:
-        """Return what was rendered; None if it cannot be read."""
+        """Return the pixels with the samples of this unit, from its file; None if they cannot be read."""
 
 
 class Team(Protocol):
-    """Processes that render units."""
+    """Interface to processes that render units (windows of the film, between two sample counts) of one render."""
 
     @property
     def size(self) -> int:
-        """Number of units that are rendered at once, at least 1."""
+        """Number of units (windows of the film, some samples) that are rendered at once, at least 1."""
 
     def begin(self) -> None:
-        """Prepare for a pass: look for processes that have joined or left since the last one."""
+        """Prepare for a pass: find processes that have joined or left since the last one."""
 
     def submit(self, unit: Unit) -> Future[Rendered]:
-        """Return a future of the rendered unit."""
+        """Let a process render a unit (window, some samples), and return a future of its pixels with the samples."""
 
     def check(self) -> bool:
-        """Tell whether units that wait must be submitted again, because all processes that knew them have ended.
+        """Tell whether waiting units must be submitted again, because all processes that had received them have ended.
 
-        Called while units are waited for. Raises RenderError if no process is left.
+        A unit is a window of the film with some samples. The method is called while units are waited for. Raises
+        RenderError if no process is left.
         """
 
     def failure(self, error: Exception) -> RenderError:
-        """Return an error for the user from what the engine raised when a unit could not be rendered."""
+        """Return an error for the user, made from the exception of the process pool or of Dask while rendering."""
 
     def keep(self, unit: Unit, rendered: Rendered) -> None:
-        """Keep a rendered unit in a safe place, if there is one."""
+        """Save a rendered unit (window of the film, some samples), if there is a folder for that.
+
+        So a crash before the next save of the whole render does not lose the unit.
+        """
 
     def kept(self, recipe: Recipe) -> Sequence[KeptUnit]:
-        """Return the units of a render that were kept."""
+        """Return the units (windows of the film, some samples) that an unfinished run of the same render saved.
+
+        ``recipe`` identifies the render.
+        """
 
     def saved(self) -> None:
-        """Forget all kept units, since the film that has them was saved."""
+        """Delete all saved units (windows of the film), since a file of the whole render now contains their samples."""
 
 
 class Cluster(Protocol):
-    """Processes that form a team for any scene."""
+    """Interface to processes that can render any scene, as ``Job.cluster``: `team` gives them one scene."""
 
     def team(self, scene: Scene) -> Team:
-        """Return a team whose processes have the scene.
+        """Return a team of the processes, each of which has loaded the scene.
 
-        Raises RenderError if no process can render it to the bits of this one.
+        Raises RenderError if no process gives the same bits as this one.
         """

@@ -69,7 +69,7 @@ class Viewer:
 
     @property
     def due(self) -> bool:
-        """Whether another image should be sent now; always False after a problem.
+        """Whether another image should be sent now; always False after a problem with the connection.
 
         Images are sent at most every 0.2 s, and take at most 2 % of the time.
         """

@@ -27,9 +27,9 @@ from equaltime.strategy import Strategy
 __all__ = ["BLOCK", "Recipe", "Rendered", "Unit", "Window", "add_samples", "place", "release", "second_place"]
 
 Window = tuple[int, int, int, int]
-"""x0, y0, x1, y1: pixels of the crop from (x0, y0) up to, but without, (x1, y1)."""
+"""Rectangle of the crop in pixels, as (x0, y0, x1, y1), without column x1 and row y1."""
 BLOCK = 16
-"""Side of a block of the core in pixels."""
+"""Side, in pixels, of the square blocks in which the core renders a film."""
 _LEAST_SECONDS = 1e-9
 _CACHED: list[tuple[Scene, Recipe, int, _core.Renderer]] = []
 """The renderer of the last unit, since the next one mostly belongs to the same render."""
@@ -39,80 +39,95 @@ _ONE = threading.Lock()
 
 @dataclass(frozen=True)
 class Recipe:
-    """Everything except the scene that decides the bits of a render's samples."""
+    """Settings that decide the bits of a render's samples, beside the scene, for each process that takes samples."""
 
     strategy: str
-    """Name of the strategy, with the render's decisions in place of automatic values."""
+    """Name of the strategy, with the render's decisions (on splitting and sample counts) in place of automatic values.
+    """
     seed: int
     nets: int
+    """Number of independent nets (low-discrepancy point sets) that a pixel's samples form: 1 or 2."""
     second_net: int
+    """k, if one of k pixels has a second net: further samples, not in the image, that show its noise. 0 if there are
+    none."""
     pixel_rays: bool
     """Whether to count the rays of each pixel."""
     traps: str
-    """Treatment of floating-point faults, as `equaltime.rendering.job.Traps`."""
+    """Treatment of floating-point faults: ``ignore`` them, or name the sample (``check``)."""
     build: str
-    """Facts of the build and the processor that decide bits (`equaltime.rendering.core.build_info`), as JSON text."""
+    """Facts of the build and the processor that decide bits, as JSON text; a process with other facts must not take
+    part."""
 
 
 @dataclass(frozen=True, eq=False)
 class Unit:
-    """Samples to add to the pixels of a window, which begins and ends at borders of blocks of 16 x 16 pixels."""
+    """Samples for one process to add to the pixels of a window, with the state of these pixels before.
+
+    The window begins and ends at borders of blocks of 16 x 16 pixels.
+    """
 
     recipe: Recipe
     window: Window
     begin: int
-    """Samples per pixel, on average, that the pixels have."""
+    """Samples per pixel, on average, that the pixels have before."""
     end: int
-    """Samples per pixel, on average, that they get."""
+    """Samples per pixel, on average, that the pixels have afterwards."""
     moments: NDArray[Any]
-    """(R, h, w): moments of the window's pixels."""
+    """(R, h, w): count, mean and deviation of the samples of each of the window's pixels, in each of R replicates
+    (parts of the samples)."""
     second: NDArray[Any]
-    """(R, h', w'): moments of the second nets in the window; empty if there are none."""
+    """(R, h', w'): moments of the second nets in the window, which are further samples of some pixels to show the
+    noise; empty if there are none."""
     rates: NDArray[np.float32] | None
-    """(h, w): the samples that each pixel gets for one of the average, after the pilot; None for even counts."""
+    """(h, w): number of samples that each pixel gets for one sample of the average, after the pilot; None for even
+    counts."""
 
     @property
     def pixels(self) -> int:
-        """Number of the window's pixels."""
+        """Number of pixels in the window."""
         x0, y0, x1, y1 = self.window
         return (x1 - x0) * (y1 - y0)
 
 
 @dataclass(frozen=True, eq=False)
 class Rendered:
-    """A unit's moments with its samples added, and what they took."""
+    """Result of a unit (a window of the film, some samples): its pixels with the samples added, and the cost."""
 
     moments: NDArray[Any]
+    """(R, h, w): count, mean and deviation of the samples of each of the window's pixels, in each of R replicates
+    (parts of the samples)."""
     second: NDArray[Any]
+    """(R, h', w'): moments of the second nets in the window, which are further samples of some pixels to show the
+    noise; empty if there are none."""
     pixel_rays: NDArray[np.uint64] | None
-    """(h, w): rays of the added samples; None if they were not counted."""
+    """(h, w): number of rays of each pixel's added samples; None if they were not counted."""
     counters: Mapping[str, int]
-    """Paths, rays and shadow rays of the added samples."""
+    """Numbers of paths, rays and shadow rays of the added samples."""
     nonfinite: tuple[tuple[int, int, int], ...]
     """Samples that were NaN or infinite, as (x, y, sample index), with x and y in the crop."""
     faulty: tuple[tuple[int, int, int, str], ...]
     """Samples that raised floating-point faults, as (x, y, sample index, fault)."""
     seconds: float
-    """Seconds by the clock of the wall."""
+    """Wall-clock seconds."""
     core_seconds: float
     """Processor seconds of all threads."""
     threads: int
     process: str
-    """Name of the process: its machine and its number there."""
+    """Name of the process that rendered the window: host and process number."""
 
 
 def add_samples(scene: Scene, unit: Unit, threads: int = 0) -> Rendered:
-    """Render a unit of a scene in this process, with ``threads`` threads; 0 is one for each processor.
+    """Render a unit (a window of a scene's film, some samples) in this process.
 
-    Raises RenderError for lack of memory, and ValueError if the moments do not have the sample counts that the unit
-    says.
+    ``threads`` is the number of threads; 0 is one for each processor. Raises RenderError for lack of memory, and
+    ValueError if the pixels do not have the sample counts that the unit states.
     """
     with _ONE:
         return _with_samples(scene, unit, threads)
 
 
 def release() -> None:
-    """Free the memory that this process keeps for its next unit."""
+    """Free the renderer, with its memory, that this process has for further windows of a render."""
     with _ONE:
         _CACHED.clear()
 
@@ -146,16 +161,16 @@ def _with_samples(scene: Scene, unit: Unit, threads: int) -> Rendered:
 
 
 def place(window: Window) -> tuple[slice, slice, slice]:
-    """Return the index of a window in an array of moments, (R, H, W)."""
+    """Return the index of a window's pixels in an array (R, H, W) of the crop's pixels, as three slices."""
     x0, y0, x1, y1 = window
     return slice(None), slice(y0, y1), slice(x0, x1)
 
 
 def second_place(window: Window, pixels: int) -> tuple[slice, slice, slice]:
-    """Return the index of a window's second nets in their array, (R, h, w).
+    """Return the index of a window's second nets in the array of all second nets, (R, h, w), as three slices.
 
-    One of ``pixels`` pixels (a power of two) has a second net: one in each rectangle of that many pixels, as high as it
-    is wide or half as high.
+    A second net is a set of further samples of a pixel. One of ``pixels`` pixels (a power of two) has one: one in each
+    rectangle of that many pixels, as high as it is wide or half as high.
     """
     if not pixels:
         return slice(None), slice(0, 0), slice(0, 0)

@@ -14,7 +14,7 @@ __all__ = ["beside"]
 
 
 def beside(theirs: Theirs, summary: Summary) -> tuple[Beside, ...]:
-    """Return one measured number for each number published in the claim ``theirs``, in order.
+    """Return the measured number that belongs to each number published in the claim ``theirs``, in order.
 
     Each result holds the published number and the measured interval. If a number was not measured, its interval is
     unknown and has a note with the reason.

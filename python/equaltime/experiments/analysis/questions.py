@@ -1,4 +1,4 @@
-"""Verdicts on the questions other than time: which strategies are biased, their samples, and their efficiency."""
+"""Verdicts of experiments that ask for bias, samples or efficiency, and not for the time to an error."""
 
 from __future__ import annotations
 
@@ -54,7 +54,10 @@ def _cause(scenes: Sequence[SceneResult]) -> str:
 
 
 def samples_verdict(scenes: Sequence[SceneResult]) -> str:
-    """Return a sentence on the factor by which each strategy needs fewer samples than the baseline at equal error."""
+    """Return a sentence on the factor by which each strategy needs fewer samples than the baseline at equal error.
+
+    The baseline is the strategy with which the experiment compares all others.
+    """
     said = []
     for scene, strategy in _others(scenes, baseline=True):
         on = f" on {scene.name}" if len(scenes) > 1 else ""
@@ -65,8 +68,9 @@ def samples_verdict(scenes: Sequence[SceneResult]) -> str:
 def efficiency_verdict(scenes: Sequence[SceneResult]) -> str:
     """Return a sentence with each strategy's gain: the baseline's squared error x time, divided by the strategy's.
 
-    With several scenes, each gain is a geometric mean over scenes. The standard strategy comes first, with its smallest
-    and largest gain.
+    The baseline is the strategy with which the experiment compares all others. With several scenes, each gain is a
+    geometric mean over scenes. The standard strategy (``best``, if unbiased) comes first, with its smallest and largest
+    gain.
     """
     baseline = joined(scene.baseline for scene in scenes)
     found: dict[str, list[tuple[str, Interval]]] = {}

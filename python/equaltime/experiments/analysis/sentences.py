@@ -11,9 +11,9 @@ __all__ = ["compared", "joined", "less_time", "listed", "times", "where"]
 
 
 def where(names: Sequence[str], count: int) -> str:
-    """Return the beginning of a sentence on the scenes ``names``, such as ``On box``.
+    """Return the beginning of a sentence on numbers that hold on the scenes ``names``, such as ``On box``.
 
-    ``count`` is the number of scenes of the experiment.
+    ``count`` is the number of scenes of the experiment; several scenes are called a geometric mean.
     """
     if count == 1:
         return f"On {names[0]}"
@@ -23,7 +23,11 @@ def where(names: Sequence[str], count: int) -> str:
 
 
 def compared(label: str, ratio: Interval, baseline: str) -> str:
-    """Return a clause on how much faster a strategy is than the baseline, by the ratio of their times."""
+    """Return a clause such as ``best is about 31 times faster than naive (27 to 35)``.
+
+    ``label`` and ``baseline`` are the labels of two strategies. ``ratio`` is the baseline's time divided by the
+    strategy's.
+    """
     if not ratio.trusted:
         faster = "as fast as" if ratio.low < 1.0 else "faster than"
         return f"{label} is at least {figure(ratio.low)} times {faster} {baseline}"
@@ -33,7 +37,10 @@ def compared(label: str, ratio: Interval, baseline: str) -> str:
 
 
 def less_time(ratio: Interval, other: str = "") -> str:
-    """Return a phrase for a ratio of times: how much less, or more, time is needed than ``other`` needs."""
+    """Return a phrase such as ``about 31 times less time than naive (27 to 35)``.
+
+    ``ratio`` is the time that ``other`` needs, divided by the strategy's time. ``other`` is left out if it is empty.
+    """
     if ratio.low <= 1.0 <= ratio.high:
         inverse = ratio.map(lambda value: 1.0 / value)
         return f"{about(inverse)} times the time{f' of {other}' if other else ''} {span(inverse)}"
@@ -42,13 +49,16 @@ def less_time(ratio: Interval, other: str = "") -> str:
 
 
 def times(ratio: Interval, above: str, below: str) -> str:
-    """Return a ratio as "N times" and ``above`` if it is at least 1; else its inverse and ``below``."""
+    """Return a ratio with its interval in words, such as ``31 times faster (27 to 35)`` for ``above`` ``faster``.
+
+    A ratio below 1 is inverted, and the word is ``below``.
+    """
     found = ratio if ratio.value >= 1.0 else ratio.map(lambda value: 1.0 / value)
     return f"{about(found)} times {above if ratio.value >= 1.0 else below} {span(found)}"
 
 
 def joined(labels: Iterable[str]) -> str:
-    """Return different labels in one text, as for strategies that differ by scene: ``best or mis``."""
+    """Return labels of strategies in one text, such as ``best or mis``; equal labels are named once."""
     return " or ".join(dict.fromkeys(labels))
 
 

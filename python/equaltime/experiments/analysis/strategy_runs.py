@@ -49,25 +49,29 @@ Its later error is then not predictable."""
 
 @dataclass(frozen=True, eq=False)
 class StrategyRuns:
-    """The records (rows) of one strategy on one scene, and the times and errors of its runs, taken from the records."""
+    """All runs of one strategy on one scene: the data from which its results are computed."""
 
     label: str
     rows: tuple[Row, ...]
+    """Rows of the records: one for each checkpoint (measured moment) of each run."""
     folder: Path
     spp: tuple[int, ...]
-    """Sample counts of the checkpoints that all repeats have."""
+    """Samples per pixel at which the error was measured in all repeats."""
     runs: Runs
+    """Times and errors of all repeats at the sample counts ``spp``."""
     parts: BiasVariance | None = None
     """Bias and variance of the final images; None without images or without a reference of their size."""
     heavy: bool = False
-    """Whether few pixels of few repeats make most of the squared error: a heavy tail (`equaltime.film.tails`)."""
+    """Whether few pixels of few repeats make most of the squared error (a heavy tail), so that means are not typical.
+    """
 
     @classmethod
     def of(cls, label: str, rows: Sequence[Row], folder: Path, reference: Reference | None) -> StrategyRuns:
-        """Join the records of a strategy, and check its final images for heavy tails and for missed light.
+        """Join the records of a strategy on one scene, and check its final images for heavy tails and for missed light.
 
-        The tail is heavy if few pixels of few repeats make most of the error. Images are read from ``folder``. Without
-        images or without a reference of their size, the checks are left out.
+        The tail is heavy if few pixels of few repeats make most of the error. ``label`` is the strategy's, and ``rows``
+        are the records. Images are read from ``folder``. Without images or without a reference of their size, the
+        checks are left out.
         """
         spp, runs = runs_of(rows)
         plain = cls(label, tuple(rows), folder, spp, runs)
@@ -81,13 +85,14 @@ class StrategyRuns:
 
     @property
     def last(self) -> tuple[Row, ...]:
-        """The last row of each repeat's records, in the order of repeats."""
+        """Last row of the records of each finished repeat, which has its final image, in the order of repeats."""
         return tuple(sorted((row for row in self.rows if row.last), key=lambda row: row.repeat))
 
     def apart_from(self, other: StrategyRuns) -> bool:
         """Tell whether all runs of one of the two strategies began before all runs of the other.
 
-        True means that one of the strategies was added to the experiment later.
+        If so, one of the strategies was added to the experiment later, and the machine may have changed its speed
+        between.
         """
         own, others = ([row.started for row in runs.last] for runs in (self, other))
         return bool(own and others) and (max(own) < min(others) or max(others) < min(own))
@@ -115,7 +120,10 @@ class StrategyRuns:
 
 
 def runs_of(rows: Sequence[Row]) -> tuple[tuple[int, ...], Runs]:
-    """Return the sample counts that every repeat of a strategy has, and the times and errors at these counts."""
+    """Return the samples per pixel that every repeat of a strategy has, and the times and errors at these counts.
+
+    ``rows`` are the strategy's records on one scene. The arrays of `Runs` have the shape (repeats, counts).
+    """
     table: dict[int, dict[int, Row]] = defaultdict(dict)
     for row in rows:
         table[row.repeat][row.spp] = row
@@ -147,10 +155,10 @@ def _missing(parts: BiasVariance, relmse: float) -> str:
 def speed_up(baseline: Runs, runs: Runs, target: float) -> Interval:
     """Return the baseline's time to the error ``target``, divided by the time to that error in ``runs``.
 
-    If the ratio is above 1, ``runs`` are faster. Each repeat of one strategy is paired with the same repeat of the
-    other, which ran beside it; surplus repeats are left out. If few events make most of an error (a heavy tail), the
-    ratio is the median over pairs of repeats. If the target is not reached, or only one limit of a time can be
-    trusted, the ratio is a bound. A bound that does not tell which strategy is faster becomes unknown.
+    If the ratio is above 1, ``runs`` are faster. Each repeat of one strategy is paired with the repeat of the other
+    that ran beside it; surplus repeats are left out. If few events make most of an error (a heavy tail), the ratio is
+    the median over pairs of repeats. If the target is not reached, or only one limit of a time can be trusted, the
+    ratio is a bound. A bound that does not tell which strategy is faster becomes unknown.
     """
     repeats = min(baseline.repeats, runs.repeats)
     first, second = (_first(r, repeats) for r in (baseline, runs))

@@ -50,7 +50,7 @@ def conclude(
     command
         Command line that started the experiment, for the report's provenance.
     told
-        Called with the completed share of the work, in [0, 1], first with 0.
+        Function that is called with the completed share of the work, in [0, 1], first with 0.
     """
     told(0.0)
     summary = concluded(experiment, folder)
@@ -61,7 +61,10 @@ def conclude(
 
 
 def concluded(experiment: Experiment, folder: Path) -> Summary:
-    """Return the summary of the records in ``folder``, with the published numbers beside the measured ones."""
+    """Return the summary of the records in ``folder``, and compare it with the experiment's published numbers.
+
+    No report is written.
+    """
     summary = summarise(experiment, load(ExperimentFolder(folder).records), folder)
     if experiment.theirs is None:
         return summary

@@ -60,11 +60,14 @@ Quantity = Literal[
     "bias",
     "p",
 ]
-"""Measured quantity of a strategy on a scene; `equaltime.experiments.analysis.beside` defines each."""
+"""Quantity of a strategy on a scene that is compared with a published number. ``slope``, ``error`` (at equal time) and
+``last error`` (at the end of the runs) belong to the error curve. ``speed-up``, ``efficiency``, ``fewer samples`` and
+``time of a sample`` are relative to the baseline. ``time`` and ``samples`` are those needed for an error. ``p`` is the
+p-value of the test whether the expected image is the standard strategy's."""
 
 Question = Literal["time", "bias", "samples", "efficiency"]
-"""An experiment's question: the time to an error, which strategies are biased, the samples to an error, or squared
-error times time."""
+"""An experiment's question: the ``time`` to an error, which strategies are biased (``bias``), the ``samples`` to an
+error, or the ``efficiency``: the inverse of squared error times time."""
 
 DEFAULT_BUDGET = 10.0
 MOST_REPEATS = 100_000
@@ -89,21 +92,21 @@ LEAST_CROP = 8
 
 
 class SceneEntry(Value):
-    """A scene of an experiment, and the settings that override the scene's file."""
+    """Entry of an experiment's ``scenes``: a scene, and settings that override the settings in its file."""
 
     path: File | None = None
-    """A scene file; in an experiment file, relative to its folder."""
+    """Path of a scene file; in an experiment file, relative to the folder of that file."""
     scene: Scene | dict[str, Any] | None = None
     """The scene itself, instead of ``path``: loaded, or as a Mitsuba dictionary."""
     name: str = ""
-    """Name in records and reports; by default the file's name without its suffix."""
+    """Name of the scene in results and reports; by default the file's name without its suffix."""
     size: Annotated[tuple[Positive, Positive], Field(strict=False)] | None = None
-    """Film size in pixels."""
+    """Width and height of the film, in pixels; by default the scene's own."""
     max_depth: Annotated[int, Field(ge=-1)] | None = None
     crop: Window | None = None
     """Window to render, in pixels: x, y, width, height."""
     define: dict[str, Any] = Field(default_factory=dict)
-    """Values for the variables of the file."""
+    """Values for the variables of the scene file, by name."""
     substitute: bool = False
     """Replace the parts that cannot be rendered, as `equaltime.load` does."""
     crops: Annotated[tuple[Window, ...], Field(strict=False)] | None = None
@@ -126,7 +129,7 @@ class SceneEntry(Value):
 
 
 class Peer(Value):
-    """Another renderer (a peer): Mitsuba 3, or any command that writes an image file."""
+    """Another renderer that takes part in an experiment: Mitsuba 3, or any command that writes an image file."""
 
     renderer: Literal["mitsuba"] | None = None
     variant: str | None = None
@@ -134,7 +137,7 @@ class Peer(Value):
     integrator: str | None = None
     sampler: str | None = None
     command: str | None = None
-    """A command line in which ``{scene}``, ``{spp}``, ``{seed}`` and ``{out}`` are filled in."""
+    """A command line in which ``{scene}``, ``{spp}``, ``{seed}`` and ``{out}`` are filled in for each render."""
     limit: Seconds | None = None
     """Longest time of one render, in seconds, before the renderer is ended.
 
@@ -156,11 +159,12 @@ class StrategyEntry(Value):
     """Entry of an experiment's ``strategies``: a strategy of equaltime, another renderer, or your own Python code."""
 
     label: str = ""
-    """Name in records and reports; by default the strategy's own text."""
+    """Name of the strategy in results and reports; by default the strategy's own text."""
     strategy: Strategy | None = None
     peer: Peer | None = None
     python: str | None = None
-    """``FILE.py:NAME``: a function that takes the label and returns an `equaltime.rendering.core_subject.Subject`."""
+    """``FILE.py:NAME``: a function that takes the label and returns an object that renders, a
+    `equaltime.rendering.core_subject.Subject`."""
     _origin: _Origin = PrivateAttr(default_factory=_Origin)
 
     @property
@@ -169,7 +173,10 @@ class StrategyEntry(Value):
         return self._origin.place
 
     def at(self, place: str) -> Self:
-        """Return a copy of the entry whose `place` in error messages is this text, ``FILE:LINE: strategies[N]``."""
+        """Return a copy of the entry with the place at which it was read, for error messages.
+
+        ``place`` is text such as ``FILE:LINE: strategies[N]``.
+        """
         entry = self.model_copy()
         entry._origin = _Origin(place)
         return entry
@@ -189,7 +196,7 @@ class StrategyEntry(Value):
 
 
 class ReferenceWish(Value):
-    """Wanted accuracy of the references, the precise images against which errors are measured."""
+    """Wanted accuracy of references (precise images against which errors are measured), or an image to use as one."""
 
     error: Error = 0.005
     """Relative error at which rendering a reference stops (0.005 is 0.5 %)."""
@@ -202,30 +209,34 @@ class ReferenceWish(Value):
 
 
 class QuickWish(Value):
-    """Settings of the quick version of an experiment (``--quick``): the parts that it keeps, and its time.
+    """Settings of the quick version of an experiment (``--quick``): its scenes and strategies, and its time.
 
     The defaults suit most experiments: about 35 s in all with the report, on a machine with two processors.
     """
 
     scenes: Annotated[tuple[Words, ...], Field(strict=False)] = ()
-    """Names of the scenes that the quick version keeps; by default all."""
+    """Names of the scenes that the quick version renders; by default all."""
     strategies: Annotated[tuple[Words, ...], Field(strict=False)] = ()
-    """Labels of the strategies that the quick version keeps; by default all."""
+    """Labels of the strategies that the quick version compares; by default all."""
     size: Positive = 96
     """Longest side of a film, in pixels; larger films are shrunk to it."""
     repeats: Annotated[int, Field(ge=1, le=MOST_REPEATS)] = 6
-    """Largest number of repeats; 6 are the fewest that give an interval of a median."""
+    """Largest number of repeats (renders of each strategy on each scene); 6 are the fewest that give an interval of a
+    median."""
     seconds: Seconds = 18.0
     """Longest time of all runs together, in seconds; for experiments with a budget."""
     spp: Annotated[int, Field(ge=1, le=MOST_SAMPLES)] | None = None
-    """Largest sample count that the quick version keeps of the experiment's ``spp``; by default it keeps all."""
+    """Largest sample count of the experiment's ``spp`` that the quick version renders; by default it renders all."""
     reference: Seconds = 10.0
     """Longest time to render all references together, in seconds."""
 
     _duration = field_validator("seconds", "reference", mode="before")(lambda value: _seconds(value))
 
     def of(self, labels: Iterable[str], scenes: Iterable[str]) -> QuickWish:
-        """Return a copy whose lists keep only names that are among these labels of strategies and names of scenes."""
+        """Return a copy for some strategies and scenes: the lists lose all other labels and names.
+
+        An experiment that is cut to fewer strategies or scenes needs this copy.
+        """
         labels, scenes = set(labels), set(scenes)
         kept = {
             "strategies": tuple(label for label in self.strategies if label in labels),
@@ -235,23 +246,25 @@ class QuickWish(Value):
 
 
 class TheirNumber(Value):
-    """One published number, and the quantity that the experiment measures for comparison."""
+    """One published number, and the quantity that the experiment measures to compare with it."""
 
     what: Words
     """Description, such as ``speed-up of light sampling over none``."""
     says: str = ""
     """Published value as printed; empty if no figure was published."""
     ours: Quantity
+    """Measured quantity that is compared with the published number."""
     strategy: Words
     """Label of the measured strategy."""
     scene: str = ""
     """Name of the scene; by default the first."""
     target: Annotated[float, Field(gt=0.0)] | None = None
-    """One of the experiment's targets, for times to an error; by default the smallest with a trusted number."""
+    """Target error of a time to an error, one of the experiment's targets; by default the smallest with a trusted
+    number."""
 
 
 class Theirs(Value):
-    """A published claim, put in equaltime's terms, with the figures that its authors published."""
+    """A published claim that an experiment tests, in equaltime's terms, with the figures that its authors published."""
 
     source: Words
     """Author or publication of the claim."""
@@ -261,14 +274,14 @@ class Theirs(Value):
     numbers: Annotated[tuple[TheirNumber, ...], Field(strict=False)] = ()
 
     def of(self, labels: Iterable[str], scenes: Iterable[str]) -> Theirs:
-        """Return a copy of the claim with only the published numbers of these strategies on these scenes."""
+        """Return a copy of the claim with only the numbers on these strategies (by label) and scenes (by name)."""
         labels, scenes = set(labels), {"", *scenes}
         kept = tuple(number for number in self.numbers if number.strategy in labels and number.scene in scenes)
         return self.model_copy(update={"numbers": kept})
 
 
 class Experiment(Value):
-    """A comparison of strategies: the strategies, the scenes, the budget and the number of repeats."""
+    """Settings of an experiment, which compares strategies: strategies, scenes, budget, number of repeats and so on."""
 
     title: str = ""
     description: str = ""
@@ -278,14 +291,16 @@ class Experiment(Value):
     scenes: Annotated[tuple[SceneEntry, ...], Field(strict=False, min_length=1)]
     strategies: Annotated[tuple[StrategyEntry, ...], Field(strict=False, min_length=1)]
     baseline: str = ""
-    """Label of the strategy to compare all others with; by default ``naive``, else the first other than ``best``."""
+    """Label of the strategy with which all others are compared; by default ``naive``, else the first other than
+    ``best``."""
     budget: Seconds | None = None
-    """Seconds of a run from first sample to last checkpoint; 10 if neither this nor ``spp`` is given."""
+    """Seconds of a run from its first sample to its end; 10 if neither this nor ``spp`` is given."""
     spp: (
         Annotated[tuple[Annotated[int, Field(ge=1, le=MOST_SAMPLES)], ...], Field(strict=False, min_length=1)] | None
     ) = None
-    """Sample counts of all checkpoints, instead of ``budget``."""
+    """Samples per pixel at all checkpoints (moments at which errors are measured), instead of ``budget``."""
     repeats: Annotated[int, Field(ge=1, le=MOST_REPEATS)] = 8
+    """Number of renders of each strategy on each scene, with different seeds; intervals come from their spread."""
     targets: Annotated[tuple[Error, ...], Field(strict=False)] = DEFAULT_TARGETS
     """Relative errors to which the report gives times (0.02 is 2 %)."""
     crops: Annotated[tuple[Window, ...], Field(strict=False)] = ()
@@ -295,11 +310,11 @@ class Experiment(Value):
     animate: bool = False
     """Whether the report shows films of how the images converge, side by side at equal time."""
     question: Question = "time"
-    """The verdict's question: ``time`` to an error, ``bias``, ``samples`` or ``efficiency``.
+    """Question that the verdict answers: ``time`` to an error, ``bias``, ``samples`` or ``efficiency``.
 
-    ``bias`` asks which strategies have another expected image than the standard strategy (`SceneResult.standard`).
-    ``samples`` asks how many samples each strategy needs. ``efficiency`` asks by which factor squared error times time
-    is below the baseline's, over all scenes.
+    ``bias`` asks which strategies have another expected image than the standard strategy, which is ``best`` if that is
+    unbiased. ``samples`` asks how many samples each strategy needs. ``efficiency`` asks by which factor squared error
+    times time is below the baseline's, over all scenes.
     """
     reference: ReferenceWish = ReferenceWish()
     quick: QuickWish = QuickWish()
@@ -308,7 +323,7 @@ class Experiment(Value):
     """Worker threads; 0 for one per processor."""
 
     folder: File = Path()
-    """Folder in which peers' commands run; by default the folder of the experiment file."""
+    """Folder in which commands of other renderers run; by default the folder of the experiment file."""
 
     _duration = field_validator("budget", mode="before")(lambda value: _seconds(value))
 

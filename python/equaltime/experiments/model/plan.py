@@ -20,20 +20,21 @@ _CHECKPOINTS = 16
 
 @dataclass(frozen=True)
 class PeerTimes:
-    """Measured times of an experiment's peers (other renderers), in seconds; 0 without peers."""
+    """Measured times of an experiment's other renderers (peers), in seconds, to predict its time; 0 without peers."""
 
     tests: float = 0.0
-    """Time of all tests of agreement between peers and equaltime that are still to be made."""
+    """Time of all tests, still to be made, whether other renderers and equaltime have the same expected image."""
     small_renders: float = 0.0
-    """Time of one small render by each peer on each scene, added up."""
+    """Sum of the times of one small render by each of the other renderers on each scene: the time that a render takes
+    beside its samples."""
 
 
 def planned(experiment: Experiment, peers: PeerTimes = PeerTimes()) -> str:
     """Return a sentence on the planned tests, references and runs; with a time budget, it gives the total time.
 
-    The time is mostly an upper limit: references may end earlier, and runs that a folder already holds are not
-    repeated. Two times are not included: references of peers whose images differ, which the sentence names, and the
-    measuring of errors.
+    ``peers`` holds the measured times of other renderers. The time is mostly an upper limit: references may end
+    earlier, and runs that a folder already holds are not repeated. Two times are not included: references of renderers
+    whose images differ, which the sentence names, and the measuring of errors.
     """
     runs = planned_runs(experiment)
     said = f"{runs} run{'s' * (runs != 1)}"
@@ -53,7 +54,10 @@ def planned(experiment: Experiment, peers: PeerTimes = PeerTimes()) -> str:
 
 
 def planned_seconds(experiment: Experiment, peers: PeerTimes = PeerTimes()) -> float | None:
-    """Return the seconds of all tests, references, runs, films and the report; None without a time budget."""
+    """Return the seconds of all tests, references, runs, films and the report; None without a time budget.
+
+    ``peers`` holds the measured times of other renderers.
+    """
     return None if experiment.spp is not None else _seconds(experiment, peers)
 
 

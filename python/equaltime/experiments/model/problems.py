@@ -41,9 +41,10 @@ _NOUNS = {
 
 
 def name_of_scene(entry: object, number: int) -> str:
-    """Return the name of a scene: the name given, else its file's name without suffix, else ``scene-N``.
+    """Return the name of a scene of an experiment: its given name, else its file's name, else ``scene-N``.
 
-    ``number`` is the scene's index from 0; N is one more.
+    ``entry`` is the scene's entry in the experiment, checked or not. The file's name is without its suffix. ``number``
+    is the scene's index from 0; N is one more.
     """
     source = _get(_get(entry, "scene"), "source") if not isinstance(_get(entry, "scene"), Mapping) else None
     path = _get(entry, "path") or source
@@ -52,7 +53,10 @@ def name_of_scene(entry: object, number: int) -> str:
 
 
 def name_of_strategy(entry: object) -> str:
-    """Return the name of a strategy: its label, else its text, else the name of its renderer."""
+    """Return the name of a strategy of an experiment: its label, else its text, else the name of its renderer.
+
+    ``entry`` is the strategy's entry in the experiment, checked or not.
+    """
     if isinstance(entry, str):
         return entry
     peer = _get(entry, "peer")
@@ -68,7 +72,10 @@ def file_name(text: str) -> str:
 
 
 def explained(model: type[BaseModel], error: ValidationError) -> tuple[Problem, ...]:
-    """Return pydantic's errors for the class ``model`` as problems, each with its path of keys and a message."""
+    """Return pydantic's errors as problems of an experiment, each with its path of keys and a message in plain words.
+
+    ``model`` is the class of settings that was checked.
+    """
     problems: dict[Problem, None] = {}
     for details in error.errors(include_url=False):
         location = _without_union(details["loc"])
@@ -83,7 +90,10 @@ def explained(model: type[BaseModel], error: ValidationError) -> tuple[Problem, 
 
 
 def crossed(values: Mapping[str, Any]) -> tuple[Problem, ...]:
-    """Return a problem for each contradiction between an experiment's values; missing values are ignored."""
+    """Return a problem for each contradiction between an experiment's values, such as ``spp`` beside ``budget``.
+
+    ``values`` are the experiment's fields by name; missing values are ignored.
+    """
     return tuple(
         Problem(place, message)
         for check in (
@@ -183,9 +193,9 @@ def _quick_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def unfit_character(name: str) -> str:
-    """Return the first character of a name that a line of the records cannot hold, as text such as ``U+000A``.
+    """Return the first character of a name that the records (a CSV file) cannot hold, as text such as ``U+000A``.
 
-    Returns an empty text if there is no such character. Such characters are control characters, line and paragraph
+    Returns an empty text if there is no such character. The characters are control characters, line and paragraph
     separators, and unpaired surrogates.
     """
     found = next((one for one in name if unicodedata.category(one) in ("Cc", "Cs", "Zl", "Zp")), None)

@@ -99,7 +99,7 @@ def run_seeds(scene: str, strategy: str, repeats: int) -> tuple[int, ...]:
 
 
 def film_seed(scene: str, strategy: str) -> int:
-    """Return the 31-bit seed of the run from which the film of a strategy on a scene is made."""
+    """Return the 31-bit seed of the separate run that shows how a strategy's image of a scene converges (its film)."""
     return _hashed(scene, strategy, "-1")
 
 
@@ -130,7 +130,7 @@ _DEPTH_WITHOUT_ROULETTE: Final = 64
 
 
 def is_experiment(path: Path, unreadable: bool = False) -> bool:
-    """Tell whether a file is an experiment: a TOML file with a list of scenes or of strategies.
+    """Tell whether a file is an experiment, and not a scene: a TOML file with a list of scenes or of strategies.
 
     The value of ``unreadable`` is returned for a TOML file that cannot be read.
     """
@@ -244,7 +244,7 @@ def _suited(text: str, scene: Scene) -> StrategyEntry:
 def with_roulette(strategy: Strategy, scene: Scene) -> Strategy:
     """Return the strategy, with Russian roulette added if the scene's ``max_depth`` is unlimited or above 64.
 
-    A strategy that already has roulette is returned unchanged.
+    Paths of such a scene would hardly end without roulette. A strategy that already has roulette is returned unchanged.
     """
     if strategy.roulette == "none" and not 0 <= scene.max_depth <= _DEPTH_WITHOUT_ROULETTE:
         return strategy.model_copy(update={"roulette": "throughput"})
@@ -252,7 +252,7 @@ def with_roulette(strategy: Strategy, scene: Scene) -> Strategy:
 
 
 def quicker(experiment: Experiment) -> Experiment:
-    """Return the quick version of the experiment, as its setting ``quick`` describes it.
+    """Return the quick version of the experiment, within the limits that its field ``quick`` sets.
 
     With a time budget, the quick version of a small experiment ends in under a minute. Films shrink, and enlarged
     windows with them, unless the reference is a file, whose size is fixed. Budgets shrink until all runs together take
@@ -322,12 +322,20 @@ def make_experiment(
 
     Parameters
     ----------
+    quick
+        Whether to shrink the experiment so that it ends in under a minute for one scene.
+    size
+        Width and height of the films, in pixels.
+    budget
+        Seconds of each run, or text such as ``"10s"``.
+    repeats, threads
+        Number of renders of each strategy on each scene, and of worker threads; 0 threads stand for one per processor.
     strategies
         Labels of the experiment's strategies, or texts for `Strategy.parse`.
     define
-        Variables of a scene file.
+        Values for the variables of a scene file.
     substitute
-        Replace the parts of a scene file that cannot be rendered.
+        Whether to replace the parts of a scene file that cannot be rendered.
 
     Raises
     ------

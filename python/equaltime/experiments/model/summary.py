@@ -26,65 +26,74 @@ __all__ = ["Beside", "Curve", "SceneResult", "StrategyResult", "Summary"]
 
 @dataclass(frozen=True)
 class Curve:
-    """Error of a strategy as a function of time.
+    """Error of a strategy on one scene as a function of time.
 
     Each tuple has one entry per checkpoint (moment at which the error is measured), in order of time.
     """
 
     spp: tuple[int, ...]
+    """Samples per pixel."""
     seconds: tuple[Interval, ...]
     """Wall time since the first sample, without the time spent on measuring errors."""
     error: tuple[Interval, ...]
-    """Realised error against the reference: root mean square over repeats, with the reference's noise subtracted.
+    """Measured relative error against the reference: root mean square over repeats, with the reference's noise
+    subtracted.
 
-    Every number in reports that is called a strategy's error is a point of this curve."""
+    Every number in reports that is called a strategy's error is a point of this curve.
+    """
     slope: Interval
     """Slope of log error against log time: -0.5 for independent samples."""
     own_estimate: tuple[Interval, ...]
-    """Errors estimated by the renders themselves; the value is NaN if the renderer gives no estimate."""
+    """Errors that the renders themselves state, without a reference; the value is NaN if the renderer states none."""
 
 
 @dataclass(frozen=True)
 class StrategyResult:
-    """Results of one strategy on one scene."""
+    """Results of one strategy on one scene, from all its repeats: error curve, times, ratios to the baseline, tests."""
 
     label: str
     name: str
-    """Full text of the strategy."""
+    """Full text of the strategy, of which ``label`` may be a short form."""
     renderer: str
-    """``core``, ``mitsuba`` or ``command``."""
+    """Renderer of the strategy: ``core``, ``mitsuba`` or ``command``."""
     biased: bool
     """Whether the strategy declares itself biased: it may not converge to the scene's light transport."""
     repeats: int
     curve: Curve
     time_to: Mapping[float, Interval] = field(hash=False)
-    """Target error → seconds; ``inf`` if never reached. The note of an interval tells whether the time is
-    extrapolated."""
+    """Seconds to reach each target error, by target; ``inf`` if never reached. The note of an interval tells whether
+    the time is extrapolated."""
     ratio: Mapping[float, Interval] = field(hash=False)
-    """Target error → the baseline's time over this strategy's time; above 1 this strategy is faster."""
+    """Baseline's time to each target error over this strategy's time, by target; above 1 this strategy is faster."""
     efficiency: Interval
-    """The baseline's squared error x time over this strategy's: median over pairs of repeats.
+    """Baseline's squared error x time over this strategy's: median over pairs of repeats; above 1 this strategy is
+    better.
 
-    The median describes typical runs, however heavy their tails."""
+    The median describes typical runs, however heavy their tails.
+    """
     error_at_budget: Interval
-    """Error after the scene's equal time of ``SceneResult.budget_s`` seconds, read off ``curve.error``."""
+    """Relative error at equal time: after ``SceneResult.budget_s`` seconds, read off ``curve.error``."""
     fewer_samples: Interval
-    """The baseline's samples over this strategy's samples to the same error; ``inf`` if this strategy has no error."""
+    """Factor by which this strategy needs fewer samples than the baseline for equal error; ``inf`` if it has no error.
+    """
     equality_p: float | None
-    """P-value of the test that the strategy has the same expected image as the scene's ``standard`` strategy."""
+    """P-value of the test that the strategy has the same expected image as the scene's ``standard`` strategy; None for
+    that strategy itself, or if the test was not possible."""
     bias: Interval | None
-    """Relative bias: the root of the estimated bias². The estimate may be negative by chance; then so is this
-    number."""
+    """Relative bias, as a fraction: the root of the estimated bias², with the sign of the estimate, which may be
+    negative by chance. None without images or reference."""
     notes: tuple[str, ...]
     """Warnings to show beside this strategy on this scene."""
     image: Path | None
-    """Final image of the first repeat at the budget (float32 .npy, (H, W, 3)), for comparison at equal time."""
+    """File of the first repeat's final image (float32 .npy, (H, W, 3)), for comparison at equal time; None without one.
+    """
     image_error: float | None = None
-    """Realised error of ``image``, a single run; negative if below what the reference can show, None if unknown."""
+    """Measured relative error of ``image``, a single run; negative if below what the reference can show, None if
+    unknown."""
     image_seconds: float | None = None
     """Wall time of the run that made ``image``, in seconds since its first sample; None if unknown."""
     images: tuple[Path, ...] = ()
-    """Final images of all repeats in order, for the report's error and standard-error maps."""
+    """Files of the final images of all repeats in order, for the report's error and standard-error maps."""
     unequal: bool = False
     """Whether ``equality_p`` is below the level of the experiment's tests."""
     agreement_p: float | None = None
@@ -94,15 +103,16 @@ class StrategyResult:
     difference: Interval | None = None
     """Relative distance of the expected image from the scene's reference, if ``agreement_p`` is given; else None."""
     samples: Path | None = None
-    """Samples of each pixel of ``image`` (.npy, (H, W)); None if all pixels have equal counts."""
+    """File with the number of samples of each pixel of ``image`` (.npy, (H, W)); None if all pixels have equal counts.
+    """
     variances: tuple[Path, ...] = ()
-    """Variance of one sample of each pixel in each repeat (float32 .npy, (H, W)); empty if the renderer reports
-    none."""
+    """Files with the variance of one sample of each pixel, one file per repeat (float32 .npy, (H, W)); empty if the
+    renderer reports none."""
     reference: Path | None = None
-    """File of the strategy's own reference, if it has one; format as `SceneResult.reference`."""
+    """File of a reference for this strategy alone, if its renderer has another expected image; else None."""
     film: Path | None = None
-    """Film of the strategy's converging image, for `equaltime.experiments.run.forming.read_film`; None if not
-    wanted."""
+    """File of a film that shows how the strategy's image converges (`equaltime.experiments.run.forming.read_film`);
+    None if not wanted."""
 
     @property
     def disagrees(self) -> bool:
@@ -122,7 +132,7 @@ class StrategyResult:
 
 @dataclass(frozen=True)
 class SceneResult:
-    """Results of all strategies on one scene."""
+    """Results of all strategies on one scene, and the facts that they share, such as reference and equal time."""
 
     name: str
     digest: str
@@ -130,24 +140,27 @@ class SceneResult:
     """Width and height of the image, in pixels."""
     max_depth: int
     reference_error: float
-    """Relative error of the reference; already subtracted from the errors measured against it."""
+    """Relative error of the reference by its own noise; already subtracted from the errors measured against it."""
     baseline: str
     """Label of the strategy with which all others are compared."""
     standard: str | None
-    """Label of the strategy against which the other strategies' expectations are tested."""
+    """Label of the strategy that counts as unbiased, usually ``best``: the expected images of all others are tested
+    against its own. None if all strategies are biased."""
     budget_s: float
-    """Time of equal-time numbers, in seconds: a run's budget, else the mean time of the fastest strategy's runs."""
+    """Equal time at which strategies are compared, in seconds: a run's budget, else the mean time of the fastest
+    strategy's runs."""
     strategies: tuple[StrategyResult, ...]
     reference: Path | None = None
-    """File of the reference, for `equaltime.experiments.run.reference.read`; None if the folder has none."""
+    """File of the reference (``.npz``, read by `equaltime.experiments.run.reference.read`); None if the folder has
+    none."""
     crops: tuple[tuple[int, int, int, int], ...] = ()
     """Windows to show enlarged: x, y, width, height in pixels of the image; empty to let the report choose."""
     crops_left_out: str = ""
     """Sentence on wanted windows that are too small to be shown; empty if there are none."""
     scene_max_depth: int | None = None
-    """``max_depth`` of the scene's file; None if the folder does not record it."""
+    """The ``max_depth`` that the scene's file asks for; None if it is not known."""
     left_out: tuple[tuple[str, str], ...] = ()
-    """Labels of strategies whose runs cannot be joined, each with the reason."""
+    """Strategies without results, since their runs have no sample count in common: pairs of label and reason."""
     reference_caveat: str = ""
     """Known limit of the reference besides its noise; empty if there is none."""
 
@@ -159,7 +172,7 @@ class SceneResult:
 
 @dataclass(frozen=True)
 class Beside:
-    """One published number beside the number that the experiment measured."""
+    """One published number beside the number that the experiment measured, for a comparison in the report."""
 
     what: str
     theirs: str
@@ -168,13 +181,14 @@ class Beside:
     strategy: str
     scene: str
     value: Interval = UNKNOWN
+    """Measured number; unknown, with a note on the reason, if it was not measured."""
     target: float | None = None
     """Error at which the number is given; None if the quantity has no target."""
 
 
 @dataclass(frozen=True, repr=False)
 class Summary(Shown):
-    """Results of an experiment on all its scenes."""
+    """Results of an experiment on all its scenes, from which reports, figures and verdicts are made."""
 
     title: str
     description: str
@@ -183,7 +197,7 @@ class Summary(Shown):
     targets: tuple[float, ...]
     """Relative errors to which times are given, largest first."""
     provenance: Mapping[str, Any] = field(hash=False)
-    """Machine, build, dates, number of runs and their seeds."""
+    """Origin of the numbers: machine, build, dates, number of runs and their seeds."""
     verdict: str
     """Answer in one line, such as ``On box, best is about 31 times faster than naive (27 to 35): 2 % in 4.1 s.``"""
     question: Question = "time"
@@ -191,9 +205,9 @@ class Summary(Shown):
     theirs: Theirs | None = None
     """Published claim that the experiment tests."""
     beside: tuple[Beside, ...] = ()
-    """Measured numbers beside the published ones."""
+    """Numbers of the published claim, each with the number that the experiment measured; empty without a claim."""
     directions: Path | None = None
-    """File of sampled directions, for `equaltime.experiments.run.directions.read_directions`."""
+    """File of ray directions drawn by uniform and by BSDF sampling, for the report; None if not wanted."""
 
     def __str__(self) -> str:
         return self.verdict

@@ -39,7 +39,7 @@ from equaltime.strategy import Strategy
 __all__ = ["LEVEL", "SEEDS", "Gate", "check", "measured_times", "own_reference", "pass_gates", "resizable", "untested"]
 
 SEEDS = 64
-"""Independent renders of each side for the test of agreement."""
+"""Number of renders with independent seeds that each renderer makes for the test of equal expected images."""
 _SIDE, _BLOCK = 48, 4
 _SPP, _OUR_SPP = 16, 32
 _FIRST_SEED, _FIRST_REFERENCE_SEED = 2**30, 2**30 + 2**29
@@ -48,27 +48,31 @@ _FEWEST, _WANTED = 8, 32
 
 @dataclass(frozen=True, eq=False)
 class Gate:
-    """Outcome of the test whether a peer and equaltime have the same expected image of one scene."""
+    """Outcome of the test whether a peer (another renderer) and equaltime have the same expected image of one scene."""
 
     agreement: Agreement
     ours: BlockMeans
-    """Block means of equaltime's renders; reused for every peer compared at this size."""
+    """Means of equaltime's renders over blocks of pixels, which the tests of further renderers at this size can reuse.
+    """
     level: float
     """False-alarm rate of the test."""
     size: tuple[int, int]
     """Width and height of the compared images, in pixels."""
     seeds: int
     reference_note: str = ""
-    """Caveat on a reference that the peer renders; empty if there is none."""
+    """Known limit of a reference that the other renderer makes, as a sentence; empty if there is none."""
 
     @property
     def agrees(self) -> bool:
-        """Whether the test finds no difference between the expected images: its p-value is above its level."""
+        """Whether the test finds no difference between the expected images: its p-value is above ``level``."""
         return bool(self.agreement.p > self.level)
 
     @property
     def note(self) -> str:
-        """Sentence for reports: how the images differ, and which reference is used; empty if the peer agrees."""
+        """Sentence for reports: how the other renderer's images differ, and which reference is used.
+
+        It is empty if the expected images agree.
+        """
         if self.agrees:
             return ""
         width, height = self.size
@@ -90,15 +94,19 @@ def pass_gates(
     report: Callable[[Subject, float], object] = lambda peer, share: None,
     report_reference: Callable[[Subject, float], object] = lambda peer, share: None,
 ) -> None:
-    """Test each peer once for the same expected image as equaltime's on a scene.
+    """Test, before runs, whether each peer (another renderer) has the same expected image as equaltime of a scene.
 
     For each peer that differs, a reference rendered by the peer is written to ``folder``. The outcomes go to the
     provenance file, under ``agreements``, scene and label. Peers with a recorded outcome are skipped.
 
     Parameters
     ----------
+    peers
+        The other renderers, prepared for the scene.
     name
         Name of the scene.
+    wish
+        Wanted error and longest time of a reference that a peer renders.
     gates
         Number of such tests on all scenes of the experiment; all tests share one false-alarm rate.
     report, report_reference
@@ -120,7 +128,7 @@ def pass_gates(
 
 
 def untested(peers: Sequence[Subject], name: str, folder: ExperimentFolder) -> list[Subject]:
-    """Return the peers without a recorded outcome of the test on the scene ``name``."""
+    """Return the peers (other renderers) whose expected image of the scene ``name`` is not yet tested in ``folder``."""
     known = folder.read_provenance().get("agreements", {}).get(name, {})
     return [peer for peer in peers if peer.label not in known]
 
@@ -128,9 +136,10 @@ def untested(peers: Sequence[Subject], name: str, folder: ExperimentFolder) -> l
 def measured_times(
     peers: Sequence[Subject], name: str, scene: Scene, folder: ExperimentFolder, threads: int
 ) -> PeerTimes:
-    """Return the times of peers on one scene, from one render of each side at the size of the tests.
+    """Return the times of peers (other renderers) on one scene, to predict the time of an experiment.
 
-    Prepare the peers again before they render ``scene``.
+    Each peer and equaltime render once, at the size of the tests for equal expected images. Prepare the peers again
+    before they render ``scene``.
     """
     ahead, tests, renders = untested(peers, name, folder), 0.0, 0.0
     ours: set[bool] = set()
@@ -161,19 +170,22 @@ def check(
     progress: Callable[[float], object] | None = None,
     ours: BlockMeans | None = None,
 ) -> Gate:
-    """Test whether a peer and equaltime have the same expected image of a scene.
+    """Test whether a peer (another renderer) and equaltime have the same expected image of a scene.
 
-    Both renderers render a small, box-filtered version of ``scene`` with many seeds. If the peer has a fixed image size
-    (``resizable`` is false), both render at the scene's size. Prepare the peer again before it renders ``scene``.
+    Both renderers render a small, box-filtered version of ``scene`` with many seeds. If the peer has a fixed image
+    size, both render at the scene's size. Prepare the peer again before it renders ``scene``.
 
     Parameters
     ----------
     level
-        The false-alarm rate. `equaltime.statistics.agreement.share` splits a common rate over many peers and scenes.
+        False-alarm rate of the test. `equaltime.statistics.agreement.share` splits a common rate over several tests.
+    seeds
+        Number of independent renders by each renderer.
     progress
         Called with the completed share of the work, in [0, 1].
     ours
-        Block means of equaltime's renders, if known from the test of another peer on the same scene at the same size.
+        Means of equaltime's renders over blocks of pixels, if known from the test of another peer on the same scene at
+        the same size.
 
     Raises
     ------
@@ -202,7 +214,7 @@ def check(
 
 
 def resizable(peer: Subject) -> bool:
-    """Tell whether the peer can render images of any size, rather than of one fixed size."""
+    """Tell whether a peer (another renderer) can render images of any size, rather than of one fixed size."""
     return bool(getattr(peer, "resizable", True))
 
 
@@ -215,11 +227,12 @@ def own_reference(
     first_seed: int = _FIRST_REFERENCE_SEED,
     progress: Callable[[float], object] = lambda share: None,
 ) -> KnownReference:
-    """Return a reference rendered by the peer: the mean of independent renders, whose spread gives the mean's noise.
+    """Return a reference rendered by the peer (another renderer): the mean of independent renders.
 
-    Rendering ends at the relative ``error`` or after ``seconds``, but not before eight renders. The two halves of the
-    reference are the odd and the even renders. If the peer's sampler is biased, a copy of the peer with an unbiased
-    sampler renders. ``progress`` is called with the completed share of the work, in [0, 1].
+    The spread of the renders gives the noise of the mean. Rendering ends at the relative ``error`` or after
+    ``seconds``, but not before eight renders. Their seeds begin at ``first_seed``. The two halves of the reference are
+    the odd and the even renders. If the peer's sampler is biased, a copy of the peer with an unbiased sampler renders.
+    ``progress`` is called with the completed share of the work, in [0, 1].
     """
     with _fit(peer) as renderer:
         return _own_reference(renderer, scene, error, seconds, threads, first_seed, progress)

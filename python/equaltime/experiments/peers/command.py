@@ -61,7 +61,7 @@ from equaltime.strict_json import json_text
 __all__ = ["WORDS", "CommandPeer"]
 
 WORDS = ("scene", "json", "spp", "seed", "out", "width", "height", "max_depth", "threads", "python")
-"""Words that a command may contain in braces."""
+"""Words that the command of another renderer may contain in braces, where values are filled in."""
 NEEDED = ("spp", "seed", "out")
 _WORD = re.compile(r"\{(\w*)\}")
 _OUT = re.compile(r"\{out\}(\.\w+)?")
@@ -69,7 +69,10 @@ _OUT = re.compile(r"\{out\}(\.\w+)?")
 
 @dataclass
 class CommandPeer:
-    """A renderer that is a command, run once per image; raises PeerError if the command is invalid."""
+    """A renderer that is a command, run once per image: the way to add any other renderer to an experiment.
+
+    Raises PeerError if the command is invalid.
+    """
 
     label: str
     command: str
@@ -96,7 +99,7 @@ class CommandPeer:
 
     @property
     def name(self) -> str:
-        """The command on one line: the name of this renderer in records."""
+        """Name of this renderer in results: the command on one line."""
         return " ".join(self.command.split())
 
     @property
@@ -105,7 +108,7 @@ class CommandPeer:
         return "{json}" in self.command or ("{width}" in self.command and "{height}" in self.command)
 
     def prepare(self, scene: Scene, threads: int) -> float:
-        """Remember the scene, with a box filter, for later runs; return the set-up time, which is 0 seconds.
+        """Keep the scene, with a box filter, for later runs; return the set-up time, which is 0 seconds.
 
         Raises PeerError if the program is missing, or if the command needs a scene file and there is none.
         """
@@ -121,7 +124,7 @@ class CommandPeer:
         return 0.0
 
     def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Point]:
-        """Run the command for each sample count of ``ladder``, and yield each image with its time and sample count.
+        """Run the command for each sample count per pixel in ``ladder``, and yield each image with its time and count.
 
         The first run that takes ``seconds`` or longer is the last.
         """

@@ -30,9 +30,10 @@ def with_box_filter(scene: Scene) -> Scene:
 
 
 def checked_image(image: NDArray[Any], scene: Scene, who: str) -> NDArray[np.float32]:
-    """Return a peer's image as float32 (H, W, 3); an image of the whole film is cut to the scene's crop window.
+    """Return an image of a peer (another renderer) as float32 (H, W, 3), after checking it.
 
-    ``who`` names the peer in errors. Raises PeerError for an image of another size or with a pixel that is not finite.
+    An image of the whole film is cut to the scene's crop window. ``who`` names the peer in errors. Raises PeerError for
+    an image of another size or with a pixel that is not finite.
     """
     (x, y, width, height), (full_width, full_height) = scene.model.sensor.film.crop, scene.size
     if image.shape == (full_height, full_width, 3):
@@ -51,7 +52,8 @@ def checked_image(image: NDArray[Any], scene: Scene, who: str) -> NDArray[np.flo
 def uneven_samples(samples: NDArray[np.int64] | None, scene: Scene) -> NDArray[np.int64] | None:
     """Return the sample count of each pixel of a peer's image (H, W), cut to the scene's crop window.
 
-    Returns None without counts, if all counts are equal, or if their array has another size than the image.
+    A peer is another renderer. Returns None without counts, if all counts are equal, or if their array has another size
+    than the image.
     """
     (x, y, width, height), (full_width, full_height) = scene.model.sensor.film.crop, scene.size
     if samples is not None and samples.shape == (full_height, full_width):

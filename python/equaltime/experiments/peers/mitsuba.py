@@ -33,11 +33,11 @@ _TO_WARM_UP = 4
 
 @dataclass
 class MitsubaPeer:
-    """Mitsuba 3 as a renderer, in a separate process.
+    """Mitsuba 3 as a renderer that takes part in an experiment, in a separate process.
 
     Mitsuba gets the same scene as a Mitsuba dictionary, with a box filter and the scene's ``max_depth`` and
-    ``rr_depth``. A checkpoint is the image and the time at a sample count. Mitsuba cannot continue an image:
-    each checkpoint is a separate render with its own seed.
+    ``rr_depth``. A checkpoint is the image and the time at a sample count. Mitsuba cannot continue an image: each
+    checkpoint is a separate render with its own seed.
 
     A sampler may round the sample count. A checkpoint gives the count actually taken, and a count that rounds to the
     previous count is skipped. Importing, loading and compiling are set-up. A render that compiles kernels is repeated,
@@ -52,7 +52,7 @@ class MitsubaPeer:
     integrator: str = "path"
     sampler: str = "independent"
     rr_depth: int | None = None
-    """Depth from which roulette may end a path; by default the scene's, which defaults to 5."""
+    """Depth from which Russian roulette may end a path; by default the scene's, which defaults to 5."""
     python: str = sys.executable
     """Python interpreter in which Mitsuba and equaltime are installed."""
     limit: float = DEFAULT_LIMIT
@@ -74,20 +74,20 @@ class MitsubaPeer:
 
     @property
     def name(self) -> str:
-        """Name of this renderer in records: variant, integrator, sampler and, if given, roulette depth."""
+        """Name of this renderer in results: variant, integrator, sampler and, if given, roulette depth."""
         roulette = "" if self.rr_depth is None else f",rr_depth={self.rr_depth}"
         return f"mitsuba,variant={self.variant},integrator={self.integrator},sampler={self.sampler}{roulette}"
 
     @property
     def reference_note(self) -> str:
-        """Sentence for reports on the known limits of a reference that the peer from `for_reference` renders."""
+        """Sentence for reports on the known limits of a reference that Mitsuba renders, and on its sampler."""
         if self.sampler not in UNFIT_SAMPLERS:
             return CAVEAT
         another = f"with the sampler {fit_sampler(self.sampler)}, because {self.sampler} is no reference"
         return f"that one is rendered {another}: {UNFIT_SAMPLERS[self.sampler]}; {CAVEAT}"
 
     def for_reference(self) -> MitsubaPeer:
-        """Return the peer that renders references: this peer, or a copy with another sampler if its own is unfit."""
+        """Return the renderer for references: this one, or a copy with another sampler if its sampler is biased."""
         fit = fit_sampler(self.sampler)
         return self if fit == self.sampler else dataclasses.replace(self, sampler=fit)
 
@@ -117,7 +117,7 @@ class MitsubaPeer:
         return self._setup[self._key]
 
     def run(self, seed: int, ladder: Iterable[int], seconds: float | None = None) -> Iterator[Point]:
-        """Render an image for each sample count of ``ladder``, and yield each image with its time and sample count.
+        """Render an image for each sample count per pixel in ``ladder``, and yield each image with its time and count.
 
         The first render that takes ``seconds`` or longer is the last.
         """

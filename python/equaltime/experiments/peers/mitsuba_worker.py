@@ -47,7 +47,7 @@ def samples_per_pass(spp: int, pixels: int, wavefront: int) -> int:
 
 
 class Loaded:
-    """A scene loaded in Mitsuba, with its integrator."""
+    """A scene loaded in Mitsuba, with its integrator, so that several renders need not load it again."""
 
     def __init__(self, mitsuba: Any, scene: Any, integrator: Answer) -> None:
         self._mitsuba, self.scene, self._integrator, self.seconds = mitsuba, scene, integrator, 0.0
@@ -68,7 +68,7 @@ class Loaded:
 
 
 class MitsubaWorker:
-    """Handler of requests: each method answers one of the requests that the module's docstring lists."""
+    """Mitsuba in this process, for another process that sends requests: each method answers one kind of request."""
 
     def start(self, variant: str, threads: int) -> Answer:
         """Import Mitsuba, choose its variant and start ``threads`` threads; return seconds and version.
@@ -99,7 +99,8 @@ class MitsubaWorker:
     def load(self, key: str, file: str, integrator: Answer, sampler: str) -> Answer:
         """Load a scene from ``file`` unless ``key`` is known; return the seconds that loading took the first time.
 
-        Loading uses at least two threads: on one thread, Mitsuba 3.9 hangs while reading an EXR file.
+        ``integrator`` is a dictionary as Mitsuba reads it, and ``sampler`` the name of Mitsuba's sampler. Loading uses
+        at least two threads: on one thread, Mitsuba 3.9 hangs while reading an EXR file.
         """
         if key not in self._scenes:
             begin = perf_counter()
@@ -117,13 +118,18 @@ class MitsubaWorker:
         return {"seconds": self._scenes[key].seconds}
 
     def count(self, key: str, spp: int) -> Answer:
-        """Return the samples per pixel that the sampler takes for ``spp``; some samplers round the count."""
+        """Return the samples per pixel that the sampler of the scene ``key`` takes when asked for ``spp``.
+
+        Some samplers round the count.
+        """
         return {"spp": self._scenes[key].count(spp)}
 
     def render(self, key: str, spp: int, seed: int, file: str, wavefront: int) -> Answer:
-        """Render the scene of ``key`` to ``file``; return sample count, seconds of rendering and seconds of warming up.
+        """Render the scene ``key`` to ``file``; return sample count, seconds of rendering and seconds of warming up.
 
-        If the render compiled kernels, the time of this render counts as warming up, and the image is rendered again.
+        ``spp`` is the number of samples per pixel asked for. A pass takes at most ``wavefront`` samples over all
+        pixels. If the render compiled kernels, the time of this render counts as warming up, and the image is rendered
+        again.
         """
         loaded = self._scenes[key]
         count = loaded.count(spp)
@@ -153,7 +159,7 @@ class MitsubaWorker:
 
 
 def serve(worker: MitsubaWorker) -> None:
-    """Answer requests from stdin until stdin ends."""
+    """Answer requests from standard input with ``worker`` until the input ends: one JSON line each."""
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "w")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     for line in sys.stdin:

@@ -28,14 +28,14 @@ _WITHOUT_BUDGET = 3600.0
 """Default limit of a render, in seconds, if the experiment gives sample counts, whose time is unknown."""
 
 SETUP_LIMIT = 1800.0
-"""Limit for starting a renderer or loading and compiling a scene, in seconds: large scenes take minutes."""
+"""Longest time for starting a renderer, or for loading and compiling a scene, in seconds: large scenes take minutes."""
 
 _PATIENCE = 2.0
 """Seconds from SIGTERM to SIGKILL."""
 
 
 def time_limit(budget: float | None, reference: float = 0.0) -> float:
-    """Return the longest time that one render of a peer may take, in seconds.
+    """Return the longest time that one render of a peer (another renderer) may take, in seconds.
 
     The limit is 20 times the budget plus 60 seconds, or one hour without a budget. The limit is never less than
     ``reference`` plus 60 seconds, because a peer may have to render its own reference.
@@ -45,7 +45,7 @@ def time_limit(budget: float | None, reference: float = 0.0) -> float:
 
 
 DEFAULT_LIMIT = time_limit(None)
-"""Limit of one render, in seconds, for a peer used outside an experiment."""
+"""Longest time of one render, in seconds, by another renderer that is used outside an experiment."""
 
 
 def send_to_all(process: subprocess.Popen[Any], kind: signal.Signals) -> None:
@@ -59,7 +59,7 @@ def limited(process: subprocess.Popen[Any], seconds: float, who: str) -> Iterato
     """Limit the time of a process during the context: after ``seconds``, end its process group and raise `PeerError`.
 
     The process must lead its own session. Code in the context may wait for the process, but must not reap it. Otherwise
-    the system could reuse the process id, and another process would be ended. ``who`` names the peer in the error.
+    the system could reuse the process id, and another process would be ended. ``who`` names the renderer in the error.
     """
     late, done, one_at_a_time = threading.Event(), threading.Event(), threading.Lock()
 
@@ -100,7 +100,10 @@ _LINES, _CHARACTERS = 12, 2000
 
 
 def tail(file: IO[bytes]) -> str:
-    """Return the last lines of a process's output ``file``, each on a new indented line; empty without output."""
+    """Return the last lines of a process's output ``file``, for an error message; empty without output.
+
+    Each line begins with a newline and an indent.
+    """
     file.seek(0, os.SEEK_END)
     file.seek(max(file.tell() - _CHARACTERS, 0))
     lines = [line.rstrip() for line in file.read().decode(errors="replace").splitlines() if line.strip()]
@@ -108,7 +111,7 @@ def tail(file: IO[bytes]) -> str:
 
 
 def end(process: subprocess.Popen[Any]) -> None:
-    """End a process and its children; the process must lead its own session."""
+    """End a process and its children by SIGTERM, and after 2 s by SIGKILL; the process must lead its own session."""
     for kind, patience in ((signal.SIGTERM, 2.0), (signal.SIGKILL, 10.0)):
         send_to_all(process, kind)
         with contextlib.suppress(subprocess.TimeoutExpired):
@@ -117,10 +120,10 @@ def end(process: subprocess.Popen[Any]) -> None:
 
 
 class Worker:
-    """A process that answers each JSON line with a JSON line; errors of the process become `PeerError`.
+    """Another process that renders on request: it answers each JSON line with a JSON line.
 
-    The process has its own session, so that Ctrl-C does not reach the process. The process ends when `close` is called
-    or its standard input ends.
+    Errors of the process become `PeerError`. The process has its own session, so that Ctrl-C does not reach the
+    process. The process ends when `close` is called or its standard input ends.
     """
 
     def __init__(self, command: Sequence[str], who: str, limit: float) -> None:
@@ -172,7 +175,7 @@ class Worker:
             return ""
 
     def close(self) -> None:
-        """End the process."""
+        """End the process and its children."""
         end(self._process)
         for pipe in (self._process.stdin, self._process.stdout):
             with contextlib.suppress(OSError):

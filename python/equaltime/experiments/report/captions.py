@@ -16,7 +16,7 @@ _BELOW = "below what the reference can show"
 def this_run(strategy: StrategyResult) -> str:
     """Return error, time and samples of the run that a picture shows: ``this run: 4.1 % after 0.6 s, 38 spp``.
 
-    The text is empty if the run is not known.
+    The text is empty if that run is not known.
     """
     if strategy.image_seconds is None or not strategy.curve.spp:
         return ""
@@ -35,9 +35,9 @@ def mean_of_runs(strategy: StrategyResult) -> str:
 
 
 def short_caption(strategy: StrategyResult) -> str:
-    """Return the errors of this run and of all runs in two short lines, for a narrow figure; or an empty text.
+    """Return the errors of the run that a picture shows and of all runs, in two short lines, for a narrow figure.
 
-    Errors below what the reference can show are left out.
+    Errors below what the reference can show are left out. The text is empty if no error is left.
     """
     errors = {"this run": _run_error(strategy), f"mean of {strategy.repeats}": _mean_error(strategy)}
     return "\n".join(f"{whose}: {error}" for whose, error in errors.items() if error not in ("", _UNKNOWN, _BELOW))

@@ -30,8 +30,9 @@ def draw_curves(
 ) -> Figure:
     """Draw the error of all strategies of a scene against time, and return the figure.
 
-    ``targets`` are errors, drawn as horizontal lines. ``looks`` gives colour, marker and line style by label. ``size``
-    is width and height in inches. In the SVG, each curve is a group with the id `curve_gid`.
+    ``targets`` are errors, drawn as horizontal lines. ``looks`` gives colour, marker and line style by label of a
+    strategy. ``size`` is width and height in inches, and ``legend`` tells whether to draw a legend. In the SVG, each
+    curve is a group with the id that `curve_gid` returns.
     """
     figure: Figure = optional("matplotlib.figure").Figure(figsize=size, layout="constrained", facecolor="none")
     axes = figure.add_subplot(facecolor="none")
@@ -50,7 +51,10 @@ def draw_curves(
 
 
 def curve_gid(order: int) -> str:
-    """Return the id of the SVG group with the curve of the scene's strategy at index ``order``."""
+    """Return the id of the SVG group that holds one strategy's curve, to attach tooltips to its points.
+
+    ``order`` is the index of the strategy in the scene's results.
+    """
     return f"curve-{order}"
 
 
@@ -195,14 +199,18 @@ _LETTERS = 6.8
 
 
 def has_dots(summary: Summary, target: float) -> bool:
-    """Tell whether `draw_dots` would draw any dot: on some scene, the time to reach the error ``target`` is trusted."""
+    """Tell whether the chart of times to the error ``target`` on all scenes (`draw_dots`) would have any dot.
+
+    A dot stands for a time whose interval can be trusted.
+    """
     return _count(summary, target) > 0
 
 
 def unmarked(summary: Summary, target: float) -> dict[str, list[str]]:
-    """Return, by strategy label, the names of the scenes on which `draw_dots` draws no mark for the strategy.
+    """Return, by strategy label, the names of the scenes on which the chart of times lacks a mark of that strategy.
 
-    Strategies with a mark (dot or arrow) on every scene are left out.
+    The chart (`draw_dots`) has times to the error ``target``. Strategies with a mark (dot or arrow) on every scene are
+    left out.
     """
     found: dict[str, list[str]] = {}
     for scene in summary.scenes:
@@ -214,7 +222,7 @@ def unmarked(summary: Summary, target: float) -> dict[str, list[str]]:
 
 
 def clearest(summary: Summary) -> float | None:
-    """Return the target error for which `draw_dots` draws the most dots; None if no target has a dot.
+    """Return the target error for which the chart of times (`draw_dots`) has the most dots; None if no target has one.
 
     If several targets have equally many dots, the smallest is returned.
     """
@@ -224,10 +232,10 @@ def clearest(summary: Summary) -> float | None:
 
 
 def draw_dots(summary: Summary, target: float, looks: Mapping[str, Style], width: float) -> Figure:
-    """Draw the times to the error ``target`` on all scenes, and return the figure, ``width`` inches wide.
+    """Draw the times of all strategies to the error ``target`` on all scenes, and return the figure.
 
-    Hollow dots are estimated times, beyond the runs. Arrows are lower limits of times. ``looks`` gives colour, marker
-    and line style by label.
+    ``width`` is in inches. Hollow dots are estimated times, beyond the runs. Arrows are lower limits of times.
+    ``looks`` gives colour, marker and line style by label of a strategy.
     """
     height = _REST + _ROW * len(summary.scenes)
     figure: Figure = optional("matplotlib.figure").Figure(

@@ -135,7 +135,8 @@ def chart(
 ) -> Any:
     """Return a scene's curves of error against time as an ``<svg>`` element whose ids begin with ``prefix``.
 
-    ``targets``, ``looks`` and ``size`` are parameters of `draw_curves`.
+    ``targets`` are errors, drawn as horizontal lines. ``looks`` gives colour, marker and line style by label of a
+    strategy. ``size`` is width and height in inches.
     """
     titles = {curve_gid(order): point_titles(strategy) for order, strategy in enumerate(scene.strategies)}
     labels = ", ".join(strategy.label for strategy in scene.strategies)
@@ -149,7 +150,7 @@ def chart(
 def dots(summary: Summary, prefix: str, target: float, looks: Mapping[str, Style], width: float) -> Any:
     """Return the chart of times to the error ``target`` on all scenes as an ``<svg>`` element, ``width`` inches wide.
 
-    Ids in the element begin with ``prefix``. ``looks`` gives colour, marker and line style by label.
+    Ids in the element begin with ``prefix``. ``looks`` gives colour, marker and line style by label of a strategy.
     """
     names = ", ".join(scene.name for scene in summary.scenes)
     description = (
@@ -162,7 +163,8 @@ def dots(summary: Summary, prefix: str, target: float, looks: Mapping[str, Style
 def themed(figure: Figure, prefix: str, description: str, titles: Mapping[str, Sequence[str]] | None = None) -> Any:
     """Return a figure as an ``<svg>`` element that takes the colours of the page, light or dark.
 
-    The parameters are described at `inline_svg`.
+    Ids in the element begin with ``prefix``. ``description`` describes the figure for screen readers. ``titles`` maps
+    the id of a group of markers to a tooltip for each marker.
     """
     colours = {colour: f"var(--s{index})" for index, colour in enumerate(LIGHT)}
     colours |= {"#ffffff": "var(--page)", INK: "var(--ink)", MUTED: "var(--muted)", GRID: "var(--grid)"}
@@ -170,9 +172,9 @@ def themed(figure: Figure, prefix: str, description: str, titles: Mapping[str, S
 
 
 def write_figure(figure: Figure, folder: Path, name: str) -> tuple[str, ...]:
-    """Write a figure to ``folder`` as NAME.pdf and NAME.png, each atomically.
+    """Write a figure to ``folder`` as NAME.pdf and NAME.png, each atomically, and return the names of both files.
 
-    Returns the names of both files with the last part of the folder's path, as in ``figures/NAME.pdf``.
+    The names contain the last part of the folder's path, as in ``figures/NAME.pdf``.
     """
     folder.mkdir(parents=True, exist_ok=True)
     for kind, metadata in _KINDS.items():
@@ -192,8 +194,9 @@ def write_figures(
 ) -> tuple[str, ...]:
     """Write figures of a scene's error curves, and of its crops if there are pictures, to ``folder``.
 
-    Returns the files as ``FOLDER/SLUG-curves.pdf`` and so on. ``targets`` are errors, drawn as horizontal lines.
-    ``crops`` are windows (x, y, width, height) in pixels. ``looks`` gives colour, marker and line style by label.
+    Returns the files as ``FOLDER/SLUG-curves.pdf`` and so on; ``slug`` is the scene's name as a file name. ``targets``
+    are errors, drawn as horizontal lines. ``crops`` are windows (x, y, width, height) in pixels. ``looks`` gives
+    colour, marker and line style by label of a strategy.
     """
     drawn = {f"{slug}-curves": draw_curves(scene, targets, looks, (6.0, 4.0), legend=True)}
     if pictures is not None and pictures.runs and crops:
@@ -204,7 +207,8 @@ def write_figures(
 def draw_comparison(scene: SceneResult, pictures: Pictures, crops: Sequence[Window]) -> Figure:
     """Return a figure of the reference with marked windows ``crops``, and beside it the crops of all images.
 
-    The crops form a table: a row per window, a column for the reference, and a column per strategy.
+    ``pictures`` are the images of the scene. The crops form a table: a row per window, a column for the reference, and
+    a column per strategy.
     """
     shown = [strategy for strategy in scene.strategies if strategy.label in pictures.runs]
     height, width = pictures.reference.mean.shape[:2]

@@ -46,7 +46,9 @@ class Reel:
 
     label: str
     look: Style
+    """Colour, marker and line style of the strategy on the page."""
     uri: str
+    """Image file with all pictures, as a data URI."""
     alt: str
     columns: int
     rows: int
@@ -58,7 +60,7 @@ class Reel:
 
 @dataclass(frozen=True)
 class FilmView:
-    """Data with which a page plays the films of all strategies side by side, at equal time."""
+    """Data with which a page plays films of converging images, one of each strategy, side by side at equal time."""
 
     reels: tuple[Reel, ...]
     seconds: float
@@ -68,9 +70,10 @@ class FilmView:
 
 
 def film_view(scene: SceneResult, looks: Mapping[str, Style], stops: float) -> FilmView | None:
-    """Return the films of a scene for a page; None if the scene has no films.
+    """Return the films of a scene for a page, to show how images converge; None if the scene has no films.
 
-    All pictures are multiplied by 2 to the power ``stops``. ``looks`` gives colour, marker and line style by label.
+    All pictures are multiplied by 2 to the power ``stops``. ``looks`` gives colour, marker and line style by label of a
+    strategy.
     """
     films = _films(scene)
     if not films:
@@ -81,10 +84,11 @@ def film_view(scene: SceneResult, looks: Mapping[str, Style], stops: float) -> F
 
 
 def write_animation(folder: Path, slug: str, scene: SceneResult, stops: float) -> tuple[str, ...]:
-    """Write all films of a scene side by side into one animated WebP file.
+    """Write the films of all strategies on a scene, side by side, into one animated WebP file in ``folder``.
 
-    Returns the file as ``FOLDER/SLUG-forming.webp``; () without films. All pictures are multiplied by 2 to the
-    power ``stops``.
+    A film shows how an image converges. Returns the name of the file, ``FOLDER/SLUG-forming.webp``, in a tuple, which
+    is empty without films. ``slug`` is the scene's name as a file name. All pictures are multiplied by 2 to the power
+    ``stops``.
     """
     films = _films(scene)
     if not films:

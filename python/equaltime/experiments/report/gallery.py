@@ -43,11 +43,12 @@ _VARIANCES = "gray_r"
 
 @dataclass(frozen=True)
 class Crop:
-    """An enlarged window of an image, as a PNG in a data URI."""
+    """An enlarged window of an image, for a page."""
 
     uri: str
+    """The enlarged window as a PNG in a data URI."""
     window: tuple[int, int, int, int]
-    """x, y, width, height in pixels of the image."""
+    """Window of the image: x, y, width, height in pixels."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ class Frame:
 
     @property
     def key(self) -> str:
-        """Text that identifies the frame in its series, even if a strategy is labelled "reference"."""
+        """Text that identifies the picture in its series, even if a strategy is labelled "reference"."""
         return f"strategy {self.label}" if self.look else "reference"
 
 
@@ -74,8 +75,10 @@ class Series:
 
     name: str
     slug: str
+    """Name of the series, made safe for ids in the page."""
     explanation: str
     bar: Bar | None
+    """Colour bar of the maps; None for images."""
     frames: tuple[Frame, ...]
 
 
@@ -85,7 +88,7 @@ def kinds_of(scene: SceneResult, pictures: Pictures, looks: Mapping[str, Style],
     Each series has one picture per strategy, the best strategy first; the series of images begins with the reference.
     Variances are left out if no renderer reports them, and sample counts if each strategy has one count in all pixels.
     Pictures with a side longer than ``longest`` pixels are reduced by averaging blocks of pixels. Crops are never
-    reduced. ``looks`` gives colour, marker and line style by label.
+    reduced. ``looks`` gives colour, marker and line style by label of a strategy.
     """
     shown = [strategy for strategy in _best_first(scene) if strategy.label in pictures.runs]
     if not shown:
@@ -147,9 +150,9 @@ _COUNT_WORDS = "Samples of each pixel at the end of the run that is shown."
 
 
 def choose_crops(pixels: Mapping[str, Floats], shape: tuple[int, ...], count: int = 2) -> tuple[Window, ...]:
-    """Return the square windows (x, y, width, height) in which the strategies' errors differ most.
+    """Return the square windows in which the strategies' errors differ most, to show them enlarged.
 
-    The windows do not overlap.
+    The windows (x, y, width, height) do not overlap.
 
     Parameters
     ----------
@@ -159,7 +162,6 @@ def choose_crops(pixels: Mapping[str, Floats], shape: tuple[int, ...], count: in
         Height and width of the image, in pixels.
     count
         Largest number of windows.
-
     """
     side = max(1, min(min(shape), _LONGEST_CROP, round(max(shape) / 6)))
     sums = [_window_means(np.maximum(own.mean(axis=0), 0.0), side) for own in pixels.values()]

@@ -22,7 +22,8 @@ _MANY = 4
 """Most scenes for which the curves of a single scene are shown; with more, all scenes are shown as dots."""
 
 State = Literal["waiting", "earlier", "done", "left out", "failed"]
-"""State of an experiment. ``earlier`` means that the experiment has not run yet, but an earlier run left a report."""
+"""State of an experiment on the index page: ``waiting`` for its run, ``done``, ``left out`` or ``failed``. ``earlier``
+means that it has not run yet, but an earlier run left a report."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class Card:
     state: State = "waiting"
     summary: Summary | None = None
     problem: str = ""
-    """Reason why there is no summary."""
+    """Reason why the experiment has no results; empty if it has some."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class _View:
 
 
 def write_index(cards: Sequence[Card], folder: Path, quick: bool = False, command: str = "") -> Path:
-    """Write ``index.html`` into a folder, beside the folders of the experiments.
+    """Write ``index.html`` into a folder, beside the folders of the experiments that ``cards`` describe.
 
     Parameters
     ----------

@@ -50,7 +50,7 @@ def latex_table(summary: Summary) -> str:
 
 
 def write_latex(summary: Summary, path: Path) -> None:
-    """Write `latex_table` to a file, whose folder is made if it does not exist."""
+    """Write the results of an experiment as a table in LaTeX to a file; the file's folder is made if missing."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with replacing(path) as part:
         part.write_text(latex_table(summary), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Colours of a page, and colour, marker and line style of each strategy.
+"""Styles of a report: the colours of a page, and colour, marker and line style of each strategy.
 
 The colours can be told apart with normal sight and with each type of colour blindness (simulated after Machado 2009).
 The contrast of a colour with the page, light or dark, is at least 3. Each colour comes with a marker, and from the
@@ -26,9 +26,9 @@ class Style:
     """Colour, marker and line style of one strategy on a page."""
 
     index: int
-    """Index of colour and marker; 0 is the baseline's."""
+    """Number of the strategy's colour and marker; 0 is the baseline's."""
     light: str
-    """Colour on white, ``#rrggbb``."""
+    """Colour on a white page, ``#rrggbb``."""
     marker: str
     """Matplotlib's name of the marker."""
     line: str
@@ -36,7 +36,7 @@ class Style:
 
 
 def looks(labels: Sequence[str], baseline: str) -> dict[str, Style]:
-    """Return a colour, marker and line style for each label of a strategy; the baseline is grey (index 0)."""
+    """Return the style (colour, marker and line style) of each strategy by its label; the baseline's is grey."""
     ordered = dict.fromkeys((baseline, *labels))
     return {label: _look(place) for place, label in enumerate(ordered)}
 

@@ -26,7 +26,7 @@ Flags = NDArray[np.bool_]
 Bytes = NDArray[np.uint8]
 
 LEVEL = 0.001
-"""Significance level at which a block is called worse or better."""
+"""Significance level at which a strategy's error in a block of pixels is called worse or better than the baseline's."""
 _BLOCKS = 28
 _FEWEST = 3
 
@@ -42,7 +42,7 @@ INTRODUCTION = (
 
 @dataclass(frozen=True)
 class LossView:
-    """Two loss maps of one strategy, each with a sentence.
+    """Two loss maps of one strategy for a page, which show where its squared error arises, each with a sentence.
 
     The first map (``half``) marks the blocks of pixels that make half of the strategy's squared error. The second map
     (``ratio``) shows the strategy's error divided by the baseline's. ``ratio_uri`` and ``ratio_alt`` are empty without
@@ -61,11 +61,12 @@ class LossView:
 def losing(
     scene: SceneResult, pictures: Pictures, looks: Mapping[str, Style], longest: int
 ) -> tuple[tuple[LossView, ...], Bar | None]:
-    """Return two maps for each strategy of a scene, and the colour bar of the second maps.
+    """Return two maps for each strategy of a scene, which show where its error arises, and the second maps' colour bar.
 
     The first map shows the blocks of pixels that make half of the strategy's squared error. The second map compares the
     error with the baseline's. The bar is None if no strategy can be compared with the baseline. Maps are drawn over the
-    reference in grey; each side has at most ``longest`` pixels. ``looks`` gives colour, marker and line style by label.
+    reference in grey; each side has at most ``longest`` pixels. ``pictures`` are the images of the scene. ``looks``
+    gives colour, marker and line style by label of a strategy.
     """
     factors = {strategy.label: _to_equal_time(strategy) for strategy in scene.strategies}
     equal = {label: own * factors[label] for label, own in pictures.squares.items()}
@@ -184,7 +185,7 @@ def _bytes(values: Floats, longest: int) -> Bytes:
 
 @dataclass(frozen=True, eq=False)
 class Losses:
-    """Distribution of a strategy's error over square blocks of pixels.
+    """Distribution of a strategy's error over square blocks of pixels, for maps of where it loses.
 
     Each array has one value per block: (rows of blocks, columns of blocks).
     """
@@ -196,13 +197,17 @@ class Losses:
     half_area: float
     """Share of the image that the blocks of ``half`` cover, in [0, 1]."""
     ratio: Floats | None
-    """Error divided by the baseline's error at equal time; None for the baseline itself."""
+    """Strategy's error divided by the baseline's error at equal time; None for the baseline itself."""
     worse: Flags | None
+    """True in blocks whose error is significantly larger than the baseline's; None with fewer than three repeats."""
     better: Flags | None
-    """Blocks that are significantly worse or better than the baseline's; None with fewer than three repeats."""
+    """True in blocks whose error is significantly smaller than the baseline's; None with fewer than three repeats."""
 
     def spread(self, flags: NDArray[np.generic], shape: tuple[int, ...]) -> NDArray[np.generic]:
-        """Return an image in which each pixel has its block's value in ``flags``; ``shape`` is (height, width)."""
+        """Return an image (H, W) in which each pixel has the value of its block in ``flags``.
+
+        ``flags`` has one value per block, (rows of blocks, columns of blocks), and ``shape`` is (H, W).
+        """
         return flags.repeat(self.block, axis=0).repeat(self.block, axis=1)[: shape[0], : shape[1]]
 
 
@@ -214,7 +219,8 @@ def losses(own: Floats, baseline: Floats | None) -> Losses:
     own
         Squared errors of the strategy's pixels in K repeats, (K, H, W), scaled to equal render time.
     baseline
-        Squared errors of the baseline's pixels, in the same form; None if the strategy is the baseline.
+        Squared errors of the baseline's pixels in K repeats, (K, H, W), scaled to equal render time; None if the
+        strategy is the baseline.
     """
     block = max(1, math.ceil(max(own.shape[1:]) / _BLOCKS))
     mine = _block_sums(own, block)

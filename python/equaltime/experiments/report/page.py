@@ -53,25 +53,26 @@ __all__ = [
 
 @dataclass(frozen=True)
 class SceneView:
-    """The section of a page about one scene: charts, tables, pictures and sentences."""
+    """Content of a page's section about one scene, for the template: charts, tables, pictures and sentences."""
 
     slug: str
     name: str
     facts: str
-    """Sentence on size, depth, reference, repeats and equal time."""
+    """Sentence on the scene's size, path depth, reference, repeats and equal time."""
     verdict: str
     wide_chart: str
-    """An ``<svg>`` element that needs no escaping, as is ``narrow_chart``."""
+    """Chart of the error curves for a desktop: an ``<svg>`` element that needs no escaping."""
     narrow_chart: str
+    """Chart of the error curves for a phone: an ``<svg>`` element that needs no escaping."""
     legend: tuple[TableRow, ...]
     hidden: str
-    """Sentence on curves that lie beneath others; empty if all can be seen."""
+    """Sentence on error curves that lie beneath others in the chart; empty if all can be seen."""
     tables: tuple[tuple[str, Table], ...]
-    """Headings and tables, the most important for the experiment's question first."""
+    """Pairs of heading and table, the most important for the experiment's question first."""
     points: Table
-    """The numbers behind the curves."""
+    """Table of the points of all error curves."""
     notes: tuple[tuple[str, str], ...]
-    """Label of a strategy and warnings about it."""
+    """Pairs: the label of a strategy, and a warning about its numbers."""
     kinds: tuple[Series, ...]
     size: tuple[int, int]
     """Width and height of the images, in pixels."""
@@ -81,7 +82,7 @@ class SceneView:
     losses_intro: str
     film: FilmView | None
     files: tuple[str, ...]
-    """Figure files written beside the page."""
+    """Names of the figure files written beside the page."""
 
     @property
     def aspect(self) -> str:
@@ -90,7 +91,7 @@ class SceneView:
 
     @property
     def columns(self) -> int:
-        """Columns of pictures side by side on a wide screen: all in one row if they are few and not wide."""
+        """Number of pictures side by side on a wide screen: all in one row if they are few and not wide."""
         count = len(self.kinds[0].frames)
         most = 6 if self.size[0] <= 1.25 * self.size[1] else 4
         return math.ceil(count / math.ceil(count / most))
@@ -115,23 +116,24 @@ class SceneView:
 
 @dataclass(frozen=True)
 class OverviewView:
-    """Chart and table of the times to one target error on all scenes."""
+    """Content of a page's section on all scenes, for one target error: chart and table of the times to that error."""
 
     name: str
     table: Table
     wide_chart: Any
+    """Chart for a desktop: an ``<svg>`` element that needs no escaping; empty if no time is trusted."""
     narrow_chart: Any
-    """``<svg>`` elements that need no escaping; empty if no time is trusted."""
+    """Chart for a phone: an ``<svg>`` element that needs no escaping; empty if no time is trusted."""
     looks: Mapping[str, Style] = field(hash=False)
     """Colour, marker and line style of the strategies that have a mark in the chart, by label."""
     unmarked: str = ""
-    """Sentence on the strategies without a mark in the chart on some scenes."""
+    """Sentence on the strategies that have no mark in the chart on some scenes; empty if there are none."""
 
 
 def overview_views(summary: Summary, looks: Mapping[str, Style]) -> tuple[OverviewView, ...]:
     """Return one chart and table of all scenes for each target error, in the order of ``summary.targets``.
 
-    ``looks`` gives colour, marker and line style by label.
+    ``looks`` gives colour, marker and line style by label of a strategy.
     """
     tables = [table.telling(is_quick(summary)) for table in overview_tables(summary, looks)]
     return tuple(_view(summary, target, table, looks) for target, table in zip(summary.targets, tables, strict=True))
@@ -147,7 +149,10 @@ def _view(summary: Summary, target: float, table: Table, looks: Mapping[str, Sty
 
 
 def with_marks(summary: Summary, target: float, looks: Mapping[str, Style]) -> dict[str, Style]:
-    """Return the entries of ``looks`` for the strategies that have a mark in the chart of times to ``target``."""
+    """Return the styles of the strategies that have a mark in the chart of times to ``target``, for its legend.
+
+    ``target`` is an error. ``looks`` gives the styles of all strategies: colour, marker and line style by label.
+    """
     absent = unmarked(summary, target)
     return {label: look for label, look in looks.items() if len(absent.get(label, ())) < _present(summary, label)}
 
@@ -155,7 +160,8 @@ def with_marks(summary: Summary, target: float, looks: Mapping[str, Style]) -> d
 def without_marks(summary: Summary, target: float) -> str:
     """Return a sentence on the strategies that have no mark on some scenes in the chart of times to ``target``.
 
-    The sentence names these scenes. It is empty if every strategy has a mark on every scene.
+    ``target`` is an error. The sentence names the scenes. The result is empty if every strategy has a mark on every
+    scene.
     """
     parts = []
     for label, names in unmarked(summary, target).items():
@@ -175,7 +181,7 @@ _PALETTES = (("all", LIGHT), ("screen and (prefers-color-scheme: dark)", DARK))
 def write_page(template: str, path: Path, **values: object) -> Path:
     """Fill in the template file named ``template`` with ``values``, and write the page to ``path`` atomically.
 
-    Returns ``path``.
+    Returns ``path``. ``values`` are by the names that the template uses.
     """
     jinja: Any = optional("jinja2")
     markup: Any = optional("markupsafe").Markup
@@ -218,7 +224,7 @@ def write_report(summary: Summary, folder: Path, told: Callable[[float], object]
     folder
         Folder to write to; it is made if it does not exist.
     told
-        Called after each scene with the completed share of the work, in [0, 1].
+        Function that is called after each scene with the completed share of the work, in [0, 1].
 
     Returns
     -------
@@ -268,7 +274,10 @@ _OWN_IDS = ("content", "pictures", "lesson", "claim", "overview", "directions", 
 
 
 def longest_side(summary: Summary) -> int:
-    """Return the longest side that pictures may have, in pixels: from 128 to 640, less for more pictures."""
+    """Return the longest side that each picture of a page may have, in pixels, which limits the size of the page.
+
+    The result is from 128 to 640, less for more pictures.
+    """
     pictures = sum(1 + _MAPS * len(scene.strategies) for scene in summary.scenes)
     return max(_SHORTEST, min(_LONGEST, math.isqrt(_PIXELS // max(1, pictures))))
 

@@ -42,18 +42,20 @@ Bytes = NDArray[np.uint8]
 
 @dataclass(frozen=True, eq=False)
 class Pictures:
-    """The images of one scene that could be read, in linear RGB."""
+    """Images of one scene that a report shows and computes maps from, in linear RGB: those that could be read."""
 
     reference: Reference
     own: Mapping[str, Reference]
-    """Reference of each strategy by label: the scene's reference, or one for the strategy alone."""
+    """Reference with which each strategy is compared, by label: the scene's, or one for the strategy's renderer alone.
+    """
     runs: Mapping[str, Images]
-    """Final images of each strategy's K repeats, (K, H, W, 3), by label; float32 saves memory."""
+    """Final images of each strategy's K repeats, (K, H, W, 3), by label of the strategy; float32 saves memory."""
     samples: Mapping[str, Floats]
-    """Sample counts of each strategy's pixels, (H, W), by label."""
+    """Number of samples of each pixel, (H, W), by label of the strategy."""
     variances: Mapping[str, Floats]
-    """Variance of one sample of each pixel, (H, W), by label, as the mean of the repeats; infinite in pixels where a
-    repeat does not know it. Strategies whose renderer does not report the variance are left out."""
+    """Variance of one sample of each pixel, (H, W), by label of the strategy, as the mean of the repeats; infinite in
+    pixels where a repeat does not know the variance. Strategies whose renderer does not report the variance are left
+    out."""
     stops: float
     """Exposure of all images: linear values are multiplied by 2 to this power."""
     missing: tuple[str, ...]
@@ -61,7 +63,7 @@ class Pictures:
 
     @property
     def squares(self) -> dict[str, Floats]:
-        """Relative squared errors of the pixels of each strategy's K runs, (K, H, W), by label."""
+        """Relative squared error of each pixel in each of K runs, (K, H, W), by label of the strategy."""
         return {label: squares(runs, self.own[label]) for label, runs in self.runs.items()}
 
 
@@ -93,7 +95,7 @@ def load_pictures(scene: SceneResult) -> Pictures | str:
 
 
 def squares(runs: NDArray[Any], reference: Reference) -> Floats:
-    """Return the relative squared error of each pixel (K, H, W) of the K images in ``runs`` (K, H, W, 3).
+    """Return the relative squared error of each pixel of K images, (K, H, W); ``runs`` are the images, (K, H, W, 3).
 
     The reference's own noise is subtracted, so that a value may be negative by chance.
     """
@@ -103,17 +105,15 @@ def squares(runs: NDArray[Any], reference: Reference) -> Floats:
 def error_map(pixels: Floats) -> Floats:
     """Return the relative error of each pixel (H, W): the root of its mean squared error over K runs.
 
-    ``pixels`` are the squared errors (K, H, W) from `squares`.
+    ``pixels`` are the relative squared errors of the pixels in K runs, (K, H, W).
     """
     return np.asarray(np.sqrt(np.maximum(pixels.mean(axis=0), 0.0)))
 
 
 def spread_map(runs: NDArray[Any], reference: Reference) -> Floats | None:
-    """Return the relative standard error of each pixel of one run (H, W).
+    """Return the relative standard error of each pixel of one run (H, W); None for fewer than two runs.
 
-    The estimate comes from the spread over the K images in ``runs`` (K, H, W, 3).
-
-    Returns None for fewer than two runs.
+    The estimate comes from the spread over the K images in ``runs`` (K, H, W, 3). Errors are relative to ``reference``.
     """
     if len(runs) < 2:
         return None
@@ -123,7 +123,7 @@ def spread_map(runs: NDArray[Any], reference: Reference) -> Floats | None:
 
 
 def coloured(values: Floats, low: float, high: float, colours: str) -> Bytes:
-    """Colour values (H, W) by the Matplotlib colour map named ``colours``, and return bytes (H, W, 3).
+    """Colour values (H, W) by the Matplotlib colour map named ``colours``, and return sRGB bytes (H, W, 3).
 
     The scale is logarithmic from ``low`` to ``high``.
     """
@@ -134,7 +134,7 @@ def coloured(values: Floats, low: float, high: float, colours: str) -> Bytes:
 
 @dataclass(frozen=True)
 class Bar:
-    """Colour bar of maps: evenly spaced colours, and labels of low end, middle and high end."""
+    """Colour bar beside maps: evenly spaced colours, and labels of low end, middle and high end."""
 
     colours: tuple[str, ...]
     ticks: tuple[str, ...]
@@ -149,7 +149,7 @@ def colour_bar(colours: str, steps: int = 9) -> tuple[str, ...]:
 
 
 def data_uri(pixels: Bytes) -> str:
-    """Encode sRGB bytes (H, W, 3) as PNG, and return the PNG as a data URI."""
+    """Encode sRGB bytes (H, W, 3) as PNG, and return the PNG as a data URI for an HTML page."""
     file = io.BytesIO()
     optional("PIL.Image").fromarray(pixels).save(file, "PNG")
     return "data:image/png;base64," + base64.b64encode(file.getvalue()).decode()

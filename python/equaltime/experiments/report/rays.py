@@ -38,20 +38,25 @@ _LIGHT = LIGHT[1]
 
 @dataclass(frozen=True)
 class RaysView:
-    """Pictures of sampled rays for a page, and a table: the effective share of the samples of each technique."""
+    """Pictures of rays drawn by uniform and by BSDF sampling for a page, and a table of each technique's efficiency.
+
+    The table has the effective share of the samples: 1 if all have equal weights.
+    """
 
     wide: Any
+    """Picture for a desktop: an ``<svg>`` element that needs no escaping."""
     narrow: Any
-    """``<svg>`` elements that need no escaping."""
+    """Picture for a phone: an ``<svg>`` element that needs no escaping."""
     rows: tuple[tuple[str, str, str], ...]
-    """Scene, and the effective share of uniform and of BSDF samples as text."""
+    """Rows of the table: scene, and the effective share of uniform and of BSDF samples as text."""
     files: tuple[str, ...]
 
 
 def rays_view(summary: Summary, folder: Path) -> RaysView | None:
-    """Return the pictures of an experiment's sampled rays, and write them as PDF and PNG to ``folder/figures``.
+    """Return the pictures of the rays that an experiment has drawn by uniform and by BSDF sampling, for its page.
 
-    Returns None if the experiment has no file of rays, or the file cannot be read.
+    They are also written as PDF and PNG to ``folder/figures``. Returns None if the experiment has no file of rays, or
+    the file cannot be read.
     """
     if summary.directions is None:
         return None
@@ -70,14 +75,18 @@ def rays_view(summary: Summary, folder: Path) -> RaysView | None:
 
 
 def write_rays(folder: Path, directions: Directions) -> tuple[str, ...]:
-    """Write the picture of all scenes' rays as PDF and PNG to ``folder``; return the names of the files."""
+    """Write one picture of all scenes' rays as PDF and PNG to ``folder``; return the names of the files.
+
+    ``directions`` holds the rays by name of the scene and then by technique.
+    """
     return write_figure(draw_rays(directions, len(directions)), folder, "directions")
 
 
 def draw_rays(directions: Directions, columns: int) -> Figure:
     """Return a figure of every scene's rays, with ``columns`` scenes side by side.
 
-    For each scene, uniform sampling is drawn above BSDF sampling.
+    ``directions`` holds the rays by name of the scene and then by technique. For each scene, uniform sampling is drawn
+    above BSDF sampling.
     """
     bands = math.ceil(len(directions) / columns)
     size = (1.4 * columns, bands * 2.55)

@@ -41,10 +41,11 @@ __all__ = [
 
 @dataclass(frozen=True)
 class TableRow:
-    """A row of a table: a label with tags, and the cells of each column."""
+    """A row of a table in a report: a label with tags, and the cells of each column."""
 
     label: str
     look: Style | None
+    """Colour, marker and line style of the strategy; None for a row without one."""
     tags: tuple[str, ...]
     """Words beside the label: baseline, biased, or the name of another renderer."""
     cells: tuple[tuple[Cell, ...], ...]
@@ -55,7 +56,7 @@ class TableRow:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of numbers, with numbered footnotes below the table."""
+    """A table of numbers in a report, with numbered footnotes below the table."""
 
     slug: str
     caption: str
@@ -64,14 +65,14 @@ class Table:
     columns: tuple[str, ...]
     rows: tuple[TableRow, ...]
     unsaid: str = ""
-    """Sentence on numbers that are left out; empty if none is."""
+    """Sentence on columns that are left out and on dashes; empty if there are none."""
 
     def telling(self, quick: bool, all_columns: bool = False) -> Table:
-        """Return the table without columns that say nothing, and with dashes in the other cells that say nothing.
+        """Return the table without columns that hold no answer, and with dashes in other cells that hold none.
 
-        A column says nothing if `equaltime.experiments.report.telling.column_says_something` is false for it. ``quick``
-        tells whether longer runs would say more. ``all_columns`` keeps columns of dashes. Without it, a table that says
-        nothing has no columns.
+        A number, or a bound that tells which strategy is faster, is an answer; dashes and "unknown" are none. ``quick``
+        tells whether longer runs would give more answers. ``all_columns`` keeps columns of dashes. Without it, a table
+        that holds no answer has no columns.
         """
         columns = range(len(self.columns))
         kept = [i for i in columns if all_columns or column_says_something(row.cells[i] for row in self.rows)]
@@ -84,7 +85,7 @@ class Table:
 
     @property
     def footnotes(self) -> tuple[str, ...]:
-        """Footnotes of all cells, each once, in reading order.
+        """Footnotes of all cells as text, each once, in reading order; a note's number is its position from 1.
 
         Remarks that differ only in their first number become one footnote with the smallest and the largest number.
         """
@@ -166,7 +167,7 @@ _CELLS: Mapping[Quantity, Callable[[Interval], Cell]] = {
 def beside_table(slug: str, summary: Summary) -> Table | None:
     """Return a table of published and measured numbers; None if the experiment compares no published numbers.
 
-    ``slug`` begins the table's id.
+    ``slug`` begins the table's id on the page.
     """
     if not summary.beside:
         return None
@@ -194,7 +195,10 @@ _NOTHING = Cell(DASH, state="unknown")
 def label_row(
     scene: SceneResult, strategy: StrategyResult, look: Style, cells: Sequence[Sequence[Cell]] = ()
 ) -> TableRow:
-    """Return a table row of a strategy with these ``cells``; tags such as "baseline" and "biased" follow its label."""
+    """Return a row of a strategy for a table; tags such as "baseline" and "biased" follow its label.
+
+    ``cells`` are the cells of each column. ``look`` is the strategy's colour, marker and line style.
+    """
     tags = ["baseline"] * (strategy.label == scene.baseline) + ["biased"] * strategy.biased
     if strategy.renderer != "core":
         tags.append(strategy.renderer)
@@ -204,7 +208,7 @@ def label_row(
 def time_table(slug: str, scene: SceneResult, targets: Sequence[float], looks: Mapping[str, Style]) -> Table:
     """Return a table with each strategy's time to each target error, and below it the speed-up over the baseline.
 
-    ``slug`` begins the table's id. ``looks`` gives colour, marker and line style by label.
+    ``slug`` begins the table's id. ``looks`` gives colour, marker and line style by label of a strategy.
     """
     rows = []
     for strategy in scene.strategies:
@@ -229,11 +233,11 @@ def _time_cell(scene: SceneResult, strategy: StrategyResult, target: float) -> C
 
 
 def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Style]) -> Table:
-    """Return a table with checks of each strategy.
+    """Return a table that shows whether each strategy's numbers can be trusted.
 
-    Columns are the slope of the error, the error at equal time and at the end of the runs, and the renders' own
-    estimate at the end. Two more are the bias, and whether the expected image is that of the standard strategy.
-    ``slug`` begins the table's id. ``looks`` gives colour, marker and line style by label.
+    Columns are the slope of the error, the error at equal time and at the end of the runs, and the error that the
+    renders themselves state at the end. Two more are the bias, and whether the expected image equals the standard
+    strategy's. ``slug`` begins the table's id. ``looks`` gives colour, marker and line style by label of a strategy.
     """
     standard = scene.standard or "the standard"
     errors = [f"error after {seconds(scene.budget_s)}; below: at the end", "own estimate at the end"]
@@ -266,9 +270,9 @@ def _bias_cell(bias: Interval | None) -> Cell:
 
 
 def point_table(slug: str, scene: SceneResult, looks: Mapping[str, Style]) -> Table:
-    """Return a table of the points of all error curves: samples, time, error, and the render's own error estimate.
+    """Return a table of the points of all error curves: samples, time, error, and the error that renders state.
 
-    ``slug`` begins the table's id. ``looks`` gives colour, marker and line style by label.
+    ``slug`` begins the table's id. ``looks`` gives colour, marker and line style by label of a strategy.
     """
     rows = []
     for strategy in scene.strategies:
@@ -290,7 +294,8 @@ def point_table(slug: str, scene: SceneResult, looks: Mapping[str, Style]) -> Ta
 def overview_tables(summary: Summary, looks: Mapping[str, Style]) -> list[Table]:
     """Return one table per target error: times and speed-ups, one row per scene and one column per strategy.
 
-    The last row is the geometric mean of speed-ups over scenes.
+    The last row is the geometric mean of speed-ups over scenes. ``looks`` gives colour, marker and line style by label
+    of a strategy.
     """
     labels = list(dict.fromkeys(strategy.label for scene in summary.scenes for strategy in scene.strategies))
     return [_overview(summary, labels, target) for target in summary.targets]
@@ -299,8 +304,8 @@ def overview_tables(summary: Summary, looks: Mapping[str, Style]) -> list[Table]
 def geometric_mean(summary: Summary, label: str, target: float) -> Interval | None:
     """Return the geometric mean over scenes of a strategy's speed-ups to the error ``target``; None for the baseline.
 
-    The interval combines the intervals of the scenes, and holds for these scenes only. If a speed-up is missing, the
-    mean is unknown and has a note with the reason.
+    ``label`` is the strategy's. The interval combines the intervals of the scenes, and holds for these scenes only. If
+    a speed-up is missing, the mean is unknown and has a note with the reason.
     """
     ratios = []
     for scene in summary.scenes:

@@ -18,7 +18,7 @@ _NOT_KNOWN = ("unknown", "not trusted", "not reached")
 
 
 def commands(summary: Summary) -> tuple[str, ...]:
-    """Return the command lines that made an experiment, each once."""
+    """Return the command lines that made an experiment, each once; empty if it was made from Python."""
     sessions = summary.provenance.get("sessions", {})
     found = [summary.provenance.get("command"), *(session.get("command") for session in sessions.values())]
     return tuple(dict.fromkeys(str(command) for command in found if command))
@@ -30,9 +30,9 @@ def is_quick(summary: Summary) -> bool:
 
 
 def says_slower(scene: SceneResult, target: float, time: Interval) -> bool:
-    """Tell whether the lower limit of a time to the error ``target`` shows that another strategy is faster.
+    """Tell whether the lower limit of a time to the error ``target`` is longer than another strategy's known time.
 
-    A lower limit below all known times of the scene says nothing.
+    If so, the other strategy is faster, and the limit is worth printing.
     """
     others = (strategy.time_to.get(target, UNKNOWN) for strategy in scene.strategies)
     return any(other.trusted and 0.0 < other.high < time.low for other in others)
@@ -48,14 +48,14 @@ def _answers(cell: Cell) -> bool:
 
 
 def column_says_something(cells: Iterable[tuple[Cell, ...]]) -> bool:
-    """Tell whether any cell of a table's column holds an answer, such as a number. Dashes and "unknown" hold none."""
+    """Tell whether any cell of a table's column holds an answer, such as a number; dashes and "unknown" are none."""
     return any(_answers(cell) for several in cells for cell in several)
 
 
 def silenced(cells: tuple[Cell, ...]) -> tuple[Cell, ...]:
-    """Return the numbers of a table's cell without those that say nothing.
+    """Return the numbers of a table's cell that hold an answer, without those such as "unknown".
 
-    If no number is left, a dash takes their place; the page shows the reason when the pointer is on the dash.
+    If no number is left, a dash takes its place; the page shows the reason when the pointer is on the dash.
     """
     telling = tuple(cell for cell in cells if not _is_silent(cell))
     if any(map(_answers, telling)):
@@ -65,9 +65,10 @@ def silenced(cells: tuple[Cell, ...]) -> tuple[Cell, ...]:
 
 
 def unsaid(names: Iterable[str], dashes: bool, quick: bool, cells: Iterable[Cell]) -> str:
-    """Return a sentence on columns that were left out, by ``names``, and on the dashes of a table; or an empty text.
+    """Return a sentence on numbers that a table does not show: left-out columns and dashes; empty if none is missing.
 
-    ``cells`` are all cells of the table, before any was left out.
+    ``names`` are the headings of the left-out columns, and ``dashes`` tells whether there are dashes. ``quick`` tells
+    whether longer runs would give more numbers. ``cells`` are all cells of the table, before any was left out.
     """
     listed = ", ".join(names)
     why = "these runs are too short to tell; run without --quick" if quick else "these runs cannot tell"

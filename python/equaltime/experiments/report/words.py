@@ -45,11 +45,12 @@ class Cell:
     text: str
     """The number with its unit, or a word instead."""
     interval: str = ""
-    """``[low, high]`` in the unit of the number; empty if there is none."""
+    """Interval of the number, ``[low, high]`` in its unit; empty if there is none."""
     note: str = ""
     """Remarks on the number, which become footnotes."""
     state: Literal["trusted", "untrusted", "unknown", "silent"] = "trusted"
-    """``silent`` marks a dash whose note does not become a footnote."""
+    """Whether both ends of the interval can be trusted (``trusted``), not both (``untrusted``), or the number is
+    ``unknown``. ``silent`` marks a dash whose note does not become a footnote."""
 
     def __str__(self) -> str:
         return f"{self.text} {self.interval}".rstrip()
@@ -78,10 +79,10 @@ def error_cell(interval: Interval) -> Cell:
 
 
 def measured_cell(interval: Interval) -> Cell:
-    """Return a table cell with a measured error.
+    """Return a table cell with a measured relative error in per cent.
 
-    If only one end of the interval is valid, the measured value stands behind that end, since charts and captions show
-    the value.
+    If only one end of the interval is valid, the cell shows that end and then the measured value, which charts and
+    captions show too.
     """
     cell = error_cell(interval)
     if cell.state != "untrusted" or not interval.bound or not 0.0 < interval.value < math.inf:
@@ -248,7 +249,7 @@ def _against(scene: SceneResult) -> str:
 
 
 def provenance_groups(summary: Summary) -> list[tuple[str, list[tuple[str, str]]]]:
-    """Return the facts needed to repeat an experiment, in groups.
+    """Return the facts needed to repeat an experiment (machine, build, command and so on), in groups.
 
     Each group is a heading and its rows; each row is the name and the value of a fact.
     """

@@ -1,4 +1,4 @@
-"""Runner of all experiments of a folder, each with its own folder of results, and writes one index page."""
+"""Runner of all experiments of a folder: each has its own folder of results, and one index page shows them all."""
 
 from __future__ import annotations
 
@@ -28,7 +28,12 @@ _LOG = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Changes:
-    """Options that change every experiment of a folder; `equaltime.experiments.cost` describes each option."""
+    """Options that change every experiment of a folder; None leaves the experiments' own values.
+
+    ``quick`` shrinks an experiment so that it ends in under a minute. ``size`` is the films' width and height in
+    pixels, ``budget`` the seconds of each run. ``repeats`` is the number of renders of each strategy on each scene, and
+    ``threads`` of worker threads.
+    """
 
     quick: bool = False
     size: tuple[int, int] | None = None
@@ -79,10 +84,17 @@ def run_all(
         Folder of experiment files.
     output
         Folder of results; the experiment NAME.toml goes to ``output/NAME``.
+    changes
+        Options that change every experiment.
     told
-        Called with the card of each experiment when it has ended.
+        Function that is called with the card (entry of the index page) of each experiment when it has ended.
+    progress
+        Function that is called with a `RunProgress` as an experiment goes on.
+    command
+        Command line that started the experiments, for the reports.
     begins
-        Called with the name of each experiment, the experiment and the times of its peers before it begins.
+        Function that is called before each experiment with its name, the experiment, and the measured times of its
+        peers (other renderers).
 
     Returns
     -------

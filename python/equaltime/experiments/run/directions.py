@@ -23,18 +23,18 @@ __all__ = ["Rays", "read_directions", "sample_directions", "write_directions"]
 Floats = NDArray[np.float64]
 
 WO = np.array([np.sin(np.radians(45.0)), 0.0, np.cos(np.radians(45.0))])
-"""Direction towards the viewer, 45 degrees from the normal."""
+"""Direction towards the viewer in the surface's frame (z along the normal), 45 degrees from the normal."""
 SAMPLES = 4096
 DRAWN = 120
-"""Number of rays kept for the picture; `Rays.effective` is computed from all `SAMPLES` rays."""
+"""Number of rays that the picture shows; `Rays.effective` is computed from all `SAMPLES` rays."""
 
 
 @dataclass(frozen=True, eq=False)
 class Rays:
-    """Directions that one technique, ``uniform`` or ``bsdf``, draws on one surface, with weights."""
+    """Ray directions that one technique, ``uniform`` or ``bsdf``, draws on one surface, with weights, for a picture."""
 
     wi: Floats
-    """Unit vectors (DRAWN, 3), z along the normal."""
+    """Unit vectors of the rays, (DRAWN, 3), in the surface's frame: z is along the normal."""
     weight: Floats
     """Weight of each direction under a white sky (DRAWN,): BSDF times cosine over density, mean of RGB."""
     effective: float
@@ -42,9 +42,9 @@ class Rays:
 
 
 def sample_directions(scene: Scene) -> dict[str, Rays] | None:
-    """Return the rays of the techniques ``uniform`` and ``bsdf`` on the surface in the middle of the picture.
+    """Return rays that uniform and BSDF sampling draw on the surface in the middle of the picture, by technique.
 
-    Returns None if there is no surface or if it scatters no light.
+    Techniques are named ``uniform`` and ``bsdf``. Returns None if there is no surface or if it scatters no light.
     """
     middle = _in_the_middle(scene)
     if middle is None:
@@ -73,7 +73,7 @@ def sample_directions(scene: Scene) -> dict[str, Rays] | None:
 
 
 def write_directions(path: Path, names: Sequence[str], scenes: Sequence[Scene]) -> None:
-    """Sample directions on every scene, and write all directions to an ``.npz`` file.
+    """Sample ray directions on every scene, and write all directions to an ``.npz`` file.
 
     ``names`` are the names of ``scenes``, in the same order.
     """
@@ -91,9 +91,9 @@ def write_directions(path: Path, names: Sequence[str], scenes: Sequence[Scene]) 
 
 
 def read_directions(path: Path) -> Mapping[str, Mapping[str, Rays]]:
-    """Read a file of `write_directions`, and return rays by name of the scene and then by technique.
+    """Read ray directions from an ``.npz`` file, and return the rays by name of the scene and then by technique.
 
-    Raises `ImageError` if the file cannot be read.
+    `write_directions` writes the file. Raises `ImageError` if the file cannot be read.
     """
     names, wi, weight, effective = read_arrays(path, ("names", "wi", "weight", "effective"))
     return {

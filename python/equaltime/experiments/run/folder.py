@@ -77,7 +77,7 @@ IN_FULL = "strategies"
 
 @dataclass(frozen=True)
 class ExperimentFolder:
-    """Paths and contents of an experiment's folder."""
+    """The folder of an experiment: paths of its files, and methods that lock, read and write them."""
 
     path: Path
 
@@ -97,16 +97,16 @@ class ExperimentFolder:
         return self.path / "provenance.json"
 
     def reference(self, scene: str, strategy: str | None = None) -> Path:
-        """Return the path of a scene's reference; with ``strategy``, of the reference for that strategy alone."""
+        """Return the path of a scene's reference (precise image), or of the separate reference of ``strategy``."""
         name = file_name(scene) if strategy is None else f"{file_name(scene)}--{file_name(strategy)}"
         return self.path / "references" / f"{name}.npz"
 
     def image(self, scene: str, strategy: str, repeat: int) -> Path:
-        """Return the path of the last image of a run."""
+        """Return the path of the last image of the run number ``repeat``: an ``.npy`` file, float32 (H, W, 3)."""
         return self.path / "images" / file_name(scene) / f"{file_name(strategy)}-r{repeat}.npy"
 
     def samples(self, scene: str, strategy: str, repeat: int) -> Path:
-        """Return the path of the sample counts of a run's last image.
+        """Return the path of the sample counts of a run's last image: an ``.npy`` file, (H, W).
 
         The file exists only if counts differ between pixels.
         """
@@ -114,7 +114,7 @@ class ExperimentFolder:
         return image.with_name(f"{image.stem}-samples.npy")
 
     def variance(self, scene: str, strategy: str, repeat: int) -> Path:
-        """Return the path of the variance of one sample of each pixel in a run.
+        """Return the path of the variance of one sample of each pixel in a run: an ``.npy`` file, float32 (H, W).
 
         The file exists only if the renderer reports variances.
         """
@@ -122,17 +122,17 @@ class ExperimentFolder:
         return image.with_name(f"{image.stem}-variance.npy")
 
     def film(self, scene: str, strategy: str) -> Path:
-        """Return the path of the film that shows how a strategy's image converges."""
+        """Return the path of the film, an ``.npz`` file, that shows how a strategy's image of a scene converges."""
         return self.path / "images" / file_name(scene) / f"{file_name(strategy)}-film.npz"
 
     @property
     def directions(self) -> Path:
-        """Path of the file of sampled ray directions (see `directions`)."""
+        """Path of the file with ray directions drawn by uniform and by BSDF sampling."""
         return self.path / "images" / "directions.npz"
 
     @property
     def failure(self) -> Path:
-        """Path of the file with the traceback of an unexpected error."""
+        """Path of the file with the traceback of an unexpected error that ended the experiment."""
         return self.path / "failure.txt"
 
     @contextmanager
@@ -215,9 +215,10 @@ class ExperimentFolder:
             path.unlink(missing_ok=True)
 
     def read_experiment(self) -> dict[str, Any]:
-        """Return the contents of the experiment's file: the tables ``identity`` and ``experiment``.
+        """Return the contents of the experiment's JSON file: the tables ``identity`` and ``experiment``.
 
-        The identity has tables of scenes and of strategies. Raises ExperimentError if the file is missing or damaged.
+        The identity is every setting that affects records, in tables of scenes and of strategies. Raises
+        ExperimentError if the file is missing or damaged.
         """
         content = _read_json(self.experiment)
         known = content.get("identity")
@@ -232,16 +233,16 @@ class ExperimentFolder:
             raise _refused(self.path, why)
 
     def note(self, section: str, key: str, facts: Mapping[str, Any]) -> None:
-        """Write facts to the provenance file under a section and a key; earlier facts under that key are replaced.
+        """Write facts to the provenance file (origin of the records) under a section and a key.
 
-        The folder must be locked.
+        Earlier facts under that key are replaced. The folder must be locked.
         """
         provenance = self.read_provenance()
         provenance.setdefault(section, {})[key] = dict(facts)
         self._write(self.provenance, provenance)
 
     def read_provenance(self) -> dict[str, Any]:
-        """Return the contents of the provenance file: facts by section and key; empty if there is no file.
+        """Return the origin of the records, from the provenance file: facts by section and key; empty without a file.
 
         Raises ExperimentError if the file is damaged.
         """
@@ -334,14 +335,14 @@ def _refused(folder: Path, why: str) -> ExperimentError:
 
 
 def machine_facts() -> dict[str, Any]:
-    """Return the facts about the machine that affect times, without the momentary load."""
+    """Return the facts about the machine that affect times, such as its processor, without the momentary load."""
     facts = machine()
     facts.pop("load_average")
     return facts
 
 
 def fingerprint(facts: Mapping[str, Any]) -> str:
-    """Return a hash of the facts: 12 hexadecimal digits."""
+    """Return a hash of the facts, 12 hexadecimal digits, which is the key of a machine or build in the records."""
     return hashlib.sha256(json_text(facts, sort_keys=True, default=str).encode()).hexdigest()[:12]
 
 

@@ -26,27 +26,29 @@ from equaltime.scene import Scene
 __all__ = ["Film", "Studio", "moments", "read_film"]
 
 FRAMES = 48
-"""Largest number of frames of a film; frame k is due when (k / FRAMES)² of the time has passed."""
+"""Largest number of pictures in a film of a converging image; picture k is due when (k / FRAMES)² of the time has
+passed."""
 _LONGEST = 256
 _MOST = 60000.0
 
 
 @dataclass(frozen=True, eq=False)
 class Film:
-    """Film of one run: K pictures in order of time, with sample counts, times and errors (K,)."""
+    """Film of one run that shows how its image converges: K pictures in order of time."""
 
     frames: NDArray[np.float16]
-    """Linear RGB (K, H, W, 3); large images are averaged over blocks of pixels."""
+    """(K, H, W, 3): linear RGB; large images are averaged over blocks of pixels."""
     spp: NDArray[np.int64]
+    """(K,): samples per pixel."""
     seconds: NDArray[np.float64]
-    """Seconds since the first sample."""
+    """(K,): seconds since the first sample."""
     error: NDArray[np.float64]
-    """Realised relative error; NaN if the reference's noise exceeds it."""
+    """(K,): measured relative error; NaN if the reference's noise exceeds it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Studio:
-    """Renderer of an experiment's films, used after the runs."""
+    """Renderer of an experiment's films, which show how images converge; used after the runs."""
 
     experiment: Experiment
     scenes: Sequence[Scene]
@@ -58,13 +60,14 @@ class Studio:
     threads: int
 
     def wants(self, key: Key) -> bool:
-        """Tell whether to render a film: the run ``key`` is recorded, but the film of its strategy is missing."""
+        """Tell whether to render a film now: the run ``key`` is recorded, but the film of its strategy is missing."""
         return self._ended(key) is not None and not self.folder.film(*key[:2]).exists()
 
     def shoot(self, key: Key, number: int, subject: Subject) -> None:
         """Render the film of the scene and strategy in ``key``, and write the film to the folder.
 
-        ``number`` is the scene's index, and ``subject`` the renderer.
+        ``key`` holds scene name, strategy label and repeat. ``number`` is the scene's index, and ``subject`` the
+        renderer.
         """
         ended = self._ended(key)
         assert ended is not None, "ask first what is wanted"
@@ -82,14 +85,14 @@ class Studio:
 def moments(samples: float) -> tuple[int, ...]:
     """Return the samples per pixel at each picture of a film: rising even numbers, the last near ``samples``.
 
-    ``samples`` is the count that a run of the strategy reaches.
+    ``samples`` is the count per pixel that a run of the strategy reaches.
     """
     wanted = (2 * round(0.5 * samples * (k / FRAMES) ** 2) for k in range(1, FRAMES + 1))
     return tuple(sorted({max(2, count) for count in wanted}))
 
 
 def read_film(path: Path) -> Film:
-    """Read a film from its ``.npz`` file; raises `ImageError` if the file cannot be read."""
+    """Read the film of a converging image from its ``.npz`` file; raises `ImageError` if the file cannot be read."""
     return Film(*read_arrays(path, ("frames", "spp", "seconds", "error")))
 
 

@@ -55,7 +55,7 @@ Number = Annotated[float | None, _EMPTY]
 Text = Annotated[str | None, _EMPTY]
 
 Key = tuple[str, str, int]
-"""Key of a run: scene, label of the strategy, repeat."""
+"""Key of a run: name of the scene, label of the strategy, number of the repeat from 0."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,10 +68,11 @@ class Row:
     scene: str
     """The scene's name in the experiment."""
     digest: str
-    """SHA-256 of the scene's content."""
+    """SHA-256 of the scene's content, files included."""
     width: Positive
+    """Width of the whole film, in pixels."""
     height: Positive
-    """Width and height of the whole film, in pixels."""
+    """Height of the whole film, in pixels."""
     crop: Window
     """Rendered window, in pixels: x, y, width, height."""
     max_depth: int
@@ -80,26 +81,29 @@ class Row:
     name: str
     """Full text of the strategy, as its renderer reads it."""
     renderer: str
-    """``core``, ``mitsuba`` or ``command``."""
+    """Renderer of the strategy: ``core``, ``mitsuba`` or ``command``."""
     biased: Flag
     """Whether the strategy declares itself biased."""
     repeat: Natural
     """Number of the repeat, from 0."""
     seed: int
     checkpoint: Natural
-    """Number of the checkpoint in its run, from 0."""
+    """Number, from 0, of the checkpoint (moment at which the error is measured) in its run."""
     spp: Positive
     """Samples per pixel so far."""
     wall_s: Seconds
+    """Wall-clock seconds since the run's first sample, without the time spent on measuring errors."""
     cpu_s: Seconds
-    """CPU seconds since the run's first sample. Like ``wall_s``, they exclude the time spent on measuring errors."""
+    """CPU seconds since the run's first sample, summed over threads, without the time spent on measuring errors."""
     setup_s: Seconds
     """Seconds of loading and building, before the first sample."""
     threads: int
     paths: Count
+    """Number of camera paths so far; None from renderers that do not count them."""
     rays: Count
+    """Number of rays so far, without shadow rays; None from renderers that do not count them."""
     shadow_rays: Count
-    """Paths, rays and shadow rays so far; None from renderers that do not count them."""
+    """Number of shadow rays so far; None from renderers that do not count them."""
     relmse: Number
     """Squared relative error with the reference's noise subtracted; a small value may be negative by chance."""
     mse: Number
@@ -107,24 +111,28 @@ class Row:
     mare: Number
     """Mean absolute relative difference; the reference's noise is included."""
     flip: Number
-    """FLIP of the run's last image; None at other checkpoints and for runs under 1 s (first repeat) or 5 s (others).
+    """FLIP of the run's last image; None in other rows, and for runs under 1 s (first repeat) or 5 s (others).
 
-    FLIP takes a second or more."""
+    FLIP takes a second or more.
+    """
     reference_relmse: Number
     """Squared relative error of the reference, which was subtracted from ``relmse``."""
     estimate: Number
+    """Relative error that the render itself estimates, as a fraction; None if it estimates none."""
     estimate_low: Number
+    """Lower end of the 95 % interval of ``estimate``."""
     estimate_high: Number
-    """Error that the render itself estimates, as a fraction, and the ends of its 95 % interval."""
+    """Upper end of the 95 % interval of ``estimate``."""
     doubt: Text = None
     """Reason, stated by the render, why the upper limit of its error cannot be trusted."""
     last: Flag
-    """Whether the run is complete with this row."""
+    """Whether this row is the last of its run, which is then complete."""
     image: Text
-    """Path of the run's image, relative to the folder of the records; None before the last row."""
+    """Path of the run's last image, relative to the experiment's folder; None before the last row."""
     machine: str
+    """Key of the machine in ``provenance.json``."""
     build: str
-    """Keys of machine and build in ``provenance.json``."""
+    """Key of the build of equaltime in ``provenance.json``."""
     started: str
     """Start of the run: UTC, ISO 8601."""
 
@@ -148,10 +156,12 @@ _NOUNS = {**NOUNS, "int_parsing": "a whole number", "float_parsing": "a number"}
 def load(path: Path) -> tuple[Row, ...]:
     """Read all rows of a file of records, except an incomplete last line; empty if there is no file.
 
+    A row is one moment of one run at which the error was measured.
+
     Raises
     ------
     ExperimentError
-        With every invalid line, and every checkpoint that occurs twice.
+        With every invalid line, and every moment that occurs twice.
     """
     return _parse(_whole_lines(path), path)
 
@@ -177,7 +187,7 @@ def check_seeds(rows: Iterable[Row], path: Path) -> None:
 
 
 class Recorder:
-    """Writer of records, which appends rows to a file and locks the file against other writers.
+    """Writer of an experiment's records, which appends rows to a file and locks the file against other writers.
 
     Opening removes an incomplete last line and the rows of an unfinished run.
 

@@ -55,14 +55,12 @@ _VERSION = 1
 
 @dataclass(frozen=True, eq=False)
 class KnownReference:
-    """A reference, and the facts of its origin, such as strategy, samples and time."""
+    """A reference (precise image against which errors are measured), and the facts of its origin."""
 
     reference: Reference
     facts: Mapping[str, Any]
-    """JSON data: ``error`` of the reference, ``strategy``, ``seeds``, ``spp``, ``seconds`` and so on, or ``file``.
-
-    ``caveat`` names a limit of the reference besides its noise.
-    """
+    """Facts on the origin of the reference as JSON data: its ``error``, ``strategy``, ``seeds``, ``spp``, ``seconds``
+    and so on, or the ``file`` that it was read from. ``caveat`` names a limit of the reference besides its noise."""
 
     @property
     def error(self) -> float:
@@ -71,7 +69,10 @@ class KnownReference:
 
 
 def cache_folder() -> Path:
-    """Return the cache folder: ``equaltime/references`` in ``$XDG_CACHE_HOME``, or in ``~/.cache`` if that is unset."""
+    """Return the folder where references are kept for later experiments.
+
+    It is ``equaltime/references`` in ``$XDG_CACHE_HOME``, or in ``~/.cache`` if that is unset.
+    """
     base = os.environ.get("XDG_CACHE_HOME")
     return (Path(base) if base else Path.home() / ".cache") / "equaltime" / "references"
 
@@ -115,7 +116,8 @@ def render(
 ) -> KnownReference:
     """Render and return a reference: the mean of two independent halves with equal sample counts.
 
-    Rendering ends when the mean has at most 1.02 times the relative ``error``, or after about ``seconds``.
+    Rendering ends when the mean has at most 1.02 times the relative ``error``, or after about ``seconds``. ``report``
+    is called now and then with the completed share of the work, in [0, 1].
 
     Raises
     ------
@@ -193,7 +195,7 @@ def _join(halves: list[NDArray[Any]]) -> Reference:
 
 
 def write(path: Path, known: KnownReference) -> None:
-    """Write a reference to an ``.npz`` file, atomically; raises OSError if that fails."""
+    """Write a reference to an ``.npz`` file, atomically, for later experiments; raises OSError if that fails."""
     reference = known.reference
     arrays: dict[str, Any] = {"mean": reference.mean, "variance": reference.variance}
     if reference.halves is not None:
@@ -204,7 +206,10 @@ def write(path: Path, known: KnownReference) -> None:
 
 
 def read(path: Path) -> KnownReference:
-    """Read a reference from a file of `write`; raises ExperimentError if the file is damaged or is no reference."""
+    """Read a reference from an ``.npz`` file that `write` made.
+
+    Raises ExperimentError if the file is damaged or is no reference.
+    """
     try:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
             facts = json.loads(str(arrays["facts"]))

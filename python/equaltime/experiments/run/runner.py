@@ -48,9 +48,10 @@ Phase = Literal["setup", "agreement", "own reference", "reference", "run", "film
 
 @dataclass(frozen=True)
 class RunProgress:
-    """Progress of an experiment: the argument of progress callbacks."""
+    """Progress of an experiment, as its progress callback receives it."""
 
     phase: Phase
+    """Present work of the experiment, such as ``reference``, ``run`` or ``report``."""
     scene: str
     """Name of the scene; empty while the report is written."""
     strategy: str
@@ -58,12 +59,13 @@ class RunProgress:
     repeat: int
     """Number of the current repeat, from 0."""
     done: int
-    """Number of recorded runs."""
+    """Number of runs that are recorded so far."""
     total: int
+    """Number of runs of the experiment."""
     fraction: float
     """Completed share of the phase, in [0, 1]: of the present test or reference, of the report, or of all runs."""
     time_left: float | None
-    """Estimated seconds to the end of the last run, before the runs to the end of the report; None if unknown."""
+    """Estimated seconds until the last run ends, or before the runs, until the report ends. None if unknown."""
 
 
 ProgressCallback = Callable[[RunProgress], object]
@@ -121,7 +123,7 @@ def run(
 
 
 def tell_report(experiment: Experiment, progress: ProgressCallback | None, share: float) -> None:
-    """Tell the completed share, in [0, 1], of an experiment's report."""
+    """Call ``progress`` with the completed share, in [0, 1], of an experiment's report."""
     if progress is not None:
         runs = experiment.repeats * len(experiment.scenes) * len(experiment.strategies)
         progress(RunProgress("report", "", "", 0, runs, runs, share, None))

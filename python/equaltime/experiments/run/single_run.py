@@ -24,7 +24,7 @@ _LEAST_STEP = 1.1
 
 
 def counts() -> Iterator[int]:
-    """Yield the sample counts at which errors are measured, without end: 2, 4, 6, 8, 12, 16, 24, 32, 48, and so on.
+    """Yield the samples per pixel at which errors are measured, without end: 2, 4, 6, 8, 12, 16, 24, 32, 48, and so on.
 
     The counts are powers of two and, from 4 on, also 1.5 times each power.
     """
@@ -42,11 +42,11 @@ of samples would never spend it."""
 
 
 class BudgetLadder:
-    """Iterator over the sample counts of a run that ends near its time budget.
+    """Iterator over the sample counts per pixel of a run that ends near its time budget.
 
     Call `taken` after each count: the last count is chosen from the time of the count before. All strategies then end
-    at nearly the same time, which makes their last images comparable. Counts are even, because a render's own
-    error estimate comes from two halves.
+    at nearly the same time, which makes their last images comparable. Counts are even, because a render's own error
+    estimate comes from two halves.
     """
 
     def __init__(self, seconds: float) -> None:
@@ -57,7 +57,7 @@ class BudgetLadder:
         self._ended = False
 
     def taken(self, spp: int, wall_s: float) -> None:
-        """Record that ``spp`` samples per pixel took ``wall_s`` seconds."""
+        """Record that ``spp`` samples per pixel took ``wall_s`` seconds, from which the next count is chosen."""
         self._spp, self._wall = spp, wall_s
 
     def __iter__(self) -> Iterator[int]:
@@ -89,29 +89,33 @@ def now() -> str:
 
 @dataclass(frozen=True, eq=False)
 class SingleRun:
-    """Inputs of one run: scene, strategy, seed, reference, threads, and keys of machine and build."""
+    """One run of a strategy on a scene that is still to be rendered, with everything that it needs."""
 
     key: Key
     seed: int
     scene: Scene
     subject: Subject
     known: Reference
+    """Reference against which errors are measured."""
     threads: int
     machine: str
     build: str
     expected: tuple[int, ...] | None = None
-    """Sample counts of the first repeat, which this run must match; None for the first repeat."""
+    """Samples per pixel at which the first repeat was measured, which this run must match; None for the first repeat.
+    """
 
     def record(self, folder: ExperimentFolder, recorder: Recorder, ladder: Sequence[int] | float) -> float:
-        """Render the run, append a row to the records at each sample count, and return the seconds of rendering.
+        """Render the run, write a row of results to a file at each sample count, and return the seconds of rendering.
 
         Each row tells whether it is the run's last row. So a row is written only at the next sample count, or at the
         end of the run.
 
         Parameters
         ----------
+        recorder
+            Writer of the file of rows.
         ladder
-            Sample counts, or the budget of the run in seconds.
+            Sample counts per pixel, or the budget of the run in seconds.
 
         Raises
         ------

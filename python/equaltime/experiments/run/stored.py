@@ -25,7 +25,7 @@ __all__ = ["StoredExperiment", "stored_experiments"]
 
 @dataclass(frozen=True)
 class StoredExperiment:
-    """A folder's experiment and the runs that it holds."""
+    """A folder's experiment and the runs that it holds, to continue it or to report on it without its file."""
 
     folder: Path
     experiment: Experiment
@@ -33,7 +33,7 @@ class StoredExperiment:
 
     Only the names and crops of scenes and the labels of added strategies are known; neither can be rendered."""
     identity: Mapping[str, Any] = field(hash=False)
-    """All settings that affect records (`equaltime.experiments.model.reader.identity_of`)."""
+    """All settings that affect records, as JSON data; a continued experiment must have the same."""
     runs: tuple[Row, ...]
     """Last rows of the finished runs, one for each run."""
     files: Mapping[str, str] = field(hash=False)
@@ -56,18 +56,18 @@ class StoredExperiment:
 
     @property
     def planned(self) -> int:
-        """Number of runs when all strategies have been repeated equally often on all scenes."""
+        """Number of runs of the complete experiment, with equally many repeats of all strategies on all scenes."""
         repeats = max((self.experiment.repeats, *(row.repeat + 1 for row in self.runs)))
         return len(self.experiment.scenes) * len(self.experiment.strategies) * repeats
 
     @property
     def complete(self) -> bool:
-        """Whether all planned runs are finished."""
+        """Whether all planned runs of the experiment are finished."""
         return len(self.runs) >= self.planned
 
     @cached_property
     def summary(self) -> Summary:
-        """Results of the finished runs."""
+        """Results of the finished runs, computed from the records when first asked for."""
         return concluded(self.experiment, self.folder)
 
     @cached_property

@@ -38,7 +38,7 @@ def scenes_of(experiment: Experiment) -> tuple[Scene, ...]:
 
 
 def make_subjects(experiment: Experiment) -> tuple[Subject, ...]:
-    """Return one subject, an object that renders, for each strategy of an experiment, in order.
+    """Return one subject (an object that renders) for each strategy of an experiment, in order.
 
     Raises ExperimentError with all problems, such as names that a record cannot hold. A renderer that is not installed
     is reported later, when the renderer is prepared for a scene. If one file of several strategies cannot be imported,
@@ -59,7 +59,7 @@ def make_subjects(experiment: Experiment) -> tuple[Subject, ...]:
 
 
 def close_subjects(subjects: Sequence[Subject]) -> None:
-    """Close all subjects that have a ``close`` method, which ends their processes and closes their files."""
+    """Call ``close`` of all subjects (objects that render) that have this method, which ends their processes."""
     for subject in subjects:
         if close := getattr(subject, "close", None):
             close()
