@@ -16,11 +16,11 @@ __all__ = ["bias_verdict", "efficiency_verdict", "samples_verdict"]
 
 
 def bias_verdict(scenes: Sequence[SceneResult], level: float) -> str:
-    """Return sentences that name the strategies found biased, those not found biased, and those not tested.
+    """Return sentences that name the strategies found biased, the strategies not found biased, and those not tested.
 
-    A strategy is biased if its expected image differs from the expected image of the scene's standard strategy.
-    ``level`` is the false-alarm rate of all these tests together. A renderer that failed the test of agreement with
-    equaltime has a sentence of its own.
+    A strategy is biased if its expected image differs from the expected image of the scene's standard strategy, which
+    is usually ``best``. ``level`` is the false-alarm rate of all these tests together. A renderer that failed the test
+    of agreement with equaltime has a sentence to itself.
     """
     found, right, untested = [], [], []
     for scene, strategy in _others(scenes):

@@ -37,13 +37,13 @@ def pick_standard(labels: Sequence[str], biased: Sequence[bool], errors: Sequenc
 def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Question = "time") -> str:
     """Return the answer to an experiment's question in a line of one to five sentences, the answer first.
 
-    The last sentence names strategies and renderers that are found to converge to another picture, though they do not
-    say so, and how far off these pictures are.
+    The last sentence names strategies and renderers that converge to another picture although they do not declare
+    themselves biased, and how far off these pictures are.
 
-    For the question ``time`` the answer has two numbers: the standard strategy's speed-up over the baseline, and its
-    time to an error. Both numbers are for the smallest target error at which their intervals are trusted, on all
-    scenes if possible. Numbers that need no extrapolation are preferred, then numbers for which only the baseline is
-    extrapolated. Without a trusted speed-up, a speed-up with a trusted lower limit is used.
+    For the question ``time`` the answer has two numbers: the speed-up of the standard strategy (usually ``best``) over
+    the baseline, and its time to an error. Both numbers are for the smallest target error at which their intervals are
+    trusted, on all scenes if possible. Numbers that need no extrapolation are preferred, then numbers for which only
+    the baseline is extrapolated. Without a trusted speed-up, a speed-up with a trusted lower limit is used.
     """
     if question == "bias":
         return bias_verdict(scenes, LEVEL)

@@ -108,7 +108,7 @@ class SceneEntry(Value):
     define: dict[str, Any] = Field(default_factory=dict)
     """Values for the variables of the scene file, by name."""
     substitute: bool = False
-    """Replace the parts that cannot be rendered, as `equaltime.load` does."""
+    """Whether to replace parts of the scene file that cannot be rendered, such as an unknown BSDF by a similar one."""
     crops: Annotated[tuple[Window, ...], Field(strict=False)] | None = None
     """Windows that the report shows enlarged, instead of the experiment's ``crops``: x, y, width, height.
 

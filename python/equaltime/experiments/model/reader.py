@@ -52,8 +52,9 @@ def identity_of(
 ) -> dict[str, Any]:
     """Return every setting that affects the records of an experiment, as JSON data.
 
-    ``subjects`` are the renderers of its strategies. Titles, targets, crops, the baseline and the number of repeats do
-    not affect records, and may change between calls. Other renderers have the SHA-256 of the files of their programs
+    An experiment may be continued in a folder only if this identity is the same. ``scenes`` are its loaded scenes, and
+    ``subjects`` the renderers of its strategies. Titles, targets, crops, the baseline and the number of repeats do not
+    affect records, and may change between calls. Other renderers have the SHA-256 of the files of their programs
     (`sources.program_files`).
     """
     wish = experiment.reference

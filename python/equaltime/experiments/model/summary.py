@@ -95,7 +95,7 @@ class StrategyResult:
     images: tuple[Path, ...] = ()
     """Files of the final images of all repeats in order, for the report's error and standard-error maps."""
     unequal: bool = False
-    """Whether ``equality_p`` is below the level of the experiment's tests."""
+    """Whether the strategy's expected image differs significantly from the standard strategy's (``equality_p``)."""
     agreement_p: float | None = None
     """P-value of the test of agreement with equaltime that another renderer failed; None if it passed or had none.
 

@@ -70,7 +70,9 @@ _TYPES: Mapping[str, type[int] | type[float] | type[str]] = {
 """Types of optional facts that readers of the provenance rely on."""
 _RESTORE = "put a copy of the file there, or remove it to go on without it"
 OWN_DEPTHS = "own_depths"
-"""Section of the provenance with the ``max_depth`` of each scene's file, before the experiment's changes."""
+"""Section of the provenance (origin of the records) with the ``max_depth`` of each scene's file, before the
+experiment's changes.
+"""
 IN_FULL = "strategies"
 """Section of the provenance with all words of each strategy of equaltime's own, by label: presets may change later."""
 
@@ -170,9 +172,9 @@ class ExperimentFolder:
     ) -> None:
         """Write the ``identity`` of an experiment to the folder, or check that it matches the identity written before.
 
-        The folder must be locked. Scenes and strategies may be added or dropped; their records stay in the folder. A
-        scene or strategy with a recorded name must be unchanged, and so must all other settings. A folder without a
-        finished run takes any experiment.
+        The identity is every setting that affects records. The folder must be locked. Scenes and strategies may be
+        added or dropped; their records stay in the folder. A scene or strategy with a recorded name must be unchanged,
+        and so must all other settings. A folder without a finished run takes any experiment.
 
         Parameters
         ----------

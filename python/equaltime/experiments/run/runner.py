@@ -87,13 +87,15 @@ def run(
 
     Parameters
     ----------
+    progress
+        Function that is called with a `RunProgress` as the experiment goes on.
     cache
         Folder where references are kept for other experiments; by default `reference.cache_folder`.
     command
         Command line that started the runs, for their provenance.
     begins
-        Called with the experiment and the measured times of its peers once both and the folder are known to be good,
-        before the first test, reference or run.
+        Function that is called with the experiment and the measured times of its peers (other renderers). It is called
+        once experiment and folder are known to be good, before the first test, reference or run.
     files
         Files from which the experiment was made, besides scenes and programs; their SHA-256 is recorded.
 

@@ -35,7 +35,7 @@ class StoredExperiment:
     identity: Mapping[str, Any] = field(hash=False)
     """All settings that affect records, as JSON data; a continued experiment must have the same."""
     runs: tuple[Row, ...]
-    """Last rows of the finished runs, one for each run."""
+    """Last row of the records of each finished run."""
     files: Mapping[str, str] = field(hash=False)
     """SHA-256 of the files from which the last call made the experiment, by absolute path."""
 
