@@ -292,7 +292,7 @@ Transparent = Annotated[
     typer.Option(
         "--transparent",
         help="Leave the sky out of the picture, and give it alpha. The sky still lights the scene; in a scene with a "
-        "sky, lamps are hidden too.",
+        "sky, lamps and glowing surfaces are hidden too. A ground stays, with its shadows.",
     ),
 ]
 

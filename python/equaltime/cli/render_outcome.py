@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 
 from equaltime.cli.messages import Written, bias, headline, selects_images
 from equaltime.quoting.pilot import Quote
-from equaltime.rendering.budget import Stop
+from equaltime.rendering.budget import Looks, Stop
 from equaltime.rendering.result import Result
 from equaltime.rendering.stated import stated
 from equaltime.statistics.in_words import count, error_range, time_range
@@ -27,9 +27,18 @@ _SELECTS = (
     "with caustics they are 2 % darker on average (measured); --stop fixed avoids that"
 )
 
+_FAR_BELOW = 0.75
+"""Share of the wanted error below which an upper limit surprises users, who may think that the render took too long."""
+_LOOKS_TOLD = 3
+"""Number of looks that are told: the two that ended the render, and the one before, at which it went on."""
+
 
 def outcome(result: Result, written: Written, quote: Quote | None) -> Iterator[str]:
+<<<<<<< HEAD
     """Yield the answer of a finished render in one line, then up to four lines.
+=======
+    """Yield the answer in one line, then up to five lines with biases, looks, files and the time to a smaller error.
+>>>>>>> mesh-32
 
     These four tell biases, doubts, files and the time to a smaller error. ``quote`` is the prediction for this render,
     from which the time follows. ``quote`` is None if nothing was predicted, or if the render cannot be continued.
@@ -43,6 +52,8 @@ def outcome(result: Result, written: Written, quote: Quote | None) -> Iterator[s
         yield about
     if missed := _count_missed(result.stop) if result.stopped_by in ("spp", "time") else "":
         yield missed
+    if below := _far_below(result):
+        yield below
     if result.stopped_by == "error" and selects_images(result):
         yield _SELECTS
     if written.scale:
@@ -54,16 +65,22 @@ def outcome(result: Result, written: Written, quote: Quote | None) -> Iterator[s
 
 
 def details(result: Result, phases: Mapping[str, float]) -> Iterator[str]:
+<<<<<<< HEAD
     """Yield lines on a render's size, error, samples, times, speed, and what the strategy decided by itself.
 
     ``phases`` maps names of phases to their seconds.
     """
+=======
+    """Yield lines on size, error, samples, times, speed, looks and decisions, in full."""
+>>>>>>> mesh-32
     yield headline(result)
     fewest, most = int(result.samples.min()), int(result.samples.max())
     yield f"pixels have {fewest} samples" if fewest == most else f"pixels have {fewest} to {most} samples"
     threads = result.stats.threads
     on = f"{result.stats.rays_per_second / 1e6:.3g} M rays/s on {threads} thread{'s' * (threads != 1)}"
     yield f"{', '.join(f'{phase} {duration(time)}' for phase, time in phases.items())}; {on}"
+    if result.stopped_by == "error" and not _far_below(result):  # which tells them
+        yield f"last looks at the error: {_looks(result)}"
     if result.stats.cluster:
         yield result.stats.cluster
     if str(result.decision):
@@ -80,6 +97,25 @@ def _end(result: Result) -> str:
     if stop is not None and result.stopped_by == "time" and result.error.trusted and result.error.high <= stop.error:
         return f"Time is up, and {percent(stop.error)} is reached"
     return _ENDS[result.stopped_by]
+
+
+def _far_below(result: Result) -> str:
+    """Return why a render ended far below the wanted error; empty if it did not, or if it was resumed there."""
+    stop = result.stop
+    if result.stopped_by != "error" or stop is None or result.error.high >= _FAR_BELOW * stop.error:
+        return ""
+    if Looks(result.looks[:-1]).met(stop.error):
+        return ""
+    return f"smaller than asked for, since two looks in a row must find it small: {_looks(result)}"
+
+
+def _looks(result: Result) -> str:
+    """Return the upper limits of the error at the last looks, and which of them single bright paths widen."""
+    limits = [
+        f"{percent(look.believed)} at {look.samples}" + " (due to a bright path)" * look.widened
+        for look in result.looks[-_LOOKS_TOLD:]
+    ]
+    return f"at most {', '.join(limits)} samples a pixel"
 
 
 def _count_missed(stop: Stop | None) -> str:

@@ -145,6 +145,11 @@ class Look(NamedTuple):
         """
         return max(self.high, _LEAST_DOUBT * self.value)
 
+    @property
+    def widened(self) -> bool:
+        """Whether one bright path makes a tenth of error², and the upper limit is more than twice the estimate."""
+        return self.high > 2.0 * self.value and self.brightest > 0.1 * (self.samples * self.value) ** 2
+
 
 def next_look(samples: int) -> int:
     """Return the sample count per pixel at which a render next estimates its error to decide whether it stops.

@@ -8,29 +8,59 @@ type ``obj`` or ``ply`` has the BSDF that the scene gives it, as in Mitsuba.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.scene.core import MeshData, read_obj_by_material, read_ply
+from equaltime.scene import meshes
+from equaltime.scene.core import SMOOTHING, MeshData, read_obj_by_material, read_ply
 from equaltime.scene.mtl import shown
 from equaltime.scene.obj_materials import GREY, ObjMaterials, file_beside
 from equaltime.scene.report import Account, Report, told_once
 from equaltime.scene.search import Search
-from equaltime.scene.studio import default_camera, ground, sky, soft_sun, strength, view_of
-from equaltime.scene.tree import Child, Object, Place, plant
+from equaltime.scene.studio import (
+    SUN_ANGLE,
+    UPS,
+    VIEWS,
+    Z_UP,
+    choice,
+    default_camera,
+    ground,
+    number_of,
+    sky,
+    soft_sun,
+    sun_angle,
+    switch,
+)
+from equaltime.scene.tree import Child, Object, Place, add, plant
 from equaltime.words import suggestion
 
 __all__ = ["MESHES", "read_mesh"]
 
 MESHES: Final = (".obj", ".ply")
-DEFINITIONS: Final[Mapping[str, object]] = {"ground": 0.6, "sky": 0.3, "sun": 2.2, "view": "front"}
-"""Names that ``-D`` may set, with the defaults: the ground's reflectance, the sky's radiance, the sun's irradiance and
-the camera's side (`equaltime.scene.studio.VIEWS`). With the defaults, a white surface that faces the sun is white in
-the image."""
+DEFINITIONS: Final[Mapping[str, object]] = {
+    "ground": 0.6,
+    "sky": 0.3,
+    "sun": 2.2,
+    "sun_angle": SUN_ANGLE,
+    "view": "front",
+    "up": "y",
+    "face_normals": False,
+}
+"""Names that ``-D`` may set, with the defaults: the ground's reflectance, the sky's radiance, the sun's irradiance, and
+the sun's angular radius in degrees. ``view`` is the camera's side (`equaltime.scene.studio.VIEWS`), ``up`` the axis of
+the mesh that points up, and ``face_normals`` makes all faces flat. With the defaults, a white surface that faces the
+sun is white in the image."""
+_ADDED: Final = (
+    "the file is only a mesh: a camera, a sky, a sun and a ground are added; -D view=back shows its back, -D up=z if "
+    "it lies on its back; also -D sky=, sun=, sun_angle=, ground="
+)
+_SMOOTHED: Final = "without normals, edges are smoothed; -D face_normals=true keeps them hard"
 _COLORS: Final = ("vertex_color", "face_color")
 _LARGEST: Final = 1e300
 """Largest coordinate of a mesh whose studio, which is larger, still has finite numbers."""
@@ -42,7 +72,8 @@ def read_mesh(
     """Return the root of the tree (parsed nodes) of a scene that shows the mesh `file`.
 
     If the file is invalid, return None, with the problem in `report`. `defines` has the values of the option ``-D``;
-    see `DEFINITIONS`. `content` is not used, because the mesh readers read the file themselves.
+    see `DEFINITIONS`. `content` only tells whether an OBJ file wants flat faces, because the mesh readers read the file
+    themselves.
     """
     place, path = Place(file), Path(file)
     for name in sorted(set(defines) - set(DEFINITIONS)):
@@ -59,29 +90,81 @@ def read_mesh(
     except ValueError as error:
         report.add(*told_once(place, str(error)))
         return None
-    for line in account:
-        report.note(line)
-    report.note("the file is only a mesh: a camera, a sky, a sun and a ground are added; -D view=back shows its back")
     try:
-        around = _studio([mesh.vertices for mesh in parts.values()], {**DEFINITIONS, **defines}, place)
+        options = _Options.of({"face_normals": _wants_flat_faces(content, parts.values()), **defines})
+        around = _studio([mesh.vertices for mesh in parts.values()], options, place)
     except ValueError as error:
         report.add(place, str(error))
         return None
+    for shape in shapes:
+        add(shape, "face_normals", options.face_normals or None)
+        add(shape, "to_world", Z_UP if options.up == "z" else None)
+    if not options.face_normals and any(map(_smoothed, parts.values())):
+        account.tell(_SMOOTHED, path.name)
+    for line in (*account, _ADDED):
+        report.note(line)
     return Object(place, "scene", "scene", children=[Child(each.id, each) for each in (*shapes, *around)])
 
 
-def _studio(vertices: list[NDArray[np.floating[Any]]], defines: Mapping[str, object], place: Place) -> list[Object]:
-    """Return camera, ground, sky and sun around vertices (N, 3), by the values of `DEFINITIONS`."""
+@dataclass(frozen=True)
+class _Options:
+    """Values of the definitions of `DEFINITIONS`."""
+
+    ground: float
+    sky: float
+    sun: float
+    sun_angle: float
+    view: str
+    up: str
+    face_normals: bool
+
+    @classmethod
+    def of(cls, defines: Mapping[str, object]) -> _Options:
+        """Return the given values, and the defaults of all others; a value that makes no sense raises ValueError."""
+        given = {**DEFINITIONS, **defines}
+        return cls(
+            number_of(given["ground"], "ground", most=1.0),
+            number_of(given["sky"], "sky"),
+            number_of(given["sun"], "sun"),
+            sun_angle(given["sun_angle"]),
+            choice(given["view"], "view", VIEWS),
+            choice(given["up"], "up", UPS),
+            switch(given["face_normals"], "face_normals"),
+        )
+
+
+def _smoothed(mesh: MeshData) -> bool:
+    """Tell whether a mesh has edges that are hidden by the normals which a mesh without normals gets."""
+    return mesh.normals is None and meshes.smooths_edges(mesh.vertices, mesh.faces)
+
+
+def _wants_flat_faces(content: bytes, parts: Iterable[MeshData]) -> bool:
+    """Tell whether an OBJ file without normals switches smoothing off before its first face, and never on.
+
+    A file that wants only some of its faces flat is smooth: a shape is flat or smooth as a whole.
+    """
+    if not all(mesh.normals is None and any(SMOOTHING in text for text in mesh.warnings) for mesh in parts):
+        return False  # the reader has found no statement that matters
+    groups = list(re.finditer(rb"[\n\r][ \t]*[sS][ \t]+([^\n\r#]*)", content))
+    face = re.search(rb"[\n\r][ \t]*[fF][oO]?[ \t]", content)
+    if not groups or face is None or face.start() < groups[0].start():
+        return False
+    return all(group[1].strip() in (b"0", b"off") for group in groups)
+
+
+def _studio(vertices: list[NDArray[np.floating[Any]]], options: _Options, place: Place) -> list[Object]:
+    """Return camera, ground, sky and sun around a mesh with vertices (N, 3)."""
     points = np.concatenate(vertices).astype(np.float64)
-    bounds, view = np.stack([points.min(axis=0), points.max(axis=0)]), view_of(defines["view"])
+    if options.up == "z":
+        points = points @ Z_UP[:3, :3].T
+    bounds = np.stack([points.min(axis=0), points.max(axis=0)])
     if not np.abs(bounds).max() <= _LARGEST:
         raise ValueError(f"the mesh reaches to {np.abs(bounds).max():.3g}; no coordinate may be beyond {_LARGEST:g}")
-    reflectance = strength(defines["ground"], "ground", most=1.0)
     added = (
-        default_camera(points, place, view),
-        ground(reflectance, bounds, place) if reflectance > 0.0 else None,
-        sky(strength(defines["sky"], "sky"), place),
-        soft_sun(strength(defines["sun"], "sun"), bounds, place, view),
+        default_camera(points, place, options.view),
+        ground(options.ground, bounds, place) if options.ground > 0.0 else None,
+        sky(options.sky, place),
+        soft_sun(options.sun, bounds, place, options.view, options.sun_angle),
     )
     return [each for each in added if each is not None]
 

@@ -8,13 +8,14 @@ as ``usemtl``. The rule is the same in OBJ files and in MTL files.
 
 from __future__ import annotations
 
-from typing import TypeVar
+from typing import Final, TypeVar
 
 from equaltime._core import MeshData, SceneBuilder, obj_name, read_obj, read_obj_by_material, read_ply
 from equaltime._core import Scene as CoreScene
 from equaltime.scene.model import Plugin, Texture, TexturePlugin
 
 __all__ = [
+    "SMOOTHING",
     "CoreScene",
     "MeshData",
     "SceneBuilder",
@@ -27,6 +28,9 @@ __all__ = [
 ]
 
 T = TypeVar("T")
+
+SMOOTHING: Final = "faces without vn are smooth"
+"""Part of the warning of the OBJ reader about smoothing groups, which it does not use."""
 
 
 class Unsupported(ValueError):

@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 
 from equaltime.scene.assets import Assets, Mesh
+from equaltime.scene.core import SMOOTHING
 from equaltime.scene.geometry import MeshSurface, Surface, surface
 from equaltime.scene.model import Deformation, Instance, MeshFile, SceneModel, Solid, mesh_files
 from equaltime.scene.motion import in_shutters, span
@@ -56,12 +57,17 @@ def check(shape: MeshFile, assets: Assets) -> Iterator[tuple[str, str]]:
     """
     first, *later = dict.fromkeys(mesh_files(shape.filename))
     mesh = assets.mesh(shape)
-    yield from ((first, text) for text in mesh.warnings)
+    yield from ((first, text) for text in _warnings(mesh, shape))
     for name in later:
         other = assets.mesh(shape.replace(filename=name))
         if wrong := _difference(other, mesh):
             raise ValueError(f"{assets.absolute(name)}: {wrong} {first}, but both must be poses of one mesh")
-        yield from ((name, text) for text in other.warnings)
+        yield from ((name, text) for text in _warnings(other, shape))
+
+
+def _warnings(mesh: Mesh, shape: MeshFile) -> list[str]:
+    """Return a file's warnings for `shape`; smoothing groups mean nothing for flat faces."""
+    return [text for text in mesh.warnings if not (shape.face_normals and SMOOTHING in text)]
 
 
 def _difference(mesh: Mesh, first: Mesh) -> str | None:

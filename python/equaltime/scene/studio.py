@@ -7,6 +7,7 @@ gets a matt ground, and its sun is a far sphere, whose shadows are soft.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -14,21 +15,26 @@ from numpy.typing import NDArray
 
 from equaltime.scene import transforms
 from equaltime.scene.tree import Object, Place, plant
-from equaltime.words import shortened, suggestion
+from equaltime.words import nearest, shortened
 
 __all__ = [
     "ASPECT",
     "SKY",
     "SUN",
+    "SUN_ANGLE",
+    "UPS",
     "VIEWS",
+    "Z_UP",
+    "choice",
     "default_camera",
     "film",
     "ground",
+    "number_of",
     "sky",
     "soft_sun",
-    "strength",
     "sun",
-    "view_of",
+    "sun_angle",
+    "switch",
 ]
 
 Array = NDArray[np.float64]
@@ -39,6 +45,10 @@ ASPECT: Final = 4.0 / 3.0
 VIEWS: Final = ("front", "right", "back", "left")
 """Sides of the model from which the default camera may look, each a quarter turn to the right of the one before. The
 side ``front`` is +z."""
+UPS: Final = ("y", "z")
+"""Axes of a mesh that may point up."""
+Z_UP: Final = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+"""Transform that turns +z up (+y), and -y, the front of many programs in which +z is up, to the front (+z)."""
 SKY: Final = 0.5
 SUN: Final = 1.5
 """Default radiance of the sky (`SKY`) and irradiance of the sun (`SUN`) of glTF files. With both, white surfaces that
@@ -48,8 +58,12 @@ _MARGIN: Final = 1.1
 _CAMERA: Final = (0.6, 0.45, 1.0)
 """Direction from the centre of the model to the default camera: to the front (+z), a little to the right and above."""
 _SUNLIGHT: Final = (0.5, -1.0, -0.8)
-_SUN_ANGLE: Final = math.radians(5.0)
-"""Angular radius of the soft sun: the edge of a shadow is as wide as a sixth of its distance from what casts it."""
+SUN_ANGLE: Final = 5.0
+"""Default angular radius of the soft sun, in degrees: the edge of a shadow is as wide as a sixth of its distance from
+what casts it."""
+_SUN_ANGLES: Final = (0.1, 45.0)
+"""Range of this radius. A larger sun would reach below the ground: its centre is 46.7 degrees above it. A smaller one
+would look like the smallest, which is smaller than the sun (0.27 degrees), and would be noisier in mirrors."""
 _FAR: Final = 1e4
 """Distance of the soft sun, in diagonals of the model: all that the camera sees of the ground is lit alike."""
 _WIDE: Final = 100.0
@@ -106,17 +120,19 @@ def sun(irradiance: float, place: Place, name: str = "sun") -> Object | None:
     return plant("emitter", "directional", place, name, irradiance=irradiance, direction=_SUNLIGHT)
 
 
-def soft_sun(irradiance: float, bounds: Array, place: Place, view: str = "front") -> Object | None:
+def soft_sun(
+    irradiance: float, bounds: Array, place: Place, view: str = "front", angle: float = SUN_ANGLE
+) -> Object | None:
     """Return a far, emitting sphere that gives the model ``irradiance`` in W/m²; None if ``irradiance`` is 0.
 
     ``bounds`` (2, 3) are the least and the largest coordinates of the model. The light comes from above the camera's
-    left shoulder.
+    left shoulder. ``angle`` is the angular radius of the sun, in degrees; it does not change the irradiance.
     """
     if irradiance <= 0.0:
         return None
     middle, size = _extent(bounds)
     center = middle - _FAR * size * _turned(_SUNLIGHT, view) / math.hypot(*_SUNLIGHT)
-    sine = math.sin(_SUN_ANGLE)
+    sine = math.sin(math.radians(angle))
     lamp = plant("emitter", "area", place, radiance=irradiance / (math.pi * sine**2))
     return plant(
         "shape", "sphere", place, "sun", center=tuple(center.tolist()), radius=_FAR * size * sine, emitter=lamp
@@ -132,27 +148,38 @@ def ground(reflectance: float, bounds: Array, place: Place, name: str = "ground"
     return plant("shape", "disk", place, name, to_world=down @ lying, bsdf=bsdf)
 
 
-def strength(given: object, name: str, most: float = math.inf) -> float:
+def number_of(given: object, name: str, most: float = math.inf, least: float = 0.0) -> float:
     """Return ``given``, the value of the definition ``name``, as a number.
 
-    Raises ValueError unless it is a finite number in [0, ``most``].
+    Raises ValueError unless it is a finite number in [``least``, ``most``].
     """
     try:
         value = float(str(given))
     except ValueError:
         value = math.nan
-    if not 0.0 <= value <= most or math.isinf(value):
-        least = "of at least 0" if math.isinf(most) else f"from 0 to {most:g}"
-        raise ValueError(f"'{name}' must be a number {least}, found {shortened(given, 40)}")
+    if not least <= value <= most or math.isinf(value):
+        allowed = f"of at least {least:g}" if math.isinf(most) else f"from {least:g} to {most:g}"
+        raise ValueError(f"'{name}' must be a number {allowed}, found {shortened(given, 40)}")
     return value
 
 
-def view_of(given: object) -> str:
-    """Return ``given``, the value of the definition ``view``; raise ValueError unless it is one of `VIEWS`."""
-    if given not in VIEWS:
-        found = f"found {shortened(given, 40)}{suggestion(str(given), VIEWS)}"
-        raise ValueError(f"'view' must be {', '.join(VIEWS[:-1])} or {VIEWS[-1]}, {found}")
+def sun_angle(given: object) -> float:
+    """Return ``given``, the value of the definition ``sun_angle``, in degrees; raise ValueError unless it is valid."""
+    return number_of(given, "sun_angle", least=_SUN_ANGLES[0], most=_SUN_ANGLES[1])
+
+
+def choice(given: object, name: str, among: Sequence[str]) -> str:
+    """Return ``given``, the value of the definition ``name``; raise ValueError unless it is one of ``among``."""
+    if given not in among:
+        near = nearest(str(given), among)
+        found = shortened(given, 40) + (f"; did you mean '{near}'?" if near else "")
+        raise ValueError(f"'{name}' must be {', '.join(among[:-1])} or {among[-1]}, found {found}")
     return str(given)
+
+
+def switch(given: object, name: str) -> bool:
+    """Return ``given``, the value of the definition ``name``; raise ValueError unless it is true or false."""
+    return given if isinstance(given, bool) else choice(given, name, ("true", "false")) == "true"
 
 
 def _extent(bounds: Array) -> tuple[Array, float]:

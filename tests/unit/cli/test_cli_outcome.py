@@ -14,7 +14,9 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
-from equaltime.cli.messages import doubts
+from equaltime.cli.messages import Written, doubts
+from equaltime.cli.render_outcome import details, outcome
+from equaltime.rendering.budget import Look, Stop
 
 SCENE = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
 
@@ -49,6 +51,37 @@ def test_what_the_strategy_left_to_the_render_is_said_if_asked(
     assert decided not in capsys.readouterr().out
     assert main(["info", str(tmp_path / "a.exr"), "-v"]) == 0
     assert "decision" in capsys.readouterr().out
+
+
+def ended(*looks: tuple[float, ...], target: float = 0.05) -> et.Result:
+    """Return a render that ended by these looks at its error: samples, value, upper limit, perhaps brightest path."""
+    result = et.render(et.load("cornell-box").with_(size=(8, 8)), spp=2)
+    made = tuple(Look(int(samples), *errors) for samples, *errors in looks)
+    error = et.Interval(made[-1].value, 0.0, made[-1].high)
+    return replace(result, stopped_by="error", stop=Stop("look", target), looks=made, error=error)
+
+
+@pytest.mark.parametrize(("last", "told"), [(0.037, True), (0.038, False)])
+def test_an_error_far_below_the_wanted_one_is_explained(last: float, told: bool) -> None:
+    """The looks of a brass ball of 400x300 pixels: the limit at 18 samples is small enough, the one before was not."""
+    result = ended((8, 0.075, 0.1227), (12, 0.0489, 0.0729), (18, 0.03, 0.034), (26, 0.0232, last))
+    looks = f"at most 7.29 % at 12, 3.45 % at 18, {100.0 * last:.1f} % at 26 samples a pixel"
+    lines = [line for line in outcome(result, Written([Path("a.exr")]), None) if "looks" in line]
+    assert lines == [f"smaller than asked for, since two looks in a row must find it small: {looks}"] * told
+    assert (f"last looks at the error: {looks}" in details(result, {})) is not told
+
+
+def test_a_look_whose_limit_a_bright_path_widened_is_told() -> None:
+    """The windmill: polished gold reflects the sun to one pixel."""
+    looks = (300, 0.0081, 0.0372, 1.63), (420, 0.0058, 0.0067, 0.2), (588, 0.0044, 0.005, 0.03)
+    line = next(line for line in outcome(ended(*looks, target=0.01), Written([Path("a.exr")]), None) if "looks" in line)
+    assert line.endswith("at most 3.72 % at 300 (due to a bright path), 0.67 % at 420, 0.506 % at 588 samples a pixel")
+
+
+def test_a_render_that_was_small_enough_before_is_not_explained() -> None:
+    """It was resumed with a larger error than it had reached."""
+    result = ended((12, 0.03, 0.04), (18, 0.03, 0.034), (26, 0.0232, 0.03))
+    assert [line for line in outcome(result, Written([Path("a.exr")]), None) if "looks" in line] == []
 
 
 def test_a_limit_is_that_of_the_noise_unless_the_bias_was_measured(

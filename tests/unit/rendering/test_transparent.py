@@ -83,6 +83,29 @@ def test_lamps_stay_in_sight_unless_there_is_a_sky(file: Path) -> None:
     assert whole.alpha is not None
 
 
+def test_the_camera_looks_through_a_lamp_that_is_hidden(file: Path) -> None:
+    """A lamp before the ball leaves the ball in the picture, and a lamp before the sky leaves nothing."""
+    alphas = []
+    for lamp in ("", LAMP, LAMP.replace("[1.4, 0.9, 0.0]", "[0.0, 0.0, 2.0]")):
+        file.write_text(SCENE + lamp)
+        result = et.render(et.load(file).with_(transparent=True), spp=16, strategy="best,adaptive=none")
+        assert result.alpha is not None
+        assert result.image[6, 8].max() < 4.0, "the ball, not the lamp"
+        alphas.append(result.alpha)
+    assert alphas[1] == pytest.approx(alphas[0])
+    assert alphas[2] == pytest.approx(alphas[0])
+
+
+def test_the_ground_of_a_mesh_is_opaque_and_can_be_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "a.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    for ground, alpha in ((0.6, 1.0), (0, 0.0)):
+        scene = et.load(path, ground=ground).with_(size=(16, 12), transparent=True)
+        found = et.render(scene, spp=4).alpha
+        assert found is not None
+        assert found[0, 0] == alpha
+
+
 def test_the_picture_over_the_sky_is_the_picture_with_the_sky(file: Path) -> None:
     """An opaque ball of albedo 1 under a sky of 0.5 has its radiance, so that colour without alpha is 0.5 anywhere."""
     scene = et.load(file)

@@ -77,7 +77,8 @@ def test_each_material_with_faces_is_a_shape_of_its_colour(tmp_path: Path) -> No
         "a.mtl:3: 'Kd' is cut to [0, 1]",
         "a.mtl:4: 'Ks' is not used: surfaces are diffuse",
         "a.obj: the material 'lost' is in no library",
-        "the file is only a mesh: a camera, a sky, a sun and a ground are added; -D view=back shows its back",
+        "the file is only a mesh: a camera, a sky, a sun and a ground are added; -D view=back shows its back, -D up=z "
+        "if it lies on its back; also -D sky=, sun=, sun_angle=, ground=",
     )
 
 
@@ -137,6 +138,104 @@ def test_the_sun_casts_a_soft_shadow_on_an_even_ground(view: str, tmp_path: Path
     assert image.min() < 0.5 * image[0].mean()
 
 
+@pytest.mark.parametrize("angle", [0.1, 45])
+def test_the_size_of_the_sun_does_not_change_its_light(angle: float, tmp_path: Path) -> None:
+    scene = et.load(written(tmp_path), sky=0, sun_angle=angle).with_(size=(64, 48))
+    image = et.render(scene, spp=64, strategy="best,adaptive=none").image[..., 1]
+    assert image[0].mean() == pytest.approx(0.6 * 2.2 / math.hypot(0.5, 1.0, 0.8) / math.pi, rel=0.01)
+
+
+def test_a_larger_sun_casts_a_softer_shadow(tmp_path: Path) -> None:
+    """More pixels of the ground see a part of the sun: neither all of it, as in the open, nor nothing."""
+    path, partly = written(tmp_path, ROOF.format("", "", "")), []
+    for angle in (1, 20):
+        scene = et.load(path, sky=0, sun_angle=angle, face_normals=True).with_(size=(64, 48), max_depth=2)
+        image = et.render(scene, spp=64, strategy="best,adaptive=none").image[..., 1]
+        lit = image[0].mean()
+        partly.append(((image > 0.2 * lit) & (image < 0.8 * lit)).mean())
+    assert partly[1] > 2.0 * partly[0]
+
+
+def test_a_mesh_whose_z_is_up_stands_as_if_its_y_were_up(tmp_path: Path) -> None:
+    """The studio does not notice the difference: both pictures have the same bits."""
+    lying = re.sub(
+        r"^v (\S+) (\S+) (\S+)$", lambda found: f"v {found[1]} {-float(found[3])} {found[2]}", SQUARES, flags=re.M
+    )
+    pictures = []
+    for name, text, up in (("y", SQUARES, "y"), ("z", lying, "z")):
+        (tmp_path / name).mkdir()
+        scene = et.load(written(tmp_path / name, text), up=up, view="right").with_(size=(32, 24))
+        pictures.append(et.render(scene, spp=4).image)
+    assert np.array_equal(pictures[0], pictures[1])
+
+
+ROOF = "{}v 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 0 -1\nv 1 0 -1\n{}f 1 3 4 2\n{}f 1 2 6 5\n"
+"""Two slopes that share a ridge; with places for statements at the beginning and before each face."""
+SMOOTHED = "a.obj: without normals, edges are smoothed; -D face_normals=true keeps them hard"
+
+
+def groups_are_told(scene: et.Scene) -> bool:
+    return any("'s' is not used" in line for line in scene.warnings)
+
+
+def is_flat(scene: et.Scene) -> bool:
+    roof = next(surface for surface in scene.surfaces() if isinstance(surface, MeshSurface))
+    return roof.normals is None
+
+
+@pytest.mark.parametrize(
+    ("statements", "flat"),
+    [
+        (("", "", ""), False),
+        (("", "s off\n", ""), True),
+        (("# an export\n  S 0 # flat\r\n", "", "s\toff\n"), True),
+        (("", "s 1\n", "s off\n"), False),
+        (("", "s off\n", "s 1\n"), False),
+        (("", "", "s off\n"), False),
+    ],
+)
+def test_edges_are_hard_where_the_file_switches_smoothing_off(
+    statements: tuple[str, str, str], flat: bool, tmp_path: Path
+) -> None:
+    path = written(tmp_path, ROOF.format(*statements))
+    scene = et.load(path)
+    assert is_flat(scene) is flat
+    assert (SMOOTHED in scene.warnings) is not flat
+    assert groups_are_told(scene) is (any(statements) and not flat)
+    for wanted in (True, False, "true", "false"):
+        scene = et.load(path, face_normals=wanted)
+        assert is_flat(scene) is (wanted in (True, "true"))
+        assert groups_are_told(scene) is (any(statements) and not is_flat(scene))
+
+
+@pytest.mark.parametrize("flat", [True, False])
+def test_groups_of_a_mesh_within_a_scene_are_told_unless_it_is_flat(flat: bool, tmp_path: Path) -> None:
+    """In a scene file Mitsuba's rule binds: faces are smooth, whatever the file says."""
+    path = written(tmp_path, ROOF.format("", "s off\n", ""))
+    mesh = {"type": "obj", "filename": str(path), "face_normals": flat}
+    scene = et.load_dict({"type": "scene", "camera": {"type": "perspective"}, "a": mesh})
+    assert is_flat(scene) is flat
+    assert groups_are_told(scene) is not flat
+
+
+def test_the_normals_of_a_file_count_whatever_its_smoothing_groups(tmp_path: Path) -> None:
+    faces = "vn 0 1 0\ns off\nf 1//1 3//1 4//1 2//1\nf 1//1 2//1 6//1 5//1\n"
+    scene = et.load(written(tmp_path, ROOF.format("", "", "").split("f ", 1)[0] + faces))
+    assert not is_flat(scene)
+    assert SMOOTHED not in scene.warnings
+
+
+@pytest.mark.parametrize(
+    ("height", "shared", "told"), [(1.0, True, True), (0.5, True, False), (0.0, True, False), (1.0, False, False)]
+)
+def test_smoothing_is_told_only_where_it_hides_an_edge(height: float, shared: bool, told: bool, tmp_path: Path) -> None:
+    """Slopes of 45 and of 27 degrees, a plain, and slopes that do not share the vertices of their ridge."""
+    roof = ROOF.format("", "", "").replace(" 1 0\n", f" {height} 0\n")
+    if not shared:
+        roof = roof.replace("f 1 2 6 5", f"v 0 {height} 0\nv 1 {height} 0\nf 7 8 6 5")
+    assert (SMOOTHED in et.load(written(tmp_path, roof)).warnings) is told
+
+
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e6])
 def test_the_studio_is_as_large_as_the_mesh(size: float, tmp_path: Path) -> None:
     images = []
@@ -159,6 +258,11 @@ def test_a_mesh_around_which_no_studio_can_stand_is_refused(tmp_path: Path) -> N
     ("defines", "message"),
     [
         ({"view": "bakc"}, "'view' must be front, right, back or left, found 'bakc'; did you mean 'back'"),
+        ({"view": "top"}, "'view' must be front, right, back or left, found 'top'"),
+        ({"up": "x"}, "'up' must be y or z, found 'x'"),
+        ({"face_normals": "ture"}, "'face_normals' must be true or false, found 'ture'; did you mean 'true'"),
+        ({"sun_angle": "0"}, "'sun_angle' must be a number from 0.1 to 45, found '0'"),
+        ({"sun_angle": 46}, "'sun_angle' must be a number from 0.1 to 45, found 46"),
         ({"ground": 1.5}, "'ground' must be a number from 0 to 1, found 1.5"),
         ({"sun": "bright"}, "'sun' must be a number of at least 0, found 'bright'"),
         ({"skye": 1}, "nothing in the scene uses the definition 'skye'; did you mean 'sky'"),

@@ -21,7 +21,7 @@ from equaltime.scene.gltf.shapes import GltfShapes
 from equaltime.scene.gltf.views import light, sensor
 from equaltime.scene.report import Report
 from equaltime.scene.search import Search
-from equaltime.scene.studio import SKY, SUN, default_camera, ground, sky, strength, sun, view_of
+from equaltime.scene.studio import SKY, SUN, VIEWS, choice, default_camera, ground, number_of, sky, sun
 from equaltime.scene.tree import Child, Object, Place, add, plant
 from equaltime.words import shortened, suggestion
 
@@ -138,7 +138,8 @@ class _GltfScene:
         else:  # all frames of an animation have one camera
             whole = played(self._document, self._clip.number, None)
             corners = self._shapes.reach(placed(self._document, self._chosen_scene(), whole))
-        return default_camera(corners, self._place, self._defined(view_of, "view", "front"))
+        view = self._defined(partial(choice, name="view", among=VIEWS), "view", "front")
+        return default_camera(corners, self._place, view)
 
     def _daylight(self, lights: list[Object], shapes: list[Object]) -> list[Object]:
         """Return the requested sky and sun, or default ones if the file has no lights.
@@ -161,11 +162,11 @@ class _GltfScene:
 
     def _strength(self, name: str) -> float:
         """Return the strength of the light that a definition adds; 0 without the definition."""
-        return self._defined(partial(strength, name=name), name, 0.0)
+        return self._defined(partial(number_of, name=name), name, 0.0)
 
     def _ground(self) -> list[Object]:
         """Return the requested ground; none without the definition."""
-        reflectance = self._defined(partial(strength, name="ground", most=1.0), "ground", 0.0)
+        reflectance = self._defined(partial(number_of, name="ground", most=1.0), "ground", 0.0)
         if reflectance == 0.0:
             return []
         corners = self._shapes.corners()
