@@ -276,6 +276,8 @@ class Settings:
         sampler: Literal["independent", "stratified", "sobol", "lattice"] = "lattice",
         max_depth: int = -1,
     ) -> None: ...
+    @property
+    def max_depth(self) -> int: ...
 
 class Renderer:
     def __init__(

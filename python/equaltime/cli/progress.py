@@ -33,8 +33,8 @@ _FIRST_LINE = 20.0
 def progress_bar(quiet: bool = False) -> Iterator[Callable[[Progress | RunProgress | float], None] | None]:
     """Show progress on stderr during the context, and yield the function that updates it; None if ``quiet``.
 
-    A terminal gets a bar, and another file a line after 20 seconds, then a line a minute. The function takes the
-    progress of a render or of an experiment, or the fraction of the work that is done, in [0, 1].
+    On a terminal it is a bar. In a file or a pipe it is a line after 20 seconds, then a line a minute. The function
+    takes the progress of a render or of an experiment, or the fraction of the work that is done, in [0, 1].
     """
     console = Console(stderr=True)
     if quiet:

@@ -34,13 +34,9 @@ _LOOKS_TOLD = 3
 
 
 def outcome(result: Result, written: Written, quote: Quote | None) -> Iterator[str]:
-<<<<<<< HEAD
-    """Yield the answer of a finished render in one line, then up to four lines.
-=======
-    """Yield the answer in one line, then up to five lines with biases, looks, files and the time to a smaller error.
->>>>>>> mesh-32
+    """Yield the answer of a finished render in one line, then up to five lines.
 
-    These four tell biases, doubts, files and the time to a smaller error. ``quote`` is the prediction for this render,
+    These tell biases, doubts, looks, files and the time to a smaller error. ``quote`` is the prediction for this render,
     from which the time follows. ``quote`` is None if nothing was predicted, or if the render cannot be continued.
     """
     number, seconds = stated(result.origin), duration(result.stats.seconds)
@@ -65,14 +61,10 @@ def outcome(result: Result, written: Written, quote: Quote | None) -> Iterator[s
 
 
 def details(result: Result, phases: Mapping[str, float]) -> Iterator[str]:
-<<<<<<< HEAD
-    """Yield lines on a render's size, error, samples, times, speed, and what the strategy decided by itself.
+    """Yield lines on a render's size, error, samples, times, speed, looks, and what the strategy decided by itself.
 
     ``phases`` maps names of phases to their seconds.
     """
-=======
-    """Yield lines on size, error, samples, times, speed, looks and decisions, in full."""
->>>>>>> mesh-32
     yield headline(result)
     fewest, most = int(result.samples.min()), int(result.samples.max())
     yield f"pixels have {fewest} samples" if fewest == most else f"pixels have {fewest} to {most} samples"

@@ -74,7 +74,7 @@ class Focus:
 
     @property
     def rarely_met(self) -> bool:
-        """Whether focused light is so rare that most pixels of a render with 64 samples have met it at most once."""
+        """Whether focused light (caustics) is so rare that most pixels meet it at most once in 64 samples."""
         return self.possible and self.share < _RARELY
 
     def rare(self, samples: float) -> bool:
@@ -109,5 +109,5 @@ class Focus:
 
     @classmethod
     def from_dict(cls, data: Mapping[str, float] | None) -> Focus:
-        """Return the focused light from its fields as JSON data; None stands for a scene without specular surfaces."""
+        """Return the estimate from its fields as JSON data; None gives that of a scene without specular surfaces."""
         return cls.none() if data is None else cls(data["paths"], data["light"], data["share"])

@@ -123,21 +123,22 @@ def outstanding(squares: Floats) -> float:
 
 
 def averaged_out(past: float, samples: float, square: float, share: float) -> str:
-    """Return, in words, why to distrust an error that fell because a rare bright path averaged out; empty if none did.
+    """Return why to distrust an error that fell because a rare bright path averaged out; empty if none did.
 
-    Other paths of that kind may not have been met yet. Call this at each estimate of the error during a render.
+    One bright path makes much of the error when it is met. Its part falls as ``1 / samples²``, while other paths of that
+    kind may not have been met yet. So the part that it would have now is compared with the part that a single pixel has.
 
     Parameters
     ----------
     past
-        Largest value of ``share * square * samples²`` at all earlier estimates during the render; 0 at the first. The
-        value stays the same if one path makes the share, because its contribution to error² falls as ``1 / samples²``.
+        Largest value of ``share * square * samples²`` at all earlier estimates during the render; 0 at the first.
     samples
         Samples per pixel so far, on average.
     square
         Error² of the image so far.
     share
-        Share of the most outstanding pixel in ``square``, as `outstanding` returns it.
+        Share of ``square`` that the pixel with the largest error adds beyond its neighbours, as `outstanding` returns
+        it.
     """
     if not square > 0.0 or past / (samples * samples * square) - share <= _AVERAGED_OUT:
         return ""

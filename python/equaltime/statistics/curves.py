@@ -120,10 +120,9 @@ class Runs:
 
     @property
     def tail(self) -> str:
-        """Reason, in words, why the mean error is not the error of typical runs; empty if there is none.
+        """Reason, in words, why the mean error is not the error of typical runs; empty if the mean is typical.
 
-        The reason is the text in the field ``doubt``. Without one, it is that one repeat makes more than half of the
-        squared error.
+        A reason is given if the field ``doubt`` has one, or if one repeat makes more than half of the squared error.
         """
         sums = self.relmse.sum(axis=0)
         clear = sums > max(_CLEAR * self.repeats * self.shared, 0.0)

@@ -157,8 +157,9 @@ def speed_up(baseline: Runs, runs: Runs, target: float) -> Interval:
 
     If the ratio is above 1, ``runs`` are faster. Each repeat of one strategy is paired with the repeat of the other
     that ran beside it; surplus repeats are left out. If few events make most of an error (a heavy tail), the ratio is
-    the median over pairs of repeats. If the target is not reached, or only one limit of a time can be trusted, the
-    ratio is a bound. A bound that does not tell which strategy is faster becomes unknown.
+    the median over pairs of repeats. If one strategy does not reach the target, the ratio is a bound: its interval
+    reaches to 0 or to infinity. A bound that does not tell which strategy is faster is returned as
+    `equaltime.statistics.intervals.UNKNOWN`, all of whose numbers are NaN.
     """
     repeats = min(baseline.repeats, runs.repeats)
     first, second = (_first(r, repeats) for r in (baseline, runs))

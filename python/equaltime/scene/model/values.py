@@ -225,10 +225,10 @@ def linear_scale(matrix: Matrix) -> float | None:
 
 
 def without_shear(matrix: Matrix, about: Sequence[float] = (0.0, 0.0, 0.0)) -> NDArray[np.float64]:
-    """Return a transform as an array (4, 4), with small shear removed.
+    """Return a transform as an array (4, 4), with small shear and small differences of scale between axes removed.
 
-    A rotation written with four digits has small shear, but shapes that are sampled in closed form must have none. A
-    transform whose shear or uneven scale exceeds `SHAPE_TOLERANCE` is returned unchanged. The corrected transform maps
+    A rotation written with four digits has both, but shapes that are sampled in closed form must have neither. A
+    transform in which either exceeds `SHAPE_TOLERANCE` is returned unchanged. The corrected transform maps
     the point `about` as before.
     """
     result, scale = as_array(matrix), linear_scale(matrix)
