@@ -125,8 +125,8 @@ def outstanding(squares: Floats) -> float:
 def averaged_out(past: float, samples: float, square: float, share: float) -> str:
     """Return why to distrust an error that fell because a rare bright path averaged out; empty if none did.
 
-    One bright path makes much of the error when it is met. Its part falls as ``1 / samples²``, while other paths of that
-    kind may not have been met yet. So the part that it would have now is compared with the part that a single pixel has.
+    One bright path makes much of the error when it is met. Its part falls as ``1 / samples²``, while other paths of
+    that kind may not have been met yet. So the part that it would have now is compared with a single pixel's part.
 
     Parameters
     ----------
