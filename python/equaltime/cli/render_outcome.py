@@ -37,7 +37,7 @@ def outcome(result: Result, written: Written, quote: Quote | None) -> Iterator[s
     """Yield the answer of a finished render in one line, then up to five lines.
 
     These tell biases, doubts, looks, files and the time to a smaller error. ``quote`` is the prediction for this
-    render, from which the time follows. ``quote`` is None if nothing was predicted, or if the render cannot be continued.
+    render, from which the time follows. ``quote`` is None if nothing was predicted, or if the render cannot go on.
     """
     number, seconds = stated(result.origin), duration(result.stats.seconds)
     said = f"{number.noun} {error_range(result.error)}{number.of_paths}"
