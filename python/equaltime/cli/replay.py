@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Annotated, Any, Final
 
@@ -38,8 +39,10 @@ ENDS: Final = {
     "no_direction": "the BSDF gives no direction",
     "black": "nothing is scattered",
     "not_finite": "its throughput is not a finite number",
-    "roulette": "roulette ends it",
+    "roulette": "the roulette ends it",
 }
+_AIMING: Final = ("light", "mis")
+"""Techniques that aim at a light at every vertex; others pick one without aiming at it, except at point lights."""
 
 
 def replay(
@@ -103,22 +106,23 @@ def replay(
     if as_json:
         print_json(path)
     else:
-        print_lines([*_told(path)])
+        print_lines([*_told(path, chosen)])
     return 0
 
 
-def _told(path: Replay) -> Iterator[str]:
+def _told(path: Replay, strategy: Strategy) -> Iterator[str]:
     if path.brightest is not None:
         yield str(path.brightest)
     x, y = path.pixel
     yield f"pixel {x},{y}, sample {path.sample}, seed {path.seed}, strategy {path.strategy}"
-    for number, vertex in enumerate(path.vertices, 1):
+    goes_on = Counter(vertex["from"] for vertex in path.vertices)
+    for number, vertex in enumerate(path.vertices):
         yield ""
-        yield f"{number}. from {_numbers(vertex['origin'])} along {_numbers(vertex['direction'])}"
-        if vertex["from"] not in (None, number - 2):
-            yield f"   a copy of the path, split off at vertex {vertex['from'] + 1}: copies share the throughput there"
+        yield f"{number + 1}. from {_numbers(vertex['origin'])} along {_numbers(vertex['direction'])}"
+        if vertex["from"] not in (None, number - 1):
+            yield f"   another copy of the path, split off at vertex {vertex['from'] + 1}"
         yield f"   throughput {_numbers(vertex['throughput'])}"
-        yield from (f"   {line}" for line in _vertex(vertex, last=number == len(path.vertices)))
+        yield from (f"   {line}" for line in _vertex(vertex, strategy, goes_on[number]))
     yield f"   ends: {ENDS[path.end]}"
     yield ""
     agrees = "the sample" if path.sum == path.radiance else f"{_numbers(path.sum)}, which is not the sample"
@@ -130,7 +134,8 @@ def _told(path: Replay) -> Iterator[str]:
         yield f"the first number that is not finite: at vertex {found[0] + 1}, {found[1].replace('_', ' ')}"
 
 
-def _vertex(vertex: Mapping[str, Any], *, last: bool) -> Iterator[str]:
+def _vertex(vertex: Mapping[str, Any], strategy: Strategy, rays: int) -> Iterator[str]:
+    """Yield the lines of a vertex from which the path goes on with this number of rays; more than 1 if it is split."""
     surface, emitter, light, scattering = (vertex[name] for name in ("surface", "emitter", "light", "scattering"))
     if vertex["left"] != vertex["throughput"]:
         yield f"comes through a medium, which leaves {_numbers(vertex['left'])}"
@@ -146,12 +151,16 @@ def _vertex(vertex: Mapping[str, Any], *, last: bool) -> Iterator[str]:
         weights = f"MIS weight {emitter['mis_weight']:.9g} (density of light sampling {emitter['light_pdf']:.9g})"
         yield f"sees {emitter['light']['name']}: radiance {_numbers(emitter['radiance'])}, {weights}"
         yield f"  adds {_numbers(emitter['gathered'])}"
-    if light is not None:
+    if light is not None and (light["sampled"] or strategy.technique in _AIMING):
         yield from _light(light)
     if scattering is not None:
-        yield from _scattering(scattering)
-    elif surface is not None and not last:
+        yield from _scattering(scattering, goes_on=rays > 0)
+    elif surface is not None and rays:
         yield "passes straight on"
+    if rays > 1:
+        yield f"splits into {rays} copies, which share the throughput"
+    elif not rays and scattering is None:
+        yield "the path, or this copy of it, ends here"
 
 
 def _surface(surface: Mapping[str, Any]) -> Iterator[str]:
@@ -167,7 +176,7 @@ def _surface(surface: Mapping[str, Any]) -> Iterator[str]:
 def _light(light: Mapping[str, Any]) -> Iterator[str]:
     yield f"picks {light['light']['name']} with probability {light['pmf']:.9g}"
     if not light["sampled"]:
-        yield "  which gives no direction from here, for example because it faces away: adds nothing"
+        yield "  which gives no direction from here, for example since it faces away: adds nothing"
         return
     away = "" if light["distance"] is None else f", {light['distance']:.9g} away"
     yield f"  towards {_numbers(light['direction'])}{away}, pdf {light['pdf']:.9g}"
@@ -180,14 +189,15 @@ def _light(light: Mapping[str, Any]) -> Iterator[str]:
     yield f"  visible {light['visible']:.9g}{blocked}: adds {_numbers(light['gathered'])}"
 
 
-def _scattering(scattering: Mapping[str, Any]) -> Iterator[str]:
+def _scattering(scattering: Mapping[str, Any], *, goes_on: bool) -> Iterator[str]:
     yield f"scatters by {scattering['bsdf']}, albedo {_numbers(scattering['albedo'])}"
     if not scattering["sampled"]:
         return
     pdf = "a discrete direction" if scattering["pdf"] is None else f"pdf {scattering['pdf']:.9g}"
     yield f"  towards {_numbers(scattering['direction'])}, {pdf}, weight {_numbers(scattering['weight'])}"
     if scattering["survival"] is not None:
-        yield f"  roulette lets it live with probability {scattering['survival']:.9g}"
+        outcome = "the roulette lets it live" if goes_on else "the roulette ends it"
+        yield f"  {outcome}; the probability of living was {scattering['survival']:.9g}"
 
 
 def _numbers(values: Iterable[float]) -> str:

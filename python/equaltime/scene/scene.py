@@ -31,7 +31,18 @@ from equaltime.scene.frames import Frame
 from equaltime.scene.geometry import Surface, seen_whole
 from equaltime.scene.gltf import read_gltf
 from equaltime.scene.inert import shown
-from equaltime.scene.model import Animation, Area, Bitmap, Deformation, EnvMap, MeshFile, Plugin, SceneModel, mesh_files
+from equaltime.scene.model import (
+    Animation,
+    Area,
+    Bitmap,
+    Deformation,
+    EnvMap,
+    HdrFilm,
+    MeshFile,
+    Plugin,
+    SceneModel,
+    mesh_files,
+)
 from equaltime.scene.motion import closed_shutter, in_shutters, still
 from equaltime.scene.report import Report
 from equaltime.scene.resolve import Resolved, resolve, unmerged
@@ -64,6 +75,8 @@ def _canonical(value: object, assets: Assets) -> object:
         fields = {name: getattr(value, name) for name in type(value).model_fields if name not in {"id", *value.hints}}
         if isinstance(filename := fields.get("filename"), str | Deformation):
             fields["filename"] = _contents(filename, assets)
+        if isinstance(value, HdrFilm) and value.crop == (0, 0, value.width, value.height):
+            fields |= {"crop_width": None, "crop_height": None}  # a window of the whole film is none
         return {name: _canonical(field, assets) for name, field in fields.items()}
     if isinstance(value, Animation):
         return {"times": value.times, "matrices": value.matrices}

@@ -246,6 +246,16 @@ def test_the_path_length_that_the_file_asks_for_changes_no_fingerprint() -> None
     assert deep.with_(max_depth=2).with_(max_depth=8).digest == deep.digest
 
 
+def test_a_size_or_a_crop_that_is_the_scenes_own_changes_no_digest() -> None:
+    """So a render by the command that `info` prints, which names the size, can be merged with the original."""
+    loaded = scene()
+    width, height = loaded.size
+    assert loaded.with_(size=(width, height)).digest == loaded.digest
+    assert loaded.with_(crop=(0, 0, width, height)).digest == loaded.digest
+    assert loaded.with_(crop=(0, 0, width - 1, height)).digest != loaded.digest
+    assert loaded.with_(size=(width + 1, height)).digest != loaded.digest
+
+
 def test_the_field_of_view_along_y_follows_another_size() -> None:
     loaded = load_dict({"type": "scene", "sensor": {"type": "perspective", "fov": 40, "fov_axis": "y"}})
     assert loaded.with_(size=(10, 10)).model.sensor.x_fov == pytest.approx(40)
