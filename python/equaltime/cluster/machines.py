@@ -1,8 +1,8 @@
 """Machines that take whole runs of an experiment, one run at a time: the workers of a scheduler of Dask.
 
-Times of runs are compared. So a worker takes part only if it has a machine and build like this process, and
-only one worker of each machine does: two runs on one machine would disturb each other's clocks. Each task is bound to
-its worker. If the worker is lost, the task comes back, and another worker may get it.
+Times of runs are compared. So a worker takes part only if its machine and its build are like this process's. Only one
+worker of each machine does: two runs on one machine would disturb each other's clocks. Each task is bound to its
+worker. If the worker is lost, the task comes back, and another worker may get it.
 """
 
 from __future__ import annotations

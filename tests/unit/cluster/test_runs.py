@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import warnings
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
@@ -143,15 +144,22 @@ def test_the_error_of_a_run_elsewhere_is_raised_here(cluster: DaskCluster) -> No
         next(end for _ in range(LONGEST) for end in found.ended())
 
 
-def test_an_unlike_worker_takes_no_part(cluster: DaskCluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unlike_worker_takes_no_part(
+    cluster: DaskCluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.setattr("equaltime.cluster.likeness.machine_facts", lambda: {"cpu": "another one"})
-    refused = pytest.warns(
-        EqualtimeWarning,
-        match=r"takes no part: times of unlike machines cannot .*cpu is .* there, and another one here",
-    )
-    with refused, pytest.raises(RenderError, match="no worker of the cluster can take runs; tcp://"):
+    why = r"times of unlike machines cannot be compared \(cpu is .* there, and another one here; "
+    refused = pytest.warns(EqualtimeWarning, match=f"takes no part: {why}")
+    with refused, pytest.raises(RenderError, match=f"no worker of the cluster can take runs; tcp://.*{why}"):
         run(experiment(), tmp_path, cluster=cluster)
     assert rows(tmp_path) == ()
+    place = cluster.client.scheduler.address
+    with warnings.catch_warnings():
+        warnings.simplefilter("default")
+        assert main(["cost", str(CORNELL), "-o", str(tmp_path / "a"), "--cluster", place, "--quick"]) == 1
+    told = capsys.readouterr().err.splitlines()
+    assert [line.split(":")[0] for line in told] == ["warning", "error"]
+    assert "takes no part: times of unlike machines" in told[0]
 
 
 def test_machines_are_alike_if_their_memory_differs_a_little() -> None:

@@ -308,7 +308,7 @@ class _Session:
             self._done.add(key)
 
     def _order(self, turn: _Turn, origin: tuple[str, str]) -> RunOrder | None:
-        """Return the order of a run; None if its sample counts are those of a first repeat that is not finished."""
+        """Return the order of a run; None if it needs the sample counts of a first repeat that is not finished."""
         ladder = self.experiment.spp or self.experiment.budget or DEFAULT_BUDGET
         expected = None
         if turn.repeat > 0:
