@@ -21,13 +21,14 @@ from equaltime.cli import main
 from equaltime.cluster import check_machines
 from equaltime.cluster.dask_cluster import DaskCluster
 from equaltime.cluster.likeness import likeness
-from equaltime.cluster.machines import Machines
+from equaltime.cluster.machines import Machines, send_files
 from equaltime.cluster.pool import Pool
 from equaltime.cluster.scene_text import SceneText
 from equaltime.cluster.tasks import Ended, Ground, Machine
 from equaltime.errors import EqualtimeWarning, ExperimentError, RenderError
 from equaltime.experiments.model.experiment import Experiment
 from equaltime.experiments.run import runner
+from equaltime.experiments.run.collection import run_all
 from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.record import Row, load
 from equaltime.experiments.run.runner import RunProgress, run
@@ -36,6 +37,8 @@ from equaltime.experiments.run.spread_runs import finished_runs
 from equaltime.experiments.run.stage import Stage, perform
 from equaltime.images.metrics import Reference
 from equaltime.strategy import Strategy
+
+from .test_scene_text import OBJ, with_mesh
 
 CORNELL = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
 SCENE = et.load(CORNELL).with_(size=(12, 8), max_depth=3)
@@ -142,6 +145,44 @@ def test_the_error_of_a_run_elsewhere_is_raised_here(cluster: DaskCluster) -> No
     assert found.free == ()
     with pytest.raises(ExperimentError, match="repeat 1 has 2, 4 samples a pixel"):
         next(end for _ in range(LONGEST) for end in found.ended())
+
+
+def ended(found: Machines, scene: SceneText, size: tuple[int, int]) -> Ended:
+    """Return the end of a run of a scene on the first free machine."""
+    ground = Ground(scene, Reference.of_images(np.ones((2, size[1], size[0], 3))), Stage)
+    order = RunOrder(("mesh", "mis", 0), 7, (2, 4), None, 1, "m", "b")
+    found.give("run", found.free[0], ground, perform, order, Strategy.parse("mis"))
+    return next(end for _ in range(LONGEST) for end in found.ended())
+
+
+def test_a_worker_without_the_files_of_a_scene_reads_copies(cluster: DaskCluster, tmp_path: Path) -> None:
+    found, text = cluster.machines(), SceneText.of(with_mesh(tmp_path).with_(size=(6, 5)))
+    send_files(cluster.client, text.files, [found.free[0].address])
+    (tmp_path / "a b.obj").unlink()
+    assert [row.spp for row in ended(found, text, (6, 5)).result.rows] == [2, 4]
+
+
+def test_a_worker_with_other_files_is_refused_and_its_run_comes_back(cluster: DaskCluster, tmp_path: Path) -> None:
+    found, text = cluster.machines(), SceneText.of(with_mesh(tmp_path).with_(size=(5, 6)))
+    (tmp_path / "a b.obj").write_text(OBJ.replace("v 1 0 0", "v 2 0 0"))
+    with pytest.warns(EqualtimeWarning, match="takes no part: the files of the scene have other contents"):
+        end = ended(found, text, (5, 6))
+    assert (end.name, end.result, end.lost) == ("run", None, False)
+    assert found.present == ()
+    with pytest.raises(RenderError, match=r"no worker of the cluster can take runs; .* other contents"):
+        found.look()
+
+
+def test_each_experiment_of_a_folder_goes_to_the_cluster(cluster: DaskCluster, tmp_path: Path) -> None:
+    scene = f'scenes = [{{ path = "{CORNELL}", name = "box", size = [8, 8], max_depth = 2 }}]'
+    rest = "spp = [2, 4]\nrepeats = 1\nreference = { error = 0.5, seconds = 0.2 }\n"
+    theirs = '{ label = "theirs", peer = { command = "render {spp} {seed} {out}" } }'
+    (tmp_path / "x1.toml").write_text(f'{scene}\nstrategies = ["mis", "best"]\n{rest}')
+    (tmp_path / "x2.toml").write_text(f'{scene}\nstrategies = ["best", {theirs}]\n{rest}')
+    first, second = run_all(tmp_path, tmp_path / "out", cluster=cluster)
+    assert (first.state, second.state) == ("done", "failed")
+    assert "theirs: other renderers and estimators" in second.problem
+    assert len(ExperimentFolder(tmp_path / "out" / "x1").read_provenance()["workers"]) == 1
 
 
 def test_an_unlike_worker_takes_no_part(
