@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import socket
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -30,7 +29,6 @@ class Likeness:
     """Name of the machine in its network."""
     boot: str
     """Name of the running system: equal for two processes on one machine, also in two containers."""
-    pid: int
     facts: Mapping[str, Any]
     """Facts of machine and build."""
 
@@ -54,4 +52,4 @@ def likeness() -> Likeness:
         boot = _BOOT.read_text().strip()
     except OSError:
         boot = host
-    return Likeness(host, boot, os.getpid(), {**machine_facts(), **build_facts()})
+    return Likeness(host, boot, {**machine_facts(), **build_facts()})

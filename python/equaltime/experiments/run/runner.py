@@ -304,8 +304,8 @@ class _Session:
             with put_off():  # a run is recorded with its worker or not at all
                 self._rendering += record(found.checkpoints(), self.folder, self.recorder)
                 self.folder.note_worker(machine.address, machine.host, key)
+                self._done.add(key)
             self._seconds[key[:2]] = found.last.wall_s
-            self._done.add(key)
 
     def _order(self, turn: _Turn, origin: tuple[str, str]) -> RunOrder | None:
         """Return the order of a run; None if it needs the sample counts of a first repeat that is not finished."""
