@@ -9,7 +9,15 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-__all__ = ["allowed_processors", "machine", "memory_bytes", "processors", "resident_bytes", "worker_threads"]
+__all__ = [
+    "allowed_processors",
+    "machine",
+    "machine_facts",
+    "memory_bytes",
+    "processors",
+    "resident_bytes",
+    "worker_threads",
+]
 
 _GROUPS = Path("/sys/fs/cgroup")
 _OWN = Path("/proc/self/cgroup")
@@ -103,6 +111,13 @@ def machine() -> dict[str, Any]:
         "system": platform.platform(),
         "load_average": os.getloadavg()[0],
     }
+
+
+def machine_facts() -> dict[str, Any]:
+    """Return the facts about the machine that affect times, without the momentary load."""
+    facts = machine()
+    facts.pop("load_average")
+    return facts
 
 
 def _processor() -> str:

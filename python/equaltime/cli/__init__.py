@@ -32,7 +32,7 @@ from equaltime.cli.help import Command, Group
 from equaltime.cli.info import info
 from equaltime.cli.lint import lint
 from equaltime.cli.merge import merge
-from equaltime.cli.messages import print_error
+from equaltime.cli.messages import print_error, worded_warnings
 from equaltime.cli.open import open
 from equaltime.cli.quote import quote
 from equaltime.cli.render import render
@@ -102,7 +102,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     command = shlex.join(["equaltime", *(sys.argv[1:] if arguments is None else arguments)])
     try:
         ready()
-        with named_output(), interruptible():
+        with named_output(), interruptible(), worded_warnings():
             code: int = app(arguments, prog_name="equaltime", standalone_mode=False, obj=command) or 0
         return code
     except KeyboardInterrupt:

@@ -9,7 +9,16 @@ import typer
 
 from equaltime.cli.cost_table import print_summary
 from equaltime.cli.messages import print_aside, print_error, print_json, print_lines, print_warning
-from equaltime.cli.options import Define, Size, Substitute, Verbose, parse_definitions, parse_duration, parse_whole
+from equaltime.cli.options import (
+    Define,
+    OnMachines,
+    Size,
+    Substitute,
+    Verbose,
+    parse_definitions,
+    parse_duration,
+    parse_whole,
+)
 from equaltime.cli.progress import progress_bar
 from equaltime.errors import ExperimentError
 from equaltime.examples import example_of, experiments_of
@@ -89,6 +98,7 @@ def cost(
             "strategy before it [default: the experiment's, or the presets].",
         ),
     ] = None,
+    cluster: OnMachines = None,
     define: Define = None,
     substitute: Substitute = False,
     as_json: Annotated[
@@ -104,6 +114,8 @@ def cost(
 
     Ctrl-C stops the experiment. The same command continues it and repeats nothing; more --repeats or other --strategies
     are added to the folder. A changed scene, budget, machine or build needs another folder.
+
+    With `--cluster`, runs are spread over machines like this one; unlike machines take no part, as times are compared.
 
     For instance:
 
@@ -143,7 +155,7 @@ def cost(
                 "--strategies, --define and --substitute are for one scene or experiment, not for a folder of them"
             )
         changes = Changes(quick, size, budget, repeats, threads)
-        return _cost_of_all(source, output, changes, context.obj, as_json)
+        return _cost_of_all(source, output, changes, context.obj, as_json, cluster)
     try:
         with progress_bar() as progress:
             summary = measure_cost(
@@ -159,7 +171,8 @@ def cost(
                 substitute=substitute,
                 progress=progress,
                 command=context.obj,
-                begins=lambda experiment, peers: print_aside(planned(experiment, peers)),
+                begins=lambda *begun: print_aside(planned(*begun)),
+                cluster=cluster,
             )
     except KeyboardInterrupt:
         print_error(f"interrupted; {_recorded(output)}")
@@ -171,16 +184,16 @@ def cost(
     return 0
 
 
-def _cost_of_all(source: Path, output: Path, changes: Changes, command: str, as_json: bool) -> int:
+def _cost_of_all(source: Path, output: Path, changes: Changes, command: str, as_json: bool, cluster: str | None) -> int:
     """Run or continue every experiment file in the folder ``source``, with results in ``output``.
 
     Returns the exit code: 0 if all ran, 1 if an experiment failed, 130 after Ctrl-C. ``command`` is the command line,
-    which the reports show.
+    which the reports show. ``cluster`` is the place of the machines that take the runs; None for this process.
     """
     check_installed()
 
-    def announce(name: str, experiment: Experiment, peers: PeerTimes) -> None:
-        print_aside(f"{name}: {planned(experiment, peers)}")
+    def announce(name: str, experiment: Experiment, peers: PeerTimes, machines: int) -> None:
+        print_aside(f"{name}: {planned(experiment, peers, machines)}")
 
     def tell(card: Card) -> None:
         if card.state == "failed":
@@ -190,7 +203,7 @@ def _cost_of_all(source: Path, output: Path, changes: Changes, command: str, as_
 
     try:
         with progress_bar() as progress:
-            cards = run_all(source, output, changes, progress, tell, command, announce)
+            cards = run_all(source, output, changes, progress, tell, command, announce, cluster)
     except KeyboardInterrupt:
         print_error(f"interrupted; {_recorded(output)}")
         return 130

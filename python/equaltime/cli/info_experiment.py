@@ -15,7 +15,7 @@ from equaltime.experiments.model.plan import planned, planned_runs, planned_seco
 from equaltime.experiments.model.reader import quicker
 from equaltime.experiments.model.summary import StrategyResult, Summary
 from equaltime.experiments.report.telling import is_quick
-from equaltime.experiments.report.words import error_cell
+from equaltime.experiments.report.words import error_cell, worker_runs
 from equaltime.experiments.run.stored import StoredExperiment
 from equaltime.scene import Scene
 from equaltime.statistics.intervals import sound
@@ -137,10 +137,15 @@ def _reached(results: Sequence[StrategyResult]) -> str:
 
 
 def folder_table(stored: StoredExperiment) -> Iterator[Table | str]:
-    """Yield the table of all errors and times of a folder's experiment, its strategies in full, and all commands."""
+    """Yield the table of all errors and times of a folder's experiment, its strategies in full, and all commands.
+
+    The runs of each worker of a cluster stand before the commands.
+    """
     yield every_row(stored.summary)
     if stored.strategies_in_full:
         yield "\n".join(f"{label}: {words}" for label, words in stored.strategies_in_full.items())
+    if workers := worker_runs(stored.summary):
+        yield "\n".join(f"{address} on {runs}" for address, runs in workers.items())
     yield "\n".join(stored.commands)
 
 

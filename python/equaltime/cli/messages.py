@@ -5,16 +5,17 @@ from __future__ import annotations
 import math
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, TypeVar
+from typing import Any, Final, TypeVar
 
 from rich.console import Console
 
 from equaltime.cli.lines import fitted
-from equaltime.errors import ImageError
+from equaltime.errors import EqualtimeWarning, ImageError
 from equaltime.film.unseen import FAR_APART
 from equaltime.images.exposure import exposure_in_words
 from equaltime.quoting.observer import ENDED_FIRST
@@ -48,6 +49,7 @@ __all__ = [
     "print_warnings",
     "selects_images",
     "while_heard",
+    "worded_warnings",
 ]
 
 MOST_LINES: Final = 12
@@ -206,6 +208,22 @@ def print_warnings(scene: Scene) -> None:
 def print_warning(text: str) -> None:
     """Print the text to stderr as ``warning: …``."""
     print(fitted(f"warning: {_visible(text)}", sys.stderr), file=sys.stderr)
+
+
+@contextmanager
+def worded_warnings() -> Iterator[None]:
+    """Print equaltime's own warnings inside the block as ``warning: …``, without a place in the code."""
+    with warnings.catch_warnings():
+        otherwise = warnings.showwarning
+
+        def show(message: Warning | str, category: type[Warning], *place: Any) -> None:
+            if issubclass(category, EqualtimeWarning):
+                print_warning(str(message))
+            else:
+                otherwise(message, category, *place)
+
+        warnings.showwarning = show  # type: ignore[assignment]
+        yield
 
 
 def print_aside(text: str) -> None:

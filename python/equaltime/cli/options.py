@@ -10,7 +10,7 @@ from typing import Annotated, Any, get_args
 
 import typer
 
-from equaltime.cluster import check_address
+from equaltime.cluster import check_address, check_machines
 from equaltime.images.exposure import AUTO, MOST_STOPS, Exposure
 from equaltime.rendering.job import MOST_SECONDS, MOST_THREADS
 from equaltime.rendering.output_files import AovPicture
@@ -26,6 +26,7 @@ __all__ = [
     "ExposureStops",
     "MaxDepth",
     "OnCluster",
+    "OnMachines",
     "Overwrite",
     "SceneFile",
     "Seed",
@@ -46,6 +47,7 @@ __all__ = [
     "parse_duration",
     "parse_exposure",
     "parse_frame_numbers",
+    "parse_machines",
     "parse_number",
     "parse_percent",
     "parse_pixel",
@@ -114,6 +116,14 @@ def parse_cluster(text: str) -> str:
     """Parse the place of a cluster, ``local:N`` or an address; raises typer.BadParameter for other texts."""
     try:
         return check_address(text)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from None
+
+
+def parse_machines(text: str) -> str:
+    """Parse the place of a cluster whose machines take whole runs; raises typer.BadParameter for other texts."""
+    try:
+        return str(check_machines(text))
     except ValueError as error:
         raise typer.BadParameter(str(error)) from None
 
@@ -371,5 +381,17 @@ Without = Annotated[
         show_default=False,
         help="Leave an effect out, such as lens, textures or long_paths=4 (see equaltime effects). Faster, but no "
         "longer exact; the difference is measured and included in the error. May be given again.",
+    ),
+]
+
+OnMachines = Annotated[
+    str | None,
+    typer.Option(
+        "--cluster",
+        parser=parse_machines,
+        metavar="WHERE",
+        show_default=False,
+        help="Let machines like this one take the runs, one at a time each: the address of Dask's scheduler such as "
+        "tcp://node1:8786, or local:1.",
     ),
 ]

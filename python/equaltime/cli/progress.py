@@ -117,6 +117,9 @@ def _(progress: RunProgress) -> str:
         return words[progress.phase]
     if progress.done == progress.total:
         return f"{progress.total} runs done"
+    if progress.machines:
+        on = f"{progress.machines} machine{'s' * (progress.machines != 1)}"
+        return f"{progress.done} of {progress.total} runs done on {on}; begins {progress.strategy} on {progress.scene}"
     return f"run {progress.done + 1} of {progress.total}: {progress.strategy} on {progress.scene}"
 
 

@@ -1,6 +1,7 @@
 """Renders on several machines, to the bits of one: units of the film go to other processes (README.md).
 
-`open_cluster` finds the processes, and `render_unit` is what each of them runs.
+`open_cluster` finds the processes, and `render_unit` is what each of them runs. `open_machines` finds the machines that
+can take whole runs of an experiment.
 """
 
 from __future__ import annotations
@@ -11,14 +12,17 @@ from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from equaltime.cluster.pool import Pool
 from equaltime.cluster.units import render_unit
 from equaltime.extras import optional
 from equaltime.rendering.team import Cluster
 
-__all__ = ["check_address", "open_cluster", "render_unit"]
+if TYPE_CHECKING:
+    from equaltime.cluster.machines import Machines
+
+__all__ = ["check_address", "check_machines", "open_cluster", "open_machines", "render_unit"]
 
 _LOCAL = re.compile(r"local:([1-9]\d{0,3})")
 _ADDRESS = re.compile(r"[a-z][a-z+]*://\S+|[\w.-]+:\d+")
@@ -74,3 +78,54 @@ def check_address(where: str) -> str:
     if (_LOCAL if where.startswith("local:") else _ADDRESS).fullmatch(where):
         return where
     raise ValueError(f"a cluster is local:N, for N processes, or an address such as tcp://node1:8786; found {where}")
+
+
+@contextmanager
+def open_machines(where: Any) -> Iterator[Machines | None]:
+    """Yield the machines of the cluster that ``where`` names, for runs whose times are compared; None without one.
+
+    Parameters
+    ----------
+    where
+        Place of a cluster as for `open_cluster`, but only if `check_machines` accepts it.
+
+    Raises
+    ------
+    ValueError
+        If ``where`` is not such a place.
+    EqualtimeError
+        If Dask is not installed.
+    RenderError
+        If no scheduler answers, or no worker is like this process.
+    """
+    with open_cluster(check_machines(where)) as cluster:
+        if cluster is None:
+            yield None
+            return
+        from equaltime.cluster.dask_cluster import DaskCluster  # here, as not everyone has Dask
+
+        assert isinstance(cluster, DaskCluster), "check_machines refuses others"
+        machines = cluster.machines()
+        try:
+            yield machines
+        finally:
+            machines.clear()
+
+
+def check_machines(where: Any) -> Any:
+    """Return ``where``; raise ValueError if it cannot take runs whose times are compared.
+
+    These are several processes of this machine, and executors, which do not tell the machines of their processes.
+    """
+    if isinstance(where, str):
+        if check_address(where).startswith("local:") and where != "local:1":
+            raise ValueError(
+                f"{where}: processes of one machine would disturb each other's times; use local:1, or the address of a "
+                "scheduler with workers on several machines"
+            )
+    elif isinstance(where, Executor) or (hasattr(where, "team") and not hasattr(where, "machines")):
+        raise ValueError(
+            "an Executor does not tell on which machines its processes are; use the address or a Client of Dask's "
+            "scheduler"
+        )
+    return where

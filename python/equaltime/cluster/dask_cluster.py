@@ -21,7 +21,8 @@ from typing import Any
 import dask
 from distributed import Client, KilledWorker, LocalCluster, Worker, WorkerPlugin
 
-from equaltime.cluster.scene_text import SceneText, lacks, store
+from equaltime.cluster.machines import Machines, send_files
+from equaltime.cluster.scene_text import SceneText, lacks
 from equaltime.cluster.team import SceneTeam
 from equaltime.cluster.units import bits, probe_unit, render_unit
 from equaltime.errors import EqualtimeError, EqualtimeWarning, RenderError
@@ -32,8 +33,6 @@ from equaltime.scene import Scene
 __all__ = ["DaskCluster", "DaskTeam"]
 
 _LACKS = "it lacks files of the scene"
-_PART = 2**22
-"""Bytes of a file that are sent at once: a message stays below 8 MB."""
 _CHECK_EVERY, _ALONE = 1.0, 60.0
 """Seconds between two looks at the workers, and the seconds without any that end a render."""
 _IDLE = 3
@@ -110,6 +109,13 @@ class DaskCluster:
         """Return a team that renders the scene: the workers that are there, and those that will join."""
         self._teams[scene.digest] = team = DaskTeam(scene, self._keep, self.client, self._threads)
         return team
+
+    def machines(self) -> Machines:
+        """Return the machines that can take runs whose times are compared with each other.
+
+        Raises RenderError if no worker is like this process.
+        """
+        return Machines(self.client)
 
     def close(self) -> None:
         """Free the scenes in the workers, disconnect, and end the workers that were started here."""
@@ -221,10 +227,7 @@ class DaskTeam(SceneTeam):
         found: dict[str, str] = self._asked(_reason, addresses)
         needy = [address for address, why in found.items() if why == _LACKS]
         if needy:
-            for path, size in self.scene.files:
-                with Path(path).open("rb") as file:
-                    for offset in range(0, max(size, 1), _PART):
-                        self._client.run(store, path, offset, file.read(_PART), workers=needy)
+            send_files(self._client, self.scene.files, needy)
             found |= self._asked(_tried_again, needy)
         return found
 

@@ -35,7 +35,8 @@ def cost(
     substitute: bool = False,
     progress: ProgressCallback | None = None,
     command: str = "",
-    begins: Begins = lambda experiment, peers: None,
+    begins: Begins = lambda experiment, peers, machines: None,
+    cluster: Any = None,
 ) -> Summary:
     """Measure how long several strategies take to reach an error, and write a report.
 
@@ -68,8 +69,12 @@ def cost(
     command
         Command line that started the experiment, for the report's provenance.
     begins
-        Function that is called before the first render, with the experiment, as the options changed it, and the
-        measured times of other renderers that take part (`PeerTimes`).
+        Function that is called before the first render, with the experiment, as the options changed it, the measured
+        times of other renderers that take part (`PeerTimes`), and the number of machines that take runs.
+    cluster
+        Machines that take the runs, one run at a time: the address of a scheduler of Dask, a ``distributed.Client``, an
+        `equaltime.open_cluster` of Dask, or ``local:1``. A worker takes part only if its machine and build are like
+        this one's (`equaltime.cluster`). References and films are rendered in this process.
 
     Returns
     -------
@@ -79,11 +84,14 @@ def cost(
     Raises
     ------
     ExperimentError, SceneError
-        If a file cannot be read, or the folder belongs to another experiment, build or machine.
+        If a file cannot be read, or the folder belongs to another experiment, build or machine. With a cluster also if
+        a strategy is another renderer or an estimator in Python.
     RenderError
-        If a render fails.
+        If a render fails, or no machine of the cluster can take runs.
     EqualtimeError
-        If the packages of ``equaltime[report]`` are missing.
+        If the packages of ``equaltime[report]`` are missing, or Dask for a cluster.
+    ValueError
+        If ``cluster`` is several processes of one machine, or does not tell its machines.
 
     Examples
     --------
@@ -112,5 +120,5 @@ def cost(
         substitute=substitute,
     )
     files = strategy_files(Path(source), strategies) if isinstance(source, str | os.PathLike) else ()
-    run(experiment, Path(folder), progress, command=command, begins=begins, files=files)
+    run(experiment, Path(folder), progress, command=command, begins=begins, files=files, cluster=cluster)
     return conclude(experiment, Path(folder), command, partial(tell_report, experiment, progress))

@@ -259,6 +259,12 @@ def test_the_progress_says_what_is_going_on(phase: Any, done: int, words: str) -
     assert describe(RunProgress(phase, "box", "best", 0, done, 25, 0.2, None)) == words
 
 
+def test_the_progress_of_a_cluster_counts_machines() -> None:
+    said = describe(RunProgress("run", "box", "best", 0, 4, 25, 0.2, None, machines=2))
+    assert said == "4 of 25 runs done on 2 machines; begins best on box"
+    assert "on 1 machine;" in describe(RunProgress("run", "box", "best", 0, 4, 25, 0.2, None, machines=1))
+
+
 def test_the_report_of_a_single_experiment_has_no_name_in_the_progress() -> None:
     assert describe(RunProgress("report", "", "", 0, 25, 25, 0.2, None)) == "writing the report"
 

@@ -14,6 +14,7 @@ import pytest
 from equaltime.cli import main
 from equaltime.cli.info_experiment import _elsewhere
 from equaltime.examples import example_of
+from equaltime.experiments.run.folder import ExperimentFolder
 
 SCENES = Path(__file__).parents[3] / "scenes"
 CORNELL = SCENES / "cornell-box.toml"
@@ -77,6 +78,14 @@ def test_a_folder_answers_with_its_verdict_first(
     assert [text.split()[0] for text in more if text] == ["strategy", "bsdf", "best", "bsdf:", "best:", "equaltime"]
     assert more[-3].startswith("best: technique=mis,heuristic=power,lights=tree,")
     assert more[-1] == f"equaltime cost {folder}.toml -o {folder}"
+
+
+def test_all_details_tell_which_worker_of_a_cluster_took_which_runs(
+    copy: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ExperimentFolder(copy).note_worker("tcp://10.0.0.1:9", "node1", ("box", "best", 0))
+    ExperimentFolder(copy).note_worker("tcp://10.0.0.1:9", "node1", ("box", "bsdf", 1))
+    assert "tcp://10.0.0.1:9 on node1: box, best, 0; box, bsdf, 1" in told(capsys, str(copy), "-v")
 
 
 def test_files_that_changed_since_the_runs_are_told(

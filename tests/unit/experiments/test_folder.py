@@ -31,6 +31,8 @@ def test_tidying_removes_what_a_killed_experiment_was_writing_and_nothing_else(t
         ('{"references": {"box": 5}}', ": references.box"),
         ('{"references": {"box": {"caveat": 5}}}', ": references.box"),
         ('{"own_depths": {"box": {"max_depth": "8"}}}', ": own_depths.box"),
+        ('{"workers": {"tcp://a:1": {"host": 5}}}', ": workers.tcp://a:1"),
+        ('{"workers": {"tcp://a:1": {"ran": 5}}}', ": workers.tcp://a:1"),
         ('{"agreements": {"box": {"mitsuba": []}}}', ": agreements.box.mitsuba"),
         ('{"agreements": {"box": {"mitsuba": {"agrees": "no"}}}}', ": agreements.box.mitsuba"),
         ('{"agreements": {"box": {"mitsuba": {"p": "0"}}}}', ": agreements.box.mitsuba"),

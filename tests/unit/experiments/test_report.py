@@ -123,6 +123,15 @@ def test_provenance_names_machine_build_seeds_strategies_and_digests(page: Page)
         assert text in page.visible
 
 
+def test_the_page_says_over_how_many_machines_runs_were_spread(tmp_path: Path) -> None:
+    found = summary(tmp_path, scenes=1)
+    workers = {f"tcp://{n}:9": {"host": f"node{n}", "ran": [["box0", "best", n]]} for n in (1, 2)}
+    spread, _ = written(replace(found, provenance={**found.provenance, "runs": 2, "workers": workers}), tmp_path)
+    assert "2 of 2 runs were spread over 2 like machines of a cluster: node1 (1), node2 (1)." in spread.visible
+    assert "node2: box0, best, 2" in spread.visible
+    assert "like machines" not in written(found, tmp_path)[0].visible
+
+
 def test_nothing_is_fetched_and_links_lead_to_files_beside_the_page(folder: Path, page: Page) -> None:
     linked = set()
     for tag, attributes in page.elements:

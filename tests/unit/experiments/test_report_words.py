@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from equaltime.experiments.model.summary import Summary
 from equaltime.experiments.report.looks import DARK, LIGHT, MARKERS, looks
 from equaltime.experiments.report.tables import Table, TableRow
 from equaltime.experiments.report.words import (
@@ -17,9 +18,12 @@ from equaltime.experiments.report.words import (
     factor_cell,
     measured_cell,
     percent,
+    provenance_groups,
     seconds,
     seconds_cell,
     slug,
+    spread_sentence,
+    worker_runs,
 )
 from equaltime.statistics.intervals import UNKNOWN, Interval
 
@@ -212,3 +216,20 @@ def test_a_ratio_to_what_is_never_reached_is_the_end_that_is_known() -> None:
     )
     assert factor_cell(Interval(math.inf, 31.0, math.inf, trusted=False)).state != "trusted"
     assert factor_cell(Interval(0.5, 0.0, 0.6)).text.startswith("0.5")
+
+
+def test_runs_of_a_cluster_are_told_by_machine_and_by_worker() -> None:
+    workers = {
+        "tcp://a:1": {"host": "node1", "ran": [["box", "best", 0], ["box", "mis", 1]]},
+        "tcp://a:2": {"host": "node1", "ran": [["box", "best", 1]]},
+        "tcp://b:1": {"host": "node0", "ran": [["box", "mis", 0]]},
+    }
+    found = Summary("", "", (), (), {"runs": 5, "workers": workers}, "")
+    assert spread_sentence(found) == (
+        "4 of 5 runs were spread over 2 like machines of a cluster: node0 (1), node1 (3)."
+    )
+    assert worker_runs(found)["tcp://a:1"] == "node1: box, best, 0; box, mis, 1"
+    assert dict(provenance_groups(found))["workers"][1] == ("tcp://a:2", "node1: box, best, 1")
+    alone = Summary("", "", (), (), {"runs": 2, "workers": {"tcp://b:1": workers["tcp://b:1"]}}, "")
+    assert spread_sentence(alone) == "1 of 2 runs were given to 1 machine of a cluster: node0 (1)."
+    assert spread_sentence(Summary("", "", (), (), {"runs": 5}, "")) == ""

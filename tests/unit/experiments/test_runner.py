@@ -287,7 +287,7 @@ def test_peers_are_measured_and_announced_before_their_tests(
     wanted = experiment(strategies=["bsdf", theirs], budget=3.0, spp=None)
     run(wanted, folder, told, begins=lambda *found: seen.append(found))
     assert seen[2:5] == [
-        (wanted, PeerTimes(3.0, 0.25)),
+        (wanted, PeerTimes(3.0, 0.25), 1),
         ("agreement", "best", True),
         ("own reference", "best", True),
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from equaltime.experiments.model.experiment import DEFAULT_BUDGET, Experiment
@@ -29,15 +30,17 @@ class PeerTimes:
     beside its samples."""
 
 
-def planned(experiment: Experiment, peers: PeerTimes = PeerTimes()) -> str:
+def planned(experiment: Experiment, peers: PeerTimes = PeerTimes(), machines: int = 1) -> str:
     """Return a sentence on the planned tests, references and runs; with a time budget, it gives the total time.
 
-    ``peers`` holds the measured times of other renderers. The time is mostly an upper limit: references may end
-    earlier, and runs that a folder already holds are not repeated. Two times are not included: references of renderers
-    whose images differ, which the sentence names, and the measuring of errors.
+    ``peers`` holds the measured times of other renderers, and ``machines`` is the number of machines that take runs.
+    The time is mostly an upper limit: references may end earlier, and runs that a folder already holds are not
+    repeated. Two times are not included: references of renderers whose images differ, which the sentence names, and the
+    measuring of errors.
     """
     runs = planned_runs(experiment)
     said = f"{runs} run{'s' * (runs != 1)}"
+    on = f" on {machines} machines" if machines > 1 else ""
     references = _reference_seconds(experiment)
     first = []
     if peers.tests:
@@ -48,17 +51,18 @@ def planned(experiment: Experiment, peers: PeerTimes = PeerTimes()) -> str:
     differs = f"; up to {duration(experiment.reference.seconds)} more for each renderer whose picture differs"
     after = differs if peers.tests else ""
     if experiment.spp is not None:
-        return f"{before}{said} of {experiment.spp[-1]:,} samples a pixel{after}"
-    seconds = _whole(_seconds(experiment, peers))
-    return f"about {duration(seconds)}: {before}{said} of {duration(experiment.budget or DEFAULT_BUDGET)}{after}"
+        return f"{before}{said} of {experiment.spp[-1]:,} samples a pixel{on}{after}"
+    seconds = _whole(_seconds(experiment, peers, machines))
+    return f"about {duration(seconds)}: {before}{said} of {duration(experiment.budget or DEFAULT_BUDGET)}{on}{after}"
 
 
-def planned_seconds(experiment: Experiment, peers: PeerTimes = PeerTimes()) -> float | None:
+def planned_seconds(experiment: Experiment, peers: PeerTimes = PeerTimes(), machines: int = 1) -> float | None:
     """Return the seconds of all tests, references, runs, films and the report; None without a time budget.
 
-    ``peers`` holds the measured times of other renderers.
+    ``peers`` holds the measured times of other renderers. ``machines`` is the number of machines that take runs; one
+    machine does all the rest.
     """
-    return None if experiment.spp is not None else _seconds(experiment, peers)
+    return None if experiment.spp is not None else _seconds(experiment, peers, machines)
 
 
 def planned_runs(experiment: Experiment) -> int:
@@ -66,11 +70,12 @@ def planned_runs(experiment: Experiment) -> int:
     return experiment.repeats * len(experiment.scenes) * len(experiment.strategies)
 
 
-def _seconds(experiment: Experiment, peers: PeerTimes) -> float:
+def _seconds(experiment: Experiment, peers: PeerTimes, machines: int) -> float:
     budget = experiment.budget or DEFAULT_BUDGET
     scenes, strategies = len(experiment.scenes), len(experiment.strategies)
     others = sum(entry.peer is not None for entry in experiment.strategies)
-    runs = experiment.repeats * budget * scenes * (strategies + _EARLIER_CHECKPOINTS * others)
+    turns = max(math.ceil(planned_runs(experiment) / machines), min(experiment.repeats, 2))  # others follow the first
+    runs = budget * (turns + experiment.repeats * scenes * _EARLIER_CHECKPOINTS * others)
     starts = experiment.repeats * _CHECKPOINTS * peers.small_renders
     films = scenes * strategies * budget if experiment.animate else 0.0
     return peers.tests + scenes * (_reference_seconds(experiment) + _REPORT_SECONDS) + runs + starts + films

@@ -34,7 +34,7 @@ from equaltime.experiments.report.tables import (
     time_table,
 )
 from equaltime.experiments.report.telling import commands, is_quick
-from equaltime.experiments.report.words import facts, percent, provenance_groups, slug
+from equaltime.experiments.report.words import facts, percent, provenance_groups, slug, spread_sentence
 from equaltime.extras import optional
 from equaltime.files import replacing
 from equaltime.images.image_files import SOFTWARE
@@ -266,6 +266,7 @@ def write_report(summary: Summary, folder: Path, told: Callable[[float], object]
         rays=rays_view(summary, folder),
         scenes=views,
         links=next_links(folder),
+        spread=spread_sentence(summary),
         provenance=provenance_groups(summary),
     )
 

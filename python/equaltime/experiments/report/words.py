@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
@@ -27,6 +28,8 @@ __all__ = [
     "seconds",
     "seconds_cell",
     "slug",
+    "spread_sentence",
+    "worker_runs",
 ]
 
 _AT_LEAST, _AT_MOST = "\N{GREATER-THAN OR EQUAL TO}", "\N{LESS-THAN OR EQUAL TO}"
@@ -255,12 +258,37 @@ def provenance_groups(summary: Summary) -> list[tuple[str, list[tuple[str, str]]
     """
     groups: dict[str, list[tuple[str, str]]] = {"": []}
     in_full = summary.provenance.get("strategies", {})
-    _sort_into(groups, "", {key: facts for key, facts in summary.provenance.items() if key != "strategies"})
+    apart = ("strategies", "workers")
+    _sort_into(groups, "", {key: facts for key, facts in summary.provenance.items() if key not in apart})
+    groups["workers"] = list(worker_runs(summary).items())
     groups["digests of the scenes"] = [(scene.name, scene.digest) for scene in summary.scenes]
     names = {(strategy.label, strategy.name): None for scene in summary.scenes for strategy in scene.strategies}
     told = {label: f": {facts['words']}" for label, facts in in_full.items() if facts.get("words")}
     groups["strategies"] = [(label, f"{name}{told.get(label, '')}") for label, name in names]
     return [(heading, rows) for heading, rows in groups.items() if rows]
+
+
+def worker_runs(summary: Summary) -> dict[str, str]:
+    """Return the host of each worker of a cluster and its runs, by the worker's address; empty without a cluster.
+
+    A run is told as scene, label and number of the repeat.
+    """
+    return {
+        address: f"{facts.get('host', '?')}: {'; '.join(_text(run) for run in facts.get('ran', ()))}"
+        for address, facts in summary.provenance.get("workers", {}).items()
+    }
+
+
+def spread_sentence(summary: Summary) -> str:
+    """Return a sentence on the machines of a cluster that took runs; empty without a cluster."""
+    runs = Counter[str]()
+    for facts in summary.provenance.get("workers", {}).values():
+        runs[str(facts.get("host", "?"))] += len(facts.get("ran", ()))
+    if not runs:
+        return ""
+    each = ", ".join(f"{host} ({count})" for host, count in sorted(runs.items()))
+    over = f"spread over {len(runs)} like machines" if len(runs) > 1 else "given to 1 machine"
+    return f"{sum(runs.values())} of {summary.provenance.get('runs', 0)} runs were {over} of a cluster: {each}."
 
 
 def _sort_into(groups: dict[str, list[tuple[str, str]]], heading: str, facts: Mapping[Any, Any]) -> None:

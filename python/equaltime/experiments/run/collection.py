@@ -10,7 +10,9 @@ from dataclasses import dataclass, replace
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
+from equaltime.cluster import check_machines, open_cluster
 from equaltime.errors import EqualtimeError, ExperimentError, Problem
 from equaltime.experiments.analysis.summarise import conclude
 from equaltime.experiments.model.experiment import Experiment
@@ -71,7 +73,8 @@ def run_all(
     progress: ProgressCallback | None = None,
     told: Callable[[Card], object] = lambda card: None,
     command: str = "",
-    begins: Callable[[str, Experiment, PeerTimes], object] = lambda name, experiment, peers: None,
+    begins: Callable[[str, Experiment, PeerTimes, int], object] = lambda name, experiment, peers, machines: None,
+    cluster: Any = None,
 ) -> tuple[Card, ...]:
     """Run or continue every experiment of a folder, and write the index page ``output/index.html``.
 
@@ -93,8 +96,10 @@ def run_all(
     command
         Command line that started the experiments, for the reports.
     begins
-        Function that is called before each experiment with its name, the experiment, and the measured times of its
-        peers (other renderers).
+        Function that is called before each experiment with its name, the experiment, the measured times of its peers
+        (other renderers), and the number of machines that take runs.
+    cluster
+        Machines that take the runs of all experiments, as for `equaltime.experiments.cost`.
 
     Returns
     -------
@@ -105,6 +110,8 @@ def run_all(
     ------
     ExperimentError
         If a file cannot be read: raised before the first run, with the problems of all files.
+    ValueError
+        If ``cluster`` cannot take runs whose times are compared.
     """
     if ExperimentFolder(output).experiment.exists():
         raise ExperimentError((Problem(str(output), "is the folder of one experiment; give another for all of them"),))
@@ -116,11 +123,12 @@ def run_all(
     ]
     output.mkdir(parents=True, exist_ok=True)
     write_index(cards, output, changes.quick, command)
-    for number, (card, experiment) in enumerate(zip(cards, experiments, strict=True)):
-        path, begin = paths[number], partial(begins, card.name)
-        cards[number] = _run(card, experiment, path, output / card.name, progress, command, begin)
-        told(cards[number])
-        write_index(cards, output, changes.quick, command)
+    with open_cluster(check_machines(cluster)) as opened:
+        for number, (card, experiment) in enumerate(zip(cards, experiments, strict=True)):
+            path, begin = paths[number], partial(begins, card.name)
+            cards[number] = _run(card, experiment, path, output / card.name, progress, command, begin, opened)
+            told(cards[number])
+            write_index(cards, output, changes.quick, command)
     return tuple(cards)
 
 
@@ -132,6 +140,7 @@ def _run(
     progress: ProgressCallback | None,
     command: str,
     begins: Begins,
+    cluster: Any,
 ) -> Card:
     """Run one experiment, which the file ``path`` describes, and return its outcome."""
     if missing := _missing(experiment):
@@ -139,7 +148,8 @@ def _run(
     failure = ExperimentFolder(folder).failure
     told = _named(card.name, progress)
     try:
-        run(experiment, folder, told, command=command, begins=begins, files=strategy_files(path))
+        files = strategy_files(path)
+        run(experiment, folder, told, command=command, begins=begins, files=files, cluster=cluster)
         summary = conclude(experiment, folder, command, partial(tell_report, experiment, told))
         return replace(card, state="done", summary=summary)
     except (EqualtimeError, OSError) as error:

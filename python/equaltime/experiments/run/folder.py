@@ -7,7 +7,7 @@
                      which the last call made it
     experiment.lock  empty; locked by the process that runs the experiment
     provenance.json  machines and builds by their keys in the records; references; agreements; sessions;
-                     own_depths; strategies in full
+                     own_depths; strategies in full; workers of a cluster, with the runs that each took
     references/      SCENE.npz (`reference`); SCENE--PEER.npz for a peer with another expected image
     images/          SCENE/STRATEGY-r0.npy: the last image of each run, float32 (H, W, 3); STRATEGY-r0-samples.npy:
                      sample counts (H, W) if they differ between pixels; STRATEGY-r0-variance.npy: variance of one
@@ -37,15 +37,16 @@ from equaltime import files as disk
 from equaltime.errors import ExperimentError, ImageError, Problem
 from equaltime.experiments.model.problems import file_name
 from equaltime.experiments.model.sources import PROGRAM_FILES
-from equaltime.experiments.run.record import load
+from equaltime.experiments.run.record import Key, load
 from equaltime.files import try_lock
-from equaltime.machine import machine
+from equaltime.machine import machine_facts
 from equaltime.rendering.core import build_facts
 from equaltime.strict_json import json_text
 
 __all__ = [
     "IN_FULL",
     "OWN_DEPTHS",
+    "WORKERS",
     "ExperimentFolder",
     "build_facts",
     "fingerprint",
@@ -59,11 +60,13 @@ _OURS = ("records.csv", "experiment.json", "provenance.json", "references", "ima
 _GROWING = ("scenes", "strategies")
 """Sections of an identity to which named entries may be added later."""
 _DAMAGED = "is damaged; put a copy of the file there, or use another folder"
-_TYPES: Mapping[str, type[int] | type[float] | type[str]] = {
+_TYPES: Mapping[str, type[int] | type[float] | type[str] | type[list[Any]]] = {
     "max_depth": int,
     "caveat": str,
     "note": str,
     "words": str,
+    "host": str,
+    "ran": list,
     "agrees": bool,
     "p": float,
 }
@@ -75,6 +78,8 @@ experiment's changes.
 """
 IN_FULL = "strategies"
 """Section of the provenance with all words of each strategy of equaltime's own, by label: presets may change later."""
+WORKERS = "workers"
+"""Section of the provenance with the workers of a cluster by address: ``host``, and in ``ran`` the runs of each."""
 
 
 @dataclass(frozen=True)
@@ -243,6 +248,11 @@ class ExperimentFolder:
         provenance.setdefault(section, {})[key] = dict(facts)
         self._write(self.provenance, provenance)
 
+    def note_worker(self, address: str, host: str, key: Key) -> None:
+        """Write to the provenance file that the worker at an address took a run; the folder must be locked."""
+        facts = self.read_provenance().get(WORKERS, {}).get(address, {})
+        self.note(WORKERS, address, {"host": host, "ran": [*facts.get("ran", ()), key]})
+
     def read_provenance(self) -> dict[str, Any]:
         """Return the origin of the records, from the provenance file: facts by section and key; empty without a file.
 
@@ -334,13 +344,6 @@ def read_arrays(path: Path, names: Sequence[str]) -> tuple[NDArray[Any], ...]:
 
 def _refused(folder: Path, why: str) -> ExperimentError:
     return ExperimentError((Problem(str(folder), why),))
-
-
-def machine_facts() -> dict[str, Any]:
-    """Return the facts about the machine that affect times, such as its processor, without the momentary load."""
-    facts = machine()
-    facts.pop("load_average")
-    return facts
 
 
 def fingerprint(facts: Mapping[str, Any]) -> str:

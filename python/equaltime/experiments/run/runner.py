@@ -2,7 +2,7 @@
 
 The order of strategies alternates, so that a change of the machine's speed does not favour a strategy.
 Recorded runs are not repeated. A run's clock is stopped while the image at a checkpoint is made, measured and
-recorded.
+recorded. With a cluster, other machines take whole runs (`spread_runs`); all else is done in this process.
 """
 
 from __future__ import annotations
@@ -14,8 +14,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
+from equaltime.cluster import check_machines, open_machines
+from equaltime.cluster.scene_text import SceneText
+from equaltime.cluster.tasks import Ground
 from equaltime.errors import ExperimentError, PeerError, Problem
 from equaltime.experiments.model.experiment import DEFAULT_BUDGET, Experiment
 from equaltime.experiments.model.plan import PeerTimes, planned_seconds
@@ -34,12 +37,18 @@ from equaltime.experiments.run.folder import (
 )
 from equaltime.experiments.run.forming import Studio
 from equaltime.experiments.run.record import Key, Recorder, check_seeds
-from equaltime.experiments.run.single_run import SingleRun, now
+from equaltime.experiments.run.single_run import RunOrder, SingleRun, now, record
+from equaltime.experiments.run.spread_runs import check_spread, finished_runs
+from equaltime.experiments.run.stage import Stage
 from equaltime.experiments.run.subjects import close_subjects, make_subjects, scenes_of
 from equaltime.images.metrics import Reference
+from equaltime.interrupts import put_off
 from equaltime.machine import worker_threads
 from equaltime.rendering.core_subject import Subject
 from equaltime.scene import Scene
+
+if TYPE_CHECKING:  # not everyone has Dask
+    from equaltime.cluster.machines import Machines
 
 __all__ = ["Begins", "ProgressCallback", "RunProgress", "Subject", "run", "tell_report"]
 
@@ -65,11 +74,13 @@ class RunProgress:
     fraction: float
     """Completed share of the phase, in [0, 1]: of the present test or reference, of the report, or of all runs."""
     time_left: float | None
-    """Estimated seconds until the last run ends, or before the runs, until the report ends. None if unknown."""
+    """Estimated seconds to the end of the last run, before the runs to the end of the report; None if unknown."""
+    machines: int = 0
+    """Number of machines of a cluster that take runs; 0 if this process does."""
 
 
 ProgressCallback = Callable[[RunProgress], object]
-Begins = Callable[[Experiment, PeerTimes], object]
+Begins = Callable[[Experiment, PeerTimes, int], object]
 
 
 def run(
@@ -78,8 +89,9 @@ def run(
     progress: ProgressCallback | None = None,
     cache: Path | None = None,
     command: str = "",
-    begins: Begins = lambda experiment, peers: None,
+    begins: Begins = lambda experiment, peers, machines: None,
     files: Iterable[Path] = (),
+    cluster: Any = None,
 ) -> None:
     """Run the missing runs of an experiment, and write records and images to ``folder``.
 
@@ -94,20 +106,27 @@ def run(
     command
         Command line that started the runs, for their provenance.
     begins
-        Function that is called with the experiment and the measured times of its peers (other renderers). It is called
-        once experiment and folder are known to be good, before the first test, reference or run.
+        Function that is called with the experiment, the measured times of its peers (other renderers), and the number
+        of machines that take runs. It is called once all of them and the folder are known to be good, before the first
+        test, reference or run.
     files
         Files from which the experiment was made, besides scenes and programs; their SHA-256 is recorded.
+    cluster
+        Place of the machines that take the runs, as for `equaltime.cluster.open_machines`; None for this process.
 
     Raises
     ------
     ExperimentError
         If a scene cannot be read, the folder belongs to another experiment, build or machine, or another process runs
-        an experiment in it.
+        an experiment in it. With a cluster also if a strategy is not equaltime's own.
+    ValueError
+        If ``cluster`` cannot take runs whose times are compared.
     SceneError, StrategyError, RenderError
         If a scene cannot be rendered.
     """
     _check_names(folder, command, *(entry.name for entry in experiment.scenes))
+    if check_machines(cluster) is not None:
+        check_spread(experiment)
     scenes = scenes_of(experiment)
     subjects = make_subjects(experiment)
     place = ExperimentFolder(folder)
@@ -119,7 +138,8 @@ def run(
             place.failure.unlink(missing_ok=True)
             with Recorder(place.records) as recorder:
                 place.tidy()
-                _Session(experiment, scenes, subjects, threads, place, recorder, progress, cache, command).run(begins)
+                settings = (threads, place, recorder, progress, cache, command, cluster)
+                _Session(experiment, scenes, subjects, *settings).run(begins)
     finally:
         close_subjects(subjects)
 
@@ -172,12 +192,14 @@ class _Session:
     progress: ProgressCallback | None
     cache: Path | None
     command: str
+    cluster: Any
 
     def __post_init__(self) -> None:
         check_seeds(self.recorder.rows, self.folder.records)
         self._turns = tuple(self._all_turns())
         self._done = {row.key for row in self.recorder.rows if row.last} & {turn.key for turn in self._turns}
         self._seconds: dict[tuple[str, str], float] = {}
+        self._counts: dict[tuple[str, str], tuple[int, ...]] = {}
         self._rendering = 0.0
         labels = {entry.label for entry in self.experiment.strategies if entry.peer is not None}
         self._peers = [subject for subject in self.subjects if subject.label in labels]
@@ -186,35 +208,46 @@ class _Session:
 
     def run(self, begins: Begins) -> None:
         """Run the missing runs, then make films and figures."""
-        machine, build = self._origin()
+        origin = self._origin()
         for entry, scene in zip(self.experiment.scenes, self.scenes, strict=True):
             self.folder.note(OWN_DEPTHS, entry.name, {"max_depth": scene.own_max_depth})
         for strategy in self.experiment.strategies:
             if strategy.strategy is not None:
                 self.folder.note(IN_FULL, strategy.label, {"words": strategy.strategy.in_full})
         left = [turn for turn in self._turns if turn.key not in self._done]
-        if left:
-            self._prepare()
-        times = self._measure_peers() if left else PeerTimes()
-        begins(self.experiment, times)
-        if (seconds := planned_seconds(self.experiment, times)) is not None and not self._done:
-            self._end = time.perf_counter() + seconds
-        if left:
-            self._pass_gates()
-        known = [self._reference(number) for number in range(len(self.scenes))]
-        started, load, begin = now(), os.getloadavg()[0], time.perf_counter()
-        try:
-            for position, turn in enumerate(left):
-                self._tell("run", turn, len(self._done) / len(self._turns), self._expected(left[position:]))
-                self._run(turn, known[turn.number], machine, build)
-        finally:
+        with open_machines(self.cluster if left else None) as machines:
+            size = 1 if machines is None else max(1, len(machines.present))
             if left:
-                elapsed = time.perf_counter() - begin
-                facts = {"runs": len(self._seconds), "elapsed_s": elapsed, "rendering_s": self._rendering}
-                asked = {"command": self.command} if self.command else {}
-                self.folder.note("sessions", started, {**asked, "load_average_before": load, **facts})
-
+                self._prepare()
+            times = self._measure_peers() if left else PeerTimes()
+            begins(self.experiment, times, size)
+            if (seconds := planned_seconds(self.experiment, times, size)) is not None and not self._done:
+                self._end = time.perf_counter() + seconds
+            if left:
+                self._pass_gates()
+            known = [self._reference(number) for number in range(len(self.scenes))]
+            if left:
+                self._run_all(left, known, origin, machines)
         self._show(known)
+
+    def _run_all(
+        self, left: Sequence[_Turn], known: Sequence[Reference], origin: tuple[str, str], machines: Machines | None
+    ) -> None:
+        """Run the missing runs here or on ``machines``, and note the session, also after an interruption."""
+        started, load, begin = now(), os.getloadavg()[0], time.perf_counter()
+        before = len(self._done)
+        try:
+            if machines is None:
+                for position, turn in enumerate(left):
+                    self._tell("run", turn, len(self._done) / len(self._turns), self._expected(left[position:]))
+                    self._run(turn, known[turn.number], origin)
+            else:
+                self._spread(left, known, origin, machines)
+        finally:
+            elapsed = time.perf_counter() - begin
+            facts = {"runs": len(self._done) - before, "elapsed_s": elapsed, "rendering_s": self._rendering}
+            asked = {"command": self.command} if self.command else {}
+            self.folder.note("sessions", started, {**asked, "load_average_before": load, **facts})
 
     def _show(self, known: Sequence[Reference]) -> None:
         """Make the missing films and figures that the experiment asks for."""
@@ -241,31 +274,61 @@ class _Session:
                     key = (entry.name, subject.label, repeat)
                     yield _Turn(repeat, number, subject, key, seeds[key[:2]][repeat])
 
-    def _run(self, turn: _Turn, known: Reference, machine: str, build: str) -> None:
-        scene = self.scenes[turn.number]
+    def _run(self, turn: _Turn, known: Reference, origin: tuple[str, str]) -> None:
         own = self.folder.reference(turn.key[0], turn.key[1])
         if own.exists():
             known = references.read(own).reference
         begin = time.perf_counter()
-        expected = self._first_counts(turn) if turn.repeat else None
-        single = SingleRun(turn.key, turn.seed, scene, turn.subject, known, self.threads, machine, build, expected)
+        order = self._order(turn, origin)
+        assert order is not None, "the first repeat is done"
         with _told_on(turn.key[0]):
-            self._rendering += single.record(self.folder, self.recorder, self._ladder(turn))
+            single = SingleRun(order, self.scenes[turn.number], turn.subject, known)
+            self._rendering += record(single.checkpoints(), self.folder, self.recorder)
         self._seconds[turn.key[:2]] = time.perf_counter() - begin
         self._done.add(turn.key)
 
-    def _ladder(self, turn: _Turn) -> tuple[int, ...] | float:
-        """Return the experiment's sample counts, else the first repeat's counts; in the first repeat, the budget."""
-        if self.experiment.spp is not None:
-            return self.experiment.spp
-        if turn.repeat == 0:
-            return self.experiment.budget or DEFAULT_BUDGET
-        return self._first_counts(turn)
+    def _spread(
+        self, left: Sequence[_Turn], known: Sequence[Reference], origin: tuple[str, str], machines: Machines
+    ) -> None:
+        """Let machines take the missing runs, and record each one when it is finished."""
+        turns = {turn.key: turn for turn in left}
+        strategies = {entry.label: entry.strategy for entry in self.experiment.strategies if entry.strategy is not None}
+        grounds = {
+            entry.name: Ground(SceneText.of(scene), reference, Stage)
+            for entry, scene, reference in zip(self.experiment.scenes, self.scenes, known, strict=True)
+        }
+
+        def order_of(key: Key) -> RunOrder | None:
+            return self._order(turns[key], origin)
+
+        def told(key: Key, size: int) -> None:
+            seconds = self._expected([turn for turn in left if turn.key not in self._done]) / size
+            self._tell("run", turns[key], len(self._done) / len(self._turns), seconds, size)
+
+        for key, machine, found in finished_runs(machines, list(turns), order_of, grounds, strategies, told):
+            with put_off():  # a run is recorded with its worker or not at all
+                self._rendering += record(found.checkpoints(), self.folder, self.recorder)
+                self.folder.note_worker(machine.address, machine.host, key)
+                self._done.add(key)
+            self._seconds[key[:2]] = found.last.wall_s
+
+    def _order(self, turn: _Turn, origin: tuple[str, str]) -> RunOrder | None:
+        """Return the order of a run; None if it needs the sample counts of a first repeat that is not finished."""
+        ladder = self.experiment.spp or self.experiment.budget or DEFAULT_BUDGET
+        expected = None
+        if turn.repeat > 0:
+            expected = self._first_counts(turn) or self.experiment.spp
+            if expected is None:
+                return None
+            ladder = self.experiment.spp or expected
+        return RunOrder(turn.key, turn.seed, ladder, expected, self.threads, *origin)
 
     def _first_counts(self, turn: _Turn) -> tuple[int, ...]:
-        """Return the sample counts of the first repeat."""
-        first = (*turn.key[:2], 0)
-        return tuple(row.spp for row in self.recorder.rows if row.key == first)
+        """Return the sample counts of the first repeat; none if it is not finished."""
+        place = turn.key[:2]
+        if place not in self._counts and (*place, 0) in self._done:
+            self._counts[place] = tuple(row.spp for row in self.recorder.rows if row.key == (*place, 0))
+        return self._counts.get(place, ())
 
     def _origin(self) -> tuple[str, str]:
         """Return the keys of machine and build; raises ExperimentError if the records have other keys."""
@@ -340,7 +403,7 @@ class _Session:
         turn = self._turns[number * len(self.subjects) + self.subjects.index(peer)]
         self._tell(phase, turn, fraction, self._left())
 
-    def _tell(self, phase: Phase, turn: _Turn, fraction: float, time_left: float | None) -> None:
+    def _tell(self, phase: Phase, turn: _Turn, fraction: float, time_left: float | None, machines: int = 0) -> None:
         if self.progress is not None:
             place = (turn.key[0], turn.key[1], turn.repeat, len(self._done), len(self._turns))
-            self.progress(RunProgress(phase, *place, fraction, time_left))
+            self.progress(RunProgress(phase, *place, fraction, time_left, machines))

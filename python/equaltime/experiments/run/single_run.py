@@ -1,9 +1,13 @@
-"""One run of one strategy on one scene: choice of sample counts, rendering, measuring of errors, and recording."""
+"""One run of one strategy on one scene: choice of sample counts, rendering, measuring of errors, and recording.
+
+`SingleRun.checkpoints` renders and measures, in any process. `record` writes to the folder, in the process that holds
+the folder's lock.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import Any
 
@@ -17,7 +21,7 @@ from equaltime.images.metrics import Reference, measure
 from equaltime.rendering.core_subject import Point, Subject
 from equaltime.scene import Scene
 
-__all__ = ["BudgetLadder", "SingleRun", "counts", "now"]
+__all__ = ["BudgetLadder", "RunOrder", "SingleRun", "counts", "now", "record"]
 
 # The rest of a budget is spent on one more checkpoint if it has at least this many times the last one's samples.
 _LEAST_STEP = 1.1
@@ -87,70 +91,71 @@ def now() -> str:
     return datetime.now(UTC).isoformat().replace("+00:00", "Z")
 
 
+@dataclass(frozen=True)
+class RunOrder:
+    """Inputs of one run beside scene, reference and renderer; another process can read them from a pickle."""
+
+    key: Key
+    seed: int
+    ladder: tuple[int, ...] | float
+    """Sample counts per pixel, or the budget of the run in seconds."""
+    expected: tuple[int, ...] | None
+    """Samples per pixel at which the first repeat was measured, which this run must match; None for the first repeat.
+    """
+    threads: int
+    machine: str
+    build: str
+    """Keys of machine and build, for the records."""
+
+
 @dataclass(frozen=True, eq=False)
 class SingleRun:
     """One run of a strategy on a scene that is still to be rendered, with everything that it needs."""
 
-    key: Key
-    seed: int
+    order: RunOrder
     scene: Scene
     subject: Subject
     known: Reference
-    """Reference against which errors are measured."""
-    threads: int
-    machine: str
-    build: str
-    expected: tuple[int, ...] | None = None
-    """Samples per pixel at which the first repeat was measured, which this run must match; None for the first repeat.
-    """
 
-    def record(self, folder: ExperimentFolder, recorder: Recorder, ladder: Sequence[int] | float) -> float:
-        """Render the run, write a row of results to a file at each sample count, and return the seconds of rendering.
+    def checkpoints(self) -> Iterator[tuple[Row, Point]]:
+        """Render the run, and yield a row of the records with its state at each sample count.
 
-        Each row tells whether it is the run's last row. So a row is written only at the next sample count, or at the
-        end of the run.
-
-        Parameters
-        ----------
-        recorder
-            Writer of the file of rows.
-        ladder
-            Sample counts per pixel, or the budget of the run in seconds.
+        Each row tells whether it is the run's last row. So a row is yielded only at the next sample count, or at the
+        end of the run. The last row lacks the name of its image.
 
         Raises
         ------
         ExperimentError
             If the sample counts differ from the first repeat's: repeats are compared at equal counts.
         """
-        setup = self.subject.prepare(self.scene, self.threads)
-        common = {**self._common(), "setup_s": setup, "started": now()}
+        ladder = self.order.ladder
+        setup = self.subject.prepare(self.scene, self.order.threads)
+        common = {**self._common(), "setup_s": setup, "started": now(), "image": None}
         seconds = ladder if isinstance(ladder, float) else None
         counts = BudgetLadder(ladder) if isinstance(ladder, float) else ladder
         pending: Point | None = None
         number, taken = 0, list[int]()
-        for checkpoint in self.subject.run(self.seed, counts, seconds):
+        for checkpoint in self.subject.run(self.order.seed, counts, seconds):
             if isinstance(counts, BudgetLadder):
                 counts.taken(checkpoint.spp, checkpoint.wall_s)
             taken.append(checkpoint.spp)
             self._check_counts(taken, ended=False)
             if pending is not None:
-                recorder.append(Row(**common, **self._measured(pending), checkpoint=number, last=False, image=None))
+                yield Row(**common, **self._measured(pending), checkpoint=number, last=False), pending
                 number += 1
             pending = checkpoint
         if pending is None:
             raise RenderError(f"{self.subject.label}: gave no image")
         self._check_counts(taken, ended=True)
         measured = {**self._measured(pending), "flip": self._flip(pending)}
-        image = self._keep(folder, pending)
-        recorder.append(Row(**common, **measured, checkpoint=number, last=True, image=image))
-        return pending.wall_s
+        yield Row(**common, **measured, checkpoint=number, last=True), pending
 
     def _check_counts(self, taken: Sequence[int], ended: bool) -> None:
         """Raise `ExperimentError` if the sample counts differ from the first repeat's, or if some are missing."""
-        if self.expected is None or (*taken,) == self.expected[: None if ended else len(taken)]:
+        if self.order.expected is None or (*taken,) == self.order.expected[: None if ended else len(taken)]:
             return
-        scene, label, repeat = self.key
-        found, wanted = (", ".join(map(str, counts)) for counts in (taken, self.expected))
+        scene, label, repeat = self.order.key
+        found, wanted = (", ".join(map(str, counts)) for counts in (taken, self.order.expected))
         raise ExperimentError(
             (
                 Problem(
@@ -165,7 +170,7 @@ class SingleRun:
         """Return the values that all rows of the run share."""
         width, height = self.scene.size
         return {
-            "scene": self.key[0],
+            "scene": self.order.key[0],
             "digest": self.scene.digest,
             "width": width,
             "height": height,
@@ -175,11 +180,11 @@ class SingleRun:
             "name": self.subject.name,
             "renderer": self.subject.renderer,
             "biased": self.subject.biased,
-            "repeat": self.key[2],
-            "seed": self.seed,
-            "threads": self.threads,
-            "machine": self.machine,
-            "build": self.build,
+            "repeat": self.order.key[2],
+            "seed": self.order.seed,
+            "threads": self.order.threads,
+            "machine": self.order.machine,
+            "build": self.order.build,
             "reference_relmse": self.known.relmse,
         }
 
@@ -204,19 +209,32 @@ class SingleRun:
 
     def _flip(self, checkpoint: Point) -> float | None:
         """Return FLIP; None for a run that is short compared with the time of FLIP."""
-        if checkpoint.wall_s < _FLIP_AFTER_SECONDS["first" if self.key[2] == 0 else "other"]:
+        if checkpoint.wall_s < _FLIP_AFTER_SECONDS["first" if self.order.key[2] == 0 else "other"]:
             return None
         return flip(checkpoint.image, self.known.mean)
 
-    def _keep(self, folder: ExperimentFolder, checkpoint: Point) -> str:
-        """Write the image, and return its name relative to the folder."""
-        path = folder.image(*self.key)
-        with replacing(path) as file:
-            np.save(file, checkpoint.image)
-        if checkpoint.samples is not None:
-            with replacing(folder.samples(*self.key)) as file:
-                np.save(file, checkpoint.samples)
-        if checkpoint.variance is not None:
-            with replacing(folder.variance(*self.key)) as file:
-                np.save(file, checkpoint.variance)
-        return path.relative_to(folder.path).as_posix()
+
+def record(checkpoints: Iterable[tuple[Row, Point]], folder: ExperimentFolder, recorder: Recorder) -> float:
+    """Append the rows of one run to the records as they come, and return the seconds of rendering.
+
+    The image of the last checkpoint is written before its row.
+    """
+    seconds = 0.0
+    for row, checkpoint in checkpoints:
+        recorder.append(replace(row, image=_keep(folder, row.key, checkpoint)) if row.last else row)
+        seconds = row.wall_s
+    return seconds
+
+
+def _keep(folder: ExperimentFolder, key: Key, checkpoint: Point) -> str:
+    """Write the image of a run, and return its name relative to the folder."""
+    path = folder.image(*key)
+    with replacing(path) as file:
+        np.save(file, checkpoint.image)
+    if checkpoint.samples is not None:
+        with replacing(folder.samples(*key)) as file:
+            np.save(file, checkpoint.samples)
+    if checkpoint.variance is not None:
+        with replacing(folder.variance(*key)) as file:
+            np.save(file, checkpoint.variance)
+    return path.relative_to(folder.path).as_posix()
