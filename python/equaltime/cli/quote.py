@@ -24,6 +24,7 @@ from equaltime.cli.options import (
     parse_definitions,
     parse_duration,
     parse_percent,
+    parse_whole,
 )
 from equaltime.cli.progress import progress_bar
 from equaltime.cli.quote_answer import Asked, answer
@@ -31,6 +32,7 @@ from equaltime.cli.quote_details import details
 from equaltime.quoting.quote import DEFAULT_SECONDS, USUAL_SECONDS, seconds_of_pilot
 from equaltime.quoting.quote import quote as quote_scene
 from equaltime.scene import load_file
+from equaltime.scene.model import MOST_SAMPLES
 from equaltime.statistics.in_words import rounded
 from equaltime.strategy import Strategy
 
@@ -57,6 +59,15 @@ def quote(
             help="How long does this accuracy take? Such as 2%.",
         ),
     ] = None,
+    spp: Annotated[
+        int | None,
+        typer.Option(
+            parser=parse_whole(1, MOST_SAMPLES),
+            metavar="N",
+            show_default=False,
+            help="How accurate, and how long, with this many samples a pixel?",
+        ),
+    ] = None,
     size: Size = None,
     crop: Crop = None,
     max_depth: MaxDepth = None,
@@ -80,8 +91,8 @@ def quote(
 ) -> int:
     """Predict how accurate a picture will be, or how long it takes, before rendering.
 
-    Renders a small test first, usually under ten seconds, and predicts the rest from it. Without `--time` and `--error`
-    it predicts the error after 30 s, and the times to 10, 5, 2 and 1 %. After Ctrl-C, it predicts from the samples so
+    Renders a small test first, usually under ten seconds, and predicts the rest from it. Without `--time`, `--error`
+    and `--spp` it predicts the error after 30 s, and the times to 10, 5, 2 and 1 %. After Ctrl-C, it predicts from the samples so
     far.
 
     For instance:
@@ -98,13 +109,14 @@ def quote(
     chosen = Strategy.parse(strategy)
     if (expected := seconds_of_pilot(loaded, chosen, threads)) > USUAL_SECONDS:
         print_aside(f"this quote takes about {rounded(expected)} s, as two samples a pixel do")
-    if time is None and error is None:
+    if time is None and error is None and spp is None:
         time = DEFAULT_SECONDS
     with progress_bar(as_json) as progress:
         found = quote_scene(
             loaded,
             error=error,
             time=time,
+            spp=spp,
             strategy=chosen,
             seed=seed,
             threads=threads,
@@ -115,7 +127,7 @@ def quote(
     if as_json:
         print_json(found)
     else:
-        print_lines(answer(found, Asked(time, error), verbose))
+        print_lines(answer(found, Asked(time, error, spp), verbose))
         if verbose:
             print_lines(["", *in_columns(details(found, why))])
     return 130 if found.interrupted else 0

@@ -25,10 +25,12 @@ _MOST_LIGHTS = 3
 
 @dataclass(frozen=True)
 class Asked:
-    """Question that ``equaltime quote`` answers: the error after ``seconds``, the time to reach ``error``, or both."""
+    """Question that ``equaltime quote`` answers: the error after ``seconds`` or after ``spp`` samples a pixel, the time
+    to reach ``error``, or several of these."""
 
     seconds: float | None
     error: float | None
+    spp: int | None = None
 
 
 def answer(found: Quote, asked: Asked, verbose: bool = False) -> list[str]:
@@ -45,20 +47,31 @@ def answer(found: Quote, asked: Asked, verbose: bool = False) -> list[str]:
 
 
 def _asked(found: Quote, asked: Asked) -> Iterator[str]:
-    """Yield one line for each number that was asked for."""
-    law, number, both = found.law, stated(found.origin), asked.seconds is not None and asked.error is not None
+    """Yield one line for each number that was asked for; the first names the memory."""
     memory = f", {megabytes(found.memory.value)} of memory"
-    if asked.seconds is not None:
-        spp = law.samples_in(asked.seconds) if both else found.spp
-        error = law.error_at(spp.value) if both else found.error
-        said = f"{number.noun} {error_range(error)}{number.of_paths}"
-        yield f"In {duration(asked.seconds)}: {said}, about {count(spp.value)} samples a pixel{memory}"
+    for line in _numbers(found, asked):
+        yield f"{line}{memory}"
         memory = ""
+
+
+def _numbers(found: Quote, asked: Asked) -> Iterator[str]:
+    law, number = found.law, stated(found.origin)
+    several = sum(each is not None for each in (asked.seconds, asked.error, asked.spp)) > 1
+    if asked.seconds is not None:
+        spp = law.samples_in(asked.seconds) if several else found.spp
+        error = law.error_at(spp.value) if several else found.error
+        said = f"{number.noun} {error_range(error)}{number.of_paths}"
+        yield f"In {duration(asked.seconds)}: {said}, about {count(spp.value)} samples a pixel"
+    if asked.spp is not None:
+        error = law.error_at(asked.spp) if several else found.error
+        seconds = law.seconds_for(Interval(asked.spp, asked.spp, asked.spp)) if several else found.seconds
+        said = f"{number.noun} {error_range(error)}{number.of_paths}"
+        yield f"With {count(asked.spp)} samples a pixel: {said} after {time_range(seconds)}"
     if asked.error is not None:
-        spp = law.samples_until(asked.error) if both else found.spp
-        seconds = law.seconds_for(spp) if both else found.seconds
+        spp = law.samples_until(asked.error) if several else found.spp
+        seconds = law.seconds_for(spp) if several else found.seconds
         said = f"{number.noun}{number.of_paths} surely below {percent(asked.error)} after {time_range(seconds)}"
-        yield f"{said[0].upper()}{said[1:]}, about {count(spp.value)} samples a pixel{memory}"
+        yield f"{said[0].upper()}{said[1:]}, about {count(spp.value)} samples a pixel"
 
 
 def _biased(found: Quote) -> Iterator[str]:

@@ -43,6 +43,7 @@ def quote(
     *,
     error: float | None = None,
     time: float | None = None,
+    spp: int | None = None,
     strategy: Strategy | str = "best",
     seed: int = 0,
     threads: int = 0,
@@ -50,7 +51,7 @@ def quote(
     why: bool | None = None,
     cluster: Any = None,
 ) -> Quote:
-    """Predict the time to reach an error, or the error that a time reaches, and find which light makes the noise.
+    """Predict the time to reach an error, or the error of a time or a sample count; find which light makes the noise.
 
     A pilot (a short render) and a probe (some pixels rendered to the end) take at most 10 s, unless 2 samples per pixel
     take longer. They take at most 5 % of the predicted work, or 8 samples per pixel if that is more. One tenth of that
@@ -67,9 +68,9 @@ def quote(
         Seed of the render, and its number of worker threads; 0 is one for each processor.
     progress
         Function that is called with the pilot's `Progress`, about ten times a second.
-    error, time
-        The relative error to reach (0.02 is 2 %), and the seconds to spend. With both, the quote is for a render that
-        ends at the limit it meets first; with neither, for a render of 30 seconds.
+    error, time, spp
+        The relative error to reach (0.02 is 2 %), the seconds to spend, and the samples per pixel to take. With several,
+        the quote is for a render that ends at the limit it meets first; with none, for a render of 30 seconds.
     why
         Whether to find which light makes the noise. None: if the pilot's allowance has room for it. True: always, with
         as much work as the pilot if need be. False: never.
@@ -94,14 +95,14 @@ def quote(
     >>> quote.error.value <= 0.2
     True
     """
-    if error is None and time is None:
+    if error is None and time is None and spp is None:
         time = DEFAULT_SECONDS
-    check_arguments(time=time, error=error, seed=seed, threads=threads)
+    check_arguments(spp=spp, time=time, error=error, seed=seed, threads=threads)
     chosen = Strategy.of(strategy)
     loaded = as_scene(scene)
     with open_cluster(cluster) as opened:
         job = Job(scene=loaded, strategy=chosen, seed=seed, threads=threads, cluster=opened)
-        return _quoted(Session(job, progress), Limits(error=error, seconds=time), why)
+        return _quoted(Session(job, progress), Limits(spp=spp, error=error, seconds=time), why)
 
 
 def _quoted(session: Session, limits: Limits, why: bool | None) -> Quote:

@@ -79,6 +79,19 @@ def test_a_quote_of_a_time_says_the_error() -> None:
     assert quote.pilot_seconds < 2.0
 
 
+def test_a_quote_of_a_sample_count_says_the_error_and_the_time(capsys: pytest.CaptureFixture[str]) -> None:
+    scene = et.load(SCENE).with_(size=(48, 48))
+    found, more = et.quote(scene, spp=64), et.quote(scene, spp=4096)
+    assert found.spp == Interval(64, 64, 64)
+    assert found.error.low <= et.render(scene, spp=64).error.value <= found.error.high
+    assert more.error.high < found.error.low
+    assert found.seconds.high < more.seconds.low
+    assert main(["quote", str(SCENE), "--size", "32x24", "--spp", "64", "--error", "20%"]) == 0
+    first, second = capsys.readouterr().out.splitlines()[:2]
+    assert first.startswith("With 64 samples a pixel: error ")
+    assert second.startswith("Error surely below 20 % after ")
+
+
 def test_an_error_that_is_asked_for_is_not_quoted_to_be_exceeded() -> None:
     found = et.quote(et.load(SCENE).with_(size=(24, 24)), error=0.05, why=False).error
     assert found.low < found.value < found.high <= 0.05
