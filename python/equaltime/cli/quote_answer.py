@@ -25,8 +25,11 @@ _MOST_LIGHTS = 3
 
 @dataclass(frozen=True)
 class Asked:
-    """Question that ``equaltime quote`` answers: the error after ``seconds`` or after ``spp`` samples a pixel, the time
-    to reach ``error``, or several of these."""
+    """Question that ``equaltime quote`` answers. A field that is None is not asked for.
+
+    ``seconds`` asks for the error after that time, ``error`` for the time to reach that error, and ``spp`` for error and
+    time with that number of samples per pixel.
+    """
 
     seconds: float | None
     error: float | None

@@ -69,8 +69,8 @@ def quote(
     progress
         Function that is called with the pilot's `Progress`, about ten times a second.
     error, time, spp
-        The relative error to reach (0.02 is 2 %), the seconds to spend, and the samples per pixel to take. With several,
-        the quote is for a render that ends at the limit it meets first; with none, for a render of 30 seconds.
+        The relative error to reach (0.02 is 2 %), the seconds to spend, and the samples per pixel to take. With
+        several, the quote is for a render that ends at the limit it meets first; with none, for one of 30 seconds.
     why
         Whether to find which light makes the noise. None: if the pilot's allowance has room for it. True: always, with
         as much work as the pilot if need be. False: never.
