@@ -92,8 +92,8 @@ def quote(
     """Predict how accurate a picture will be, or how long it takes, before rendering.
 
     Renders a small test first, usually under ten seconds, and predicts the rest from it. Without `--time`, `--error`
-    and `--spp` it predicts the error after 30 s, and the times to 10, 5, 2 and 1 %. After Ctrl-C, it predicts from the samples so
-    far.
+    and `--spp` it predicts the error after 30 s, and the times to 10, 5, 2 and 1 %. After Ctrl-C, it predicts from the
+    samples so far.
 
     For instance:
 

@@ -27,8 +27,8 @@ _MOST_LIGHTS = 3
 class Asked:
     """Question that ``equaltime quote`` answers. A field that is None is not asked for.
 
-    ``seconds`` asks for the error after that time, ``error`` for the time to reach that error, and ``spp`` for error and
-    time with that number of samples per pixel.
+    ``seconds`` asks for the error after that time, and ``error`` for the time to reach that error. ``spp`` asks for
+    error and time with that number of samples per pixel.
     """
 
     seconds: float | None

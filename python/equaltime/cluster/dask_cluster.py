@@ -21,7 +21,7 @@ from typing import Any
 import dask
 from distributed import Client, KilledWorker, LocalCluster, Worker, WorkerPlugin
 
-from equaltime.cluster.machines import Machines, send_files
+from equaltime.cluster.machines import LOST, Machines, send_files, workers_of
 from equaltime.cluster.scene_text import SceneText, lacks
 from equaltime.cluster.team import SceneTeam
 from equaltime.cluster.units import bits, probe_unit, render_unit
@@ -162,7 +162,7 @@ class DaskTeam(SceneTeam):
 
         Raises RenderError if no worker gives the bits of this process.
         """
-        addresses = self._addresses()
+        addresses = list(workers_of(self._client))
         new = [address for address in addresses if address not in self._workers]
         found = {**self._workers, **self._joined(new)}
         self._workers = {address: found[address] for address in addresses if address in found}
@@ -189,14 +189,14 @@ class DaskTeam(SceneTeam):
         if now - self._looked < _CHECK_EVERY:
             return False
         self._looked = now
-        there = [address for address, facts in self._facts().items() if facts["resources"].get(self._name)]
+        there = [address for address, facts in workers_of(self._client).items() if facts["resources"].get(self._name)]
         if not there:
             self.begin()
             if now - self._met > _ALONE:
                 raise RenderError(f"no worker of the cluster has been there for {_ALONE:g} s")
             return False
         self._met = now
-        with suppress(OSError):  # the scheduler is gone, and the units fail by themselves
+        with suppress(*LOST):  # the scheduler is gone, and the units fail by themselves
             self._idle = 0 if any(self._client.processing(there).values()) else self._idle + 1
         again = self._idle == _IDLE
         self._idle %= _IDLE
@@ -215,13 +215,6 @@ class DaskTeam(SceneTeam):
         with suppress(Exception):  # a scheduler that is gone has nothing to take from
             self._client.unregister_worker_plugin(self._name)
 
-    def _addresses(self) -> list[str]:
-        return list(self._facts())
-
-    def _facts(self) -> Mapping[str, Any]:
-        """Return what the scheduler tells of each worker, by its address; nothing if the scheduler is gone."""
-        return self._client.scheduler_info(n_workers=-1).get("workers", {})  # type: ignore[no-any-return]  # Dask is not typed
-
     def _joined(self, addresses: list[str]) -> dict[str, str]:
         """Return for each new worker why it is refused, after it got the files that it lacks."""
         found: dict[str, str] = self._asked(_reason, addresses)
@@ -235,7 +228,9 @@ class DaskTeam(SceneTeam):
         """Ask workers, and return their answers; those that are gone have none."""
         if not addresses:
             return {}
-        answers = self._client.run(function, self._name, workers=addresses, on_error="ignore")
+        answers: Mapping[str, Any] = {}
+        with suppress(*LOST):
+            answers = self._client.run(function, self._name, workers=addresses, on_error="ignore")
         return {address: str(answer) for address, answer in answers.items()}
 
 

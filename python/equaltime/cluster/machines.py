@@ -7,6 +7,7 @@ worker. If the worker is lost, the task comes back, and another worker may get i
 
 from __future__ import annotations
 
+import asyncio
 import math
 import time
 import warnings
@@ -24,7 +25,10 @@ from equaltime.cluster.scene_text import Files, lacks, store
 from equaltime.cluster.tasks import Ended, Ground, Machine
 from equaltime.errors import EqualtimeError, EqualtimeWarning, RenderError
 
-__all__ = ["Machines", "send_files"]
+__all__ = ["LOST", "Machines", "send_files", "workers_of"]
+
+LOST = (OSError, asyncio.CancelledError)
+"""Errors of a question to a scheduler that is gone: Dask also cancels questions that have no answer yet."""
 
 _PART = 2**22
 """Bytes of a file that are sent at once: a message stays below 8 MB."""
@@ -80,7 +84,7 @@ class Machines:
         now = time.monotonic()
         if now - self._looked < _CHECK_EVERY:
             return
-        self._looked, self._addresses = now, list(self._workers())
+        self._looked, self._addresses = now, list(workers_of(self._client))
         new = [address for address in self._addresses if address not in self._known.keys() | self._refused.keys()]
         self._meet(new)
         for address in [address for address in self._running if address not in self._addresses]:
@@ -135,13 +139,6 @@ class Machines:
                 task.future.cancel()
         self._running.clear()
         self._grounds.clear()
-
-    def _workers(self) -> Mapping[str, Any]:
-        """Return what the scheduler tells of each worker, by its address; nothing if the scheduler is gone."""
-        try:
-            return self._client.scheduler_info(n_workers=-1).get("workers", {})  # type: ignore[no-any-return]  # Dask is not typed
-        except OSError:
-            return {}
 
     def _meet(self, new: list[str]) -> None:
         """Find out which of the ``new`` workers are like this process."""
@@ -220,13 +217,21 @@ class Machines:
             try:
                 return Ended(task.name, task.machine, task.future.result(timeout=_FETCH))
             except (TimeoutError, CancelledError, OSError):
-                if task.future.status != "finished" or task.machine.address not in self._workers():
+                if task.future.status != "finished" or task.machine.address not in workers_of(self._client):
                     return None
 
 
 def _build(ground: Ground) -> Any:
     """Build a ground in this process."""
     return ground.build(ground.scene.load(), ground.data)
+
+
+def workers_of(client: Client) -> Mapping[str, Any]:
+    """Return what the scheduler tells of each worker, by its address; nothing if the scheduler is gone."""
+    try:
+        return client.scheduler_info(n_workers=-1).get("workers", {})  # type: ignore[no-any-return]  # Dask is not typed
+    except LOST:
+        return {}
 
 
 def send_files(client: Client, files: Files, addresses: list[str]) -> None:
