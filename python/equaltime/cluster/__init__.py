@@ -14,11 +14,12 @@ from pathlib import Path
 from typing import Any
 
 from equaltime.cluster.pool import Pool
+from equaltime.cluster.team import CONNECT_SECONDS
 from equaltime.cluster.units import render_unit
 from equaltime.extras import optional
 from equaltime.rendering.team import Cluster
 
-__all__ = ["check_address", "open_cluster", "render_unit"]
+__all__ = ["CONNECT_SECONDS", "check_address", "open_cluster", "render_unit"]
 
 _LOCAL = re.compile(r"local:([1-9]\d{0,3})")
 _ADDRESS = re.compile(r"[a-z][a-z+]*://\S+|[\w.-]+:\d+")
