@@ -25,8 +25,8 @@ _PERCENT = {"error", "mare"}
 _SHORT = {"error": "error", "flip": "visible difference (FLIP)"}
 """Metrics that are shown without ``-v``, with their titles."""
 _FLIP = (
-    "FLIP: 0 if no difference can be seen, 1 for the largest, at 67 pixels per degree of view. It has no interval: noise "
-    "of the image compared against counts as difference."
+    "FLIP: 0 if no difference can be seen, 1 for the largest, at 67 pixels per degree of view. It has no interval: the "
+    "noise of the image compared against counts as difference."
 )
 
 
