@@ -22,6 +22,7 @@ FOLDERS = ("cpp", "python", "scenes", "tests")
 PAGES = [ROOT / "README.md", *sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob("README.md"))]
 SMALL = {
     "(128, 128)": "(12, 12)",
+    "spp=1024": "spp=16",
     "spp=256": "spp=8",
     "spp=64": "spp=4",
     "error=0.02": "error=0.9",

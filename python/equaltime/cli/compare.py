@@ -24,6 +24,10 @@ __all__ = ["compare"]
 _PERCENT = {"error", "mare"}
 _SHORT = {"error": "error", "flip": "visible difference (FLIP)"}
 """Metrics that are shown without ``-v``, with their titles."""
+_FLIP = (
+    "FLIP: 0 if no difference can be seen, 1 for the largest, at 67 pixels per degree of view. It has no interval: the "
+    "noise of the image compared against counts as difference."
+)
 
 
 def compare(
@@ -43,6 +47,9 @@ def compare(
     Works on any renderer's files. If the files have standard errors (channels stderr.R, stderr.G, stderr.B), the
     reference's noise is subtracted, errors have 95 % intervals, and the images are tested for bias. The errors and
     their ratio describe these two images, not the strategies in general.
+
+    Bias is found if p is below 0.001. FLIP is 0 if no difference can be seen and 1 for the largest difference, at 67
+    pixels per degree of view. It has no interval, because noise of the reference counts as difference.
 
 
     For instance: `equaltime compare naive.exr best.exr reference.exr`
@@ -69,7 +76,10 @@ def _print(found: Comparison, verbose: bool) -> None:
     for note in shown:
         print_line(console, f"note: {note}", "dim")
     if not verbose:
-        print_line(console, f"-v shows {', '.join([*more, 'relmse, mse, mare, efficiency'])}", "dim")
+        hidden = "relmse, mse, mare" + ", efficiency" * (found.efficiency is not None)
+        print_line(console, f"-v shows {', '.join([*more, hidden])}", "dim")
+    elif "flip" in found.images[0].metrics:
+        print_line(console, _FLIP, "dim")
 
 
 def _names(found: Comparison) -> Mapping[Path, str]:
@@ -98,7 +108,8 @@ def _answer(found: Comparison, names: Mapping[Path, str]) -> Iterator[str]:
         yield f"Bias found: {' and '.join(unequal)} and {against} differ by more than their noise."
     elif tested:
         several = len(found.images) > 1
-        yield f"No bias found ({', '.join(probability(p) + f' for {name}' * several for name, p in tested)})."
+        found_p = ", ".join(probability(p) + f" for {name}" * several for name, p in tested)
+        yield f"No bias found ({found_p}; below {LEVEL:g} would be one)."
 
 
 def _distance(name: str, error: Interval, against: str) -> str:

@@ -15,6 +15,7 @@ from typing import Any, Final, TypeVar
 from rich.console import Console
 
 from equaltime.cli.lines import fitted
+from equaltime.cluster import CONNECT_SECONDS
 from equaltime.errors import EqualtimeWarning, ImageError
 from equaltime.film.unseen import FAR_APART
 from equaltime.images.exposure import exposure_in_words
@@ -39,6 +40,7 @@ __all__ = [
     "left_by_interrupt",
     "plain_console",
     "print_aside",
+    "print_connecting",
     "print_error",
     "print_json",
     "print_line",
@@ -229,6 +231,12 @@ def worded_warnings() -> Iterator[None]:
 def print_aside(text: str) -> None:
     """Print a line to stderr that is no warning, such as how long something will take."""
     print(fitted(_visible(text), sys.stderr), file=sys.stderr, flush=True)
+
+
+def print_connecting(cluster: str | None) -> None:
+    """Print to stderr how long a command may wait for the scheduler at an address; nothing for ``local:N`` or None."""
+    if cluster is not None and not cluster.startswith("local:"):
+        print_aside(f"connecting to {cluster}, which may take up to {CONNECT_SECONDS} s")
 
 
 def print_lines(lines: Sequence[str]) -> None:

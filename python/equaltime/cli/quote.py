@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from equaltime.cli.lines import in_columns
-from equaltime.cli.messages import print_aside, print_json, print_lines, print_warnings
+from equaltime.cli.messages import print_aside, print_connecting, print_json, print_lines, print_warnings
 from equaltime.cli.options import (
     AsJson,
     Crop,
@@ -111,6 +111,7 @@ def quote(
         print_aside(f"this quote takes about {rounded(expected)} s, as two samples a pixel do")
     if time is None and error is None and spp is None:
         time = DEFAULT_SECONDS
+    print_connecting(cluster)
     with progress_bar(as_json) as progress:
         found = quote_scene(
             loaded,

@@ -8,6 +8,7 @@ from typing import Annotated, Any, cast
 
 import typer
 
+from equaltime.cli.messages import print_connecting
 from equaltime.cli.options import (
     AovNames,
     Crop,
@@ -229,6 +230,8 @@ def render(
         verbose=verbose,
         words=(*(word for pair in define or () for word in ("-D", pair)), *(["--substitute"] * substitute)),
     )
+    if not quiet:
+        print_connecting(cluster)
     definitions = parse_definitions(define or ())
     changes = {"size": size, "crop": crop, "max_depth": max_depth, "transparent": transparent}
     if frames is None:

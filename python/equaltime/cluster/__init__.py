@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from equaltime.cluster.pool import Pool
+from equaltime.cluster.team import CONNECT_SECONDS
 from equaltime.cluster.units import render_unit
 from equaltime.extras import optional
 from equaltime.rendering.team import Cluster
@@ -22,7 +23,7 @@ from equaltime.rendering.team import Cluster
 if TYPE_CHECKING:
     from equaltime.cluster.machines import Machines
 
-__all__ = ["check_address", "check_machines", "open_cluster", "open_machines", "render_unit"]
+__all__ = ["CONNECT_SECONDS", "check_address", "check_machines", "open_cluster", "open_machines", "render_unit"]
 
 _LOCAL = re.compile(r"local:([1-9]\d{0,3})")
 _ADDRESS = re.compile(r"[a-z][a-z+]*://\S+|[\w.-]+:\d+")

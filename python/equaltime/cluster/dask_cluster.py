@@ -23,7 +23,7 @@ from distributed import Client, KilledWorker, LocalCluster, Worker, WorkerPlugin
 
 from equaltime.cluster.machines import LOST, Machines, send_files, workers_of
 from equaltime.cluster.scene_text import SceneText, lacks
-from equaltime.cluster.team import SceneTeam
+from equaltime.cluster.team import CONNECT_SECONDS, SceneTeam
 from equaltime.cluster.units import bits, probe_unit, render_unit
 from equaltime.errors import EqualtimeError, EqualtimeWarning, RenderError
 from equaltime.machine import processors
@@ -39,7 +39,6 @@ _IDLE = 3
 """Looks at which no worker does anything, though units wait, before they are submitted again."""
 _HUNG = "30s"
 """Time after which a worker on this machine that does not answer is given up."""
-_CONNECT = "20s"
 _SOON = 0.05
 """Seconds between two looks whether a worker has ended its probe."""
 
@@ -85,7 +84,7 @@ class DaskCluster:
         the scheduler does not answer.
         """
         try:
-            return cls(Client(address, timeout=_CONNECT), keep)
+            return cls(Client(address, timeout=CONNECT_SECONDS), keep)
         except (OSError, ValueError) as error:
             raise RenderError(f"no scheduler of Dask answers at {address}: {error}") from error
 

@@ -11,7 +11,10 @@ from equaltime.rendering.team import KeptUnit
 from equaltime.rendering.units import Recipe, Rendered, Unit
 from equaltime.scene import Scene
 
-__all__ = ["SceneTeam"]
+__all__ = ["CONNECT_SECONDS", "SceneTeam"]
+
+CONNECT_SECONDS = 20
+"""Seconds that a scheduler may take to answer before a render fails."""
 
 
 class SceneTeam:

@@ -98,7 +98,9 @@ class Result:
     image: NDArray[np.float32]
     """(H, W, 3): linear RGB radiance; 0 where ``samples`` is 0."""
     standard_error: NDArray[np.float32]
-    """(H, W, 3): standard error of each pixel, pooled over its 7x7 neighbourhood; ``inf`` where unknown."""
+    """(H, W, 3): standard error of each pixel, pooled over its 7x7 neighbourhood; ``inf`` where unknown. Near a lamp or
+    an edge it may be many times the pixel's own. The standard deviation of ``image`` over renders with several seeds is
+    always the pixel's own."""
     samples: NDArray[np.int64]
     """(H, W): number of samples of each pixel. The indices of a pixel's samples begin at 0."""
     error: Interval
@@ -164,9 +166,10 @@ class Result:
     def variance(self) -> NDArray[np.float64] | None:
         """Variance of one sample of each pixel, (H, W, 3), in squared units of the image; None for another backend.
 
-        The variance shows where light is hard to find, whatever the number of samples. The square of ``standard_error``
-        is not this variance divided by ``samples``: the mean of n low-discrepancy samples is more accurate than the
-        mean of n independent samples. The variance is infinite in pixels with too few samples.
+        The variance shows where light is hard to find, whatever the number of samples. With ``sampler=independent``,
+        ``variance / samples[..., None]`` is the squared standard error of each pixel, not pooled. With other samplers
+        it is too large, often several times: the samples of a pixel even each other out. The scatter over renders with
+        several seeds is right for every sampler. The variance is infinite in pixels with too few samples.
         """
         return None if self.moments is None else sample_variance(self.moments)
 

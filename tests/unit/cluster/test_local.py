@@ -19,6 +19,7 @@ import pytest
 from distributed import Client
 
 import equaltime as et
+from equaltime.cli import main
 from equaltime.cluster import dask_cluster
 from equaltime.cluster.dask_cluster import DaskCluster
 from equaltime.errors import EqualtimeWarning, RenderError
@@ -111,10 +112,14 @@ def test_a_scheduler_that_ends_leaves_what_is_finished(tmp_path: Path, here: et.
         dask.config.set({"distributed.comm.timeouts.connect": "2s"}),
         scheduler(port) as first,
         worker(port),
-        at_progress(5, first.kill) as observer,
         pytest.raises(RenderError, match="scheduler was lost"),
     ):
-        et.render(SCENE, spp=SAMPLES, cluster=address, checkpoint=output, observer=observer)
+
+        def kill(_: object) -> None:
+            if list((tmp_path / "a.exr.units").glob("*.npz")):
+                first.kill()
+
+        et.render(SCENE, spp=SAMPLES, cluster=address, checkpoint=output, observer=et.Observer.of(progress=kill))
     assert list((tmp_path / "a.exr.units").glob("*.npz"))
     with scheduler(port), worker(port):
         assert same(et.render(SCENE, spp=SAMPLES, cluster=address, checkpoint=output), here)
@@ -140,8 +145,22 @@ def test_an_executor_of_processes_gives_the_same_bits(here: et.Result) -> None:
 
 
 def test_a_place_that_is_none_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(dask_cluster, "_CONNECT", "0.5s")
+    monkeypatch.setattr(dask_cluster, "CONNECT_SECONDS", 0.5)
     with pytest.raises(ValueError, match="local:N"):
         et.render(SCENE, spp=1, cluster="local:0")
     with pytest.raises(RenderError, match="no scheduler"):
         et.render(SCENE, spp=1, cluster=f"tcp://127.0.0.1:{free_port()}")
+
+
+@pytest.mark.parametrize("words", [("render", "-o", "box.png", "--spp", "1"), ("quote",)])
+def test_the_command_line_says_that_it_waits_for_a_scheduler(
+    words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(dask_cluster, "CONNECT_SECONDS", 0.5)
+    monkeypatch.chdir(tmp_path)
+    command, *options = words
+    address = f"tcp://127.0.0.1:{free_port()}"
+    assert main([command, "cornell-box", *options, "--cluster", address]) == 1
+    lines = capsys.readouterr().err.splitlines()
+    assert f"connecting to {address}, which may take up to 20 s" in lines
+    assert lines[-1].startswith("error: no scheduler of Dask answers")

@@ -311,3 +311,10 @@ def test_the_more_scenes_a_page_has_the_smaller_its_pictures_are(tmp_path: Path)
     one, eight, many = (longest_side(replace(value, scenes=value.scenes * count)) for count in (1, 8, 10_000))
     assert (one, many) == (640, 128)
     assert 200 < eight < 300
+
+
+@pytest.mark.usefixtures("without_figures")
+def test_a_first_look_tells_which_word_of_its_command_to_leave_out(tmp_path: Path) -> None:
+    quick = replace(summary(tmp_path), provenance={"command": "equaltime cost a.toml -o b --quick"})
+    page, _ = written(quick, tmp_path)
+    assert "run the command below again after taking --quick out of it." in page.visible

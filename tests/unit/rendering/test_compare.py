@@ -351,7 +351,10 @@ def test_the_command_prints_every_metric(
     assert main(["compare", *names]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert re.match(r"a\.exr has 0\.49\d* times \(0\.4\d* to 0\.\d+\) the error of b\.exr\.$", lines[0])
-    assert lines[1].startswith(("No bias found (p = ", "Bias found: "))
+    assert lines[1].startswith("Bias found: ") or re.match(
+        r"No bias found \(p = \S+ for a\.exr, p = \S+ for b\.exr; below 0\.001 would be one\)\.$", lines[1]
+    )
+    assert lines[-1].endswith("relmse, mse, mare, efficiency")
     assert len(lines) <= MOST_LINES
     assert not any("relmse  " in line for line in lines)
     assert main(["compare", *names, "-v"]) == 0
@@ -365,8 +368,20 @@ def test_the_command_prints_every_metric(
         "a.exr",
         "b.exr",
         "p of equal means",
+        "at 67 pixels per degree",
+        "efficiency",
     ):
         assert word in out
+
+
+def test_the_command_promises_an_efficiency_only_with_a_reference(
+    files: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    names = [str(file) for file in files[:2]]
+    assert main(["compare", *names]) == 0
+    assert capsys.readouterr().out.splitlines()[-1].endswith("relmse, mse, mare")
+    assert main(["compare", *names, "-v"]) == 0
+    assert "efficiency" not in capsys.readouterr().out
 
 
 def test_intervals_are_printed_with_plain_brackets(

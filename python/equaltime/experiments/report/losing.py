@@ -143,7 +143,7 @@ def _ratio_sentence(found: Losses, baseline: str) -> str:
 def _two_digits(factor: float) -> str:
     if factor < 100.0:
         return f"{factor:.2g}"
-    return f"{float(f'{factor:.2g}'):,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}")
+    return f"{float(f'{factor:.2g}'):,.0f}"
 
 
 def _part(part: float) -> str:

@@ -146,7 +146,7 @@ def _merged(remarks: Sequence[str]) -> str:
 
 def _spelt(remark: str) -> str:
     """Write numbers with powers of ten in full."""
-    return _POWER.sub(lambda found: f"{float(found.group()):,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}"), remark)
+    return _POWER.sub(lambda found: f"{float(found.group()):,.0f}", remark)
 
 
 _CELLS: Mapping[Quantity, Callable[[Interval], Cell]] = {

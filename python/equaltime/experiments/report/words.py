@@ -220,8 +220,8 @@ def _fixed(value: float, decimals: int) -> str:
         return "unknown" if math.isnan(value) else f"{_MINUS if value < 0.0 else ''}\N{INFINITY}"
     if abs(value) >= 1e9:
         return f"{value:.2g}".replace("e+", "e")
-    text = f"{value:,.{decimals}f}".replace(",", _THIN)
-    return text.replace("-", _MINUS) if float(text.replace(_THIN, "")) else text.lstrip("-")
+    text = f"{value:,.{decimals}f}"
+    return text.replace("-", _MINUS) if float(text.replace(",", "")) else text.lstrip("-")
 
 
 def _short(value: float) -> str:
