@@ -108,17 +108,17 @@ def test_a_client_that_is_killed_loses_no_finished_unit(tmp_path: Path, here: et
 def test_a_scheduler_that_ends_leaves_what_is_finished(tmp_path: Path, here: et.Result) -> None:
     port, output = free_port(), tmp_path / "a.exr"
     address = f"tcp://127.0.0.1:{port}"
+
+    def kill(_: object) -> None:
+        if list((tmp_path / "a.exr.units").glob("*.npz")):
+            first.kill()
+
     with (
         dask.config.set({"distributed.comm.timeouts.connect": "2s"}),
         scheduler(port) as first,
         worker(port),
         pytest.raises(RenderError, match="scheduler was lost"),
     ):
-
-        def kill(_: object) -> None:
-            if list((tmp_path / "a.exr.units").glob("*.npz")):
-                first.kill()
-
         et.render(SCENE, spp=SAMPLES, cluster=address, checkpoint=output, observer=et.Observer.of(progress=kill))
     assert list((tmp_path / "a.exr.units").glob("*.npz"))
     with scheduler(port), worker(port):
