@@ -9,7 +9,7 @@ type ``obj`` or ``ply`` has the BSDF that the scene gives it, as in Mitsuba.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -54,13 +54,17 @@ DEFINITIONS: Final[Mapping[str, object]] = {
 }
 """Names that ``-D`` may set, with the defaults: the ground's reflectance, the sky's radiance, the sun's irradiance, and
 the sun's angular radius in degrees. ``view`` is the camera's side (`equaltime.scene.studio.VIEWS`), ``up`` the axis of
-the mesh that points up, and ``face_normals`` makes all faces flat. With the defaults, a white surface that faces the
-sun is white in the image."""
+the mesh that points up, and ``face_normals`` makes all faces flat; by default they are flat where the file says so or
+most edges are sharp. With the defaults, a white surface that faces the sun is white in the image."""
 _ADDED: Final = (
     "the file is only a mesh: a camera, a sky, a sun and a ground are added; -D view=back shows its back, -D up=z if "
     "it lies on its back; also -D sky=, sun=, sun_angle=, ground="
 )
 _SMOOTHED: Final = "without normals, edges are smoothed; -D face_normals=true keeps them hard"
+_FLAT: Final = "without normals and with sharp edges: faces are flat; -D face_normals=false smooths them"
+_MOST_SHARP: Final = 1.0 / 3.0
+"""Largest share of sharp corners of a mesh that is smoothed. All corners of a box are sharp: smooth normals, which lean
+far over its edges, would lose light on whole faces. A finely tessellated shape has few sharp corners."""
 _COLORS: Final = ("vertex_color", "face_color")
 _LARGEST: Final = 1e300
 """Largest coordinate of a mesh whose studio, which is larger, still has finite numbers."""
@@ -91,7 +95,8 @@ def read_mesh(
         report.add(*told_once(place, str(error)))
         return None
     try:
-        options = _Options.of({"face_normals": _wants_flat_faces(content, parts.values()), **defines})
+        flat = "face_normals" not in defines and _flat_or_smooth(content, parts.values(), path.name, account)
+        options = _Options.of({"face_normals": flat, **defines})
         around = _studio([mesh.vertices for mesh in parts.values()], options, place)
     except ValueError as error:
         report.add(place, str(error))
@@ -99,8 +104,6 @@ def read_mesh(
     for shape in shapes:
         add(shape, "face_normals", options.face_normals or None)
         add(shape, "to_world", Z_UP if options.up == "z" else None)
-    if not options.face_normals and any(map(_smoothed, parts.values())):
-        account.tell(_SMOOTHED, path.name)
     for line in (*account, _ADDED):
         report.note(line)
     return Object(place, "scene", "scene", children=[Child(each.id, each) for each in (*shapes, *around)])
@@ -133,12 +136,23 @@ class _Options:
         )
 
 
-def _smoothed(mesh: MeshData) -> bool:
-    """Tell whether a mesh has edges that are hidden by the normals which a mesh without normals gets."""
-    return mesh.normals is None and meshes.smooths_edges(mesh.vertices, mesh.faces)
+def _flat_or_smooth(content: bytes, parts: Collection[MeshData], name: str, account: Account) -> bool:
+    """Tell whether the faces of a mesh file are flat by default: if the file says so, or if most edges are sharp.
+
+    What becomes of sharp edges is told in ``account``, except where the file itself chooses.
+    """
+    if _wants_flat_faces(content, parts):
+        return True
+    counts = [meshes.sharp_corners(part.vertices, part.faces) for part in parts if part.normals is None]
+    sharp, corners = map(sum, zip(*counts, strict=True)) if counts else (0, 0)
+    if sharp == 0:
+        return False
+    flat = len(counts) == len(parts) and sharp > _MOST_SHARP * corners
+    account.tell(_FLAT if flat else _SMOOTHED, name)
+    return flat
 
 
-def _wants_flat_faces(content: bytes, parts: Iterable[MeshData]) -> bool:
+def _wants_flat_faces(content: bytes, parts: Collection[MeshData]) -> bool:
     """Tell whether an OBJ file without normals switches smoothing off before its first face, and never on.
 
     A file that wants only some of its faces flat is smooth: a shape is flat or smooth as a whole.

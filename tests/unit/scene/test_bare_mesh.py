@@ -172,6 +172,12 @@ def test_a_mesh_whose_z_is_up_stands_as_if_its_y_were_up(tmp_path: Path) -> None
 ROOF = "{}v 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 0 -1\nv 1 0 -1\n{}f 1 3 4 2\n{}f 1 2 6 5\n"
 """Two slopes that share a ridge; with places for statements at the beginning and before each face."""
 SMOOTHED = "a.obj: without normals, edges are smoothed; -D face_normals=true keeps them hard"
+FLAT = "a.obj: without normals and with sharp edges: faces are flat; -D face_normals=false smooths them"
+
+
+def low(roof: str) -> str:
+    """Return the roof with slopes of 27 degrees instead of 45."""
+    return roof.replace(" 1 0\n", " 0.5 0\n")
 
 
 def groups_are_told(scene: et.Scene) -> bool:
@@ -197,10 +203,10 @@ def is_flat(scene: et.Scene) -> bool:
 def test_edges_are_hard_where_the_file_switches_smoothing_off(
     statements: tuple[str, str, str], flat: bool, tmp_path: Path
 ) -> None:
-    path = written(tmp_path, ROOF.format(*statements))
+    path = written(tmp_path, low(ROOF.format(*statements)))
     scene = et.load(path)
     assert is_flat(scene) is flat
-    assert (SMOOTHED in scene.warnings) is not flat
+    assert not {SMOOTHED, FLAT} & set(scene.warnings)
     assert groups_are_told(scene) is (any(statements) and not flat)
     for wanted in (True, False, "true", "false"):
         scene = et.load(path, face_normals=wanted)
@@ -222,18 +228,57 @@ def test_the_normals_of_a_file_count_whatever_its_smoothing_groups(tmp_path: Pat
     faces = "vn 0 1 0\ns off\nf 1//1 3//1 4//1 2//1\nf 1//1 2//1 6//1 5//1\n"
     scene = et.load(written(tmp_path, ROOF.format("", "", "").split("f ", 1)[0] + faces))
     assert not is_flat(scene)
-    assert SMOOTHED not in scene.warnings
+    assert not {SMOOTHED, FLAT} & set(scene.warnings)
 
 
 @pytest.mark.parametrize(
-    ("height", "shared", "told"), [(1.0, True, True), (0.5, True, False), (0.0, True, False), (1.0, False, False)]
+    ("height", "shared", "flat"), [(1.0, True, True), (0.5, True, False), (0.0, True, False), (1.0, False, False)]
 )
-def test_smoothing_is_told_only_where_it_hides_an_edge(height: float, shared: bool, told: bool, tmp_path: Path) -> None:
+def test_faces_are_flat_only_where_smoothing_hides_edges(
+    height: float, shared: bool, flat: bool, tmp_path: Path
+) -> None:
     """Slopes of 45 and of 27 degrees, a plain, and slopes that do not share the vertices of their ridge."""
     roof = ROOF.format("", "", "").replace(" 1 0\n", f" {height} 0\n")
     if not shared:
         roof = roof.replace("f 1 2 6 5", f"v 0 {height} 0\nv 1 {height} 0\nf 7 8 6 5")
-    assert (SMOOTHED in et.load(written(tmp_path, roof)).warnings) is told
+    scene = et.load(written(tmp_path, roof))
+    assert is_flat(scene) is flat
+    assert (FLAT in scene.warnings) is flat
+    assert SMOOTHED not in scene.warnings
+
+
+def cylinder(sides: int, rings: int) -> str:
+    """Return the OBJ text of a cylinder with caps, without normals."""
+    turns = [2.0 * math.pi * side / sides for side in range(sides)]
+    points = [(math.cos(turn), ring / rings, -math.sin(turn)) for ring in range(rings + 1) for turn in turns]
+    faces = [[*range(sides, 0, -1)], [*range(rings * sides + 1, (rings + 1) * sides + 1)]]
+    for low in range(1, rings * sides + 1, sides):
+        for side in range(sides):
+            first, second = low + side, low + (side + 1) % sides
+            faces.append([first, second, second + sides, first + sides])
+    lines = [f"v {x} {y} {z}" for x, y, z in points] + [f"f {' '.join(map(str, face))}" for face in faces]
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize(("sides", "rings", "flat"), [(4, 1, True), (64, 1, True), (64, 16, False)])
+def test_most_edges_must_be_sharp_for_flat_faces(sides: int, rings: int, flat: bool, tmp_path: Path) -> None:
+    """A box and a cylinder in one piece become flat; one that is finely tessellated has its sharp edges at the rims."""
+    path = written(tmp_path, cylinder(sides, rings))
+    scene = et.load(path)
+    assert is_flat(scene) is flat
+    assert (FLAT in scene.warnings, SMOOTHED in scene.warnings) == (flat, not flat)
+    for wanted in (True, False):
+        asked = et.load(path, face_normals=wanted)
+        assert is_flat(asked) is wanted
+        assert not {SMOOTHED, FLAT} & set(asked.warnings)
+
+
+def test_a_box_by_itself_loses_no_light(tmp_path: Path) -> None:
+    """Under a uniform sky a convex grey surface is as bright as half of the sky, on all of its faces."""
+    defines = {"sky": 1.0, "sun": 0, "ground": 0}
+    box = et.load(written(tmp_path, cylinder(4, 1)), **defines).with_(size=(24, 18), transparent=True)
+    image = et.render(box, spp=256, strategy="naive,adaptive=none").image[9, 12]
+    np.testing.assert_allclose(image[:3], 0.5, rtol=0.02)
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e6])
