@@ -70,14 +70,17 @@ def _verdict(stored: StoredExperiment) -> str:
 def _command(stored: StoredExperiment) -> str:
     """Return a line with the command that goes on with the experiment, or repeats it in another folder.
 
-    If there are several commands, it is the last.
+    If there are several commands, it is the last. If it was given in another directory, it begins with a change to it.
     """
     name = "repeat" if stored.complete else "go on"
     if not stored.commands:
         return f"{name:<12}with the call that made it: the folder does not record a command"
     last, others = stored.commands[-1], len(stored.commands) - 1
     before = f" (and {_many(others, 'command')} before; see -v)" if others else ""
-    return f"{name:<12}{_elsewhere(last) if stored.complete else last}{before}"
+    command = _elsewhere(last) if stored.complete else last
+    if stored.directory not in (None, Path.cwd()):
+        command = f"cd {shlex.quote(str(stored.directory))} && {command}"
+    return f"{name:<12}{command}{before}"
 
 
 def _changes(stored: StoredExperiment) -> str:

@@ -112,6 +112,15 @@ def test_files_that_changed_since_the_runs_are_told(
     assert changes[0]["path"] == str(scene)
 
 
+def test_the_command_works_from_another_directory(
+    measured: tuple[Path, str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here, plain = Path.cwd(), line(told(capsys, str(measured[0])), "repeat")
+    assert plain.startswith("equaltime cost ")
+    monkeypatch.chdir("/")
+    assert line(told(capsys, str(measured[0])), "repeat") == f"cd {shlex.quote(str(here))} && {plain}"
+
+
 def test_a_damaged_table_of_files_is_an_error_with_its_place(copy: Path, capsys: pytest.CaptureFixture[str]) -> None:
     stored = json.loads((copy / "experiment.json").read_text())
     (copy / "experiment.json").write_text(json.dumps(stored | {"files": {"/x": 5}}))

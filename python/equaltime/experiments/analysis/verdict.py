@@ -187,7 +187,10 @@ def _typical(scenes: Sequence[SceneResult]) -> str:
     labels, baseline = joined(s.label for _, s in found), joined(scene.baseline for scene, _ in found)
     place = where([scene.name for scene, _ in found], len(scenes))
     gain = product_mean([strategy.efficiency for _, strategy in found])
-    return f"{place}, for the same error, a typical run of {labels} needs {less_time(gain, f'one of {baseline}')}."
+    return (
+        f"{place}, for the same error, a typical run of {labels} needs {less_time(gain, f'one of {baseline}')}, by "
+        "error² times time where the runs end."
+    )
 
 
 def _standards(scenes: Sequence[SceneResult]) -> Iterator[_Found]:

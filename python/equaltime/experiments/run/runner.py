@@ -246,7 +246,7 @@ class _Session:
         finally:
             elapsed = time.perf_counter() - begin
             facts = {"runs": len(self._done) - before, "elapsed_s": elapsed, "rendering_s": self._rendering}
-            asked = {"command": self.command} if self.command else {}
+            asked = {"command": self.command, "directory": str(Path.cwd())} if self.command else {}
             self.folder.note("sessions", started, {**asked, "load_average_before": load, **facts})
 
     def _show(self, known: Sequence[Reference]) -> None:

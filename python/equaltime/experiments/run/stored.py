@@ -92,6 +92,13 @@ class StoredExperiment:
         return commands(self.summary)
 
     @property
+    def directory(self) -> Path | None:
+        """Working directory of the last command, to which its paths are relative; None if it is not recorded."""
+        sessions = self.summary.provenance.get("sessions", {}).values()
+        found = [session["directory"] for session in sessions if "directory" in session]
+        return Path(found[-1]) if found else None
+
+    @property
     def seconds(self) -> float:
         """Seconds that all finished runs took, from first sample to last; references are not counted."""
         return sum(row.wall_s for row in self.runs)
