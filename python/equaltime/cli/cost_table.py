@@ -136,7 +136,7 @@ def _table(rows: Sequence[_Row], targets: tuple[float, ...], most: int) -> Table
     for number, (scene, result) in enumerate(rows):
         times = (_marked(cells[target][number], result.time_to[target]) for target in known)
         first = (scene.name,) if several else ()
-        table.add_row(*first, result.label, in_brackets(measured_cell(result.error_at_budget)), *times)
+        table.add_row(*first, result.named, in_brackets(measured_cell(result.error_at_budget)), *times)
     return table
 
 

@@ -123,7 +123,7 @@ def _errors(summary: Summary) -> str:
     found: dict[str, list[StrategyResult]] = {}
     for scene in summary.scenes:
         for result in scene.strategies:
-            found.setdefault(result.label, []).append(result)
+            found.setdefault(result.named, []).append(result)
     most = list(found.items())[:_MOST_NAMES]
     more = f" and {len(found) - len(most)} more" if len(most) < len(found) else ""
     return f"{after}: {', '.join(f'{label} {_reached(results)}' for label, results in most)}{more}"

@@ -46,6 +46,14 @@ def test_a_time_that_was_not_measured_is_marked(tmp_path: Path, capsys: pytest.C
     assert below == "* extrapolated beyond the runs"
 
 
+def test_a_row_of_another_picture_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    wrong = changed(summary(tmp_path), "best", lambda one: replace(one, agreement_p=1e-9))
+    naive, cut, best = printed(wrong, tmp_path, capsys)[2:5]
+    assert "(" not in naive[:20]
+    assert cut.startswith("cut (biased) ")
+    assert best.startswith("best (another picture) ")
+
+
 def test_paths_that_are_not_those_of_the_scene_are_said_once(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

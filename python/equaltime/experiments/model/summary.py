@@ -125,6 +125,12 @@ class StrategyResult:
         return self.unequal or self.disagrees
 
     @property
+    def named(self) -> str:
+        """Label, with a remark if the strategy is biased or if a test found that its picture is another one."""
+        remark = " (biased)" if self.biased else " (another picture)" if self.another_picture else ""
+        return f"{self.label}{remark}"
+
+    @property
     def picture_p(self) -> float | None:
         """P-value of the test that decides `another_picture`; None if there was none."""
         return self.agreement_p if self.disagrees else self.equality_p

@@ -65,13 +65,9 @@ def _rows(scene: SceneResult, targets: tuple[float, ...]) -> Iterator[str]:
     yield _row(titles)
     yield r"\midrule"
     for strategy in scene.strategies:
-        yield _row((strategy.label + _kind(strategy), *_cells(strategy, targets)))
+        yield _row((strategy.named, *_cells(strategy, targets)))
     yield _note(scene, 2 + len(targets))
     yield r"\midrule"
-
-
-def _kind(strategy: StrategyResult) -> str:
-    return " (biased)" if strategy.biased else " (another picture)" if strategy.another_picture else ""
 
 
 def _note(scene: SceneResult, columns: int) -> str:
