@@ -111,6 +111,17 @@ def test_one_of_several_cameras_may_be_chosen(tmp_path: Path) -> None:
         loaded(builder, tmp_path, camera="sid")
 
 
+def test_a_view_takes_the_place_of_the_files_cameras(tmp_path: Path) -> None:
+    builder = with_camera(PERSPECTIVE, translation=[0, 0, 5])
+    from_behind = loaded(builder, tmp_path, view="back")
+    assert from_behind.model.sensor.to_world[2][3] < 0 < loaded(builder, tmp_path).model.sensor.to_world[2][3]
+    assert not any("camera" in warning for warning in from_behind.warnings)
+    with pytest.raises(et.SceneError, match="'view' must be front, right, back or left"):
+        loaded(builder, tmp_path, view="top")
+    with pytest.raises(et.SceneError, match="both choose the camera"):
+        loaded(builder, tmp_path, view="back", camera=0)
+
+
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e6])
 @pytest.mark.parametrize("middle", [0.0, 10.0])
 def test_an_added_camera_has_everything_in_view(tmp_path: Path, size: float, middle: float) -> None:

@@ -30,8 +30,8 @@ __all__ = ["read_gltf"]
 DEFINITIONS: Final = ("animation", "camera", "ground", "scene", "shutter", "sky", "sun", "time", "view")
 """Names that ``-D`` may set. Animation, camera and scene are chosen by name or number. The shutter is two times, of
 opening and closing, in seconds of the animation; ``time`` shows a still at one time. The value of the sky is its
-radiance, of the sun its irradiance, and of the ground its reflectance. The view is the camera's side, one of
-`equaltime.scene.studio.VIEWS`, for files without a camera."""
+radiance, of the sun its irradiance, and of the ground its reflectance. The view is the side of a camera that has
+everything in view, one of `equaltime.scene.studio.VIEWS`; it takes the place of the file's cameras."""
 PLACES_SHOWN: Final = 3
 Value = TypeVar("Value")
 
@@ -119,20 +119,23 @@ class _GltfScene:
         raise Malformed(("", f"the file has no {what} {shortened(wanted, 40)}{suggestion(wanted, known)}"))
 
     def _camera(self, nodes: list[Placed]) -> Object:
-        """Return the requested camera, or the first, or one that has everything in view."""
+        """Return the requested camera or view, or the first camera, or one that has everything in view."""
         cameras = [at for at in nodes if at.node.camera is not None]
         times = () if self._clip is None else self._clip.times
         names = [at.node.name or self._gltf.cameras[at.node.camera].name for at in cameras]
         if "camera" in self._defines and cameras:
+            if "view" in self._defines:
+                raise Malformed(("", "-D camera= and -D view= both choose the camera; give one of them"))
             return sensor(self._document, cameras[self._choice("camera", names)], self._place, times)
-        if cameras:
+        if cameras and "view" not in self._defines:
             if len(cameras) > 1:
                 known = ", ".join(str(name or i) for i, name in enumerate(names))
                 self._document.note(
                     f"of {len(cameras)} cameras the first is used; -D camera=... takes another of {known}", ""
                 )
             return sensor(self._document, cameras[0], self._place, times)
-        self._document.note("the file has no camera: a camera that sees the whole scene is added", "")
+        if not cameras:
+            self._document.note("the file has no camera: a camera that sees the whole scene is added", "")
         if self._clip is None:
             corners = self._shapes.corners()
         else:  # all frames of an animation have one camera
