@@ -223,3 +223,14 @@ def test_definitions_from_python_are_recorded_as_text() -> None:
     motion = et.load(SCENES / "experiments" / "motion.toml", ball=24.0)
     assert motion.defines == {"ball": "24.0"}
     assert motion.with_(size=(8, 8)).defines == {"ball": "24.0"}
+
+
+def test_a_picture_is_not_said_to_have_an_exr_beside_it_that_is_not_there(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (picture := tmp_path / "a.png").touch()
+    assert main(["info", str(picture)]) == 2
+    assert "only -o FILE.exr keeps one" in capsys.readouterr().err
+    (tmp_path / "a.exr").touch()
+    assert main(["info", str(picture)]) == 2
+    assert "a.exr beside it tells how it was made" in capsys.readouterr().err
