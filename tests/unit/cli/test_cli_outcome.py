@@ -84,6 +84,14 @@ def test_a_render_that_was_small_enough_before_is_not_explained() -> None:
     assert [line for line in outcome(result, Written([Path("a.exr")]), None) if "looks" in line] == []
 
 
+@pytest.mark.parametrize(
+    ("name", "end", "told"), [("a.jpg", "interrupt", True), ("a.exr", "interrupt", False), ("a.jpg", "spp", False)]
+)
+def test_an_interrupted_picture_alone_is_said_to_be_lost_to_resume(name: str, end: str, told: bool) -> None:
+    result = replace(ended((2, 0.1, 0.2)), stopped_by=end)
+    assert any("cannot be continued" in line for line in outcome(result, Written([Path(name)]), None)) is told
+
+
 def test_a_limit_is_that_of_the_noise_unless_the_bias_was_measured(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
