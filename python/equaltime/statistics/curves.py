@@ -72,6 +72,10 @@ _FARTHEST_ERROR = 2.0
 """Largest factor of time outside the runs for which an error is stated."""
 _NEAR_ENOUGH = 1.15
 """Same limit as `_FARTHEST_ERROR`, for an unknown slope: runs may end a tenth of their time early."""
+_BELOW = (
+    "the error is below what the reference can show; reference.error and reference.seconds of an experiment file ask "
+    "for a better one"
+)
 _CLEAR = 4.0
 """Standard errors of the reference's part that a squared error must exceed to be read off the curve."""
 _TAIL_OCTAVES = 3.0
@@ -288,7 +292,7 @@ def time_to_error(runs: Runs, target: float) -> Interval:
     typical = bool(runs.tail)
     x = (runs.typical(whole) if typical else runs.points(whole))[0]
     if not x.size:
-        return UNKNOWN.doubted("the error is below what the reference can show")
+        return UNKNOWN.doubted(_BELOW)
     begin, end = float(x[0]), float(x[-1])
     if typical:
         value = float(np.median(log_times(runs, target)))
@@ -391,7 +395,7 @@ def error_at(runs: Runs, seconds: float) -> Interval:
 
     found = _measured(log_error, runs.repeats)
     if math.isnan(found.value):
-        return UNKNOWN.doubted("no run is near that time, or the error is below what the reference can show")
+        return UNKNOWN.doubted(_BELOW if _is_below(runs) else "no run is near that time")
     if runs.tail:
         found = _no_less(found, median_interval([log_error(one, 0.0) for one in np.eye(runs.repeats)]).map(exp))
     return runs.judged(found)
@@ -408,8 +412,13 @@ def least_error_at(runs: Runs, seconds: float) -> float:
     The error is the root mean square over repeats, as `error_at` finds it. It is 0 if it is below the reference's
     noise, and NaN if no run is near that time.
     """
-    found, last = error_at(runs, seconds).value, float(runs.relmse[:, -1].mean())
-    return 0.0 if math.isnan(found) and last <= _CLEAR * runs.shared else found
+    found = error_at(runs, seconds).value
+    return 0.0 if math.isnan(found) and _is_below(runs) else found
+
+
+def _is_below(runs: Runs) -> bool:
+    """Tell whether the error at the ends of the runs is below the reference's noise."""
+    return float(runs.relmse[:, -1].mean()) <= _CLEAR * runs.shared
 
 
 def slope(runs: Runs) -> Interval:

@@ -157,7 +157,9 @@ def test_an_error_below_the_noise_of_the_reference_is_the_least_there_is() -> No
     end = float(runs.seconds[:, -1].mean())
     assert least_error_at(runs, end) == error_at(runs, end).value > 0.0
     below = replace(runs, relmse=runs.relmse - 2.0 * runs.relmse[:, -1:].max())
-    assert least_error_at(replace(below, relmse=np.minimum(below.relmse, -1e-9)), end) == 0.0
+    nothing = replace(below, relmse=np.minimum(below.relmse, -1e-9))
+    assert least_error_at(nothing, end) == 0.0
+    assert error_at(nothing, end).doubt.startswith("the error is below what the reference can show; reference.error")
 
 
 def test_no_number_stays_none() -> None:
@@ -184,7 +186,7 @@ def test_the_error_at_the_end_of_runs_is_told_though_it_rose_there() -> None:
     independent = replace(runs, independent=True)
     assert error_at(independent, 16.0).value == pytest.approx(level)
     assert error_at(independent, 25.0).value == pytest.approx(0.8 * level)
-    assert not error_at(runs, 40.0).known
+    assert error_at(runs, 40.0).doubt == "no run is near that time"
     few = Runs(seconds[:, :2], runs.relmse[:, :2])
     assert error_at(few, 2.2).known
     assert not error_at(few, 2.6).known
