@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import socket
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +29,7 @@ class Likeness:
     """Name of the machine in its network."""
     boot: str
     """Name of the running system: equal for two processes on one machine, also in two containers."""
-    facts: Mapping[str, Any]
+    facts: Mapping[str, Any] = field(hash=False)
     """Facts of machine and build."""
 
     def differences(self, other: Likeness) -> str:
