@@ -69,7 +69,8 @@ def _numbers(found: Quote, asked: Asked) -> Iterator[str]:
         error = law.error_at(asked.spp) if several else found.error
         seconds = law.seconds_for(Interval(asked.spp, asked.spp, asked.spp)) if several else found.seconds
         said = f"{number.noun} {error_range(error)}{number.of_paths}"
-        yield f"With {count(asked.spp)} samples a pixel: {said} after {time_range(seconds)}"
+        samples = f"{count(asked.spp)} sample{'s' * (asked.spp != 1)}"
+        yield f"With {samples} a pixel: {said} after {time_range(seconds)}"
     if asked.error is not None:
         spp = law.samples_until(asked.error) if several else found.spp
         seconds = law.seconds_for(spp) if several else found.seconds
