@@ -190,6 +190,8 @@ class DaskTeam(SceneTeam):
         self._looked = now
         there = [address for address, facts in workers_of(self._client).items() if facts["resources"].get(self._name)]
         if not there:
+            if self._client.status == "closed":  # it could not connect again
+                raise RenderError("the connection to the scheduler was lost")
             self.begin()
             if now - self._met > _ALONE:
                 raise RenderError(f"no worker of the cluster has been there for {_ALONE:g} s")
