@@ -224,7 +224,7 @@ def worded_warnings() -> Iterator[None]:
             else:
                 otherwise(message, category, *place)
 
-        warnings.showwarning = show  # type: ignore[assignment]
+        warnings.showwarning = show  # type: ignore[assignment]  # it takes all places of a warning as one
         yield
 
 

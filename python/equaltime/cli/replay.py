@@ -128,8 +128,8 @@ def _told(path: Replay, strategy: Strategy) -> Iterator[str]:
     agrees = "the sample" if path.sum == path.radiance else f"{_numbers(path.sum)}, which is not the sample"
     yield f"radiance {_numbers(path.radiance)}"
     yield f"the sum of what is added, times the filter weight {path.filter_weight:.9g}, is {agrees}"
-    yield "a picked light adds throughput · radiance · BSDF·cos · MIS weight · visible / pdf; a pdf is per steradian,"
-    yield "and that of a picked light contains the probability of the pick"
+    yield "a picked light adds throughput · radiance · BSDF·cos · MIS weight · visible / pdf"
+    yield "each pdf is per steradian; the pdf of a picked light contains the probability of the pick"
     if (found := path.first_nonfinite) is not None:
         yield f"the first number that is not finite: at vertex {found[0] + 1}, {found[1].replace('_', ' ')}"
 

@@ -173,7 +173,7 @@ class Machines:
         self._grounds = {key: future for key, future in self._grounds.items() if key[0] != address}
 
     def _built(self, address: str, ground: Ground) -> Future:
-        """Return the future of a ground on a worker, which gets scene and data if it has not built it yet.
+        """Return the future of a ground on a worker. A worker without the ground gets scene and data, and builds it.
 
         Dask keeps the object until this process drops the future or ends, however it ends.
         """

@@ -173,7 +173,7 @@ def test_a_renderer_that_failed_its_test_of_agreement_is_told_whatever_the_quest
     """How far its picture is off, and that its times are not to the same picture, also without a second test."""
     mine = replace(strategy("mine", fewer=Interval(2.0, 1.5, 2.5)), renderer="command", agreement_p=0.0, difference=OFF)
     told = "Not the picture of equaltime: mine is 9.9 % off (9.8 to 10). "
-    told += "Its times to an error are those of another picture."
+    told += "Its times to an error belong to another picture."
     for question in ("time", "samples", "efficiency", "bias"):
         assert verdict([scene(mine, strategy("same", 0.4))], (0.1,), question).endswith(f" {told}")
     assert bias_verdict([scene(mine)], LEVEL) == told
@@ -186,7 +186,7 @@ def test_several_renderers_that_failed_are_told_with_their_scenes() -> None:
     known = replace(strategy("mine"), renderer="command", agreement_p=1e-9, difference=bound)
     unknown = replace(known, label="theirs", difference=UNKNOWN)
     said = verdict([scene(known), scene(unknown, name="room")], (0.1,))
-    assert "mine on box is off by at most 10 %, theirs on room (p < 0.0001). Their times to an error are" in said
+    assert "mine on box is off by at most 10 %, theirs on room (p < 0.0001). Their times to an error belong" in said
 
 
 def test_a_renderer_that_differs_from_the_standard_alone_is_told_with_its_bias() -> None:

@@ -108,7 +108,7 @@ def test_if_nothing_else_can_be_told_typical_runs_are() -> None:
     answer = said((heavy, heavy), (UNKNOWN, UNKNOWN), efficiency=Interval(800.0, 300.0, 2000.0))
     assert answer.startswith(
         "On box, for the same error, a typical run of best needs about 800 times less time than one of naive "
-        "(300 to 2,000), by error² times time where the runs end. Times to a given error cannot be trusted: "
+        "(300 to 2,000), if errors go on to fall as 1/sqrt(time). Times to a given error cannot be trusted: "
     )
     assert "heavy tail" in answer
     assert "e+" not in answer
@@ -127,7 +127,7 @@ def test_a_time_without_a_ratio_stands_alone() -> None:
         "On box, best reaches 5 % error in 500 ms (400 to 600). How much faster it is than naive cannot be told."
     )
     assert said((TIME, TIME), (UNKNOWN, UNKNOWN), efficiency=RATIO).endswith(
-        " one of naive (25 to 36), by error² times time where the runs end. There, best reaches 5 % error in 500 ms "
+        " one of naive (25 to 36), if errors go on to fall as 1/sqrt(time). There, best reaches 5 % error in 500 ms "
         "(400 to 600)."
     )
 

@@ -13,35 +13,24 @@ from equaltime.experiments.model.reader import quicker, read_experiment
 
 SCENES = Path(__file__).resolve().parents[3] / "scenes"
 CORNELL = SCENES / "cornell-box.toml"
+TWO = Experiment(
+    scenes=({"path": str(CORNELL)},),  # type: ignore[arg-type]
+    strategies=("mis", "best"),  # type: ignore[arg-type]
+    budget=2.0,
+    repeats=6,
+    reference={"seconds": 10.0},  # type: ignore[arg-type]
+)
 
 
 def test_a_budget_tells_how_long_all_takes() -> None:
-    experiment = Experiment(
-        scenes=({"path": str(CORNELL)},),  # type: ignore[arg-type]
-        strategies=("mis", "best"),  # type: ignore[arg-type]
-        budget=2.0,
-        repeats=6,
-        reference={"seconds": 10.0},  # type: ignore[arg-type]
-    )
-    assert planned(experiment) == "about 39 s: references of up to 10 s each, then 12 runs of 2 s"
-    assert planned(experiment.replace(spp=(4, 64))) == (
-        "references of up to 10 s each, then 12 runs of 64 samples a pixel"
-    )
+    assert planned(TWO) == "about 39 s: references of up to 10 s each, then 12 runs of 2 s"
+    assert planned(TWO.replace(spp=(4, 64))) == ("references of up to 10 s each, then 12 runs of 64 samples a pixel")
 
 
 def test_machines_divide_the_time_of_runs_and_of_nothing_else() -> None:
-    experiment = Experiment(
-        scenes=({"path": str(CORNELL)},),  # type: ignore[arg-type]
-        strategies=("mis", "best"),  # type: ignore[arg-type]
-        budget=2.0,
-        repeats=6,
-        reference={"seconds": 10.0},  # type: ignore[arg-type]
-    )
-    assert planned(experiment, machines=5) == (
-        "about 21 s: references of up to 10 s each, then 12 runs of 2 s on 5 machines"
-    )
-    assert planned_seconds(experiment, machines=12) == 10 + 5 + 2 * 2, "repeats wait for the first one's counts"
-    assert planned(experiment.replace(spp=(4, 64)), machines=2).endswith("12 runs of 64 samples a pixel on 2 machines")
+    assert planned(TWO, machines=5) == ("about 21 s: references of up to 10 s each, then 12 runs of 2 s on 5 machines")
+    assert planned_seconds(TWO, machines=12) == 10 + 5 + 2 * 2, "repeats wait for the first one's counts"
+    assert planned(TWO.replace(spp=(4, 64)), machines=2).endswith("12 runs of 64 samples a pixel on 2 machines")
 
 
 def test_the_time_holds_tests_and_runs_of_other_renderers() -> None:

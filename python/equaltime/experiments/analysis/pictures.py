@@ -45,7 +45,7 @@ def differing_renderers(scenes: Sequence[SceneResult]) -> str:
         return ""
     whose = "Its" if len(found) == 1 else "Their"
     different = _not_the_picture_of("equaltime", found, len(scenes))
-    return f"{different} {whose} times to an error are those of another picture."
+    return f"{different} {whose} times to an error belong to another picture."
 
 
 def size_of(bias: Interval | None) -> str:

@@ -188,8 +188,8 @@ def _typical(scenes: Sequence[SceneResult]) -> str:
     place = where([scene.name for scene, _ in found], len(scenes))
     gain = product_mean([strategy.efficiency for _, strategy in found])
     return (
-        f"{place}, for the same error, a typical run of {labels} needs {less_time(gain, f'one of {baseline}')}, by "
-        "error² times time where the runs end."
+        f"{place}, for the same error, a typical run of {labels} needs {less_time(gain, f'one of {baseline}')}, if "
+        "errors go on to fall as 1/sqrt(time)."
     )
 
 

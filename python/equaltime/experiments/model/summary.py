@@ -121,7 +121,7 @@ class StrategyResult:
 
     @property
     def another_picture(self) -> bool:
-        """Whether a test found another expected image: that of agreement, or that against the standard strategy."""
+        """Whether the test of agreement, or the test against the standard strategy, found another expected image."""
         return self.unequal or self.disagrees
 
     @property
@@ -162,7 +162,7 @@ class SceneResult:
     crops: tuple[tuple[int, int, int, int], ...] = ()
     """Windows to show enlarged: x, y, width, height in pixels of the image; empty to let the report choose."""
     crops_left_out: str = ""
-    """Sentence on wanted windows that are too small to be shown; empty if there are none."""
+    """Sentence on wanted windows that are too small to be shown; empty if all are shown."""
     scene_max_depth: int | None = None
     """The ``max_depth`` that the scene's file asks for; None if it is not known."""
     left_out: tuple[tuple[str, str], ...] = ()

@@ -23,7 +23,7 @@ _MANY = 4
 
 State = Literal["waiting", "earlier", "done", "left out", "failed"]
 """State of an experiment on the index page: ``waiting`` for its run, ``done``, ``left out`` or ``failed``. ``earlier``
-means that it has not run yet, but an earlier run left a report."""
+is an experiment that waits for its run, and has a report of an earlier run."""
 
 
 @dataclass(frozen=True)
