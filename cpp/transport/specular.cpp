@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <numbers>
+#include <set>
 #include <vector>
 
 #include "math/threads.h"
@@ -19,8 +21,12 @@ namespace {
 constexpr float kSpecularDensity = 100;
 /// A chain of more vertices carries little light.
 constexpr int kLongestChain = 16;
-/// Samples a pixel, at least and at most.
-constexpr std::uint64_t kFewest = 16, kMost = 4096;
+/// Chains of a pixel: at least to tell whether it sees a lamp, at least and at most to tell what it sees.
+constexpr std::uint64_t kScouts = 4, kFewest = 16, kMost = 4096;
+/// One chain tells for a square of pixels whether its first vertex is specular; so many squares, of at most that side.
+constexpr std::size_t kSquares = 4096, kLargestSquare = 4;
+/// A film of more pixels than so many times the chains that are asked for gets more chains.
+constexpr std::uint64_t kPixelsPerChain = 4;
 constexpr std::size_t kChunk = 16;  // pixels that a worker takes at once
 
 enum class Vertex : std::uint8_t { specular, straight, other };
@@ -90,6 +96,13 @@ class ChainProbe {
 using FocusProbe = ChainProbe<Leaves::at_specular>;
 using MirrorProbe = ChainProbe<Leaves::at_other>;
 
+/// Chains aim at no light, so kernels for them need none without extent, which only aiming finds.
+constexpr Effects kChainEffects = [] {
+  Effects effects = kAllEffects;
+  effects.point_lights = false;
+  return effects;
+}();
+
 /// Paths that scatter by the BSDF alone and are never ended by roulette, of a scene whose lights are ready.
 struct Chains {
   const Scene& scene;
@@ -122,7 +135,7 @@ struct Chains {
   template <class Probe>
   Spectrum film_sample(std::size_t x, std::size_t y, std::uint64_t index, Probe& probe) const {
     const BlockTask task{scene, settings, seed, {}, 0, 1, 1};
-    return sample_film_pixel<kAllEffects>(task, x, y, index, probe);
+    return sample_film_pixel<kChainEffects>(task, x, y, index, probe);
   }
 };
 
@@ -135,6 +148,60 @@ void for_each(std::size_t count, unsigned threads, const Work& work) {
     for (std::size_t from = next.fetch_add(kChunk); from < count; from = next.fetch_add(kChunk))
       for (std::size_t i = from; i < std::min(from + kChunk, count); ++i) work(i, probe);
   });
+}
+
+using Pixels = std::vector<std::uint32_t>;  // y * width + x of the crop, ascending
+using Found = std::map<std::uint32_t, LampsOfPixel>;
+
+/// Pixels of squares whose first vertex is specular, as one chain from the middle of each tells.
+Pixels mirrors_of(const Chains& chains) {
+  const std::size_t width = chains.scene.film.crop_width, height = chains.scene.film.crop_height;
+  const auto fitting = static_cast<std::size_t>(std::sqrt(chains.pixels() / kSquares));
+  const std::size_t side = std::clamp<std::size_t>(fitting, 1, kLargestSquare);
+  const std::size_t columns = (width + side - 1) / side, rows = (height + side - 1) / side;
+  std::vector<std::uint8_t> specular(columns * rows);
+  for_each<MirrorProbe>(specular.size(), chains.threads, [&](std::size_t i, MirrorProbe& probe) {
+    const std::size_t x = std::min(i % columns * side + side / 2, width - 1);
+    const std::size_t y = std::min(i / columns * side + side / 2, height - 1);
+    (void)chains.sample(y * width + x, kMost, probe);  // a sample that is none of those of lamps
+    specular[i] = probe.specular() ? 1 : 0;
+  });
+  Pixels mirrors;
+  for (std::size_t i = 0; i < chains.pixels(); ++i)
+    if (specular[i / width / side * columns + i % width / side] != 0) mirrors.push_back(static_cast<std::uint32_t>(i));
+  return mirrors;
+}
+
+/// Lamps that the pixels see, by `all` chains in all from sample `first` on; none by fewer than `least` a pixel.
+Found lamps_in(const Chains& chains, const Pixels& pixels, std::uint64_t all, std::uint64_t least,
+               std::uint64_t first) {
+  const std::uint64_t each = pixels.empty() ? 0 : std::min(all / pixels.size(), kMost);
+  if (each < least) return {};
+  const double scale = chains.scene.normalization.world_radiance_scale(), share = 1.0 / static_cast<double>(each);
+  std::vector<LampsOfPixel> lamps(pixels.size());
+  for_each<MirrorProbe>(pixels.size(), chains.threads, [&](std::size_t i, MirrorProbe& probe) {
+    for (std::uint64_t index = 0; index < each; ++index) {
+      const Spectrum L = chains.sample(pixels[i], first + index, probe);
+      if (!L.is_black()) lamps[i].add(L, scale, share);
+    }
+  });
+  Found found;
+  for (std::size_t i = 0; i < pixels.size(); ++i)
+    if (lamps[i].points > 0) found.emplace(pixels[i], lamps[i]);
+  return found;
+}
+
+/// The pixels of `found` and those around each.
+Pixels with_neighbours(const Chains& chains, const Found& found) {
+  const std::size_t width = chains.scene.film.crop_width, height = chains.scene.film.crop_height;
+  std::set<std::uint32_t> all;
+  for (const auto& [pixel, lamps] : found) {
+    const std::size_t x = pixel % width, y = pixel / width;
+    for (std::size_t v = y - std::min<std::size_t>(y, 1); v < std::min(y + 2, height); ++v)
+      for (std::size_t u = x - std::min<std::size_t>(x, 1); u < std::min(x + 2, width); ++u)
+        all.insert(static_cast<std::uint32_t>(v * width + u));
+  }
+  return {all.begin(), all.end()};
 }
 
 }  // namespace
@@ -180,29 +247,11 @@ std::map<std::uint32_t, LampsOfPixel> mirrored_lamps(const Scene& scene, const S
                                                      const RenderOptions& options, std::uint64_t samples) {
   if (scene.hides_emitters) return {};
   const Chains chains(scene, settings, options);
-  std::vector<std::uint8_t> specular(chains.pixels());
-  for_each<MirrorProbe>(specular.size(), chains.threads, [&](std::size_t i, MirrorProbe& probe) {
-    (void)chains.sample(i, kMost, probe);  // a sample that is none of those below
-    specular[i] = probe.specular() ? 1 : 0;
-  });
-  std::vector<std::uint32_t> pixels;
-  for (std::size_t i = 0; i < specular.size(); ++i)
-    if (specular[i] != 0) pixels.push_back(static_cast<std::uint32_t>(i));
-  const std::uint64_t all = std::max<std::uint64_t>(samples, chains.pixels());
-  const std::uint64_t each = pixels.empty() ? 0 : std::min(all / pixels.size(), kMost);
-  if (each < kFewest) return {};
-  const double scale = scene.normalization.world_radiance_scale(), share = 1.0 / static_cast<double>(each);
-  std::vector<LampsOfPixel> lamps(pixels.size());
-  for_each<MirrorProbe>(pixels.size(), chains.threads, [&](std::size_t i, MirrorProbe& probe) {
-    for (std::uint64_t index = 0; index < each; ++index) {
-      const Spectrum L = chains.sample(pixels[i], index, probe);
-      if (!L.is_black()) lamps[i].add(L, scale, share);
-    }
-  });
-  std::map<std::uint32_t, LampsOfPixel> found;
-  for (std::size_t i = 0; i < pixels.size(); ++i)
-    if (lamps[i].points > 0) found.emplace(pixels[i], lamps[i]);
-  return found;
+  const std::uint64_t half = std::max<std::uint64_t>(samples, chains.pixels() / kPixelsPerChain) / 2;
+  const Found scouted = lamps_in(chains, mirrors_of(chains), half, kScouts, 0);
+  // Few of the pixels that see a mirror see a lamp in it. They and their neighbours share the other half of the chains,
+  // and what these find does not depend on what the first found.
+  return lamps_in(chains, with_neighbours(chains, scouted), half, kFewest, kMost + 1);
 }
 
 }  // namespace equaltime

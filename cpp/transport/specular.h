@@ -23,9 +23,10 @@ struct FocusedLight {
 [[nodiscard]] FocusedLight focused_light(const Scene& scene, const Settings& settings, const RenderOptions& options,
                                          std::uint64_t paths, bool whole_film = false);
 
-/// Emitters that pixels (y * width + x of the crop) see by specular chains, by `samples` chains in all, spread evenly
-/// over the pixels whose first vertex is specular; in all at least as many as the film has pixels. None if that is
-/// fewer than 16 a pixel, or if emitters are hidden.
+/// Emitters that pixels (y * width + x of the crop) see by specular chains. Half of `samples` chains search the pixels
+/// whose first vertex is specular, and the other half looks again at those that see an emitter, and their neighbours. A
+/// large film gets more: one chain for four pixels. None are found if the first half is fewer than 4 a pixel, or the
+/// second fewer than 16, or if emitters are hidden.
 [[nodiscard]] std::map<std::uint32_t, LampsOfPixel> mirrored_lamps(const Scene& scene, const Settings& settings,
                                                                    const RenderOptions& options, std::uint64_t samples);
 

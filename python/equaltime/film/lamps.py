@@ -47,9 +47,9 @@ _Found = tuple[NDArray[Any], Floats, NDArray[Any]]
 """Pixels, moments and numbers of points, as the core's searches for lamps return them."""
 
 _POINTS = 4096
-_CHAINS = 2**17
-"""Number of specular chains that search for lamps in mirrors, a tenth of a second of one core; a large image gets one
-chain a pixel."""
+_CHAINS = 2**15
+"""Number of specular chains that search for lamps in mirrors, a fortieth of a second of one core; a large image gets a
+chain for four pixels."""
 _LARGEST = 0.25
 """Largest share of a pixel that a small lamp fills; the first samples meet a larger one."""
 _SURELY = 3.0
@@ -64,7 +64,7 @@ _RARE = 0.025
 _DOUBTED = 2.0
 """Standard deviations subtracted from light that is surely there: few points or chains make it uncertain."""
 _MIRRORED: WeakKeyDictionary[Any, dict[int, _Found]] = WeakKeyDictionary()
-"""Lamps in mirrors by scene and largest depth. The search takes longer than 16 samples a pixel of a small image."""
+"""Lamps in mirrors by scene and largest depth. The search takes as long as a sample or two of a small image's pixels."""
 
 
 @dataclass(frozen=True, eq=False)

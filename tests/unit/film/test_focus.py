@@ -72,6 +72,27 @@ def test_lamps_a_little_larger_are_seen_to_be_others() -> None:
     assert worst(room(MIRROR), room(MIRROR, radius=0.065)) > Z_LIMIT
 
 
+def test_half_of_the_chains_look_where_the_others_met_lamps() -> None:
+    """Evenly spread chains would meet lamps as often as one of them on average, times their number."""
+    scene, chains = room(MIRROR), 1 << 16
+    _, moments, points = mirrored_lamps(scene.core, core_settings(scene, ALONE), 3, 1, chains)
+    shares = (moments[:, 0].sum(axis=-1) ** 2 / (3.0 * moments[:, 1].sum(axis=-1))) / SIDE**2
+    assert points.sum() > 3.0 * chains * shares.sum() > 0.0
+
+
+@pytest.mark.parametrize(("radius", "agrees"), [(0.05, True), (0.065, False)])
+def test_squares_of_pixels_that_share_a_chain_miss_no_light(radius: float, agrees: bool) -> None:
+    """The mean over a film of 256 x 256 pixels, in squares of 4 x 4, is that of a film whose pixels have a chain each."""
+    means, variances = [], []
+    for side, lamp in ((SIDE, 0.05), (256, radius)):
+        scene = room(MIRROR, radius=lamp).with_(size=(side, side))
+        _, moments, points = mirrored_lamps(scene.core, core_settings(scene, ALONE), 3, 1, 1 << 20)
+        means.append(moments[:, 0, 0].sum() / side**2)
+        variances.append((moments[:, 0, 0] ** 2 / points).sum() / side**4)
+    z = abs(means[0] - means[1]) / math.sqrt(sum(variances))
+    assert (z < Z_LIMIT) == agrees
+
+
 def test_only_specular_surfaces_show_lamps() -> None:
     settings = core_settings(room(MIRROR), ALONE)
     found = {
