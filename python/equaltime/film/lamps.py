@@ -64,7 +64,7 @@ _RARE = 0.025
 _DOUBTED = 2.0
 """Standard deviations subtracted from light that is surely there: few points or chains make it uncertain."""
 _MIRRORED: WeakKeyDictionary[Any, dict[int, _Found]] = WeakKeyDictionary()
-"""Lamps in mirrors by scene and largest depth. The search takes as long as a sample or two of a small image's pixels."""
+"""Lamps in mirrors by scene and largest depth. The search takes as long as a few samples a pixel of a small image."""
 
 
 @dataclass(frozen=True, eq=False)

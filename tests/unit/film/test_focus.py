@@ -82,7 +82,7 @@ def test_half_of_the_chains_look_where_the_others_met_lamps() -> None:
 
 @pytest.mark.parametrize(("radius", "agrees"), [(0.05, True), (0.065, False)])
 def test_squares_of_pixels_that_share_a_chain_miss_no_light(radius: float, agrees: bool) -> None:
-    """The mean over a film of 256 x 256 pixels, in squares of 4 x 4, is that of a film whose pixels have a chain each."""
+    """The mean over a film of 256 x 256 pixels, in squares of 4 x 4, is that of a film with a chain for each pixel."""
     means, variances = [], []
     for side, lamp in ((SIDE, 0.05), (256, radius)):
         scene = room(MIRROR, radius=lamp).with_(size=(side, side))
