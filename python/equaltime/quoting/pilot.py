@@ -23,6 +23,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from equaltime.errors import RenderError
+from equaltime.film.adaptive import PILOT
 from equaltime.film.error import load_quantiles
 from equaltime.quoting.law import Law, Probed, Processors, fit
 from equaltime.quoting.noise_places import NoisePlaces
@@ -350,7 +351,7 @@ class Pilot:
         error = session.error() if spp.high <= session.passes.samples else foretold
         return Quote(
             seconds=seconds,
-            spp=spp,
+            spp=self._in_the_film(spp),
             error=error.with_bias(session.job.bias),
             memory=peak_bytes(session.bytes_before, session.passes.pixels, self._limits.error is not None),
             law=law,
@@ -362,6 +363,19 @@ class Pilot:
             pilot_seconds=session.passes.rendering + self._seconds_probed,
             origin=session.origin,
         )
+
+    def _in_the_film(self, ordered: Interval) -> Interval:
+        """Return the mean samples per pixel of a film that is rendered to the ordered counts.
+
+        Adaptive counts miss the order by a few percent, since a pixel's share does not depend on its own samples.
+        """
+        session = self._session
+        if session.passes.samples < PILOT:  # the shares are not chosen yet
+            return ordered
+        value, low, high = (n * float(session.rates(n).mean()) for n in (ordered.value, ordered.low, ordered.high))
+        if value == ordered.value:
+            return ordered
+        return replace(ordered, value=value, low=float(math.floor(low)), high=float(math.ceil(high)))
 
     def _foretold(self, law: Law, spp: float) -> Interval:
         """Return the error at the end; if an error is the only limit, it bounds the value and the upper limit."""

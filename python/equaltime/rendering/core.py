@@ -137,7 +137,7 @@ class AdaptiveRenderer(_core.Renderer):
         """
         return None if self._rates is None else "even" if (self._rates == 1.0).all() else "error"
 
-    def rates(self, samples: int) -> NDArray[np.float64]:
+    def rates(self, samples: float) -> NDArray[np.float64]:
         """Return how samples are distributed over pixels: each pixel's count divided by the mean count, (H, W).
 
         ``samples`` is the mean count. The first samples of every pixel, from which the ratios follow, must have been

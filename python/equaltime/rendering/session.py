@@ -214,7 +214,7 @@ class Session:
         """Return mean, variance and sample count of every pixel so far."""
         return statistics_so_far(self._renderer)
 
-    def rates(self, samples: int) -> NDArray[np.float64]:
+    def rates(self, samples: float) -> NDArray[np.float64]:
         """Return how samples are distributed over pixels: each pixel's count divided by the mean count, (H, W).
 
         ``samples`` is the mean count. All ratios are 1 for even counts.
