@@ -7,8 +7,8 @@
 #include <variant>
 #include <vector>
 
-#include "sampling/warps.h"
-#include "scene/lights.h"
+#include "equaltime/sampling/warps.h"
+#include "equaltime/scene/lights.h"
 
 namespace random_scene {
 

@@ -8,7 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "transport/renderer.h"
+#include "equaltime/build/build_scene.h"
+#include "equaltime/render/renderer.h"
 
 namespace scenes {
 

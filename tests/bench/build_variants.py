@@ -24,23 +24,23 @@ from builds import Variant, build
 from measuring import SHIPPED, arguments, noise, print_conditions, ratio, rounds, text
 from workers import Worker
 
-FAST_RAYS = ("cpp/bindings/bind_scene.cpp", r'"intersection"_a = "robust"', '"intersection"_a = "fast"')
+FAST_RAYS = ("cpp/equaltime/bindings/bind_scene.cpp", r'"intersection"_a = "robust"', '"intersection"_a = "fast"')
 FLOAT_HITS = (
-    "cpp/scene/meeting.h",
+    "cpp/equaltime/scene/meeting.h",
     r"Vec3d p = plane\.meet\(ray\);",
     "const Vec3f fo(ray.origin), fd(ray.direction), fn(plane.n); "
     "Vec3d p(fo + fd * ((static_cast<float>(plane.d) - dot(fo, fn)) / dot(fd, fn)));",
 )
 SQUARED_MIS = (
-    "cpp/sampling/mis.h",
+    "cpp/equaltime/sampling/mis.h",
     r"(?s)const float ratio = other / pdf;.*?;\n",
     "return heuristic == Heuristic::power ? pdf * pdf / (pdf * pdf + other * other) : pdf / (pdf + other);\n",
 )
 VARIANTS = {
     "v3": Variant({"EQUALTIME_ISA": "v3"}),
     "v4": Variant({"EQUALTIME_ISA": "v4"}),
-    "one-kernel": Variant({}, [("cpp/transport/kernels.cpp", r"\n *row<(?!kAllEffects>).*>\(\),", "")]),
-    "near-lights": Variant({}, [("cpp/scene/area_lights.h", r"(kNearSquared) = 1;", r"\1 = 4;")]),
+    "one-kernel": Variant({}, [("cpp/equaltime/transport/kernels.cpp", r"\n *row<(?!kAllEffects>).*>\(\),", "")]),
+    "near-lights": Variant({}, [("cpp/equaltime/lights/area_lights.h", r"(kNearSquared) = 1;", r"\1 = 4;")]),
     "fast-rays": Variant({}, [FAST_RAYS]),
     "float-hits": Variant({}, [FLOAT_HITS]),
     "squared-mis": Variant({}, [SQUARED_MIS]),

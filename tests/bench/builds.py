@@ -16,7 +16,7 @@ from pathlib import Path
 Edit = tuple[str, str, str]
 
 REPOSITORY = Path(__file__).resolve().parents[2]
-KERNELS = "cpp/transport/kernels.cpp"
+KERNELS = "cpp/equaltime/transport/kernels.cpp"
 TWO_ROWS: Edit = (KERNELS, r"\n *row<(?!kAllEffects>|Effects\{\}>).*>\(\),", "")
 """Only the kernel for no effect, and the one for all: minutes of compiling less."""
 

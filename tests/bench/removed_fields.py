@@ -24,12 +24,12 @@ from workers import Worker
 
 from equaltime.statistics.intervals import Interval
 
-EFFECTS = "cpp/transport/effects.h"
+EFFECTS = "cpp/equaltime/base/effects.h"
 RUN = 0.25
 """Seconds that a render takes, about."""
 UNCOUNTED: tuple[Edit, ...] = (
-    ("CMakeLists.txt", r"\n *cpp/\w+/(bind_)?(bench|in_sight|limit|replay|sampling|split|unseen)\.cpp", ""),
-    ("cpp/bindings/module.cpp", r"\n *equaltime::bind_(bench|replay|sampling|split)\(m\);", ""),
+    ("CMakeLists.txt", r"\n *cpp/equaltime/\w+/(bind_)?(bench|in_sight|limit|replay|sampling|split|unseen)\.cpp", ""),
+    ("cpp/equaltime/bindings/module.cpp", r"\n *equaltime::bind_(bench|replay|sampling|split)\(m\);", ""),
 )
 """What renders have no use for, but the package has: minutes less, where there is nothing to time."""
 

@@ -1,6 +1,7 @@
 // A white furnace through the installed library: inside a sphere of reflectance ρ that emits 1 - ρ, every path of at
 // most N vertices brings 1 - ρ^N.
-#include <equaltime/transport/renderer.h>
+#include <equaltime/build/build_scene.h>
+#include <equaltime/render/renderer.h>
 
 #include <cmath>
 #include <cstdio>

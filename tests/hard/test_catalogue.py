@@ -84,14 +84,14 @@ def test_every_case_is_tested_every_day_and_has_a_twin_that_sees_something(case:
 
 def test_a_test_that_is_not_there_is_found_to_be_missing() -> None:
     """The twin."""
-    assert not source(("cpp/tests/test_mis.cpp", "weights of any kind"))
+    assert not source(("cpp/tests/sampling/test_mis.cpp", "weights of any kind"))
     assert not source(("test_catalogue.py", "test_of_nothing"))
     assert not source(("test_nowhere.py", "test_of_nothing"))
     assert "twin" in source(("test_catalogue.py", "test_a_test_that_is_not_there_is_found_to_be_missing"))
     assert "twin" not in source(("test_catalogue.py", "test_every_case_of_the_catalogue_has_a_row"))
     assert "slow" in source(("test_geometry.py", "test_G11_of_ten_million_rays_none_escapes"))
     assert "slow" not in source(("test_geometry.py", "test_G11_no_ray_escapes_between_two_triangles"))
-    assert "squares" in source(("cpp/tests/test_mis.cpp", "the same test rejects"))
+    assert "squares" in source(("cpp/tests/sampling/test_mis.cpp", "the same test rejects"))
 
 
 def test_every_test_here_that_is_named_by_a_case_is_one_of_the_catalogue() -> None:

@@ -1,7 +1,7 @@
 """Random numbers at the ends of the unit interval, and next to them: every BSDF, filter, lens and medium (S4, S25).
 
 What comes out is finite, and no floating-point fault is raised on the way. For warps and for shapes that shine,
-cpp/tests/test_warps.cpp says the same.
+cpp/tests/sampling/test_warps.cpp says the same.
 """
 
 from __future__ import annotations

@@ -152,7 +152,7 @@ def frisvad(n: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def test_S24_frames_next_to_the_south_pole_lose_their_length_by_the_usual_formula() -> None:  # noqa: N802
-    """The twin of the test of frames in cpp/tests/test_math.cpp, which asks for 1e-6."""
+    """The twin of the test of frames in cpp/tests/math/test_math.cpp, which asks for 1e-6."""
     n = np.array([3e-4, 4e-4, -1.0], F)
     n /= np.sqrt((n * n).sum(dtype=F))
     assert abs(float(np.linalg.norm(frisvad(n).astype(np.float64))) - 1) > 1e-3

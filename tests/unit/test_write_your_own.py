@@ -1,4 +1,4 @@
-"""The example of cpp/sampling/README.md: a roulette rule as a patch that stays small, applies, and is unbiased."""
+"""The example of cpp/equaltime/sampling/README.md: a roulette rule as a patch that stays small, applies, and is unbiased."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PATCH = ROOT / "cpp" / "sampling" / "example-roulette.patch"
+PATCH = ROOT / "cpp" / "equaltime" / "sampling" / "example-roulette.patch"
 MOST_LINES = 60
 RULE = "root"
 GIT = shutil.which("git")

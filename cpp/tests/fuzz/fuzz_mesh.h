@@ -1,4 +1,4 @@
-// What the fuzzers of mesh readers share: an input as a file, a limit of memory, and the promises of scene/mesh_data.h,
+// What the fuzzers of mesh readers share: an input as a file, a limit of memory, and the promises of io/mesh_data.h,
 // which every mesh that is read must keep.
 #pragma once
 
@@ -13,7 +13,7 @@
 #include <filesystem>
 #include <string>
 
-#include "scene/mesh_data.h"
+#include "equaltime/io/mesh_data.h"
 
 namespace equaltime {
 

@@ -1,4 +1,4 @@
-#include "scene/obj.h"
+#include "equaltime/io/obj.h"
 #include "tests/fuzz/fuzz_mesh.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,4 +1,4 @@
-#include "scene/ply.h"
+#include "equaltime/io/ply.h"
 #include "tests/fuzz/fuzz_mesh.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -2,7 +2,7 @@
 
 In large pictures a pixel's samples are one net (`equaltime.rendering.core.nets`): two nets of half the size would have
 5 to 20 % more squared error (tests/bench/sampler_noise.py). But then the replicates are the halves of one net
-(`Sharing` in cpp/film/film.h), which are not independent. The difference of the halves shows where the noise is, and
+(`Sharing` in cpp/equaltime/film/film.h), which are not independent. The difference of the halves shows where the noise is, and
 its size except for a factor. The true variance is between half of the variance from the halves and all of it, depending
 on the scene and the count.
 

@@ -1,7 +1,7 @@
 """Motion of animated shapes and cameras: their state at a given time, and their motion while the shutter is open.
 
 To interpolate between two keys, a transform is decomposed into a symmetric stretch, then a rotation, then a translation
-(polar decomposition). The core, the renderer in C++, does the same (``cpp/math/motion.h``).
+(polar decomposition). The core, the renderer in C++, does the same (``cpp/equaltime/math/motion.h``).
 """
 
 from __future__ import annotations

@@ -1,0 +1,332 @@
+#include "equaltime/accel/accel.h"
+
+#include <atomic>
+#include <cmath>
+#include <deque>
+#include <new>
+#include <numbers>
+#include <stdexcept>
+
+#include "equaltime/accel/embree_values.h"
+#include "equaltime/accel/instruction_set.h"
+#include "equaltime/accel/moving_instance.h"
+#include "equaltime/accel/slivers.h"
+#include "equaltime/accel/walls.h"
+
+namespace equaltime {
+
+namespace {
+
+/// Above this many triangles a BVH with spatial splits costs more seconds to build than it is likely to save.
+constexpr std::size_t kHighQualityTriangles = 1'000'000;
+/// Of spheres, of disks and of cylinders: what stands between the meshes and the instances.
+constexpr std::size_t kPrimitiveGroups = 3;
+
+struct DeviceDelete {
+  void operator()(RTCDevice d) const noexcept { rtcReleaseDevice(d); }
+};
+struct SceneDelete {
+  void operator()(RTCScene s) const noexcept { rtcReleaseScene(s); }
+};
+using Device = std::unique_ptr<std::remove_pointer_t<RTCDevice>, DeviceDelete>;
+using EmbreeScene = std::unique_ptr<std::remove_pointer_t<RTCScene>, SceneDelete>;
+
+Device new_device() {
+  Device device(rtcNewDevice(embree_config().c_str()));
+  if (!device) throw std::runtime_error("Embree cannot create a device");
+  return device;
+}
+
+void check(RTCDevice device, const char* during) {
+  const RTCError error = rtcGetDeviceError(device);
+  if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+  if (error != RTC_ERROR_NONE)
+    throw std::runtime_error(std::string("Embree failed while ") + during + ", error " + std::to_string(error));
+}
+
+RTCBounds bounds_of(const SphereGeometry& s) noexcept {
+  return bounds_around(s.center, {s.radius, s.radius, s.radius});
+}
+
+RTCBounds bounds_of(const DiskGeometry& d) noexcept {
+  // The axes are the duals of inv_u, inv_v within the plane; the ellipse reaches sqrt(u² + v²) along each coordinate.
+  const double volume = dot(d.normal, cross(d.inv_u, d.inv_v));
+  const Vec3d u = cross(d.inv_v, d.normal) / volume;
+  const Vec3d v = cross(d.normal, d.inv_u) / volume;
+  const Vec3d half{std::hypot(u.x, v.x), std::hypot(u.y, v.y), std::hypot(u.z, v.z)};
+  return bounds_around(d.center, half);
+}
+
+RTCBounds bounds_of(const CylinderGeometry& c) noexcept {
+  const auto half = [&](double a) {
+    return 0.5 * c.length * std::abs(a) + c.radius * std::sqrt(std::max(0.0, 1 - a * a));
+  };
+  return bounds_around(c.base + c.axis * (0.5 * c.length), {half(c.axis.x), half(c.axis.y), half(c.axis.z)});
+}
+
+Optional<double> intersect_primitive(const SphereGeometry& s, const RayD& r) noexcept { return intersect_sphere(s, r); }
+Optional<double> intersect_primitive(const DiskGeometry& d, const RayD& r) noexcept { return intersect_disk(d, r); }
+Optional<double> intersect_primitive(const CylinderGeometry& c, const RayD& r) noexcept {
+  return intersect_cylinder(c, r);
+}
+
+RayD to_ray(const RTCRay& r) noexcept {
+  return RayD(Ray{{r.org_x, r.org_y, r.org_z}, {r.dir_x, r.dir_y, r.dir_z}, r.tfar});
+}
+
+template <class Primitive>
+void bounds_callback(const RTCBoundsFunctionArguments* args) {
+  const auto& primitives = *static_cast<const std::vector<Primitive>*>(args->geometryUserPtr);
+  *args->bounds_o = bounds_of(primitives[args->primID]);
+}
+
+// Only single rays are ever traced, so that the packets below have N = 1 and the layout of RTCRay and RTCRayHit.
+template <class Primitive>
+void intersect_callback(const RTCIntersectFunctionNArguments* args) {
+  if (args->valid[0] == 0) return;
+  const auto& primitives = *static_cast<const std::vector<Primitive>*>(args->geometryUserPtr);
+  auto& query = *reinterpret_cast<RTCRayHit*>(args->rayhit);
+  const auto t = intersect_primitive(primitives[args->primID], to_ray(query.ray));
+  args->valid[0] = t ? -1 : 0;  // which Embree 4 asks for
+  if (!t) return;
+  query.ray.tfar = static_cast<float>(*t);
+  query.hit.geomID = args->geomID;
+  query.hit.primID = args->primID;
+  query.hit.instID[0] = args->context->instID[0];
+}
+
+template <class Primitive>
+void occluded_callback(const RTCOccludedFunctionNArguments* args) {
+  if (args->valid[0] == 0) return;
+  const auto& primitives = *static_cast<const std::vector<Primitive>*>(args->geometryUserPtr);
+  auto& ray = *reinterpret_cast<RTCRay*>(args->ray);
+  args->valid[0] = intersect_primitive(primitives[args->primID], to_ray(ray)) ? -1 : 0;
+  if (args->valid[0] != 0) ray.tfar = -kInfinity;
+}
+
+}  // namespace
+
+constinit thread_local bool Accel::refused_ = false;
+
+void refuse_ray() noexcept { Accel::refused_ = true; }
+
+struct Accel::Impl {
+  Geometries geometries;
+  std::vector<Geometries> groups;
+  std::atomic<std::int64_t> memory{0};
+  std::deque<Slivers> slivers;  // of the meshes that have any
+  Device device;
+  std::vector<EmbreeScene> group_scenes;
+  std::vector<MovingInstance> moving;
+  EmbreeScene scene;  // of all but these, and what moves if that is few:
+  Walls walls;
+  std::vector<SphereGeometry> beside_walls;  // the spheres that are no walls, if some are
+  Reach reach;                               // of the origins of rays, by the instances
+
+  EmbreeScene build(Geometries& all, std::vector<SphereGeometry>& spheres, Intersection mode,
+                    const std::vector<InstanceGeometry>& instances, bool moves);
+  /// What a ray meets, with Embree's own numbers, all of which are invalid if that is nothing.
+  template <bool kMoves>
+  [[nodiscard]] InstancedId met(Vec3f o, Vec3f d, float t_max, float time) const noexcept;
+  template <bool kMoves>
+  [[nodiscard]] bool blocked(Vec3f o, Vec3f d, float t_max, float time) const noexcept;
+  /// This is no part of `blocked`, so that scenes without walls need no registers for them.
+  [[nodiscard, gnu::noinline]] bool blocked_by_walls(const Ray& ray) const noexcept { return walls.any(RayD(ray)); }
+  template <bool kMoves>
+  [[nodiscard]] Optional<InstancedId> nearest(const Ray& ray, float time) const noexcept;
+  /// How many geometries of the scene are no instances.
+  [[nodiscard]] std::size_t before_instances() const noexcept { return geometries.meshes.size() + kPrimitiveGroups; }
+
+ private:
+  void attach(RTCScene to, RTCGeometry geometry) const;
+  void add_mesh(RTCScene to, TriangleMesh& mesh, RTCBuildQuality quality);
+  template <class Primitive>
+  void add_primitives(RTCScene to, std::vector<Primitive>& primitives) const;
+  void add_instance(RTCScene to, const InstanceGeometry& instance) const;
+};
+
+void Accel::Impl::attach(RTCScene to, RTCGeometry geometry) const {
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(to, geometry);
+  rtcReleaseGeometry(geometry);
+}
+
+void Accel::Impl::add_mesh(RTCScene to, TriangleMesh& mesh, RTCBuildQuality quality) {
+  const RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+  const std::size_t count = mesh.vertices.size();
+  mesh.vertices.emplace_back();  // Embree reads 16 bytes at every vertex of 12: the last needs some to spare
+  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh.vertices.data(), 0,
+                             sizeof(Vec3f), count);
+  if (!mesh.later.empty()) rtcSetGeometryTimeStepCount(geometry, static_cast<unsigned>(mesh.later.size() + 1));
+  for (unsigned i = 0; i < mesh.later.size(); ++i) {
+    mesh.later[i].emplace_back();
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, i + 1, RTC_FORMAT_FLOAT3, mesh.later[i].data(), 0,
+                               sizeof(Vec3f), count);
+  }
+  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.triangles.data(), 0,
+                             sizeof(Triangle), mesh.triangles.size());
+  if (Slivers found = slivers_of(mesh); !found.thin.empty())
+    drop_false_hits(geometry, slivers.emplace_back(std::move(found)));
+  rtcSetGeometryBuildQuality(geometry, quality);
+  attach(to, geometry);
+}
+
+template <class Primitive>
+void Accel::Impl::add_primitives(RTCScene to, std::vector<Primitive>& primitives) const {
+  const RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_USER);
+  rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(primitives.size()));
+  rtcSetGeometryUserData(geometry, &primitives);
+  rtcSetGeometryBoundsFunction(geometry, bounds_callback<Primitive>, nullptr);
+  rtcSetGeometryIntersectFunction(geometry, intersect_callback<Primitive>);
+  rtcSetGeometryOccludedFunction(geometry, occluded_callback<Primitive>);
+  attach(to, geometry);
+}
+
+void Accel::Impl::add_instance(RTCScene to, const InstanceGeometry& instance) const {
+  const RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_INSTANCE);
+  rtcSetGeometryInstancedScene(geometry, group_scenes[instance.group].get());
+  rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, instance.to_world.data());
+  attach(to, geometry);
+}
+
+EmbreeScene Accel::Impl::build(Geometries& all, std::vector<SphereGeometry>& spheres, Intersection mode,
+                               const std::vector<InstanceGeometry>& instances, bool moves) {
+  EmbreeScene made(rtcNewScene(device.get()));
+  rtcSetSceneFlags(made.get(), mode == Intersection::robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
+  std::size_t triangles = 0;
+  for (const TriangleMesh& mesh : all.meshes) triangles += mesh.triangles.size();
+  const auto quality = triangles <= kHighQualityTriangles ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_MEDIUM;
+  rtcSetSceneBuildQuality(made.get(), quality);
+  for (TriangleMesh& mesh : all.meshes) add_mesh(made.get(), mesh, quality);
+  add_primitives(made.get(), spheres);
+  add_primitives(made.get(), all.disks);
+  add_primitives(made.get(), all.cylinders);
+  for (const InstanceGeometry& instance : instances) add_instance(made.get(), instance);
+  if (moves && moving.size() > kFewMoving)
+    for (MovingInstance& instance : moving) attach(made.get(), instance.new_geometry(device.get()));
+  rtcCommitScene(made.get());
+  check(device.get(), "building the scene");
+  return made;
+}
+
+Accel::Accel(Geometries geometries, Intersection mode, std::vector<Geometries> groups,
+             const std::vector<InstanceGeometry>& instances, const std::vector<MovingInstanceGeometry>& moving)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->geometries = std::move(geometries);
+  impl_->groups = std::move(groups);
+  impl_->device = new_device();
+  rtcSetDeviceMemoryMonitorFunction(
+      impl_->device.get(),
+      [](void* total, ssize_t bytes, bool) {
+        *static_cast<std::atomic<std::int64_t>*>(total) += bytes;
+        return true;
+      },
+      &impl_->memory);
+  for (Geometries& group : impl_->groups)
+    impl_->group_scenes.push_back(impl_->build(group, group.spheres, mode, {}, false));
+  const std::size_t unmoving = impl_->before_instances() + instances.size();
+  for (const auto& [group, to_world] : moving)
+    impl_->moving.emplace_back(impl_->group_scenes[group].get(), to_world,
+                               static_cast<std::uint32_t>(unmoving + impl_->moving.size()));
+  for (const InstanceGeometry& instance : instances) impl_->reach.limit(static_cast<float>(reach(instance)));
+  std::vector<SphereGeometry>& spheres = impl_->geometries.spheres;
+  impl_->walls = Walls(spheres, impl_->geometries.meshes);
+  if (!impl_->walls.empty()) impl_->beside_walls = impl_->walls.taken_out_of(spheres);
+  impl_->scene =
+      impl_->build(impl_->geometries, impl_->walls.empty() ? spheres : impl_->beside_walls, mode, instances, true);
+}
+Accel::~Accel() = default;
+Accel::Accel(Accel&&) noexcept = default;
+Accel& Accel::operator=(Accel&&) noexcept = default;
+
+template <bool kMoves>
+EQUALTIME_INLINE InstancedId Accel::Impl::met(Vec3f o, Vec3f d, float t_max, float time) const noexcept {
+  RTCRayHit query;
+  if (!write_unit(query.ray, o, d, t_max, time, reach)) [[unlikely]] {
+    refuse_ray();
+    return {RTC_INVALID_GEOMETRY_ID, {RTC_INVALID_GEOMETRY_ID, RTC_INVALID_GEOMETRY_ID}};
+  }
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  embree_intersect(scene.get(), query);
+  if constexpr (kMoves)
+    if (moving.size() <= kFewMoving) equaltime::intersect(moving, query);
+  if (!walls.empty())
+    if (const auto nearer = walls.nearest(to_ray(query.ray)))
+      return {RTC_INVALID_GEOMETRY_ID, {static_cast<std::uint32_t>(geometries.meshes.size()), *nearer}};
+  return {query.hit.instID[0], {query.hit.geomID, query.hit.primID}};
+}
+
+template <bool kMoves>
+EQUALTIME_INLINE bool Accel::Impl::blocked(Vec3f o, Vec3f d, float t_max, float time) const noexcept {
+  if (!walls.empty() && blocked_by_walls({o, d, t_max})) return true;
+  RTCRay query;
+  if (!write_unit(query, o, d, t_max, time, reach)) [[unlikely]] {
+    refuse_ray();
+    return true;
+  }
+  embree_occluded(scene.get(), query);
+  if (kMoves && moving.size() <= kFewMoving && query.tfar >= 0) return equaltime::occluded(moving, query);
+  return query.tfar < 0;
+}
+
+template <bool kMoves>
+Optional<InstancedId> Accel::Impl::nearest(const Ray& ray, float time) const noexcept {
+  InstancedId hit = met<kMoves>(ray.origin, ray.direction, ray.t_max, time);
+  if (hit.id.geometry == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  static_assert(kNotInstanced == RTC_INVALID_GEOMETRY_ID);
+  if (hit.instance != kNotInstanced) hit.instance -= static_cast<std::uint32_t>(before_instances());
+  return hit;
+}
+
+Optional<PrimitiveId> Accel::intersect(float ox, float oy, float oz, float dx, float dy, float dz,
+                                       float t_max) const noexcept {
+  const PrimitiveId id = impl_->met<false>({ox, oy, oz}, {dx, dy, dz}, t_max, 0).id;
+  if (id.geometry == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  return id;
+}
+Optional<InstancedId> Accel::intersect_instances(const Ray& ray) const noexcept {
+  return impl_->nearest<false>(ray, 0);
+}
+Optional<InstancedId> Accel::intersect_at(const Ray& ray, float time) const noexcept {
+  return impl_->nearest<true>(ray, time);
+}
+
+bool Accel::occluded(float ox, float oy, float oz, float dx, float dy, float dz, float t_max) const noexcept {
+  return impl_->blocked<false>({ox, oy, oz}, {dx, dy, dz}, t_max, 0);
+}
+bool Accel::occluded_at(const Ray& ray, float time) const noexcept {
+  return impl_->blocked<true>(ray.origin, ray.direction, ray.t_max, time);
+}
+
+double Accel::reach(const InstanceGeometry& instance) noexcept {
+  const auto column = [&](std::size_t i) {
+    const float* c = &instance.to_world[3 * i];
+    return Vec3d(Vec3f(c[0], c[1], c[2]));
+  };
+  const Vec3d x = column(0), y = column(1), z = column(2), at = column(3);
+  const double volume = dot(x, cross(y, z));
+  if (!(std::abs(volume) > 0)) return 0;
+  double stretch = 0;  // of a unit vector on its way to the group's space, at the most
+  for (const Vec3d& row : {cross(y, z), cross(z, x), cross(x, y)}) stretch = std::max(stretch, length(row / volume));
+  const double most =
+      static_cast<double>(kEmbreeLargest) / std::numbers::sqrt3;  // of a vector's length, from its parts
+  const double reach = most / stretch - max_component(abs(at));
+  return stretch < most && reach > 0 ? std::min(reach, static_cast<double>(kEmbreeLargest)) : 0;
+}
+
+const Geometries& Accel::geometries() const noexcept { return impl_->geometries; }
+const std::vector<Geometries>& Accel::groups() const noexcept { return impl_->groups; }
+std::size_t Accel::memory_bytes() const noexcept {
+  return static_cast<std::size_t>(std::max<std::int64_t>(0, impl_->memory.load())) +
+         impl_->beside_walls.capacity() * sizeof(SphereGeometry);
+}
+
+std::string Accel::version() {
+  const Device device = new_device();
+  const auto version = rtcGetDeviceProperty(device.get(), RTC_DEVICE_PROPERTY_VERSION);
+  return std::to_string(version / 10000) + "." + std::to_string(version / 100 % 100) + "." +
+         std::to_string(version % 100);
+}
+
+}  // namespace equaltime

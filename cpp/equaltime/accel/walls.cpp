@@ -1,0 +1,50 @@
+#include "equaltime/accel/walls.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "equaltime/math/bounds.h"
+
+namespace equaltime {
+
+namespace {
+
+Bounds box_of(const SphereGeometry& s) noexcept {
+  const Vec3d half{s.radius, s.radius, s.radius};
+  return {s.center - half, s.center + half};
+}
+
+bool holds(const Bounds& box, const Bounds& other) noexcept {
+  return min(box.lo, other.lo) == box.lo && max(box.hi, other.hi) == box.hi;
+}
+
+}  // namespace
+
+Walls::Walls(const std::vector<SphereGeometry>& spheres, const std::vector<TriangleMesh>& meshes) {
+  if (spheres.empty()) return;
+  Bounds smaller;  // and no wall
+  for (const TriangleMesh& mesh : meshes)
+    for (const Vec3f& vertex : mesh.vertices) smaller.include(Vec3d(vertex));
+  std::vector<std::uint32_t> order(spheres.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return spheres[a].radius < spheres[b].radius; });
+  std::vector<std::uint32_t> walls;
+  for (const std::uint32_t i : order) {
+    const Bounds box = box_of(spheres[i]);
+    if (!smaller.empty() && holds(box, smaller))
+      walls.push_back(i);
+    else
+      smaller.include(box);
+  }
+  std::sort(walls.begin(), walls.end());
+  if (walls.size() % 2 == 1) walls.push_back(walls.back());
+  for (std::size_t i = 0; i < walls.size(); i += 2) {
+    const SphereGeometry &a = spheres[walls[i]], &b = spheres[walls[i + 1]];
+    const Vec3<Lanes> center(Lanes{a.center.x, b.center.x}, Lanes{a.center.y, b.center.y},
+                             Lanes{a.center.z, b.center.z});
+    pairs_.push_back({center, Lanes{a.radius, b.radius}, {walls[i], walls[i + 1]}});
+  }
+}
+
+}  // namespace equaltime

@@ -1,0 +1,67 @@
+#include "equaltime/analysis/alpha.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "equaltime/base/effects.h"
+#include "equaltime/transport/block_loop.h"
+#include "equaltime/transport/hidden.h"
+#include "equaltime/transport/sample_pixel.h"
+#include "equaltime/transport/shadow.h"
+#include "equaltime/transport/volume.h"
+
+namespace equaltime {
+
+namespace {
+
+/// What a camera ray is stopped by, from 0 to 1. Where media may scatter it, that is sampled.
+template <Effects E>
+double opacity(const Scene& scene, Ray ray, const Sampler& sampler, float time) noexcept {
+  Spectrum through(1);
+  PathSurroundings<E> within(scene, ray, time);
+  const StraightAhead<E> straight(true);
+  for (std::uint32_t crossed = 0;; ++crossed) {
+    auto meeting = scene.intersect<E>(ray, time);
+    if (within.follow(scene, ray, sampler, crossed, through, meeting) != nullptr) return 1;
+    const Optional<Interaction>& it = surface(meeting);
+    if (!it) return 1 - static_cast<double>(through.mean());
+    if (!within.here().hides(scene, *it) && !straight.looks_through(scene, *it, 1)) {
+      const std::uint32_t material = scene.material(*it);
+      if (material == kNone) return 1;
+      through *= passing<E>(scene, material, *it, false, time);
+      if (through.is_black()) return 1;
+    }
+    ray = it->spawn(-it->wo, false);
+    within.leave(scene, *it, false);
+  }
+}
+
+}  // namespace
+
+std::vector<float> alpha(std::shared_ptr<const Scene> scene, const Settings& settings, const RenderOptions& options,
+                         std::uint64_t samples, const std::function<void()>& poll) {
+  const Renderer renderer(scene, settings, options);
+  const std::size_t width = scene->film.crop_width;
+  std::vector<float> found(width * scene->film.crop_height);
+  for_each_block(renderer.blocks(), renderer.threads(), poll, [&] {
+    return [&](const PixelBlock& block) {
+      const BlockTask task{*scene, settings, options.seed, block, 0, samples, options.nets};
+      for (std::uint32_t y = block.y0; y < block.y1; ++y)
+        for (std::uint32_t x = block.x0; x < block.x1; ++x) {
+          const std::uint32_t px = x + scene->film.crop_x, py = y + scene->film.crop_y;
+          double stopped = 0, weights = 0;
+          for (std::uint64_t s = 0; s < samples; ++s) {
+            const FilmSample begin(task, px, py, s);
+            const float time = begin.time<kAllEffects>();
+            const Ray ray = begin.ray<kAllEffects>(*scene, px, py, time);
+            const double weight = std::abs(static_cast<double>(begin.offset.weight));  // so that no alpha is above 1
+            stopped += weight * opacity<kAllEffects>(*scene, ray, begin.sampler, time), weights += weight;
+          }
+          found[width * y + x] = static_cast<float>(stopped / weights);
+        }
+    };
+  });
+  return found;
+}
+
+}  // namespace equaltime

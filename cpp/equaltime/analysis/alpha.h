@@ -1,0 +1,22 @@
+// How opaque each pixel is: the share of its paths that meet something. Light from all around is nothing, and so are
+// emitters that the scene hides; masks and surfaces that are nothing count for what they do not let through.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "equaltime/render/renderer.h"
+
+namespace equaltime {
+
+/// The alpha of every pixel of the crop (height, width), row by row: a mean over the first `samples` camera rays of a
+/// render with the same options, weighted by the size of the reconstruction filter. It is exactly 0 where none meets
+/// anything, and exactly 1 where all are stopped. `poll` is called about every 50 ms by the calling thread and ends it
+/// all by throwing.
+[[nodiscard]] std::vector<float> alpha(std::shared_ptr<const Scene> scene, const Settings& settings,
+                                       const RenderOptions& options, std::uint64_t samples,
+                                       const std::function<void()>& poll = {});
+
+}  // namespace equaltime

@@ -1,0 +1,125 @@
+#include "equaltime/analysis/in_sight.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "equaltime/base/effects.h"
+
+namespace equaltime {
+
+namespace {
+
+/// In pixels: what reaches further spreads a lamp so thin that it is no small one.
+constexpr double kWidestFilter = 16;
+
+/// A point of a lamp as a ray through the film meets it.
+struct Sight {
+  FilmPlace place;
+  Spectrum radiance;
+  float pdf;  // of the direction
+};
+
+/// The camera from one point of its lens, or its only one.
+struct Outlook {
+  const Scene& scene;
+  Point2f lens;
+
+  [[nodiscard]] static bool possible(const Scene& scene) noexcept {
+    return !scene.camera_motion && scene.filter.radius() <= kWidestFilter &&
+           (std::holds_alternative<PerspectiveCamera>(scene.sensor) ||
+            std::holds_alternative<ThinLensCamera>(scene.sensor));
+  }
+  [[nodiscard]] Vec3d origin() const noexcept {
+    if (const auto* thin = std::get_if<ThinLensCamera>(&scene.sensor)) return thin->origin(lens);
+    return std::get_if<PerspectiveCamera>(&scene.sensor)->origin();
+  }
+  [[nodiscard]] std::optional<FilmPlace> place(const Vec3d& direction) const noexcept {
+    if (const auto* thin = std::get_if<ThinLensCamera>(&scene.sensor)) return thin->place(direction, lens);
+    return std::get_if<PerspectiveCamera>(&scene.sensor)->place(direction);
+  }
+};
+
+/// Rectangle of pixels in which lamps are looked for: the crop, or the whole film.
+struct Window {
+  std::uint32_t x, y, width, height;
+
+  Window(const FilmDescription& film, bool whole) noexcept
+      : x(whole ? 0 : film.crop_x),
+        y(whole ? 0 : film.crop_y),
+        width(whole ? film.width : film.crop_width),
+        height(whole ? film.height : film.crop_height) {}
+};
+
+/// Whether the filter of a pixel of the window reaches the place.
+bool is_near(const Window& window, const Scene& scene, const FilmPlace& place) noexcept {
+  const auto within = [&](double at, std::uint32_t from, std::uint32_t size) {
+    return std::abs(at - from - 0.5 * size) < 0.5 * size + scene.filter.radius();
+  };
+  return within(place.x, window.x, window.width) && within(place.y, window.y, window.height);
+}
+
+/// What the ray through the place sees if nothing is before the light of a sample.
+Spectrum seen(const Scene& scene, const FilmPlace& place, Point2f lens, const LightSample& light, float time) noexcept {
+  const Ray ray = camera_ray<kAllEffects>(
+      scene.sensor, scene.camera_motion, place.x, place.y, [&]() noexcept { return lens; }, time);
+  const Optional<Interaction> it = surface(scene.intersect<kAllEffects>(ray, time));
+  if (light.infinite) return it ? Spectrum() : light.radiance;
+  if (!it || !it->front || scene.surfaces[it->shape].first_light == kNone || scene.light_of(*it) != light.light)
+    return {};
+  return scene.radiance<kAllEffects>(*it);
+}
+
+std::optional<Sight> look(const Scene& scene, const Window& window, const Settings& settings,
+                          const Sampler& sampler) noexcept {
+  const Outlook outlook{scene, sampler.get_2d(slot(CameraDimension::lens))};
+  const float time = sampler.get_1d(slot(CameraDimension::time));
+  const Receiver receiver{Vec3f(outlook.origin()), {}, false};
+  const Point2f u = sampler.get_2d(slot(BounceDimension::light_point, 0));
+  const auto light =
+      scene.lights.sample<kAllEffects>(settings.lights, settings.environment, receiver, sampler, 0, u, time);
+  if (!light || light->delta || !(light->pdf > 0)) return std::nullopt;
+  const auto place = outlook.place(Vec3d(light->wi));
+  if (!place || !is_near(window, scene, *place)) return std::nullopt;
+  return Sight{*place, seen(scene, *place, outlook.lens, *light, time), light->pdf};
+}
+
+/// Adds what a point of a lamp is for the pixels whose filters reach it.
+void add(const Scene& scene, const Window& window, const Sight& sight, double share,
+         std::map<std::uint32_t, LampsOfPixel>& found) {
+  const double scale = scene.normalization.world_radiance_scale(), radius = scene.filter.radius();
+  const auto& [x, y, solid_angle] = sight.place;
+  const auto first = [&](double at, std::uint32_t from) {
+    return static_cast<std::int64_t>(std::max(std::ceil(at - radius - 0.5) - from, 0.0));
+  };
+  const auto last = [&](double at, std::uint32_t from, std::uint32_t size) {
+    return static_cast<std::int64_t>(std::min(std::floor(at + radius - 0.5) - from, size - 1.0));
+  };
+  for (std::int64_t row = first(y, window.y); row <= last(y, window.y, window.height); ++row)
+    for (std::int64_t column = first(x, window.x); column <= last(x, window.x, window.width); ++column) {
+      const auto [density, weight] = scene.filter.drawn(x - (static_cast<double>(column) + window.x + 0.5),
+                                                        y - (static_cast<double>(row) + window.y + 0.5));
+      if (!(density > 0)) continue;
+      const double times = share * density / (solid_angle * static_cast<double>(sight.pdf));
+      found[static_cast<std::uint32_t>(row * window.width + column)].add(sight.radiance, scale * weight, times);
+    }
+}
+
+}  // namespace
+
+std::map<std::uint32_t, LampsOfPixel> lamps_in_sight(const Scene& scene, Settings settings, std::uint64_t seed,
+                                                     std::uint64_t points, bool whole_film) {
+  const bool none = scene.lights.first_delta() == 0 && !scene.lights.environment();
+  if (none || scene.hides_emitters || settings.max_depth < 1 || !Outlook::possible(scene)) return {};
+  settings.lights = LightSelection::power;
+  scene.lights.prepare(settings.lights, settings.environment);
+  const Window window(scene.film, whole_film);
+  std::map<std::uint32_t, LampsOfPixel> found;
+  for (std::uint64_t i = 0; i < points; ++i) {
+    const auto sight = look(scene, window, settings, Sampler::at(SamplerKind::sobol, seed, 0, i, 1));
+    if (sight && !sight->radiance.is_black()) add(scene, window, *sight, 1 / static_cast<double>(points), found);
+  }
+  return found;
+}
+
+}  // namespace equaltime

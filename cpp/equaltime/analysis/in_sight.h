@@ -1,0 +1,35 @@
+// Lamps as the camera sees them, found from the lamps' side: one that fills a thousandth of a pixel is missed by most
+// renders of a few hundred samples, which do not know what they miss.
+#pragma once
+
+#include <cstdint>
+#include <map>
+
+#include "equaltime/render/renderer.h"
+
+namespace equaltime {
+
+/// What samples of a pixel see of lamps themselves.
+struct LampsOfPixel {
+  double mean[3] = {}, mean_square[3] = {};  // of each channel, in the user's units
+  std::uint32_t points = 0;                  // of lamps, of which these are made
+
+  /// One more point, whose radiance in the user's units is `scale` times L, with its share in the means.
+  void add(const Spectrum& L, double scale, double share) noexcept {
+    ++points;
+    const float channels[3] = {L.r, L.g, L.b};
+    for (int c = 0; c < 3; ++c) {
+      const double value = static_cast<double>(channels[c]) * scale;
+      mean[c] += share * value;
+      mean_square[c] += share * value * value;
+    }
+  }
+};
+
+/// By points that are drawn on lamps, and looked at by the rays that pinholes and lenses would send there: pixels
+/// (y * width + x of the crop, or of the whole film) that see some. None for other cameras, and those that move.
+[[nodiscard]] std::map<std::uint32_t, LampsOfPixel> lamps_in_sight(const Scene& scene, Settings settings,
+                                                                   std::uint64_t seed, std::uint64_t points,
+                                                                   bool whole_film = false);
+
+}  // namespace equaltime

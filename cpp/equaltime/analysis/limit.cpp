@@ -1,0 +1,169 @@
+#include "equaltime/analysis/limit.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <exception>
+#include <stdexcept>
+#include <thread>
+
+#include "equaltime/base/threads.h"
+
+namespace equaltime {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr std::chrono::milliseconds kPollInterval{50};
+/// Samples that the renderer adds to every pixel of a block before it goes to the next.
+constexpr std::uint64_t kPassSamples = 16;
+
+[[nodiscard]] double seconds_since(Clock::time_point start) noexcept {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// A run of blocks and the rays of each, of one pass.
+struct Recording {
+  std::size_t begin = 0, end = 0;
+  std::vector<std::vector<RecordedRay>> rays;  // one a block
+};
+
+class LimitRun {
+ public:
+  LimitRun(std::shared_ptr<const Scene> scene, const Settings& settings, const RenderOptions& render,
+           const LimitOptions& options, const std::function<void()>& poll)
+      : scene_(scene),
+        seed_(render.seed),
+        nets_(render.nets),
+        options_(options),
+        poll_(poll),
+        renderer_(std::move(scene), settings, render),
+        blocks_(renderer_.blocks()) {
+    (void)renderer_.settings();  // learns what there is to learn, which is not timed
+  }
+
+  /// Samples [first, last) of every pixel, rendered and replayed.
+  LimitPair pair(std::uint64_t first, std::uint64_t last, bool replay_first) {
+    LimitPair result;
+    if (replay_first) replay(first, last, result);
+    render(first, last, result);
+    if (!replay_first) replay(first, last, result);
+    if (replayed_ != result.counters.rays + result.counters.shadow_rays)
+      throw std::logic_error("the recorded rays are not those of the render");
+    replayed_ = 0;
+    return result;
+  }
+
+  [[nodiscard]] const Renderer& renderer() const noexcept { return renderer_; }
+
+ private:
+  void render(std::uint64_t first, std::uint64_t last, LimitPair& result) {
+    const Counters before = renderer_.counters();
+    const auto poll = [this] { return poll_ ? (poll_(), true) : true; };
+    const Clock::time_point start = Clock::now();
+    for (std::uint64_t done = first; done < last; done += kPassSamples)
+      renderer_.advance(std::min(done + kPassSamples, last), {}, poll);
+    result.render_seconds = seconds_since(start);
+    const Counters& after = renderer_.counters();
+    result.counters = {after.paths - before.paths, after.rays - before.rays, after.shadow_rays - before.shadow_rays,
+                       after.nonfinite - before.nonfinite};
+  }
+
+  void replay(std::uint64_t first, std::uint64_t last, LimitPair& result) {
+    for (std::uint64_t done = first; done < last; done += kPassSamples)
+      for (std::size_t block = 0; block < blocks_.size();) {
+        const Recording part = record(block, done, std::min(done + kPassSamples, last));
+        const Clock::time_point start = Clock::now();
+        result.found += trace(part);
+        result.replay_seconds += seconds_since(start);
+        block = part.end;
+      }
+  }
+
+  /// The rays of as many blocks, from `begin` on, as fit into memory; one at least.
+  Recording record(std::size_t begin, std::uint64_t first, std::uint64_t last) {
+    Recording recording{begin, begin, std::vector<std::vector<RecordedRay>>(blocks_.size() - begin)};
+    std::atomic<std::size_t> kept{0};
+    recording.end = in_order(begin, blocks_.size(), [&](std::size_t i) {
+      RayRecorder recorder;
+      renderer_.kernel().record({*scene_, renderer_.settings(), seed_, blocks_[i], first, last, nets_}, recorder);
+      recording.rays[i - begin].assign(recorder.rays.begin(), recorder.rays.end());  // no spare capacity
+      const std::size_t bytes = recorder.rays.size() * sizeof(RecordedRay);
+      return (kept += bytes) < options_.memory_bytes;
+    });
+    return recording;
+  }
+
+  /// Sends the rays to Embree and to nothing else; returns how many met something, so that no query is idle.
+  std::uint64_t trace(const Recording& part) {
+    const Accel& accel = scene_->accel;
+    const bool moves = scene_->moves();
+    std::atomic<std::uint64_t> found{0}, traced{0};
+    in_order(part.begin, part.end, [&](std::size_t i) {
+      const std::vector<RecordedRay>& rays = part.rays[i - part.begin];
+      std::uint64_t met = 0;
+      if (moves)
+        for (const RecordedRay& r : rays)
+          met += r.shadow ? accel.occluded_at(r.ray, r.time) : accel.intersect_at(r.ray, r.time).has_value();
+      else
+        for (const RecordedRay& r : rays) met += r.shadow ? accel.occluded(r.ray) : accel.intersect(r.ray).has_value();
+      found += met;
+      traced += rays.size();
+      return true;
+    });
+    replayed_ += traced;
+    return found;
+  }
+
+  /// Works on blocks begin, begin + 1, … as a render does: each by one of the threads, begun in this order, until
+  /// `work` returns false. Returns the first block that is left.
+  std::size_t in_order(std::size_t begin, std::size_t end, const std::function<bool(std::size_t)>& work) {
+    std::atomic<std::size_t> next{begin};
+    std::atomic<bool> enough{false};
+    std::exception_ptr error;
+    const auto worker = [&, caller = std::this_thread::get_id()](unsigned) {
+      Clock::time_point last_poll = Clock::now();
+      while (!enough) {
+        if (poll_ && std::this_thread::get_id() == caller && Clock::now() - last_poll >= kPollInterval) {
+          last_poll = Clock::now();
+          try {
+            poll_();
+          } catch (...) {
+            error = std::current_exception();
+            enough = true;
+            break;
+          }
+        }
+        const std::size_t i = next.fetch_add(1, std::memory_order_relaxed);
+        if (i >= end) break;
+        if (!work(i)) enough = true;
+      }
+    };
+    on_threads(renderer_.threads(), worker);
+    if (error) std::rethrow_exception(error);
+    return std::min(next.load(), end);
+  }
+
+  std::shared_ptr<const Scene> scene_;
+  std::uint64_t seed_;
+  std::uint32_t nets_;
+  LimitOptions options_;
+  const std::function<void()>& poll_;
+  Renderer renderer_;
+  std::vector<PixelBlock> blocks_;
+  std::uint64_t replayed_ = 0;
+};
+
+}  // namespace
+
+Limit measure_limit(std::shared_ptr<const Scene> scene, const Settings& settings, const RenderOptions& render,
+                    const LimitOptions& options, const std::function<void()>& poll) {
+  LimitRun run(std::move(scene), settings, render, options, poll);
+  Limit limit{{}, run.renderer().threads(), run.renderer().kernel().effects};
+  for (std::uint32_t i = 0; i < options.pairs; ++i)
+    limit.pairs.push_back(
+        run.pair(i * options.samples, (i + 1) * options.samples, options.replay_first != (i % 2 == 1)));
+  return limit;
+}
+
+}  // namespace equaltime

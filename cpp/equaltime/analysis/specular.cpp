@@ -1,0 +1,258 @@
+#include "equaltime/analysis/specular.h"
+
+#include <tbb/info.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <vector>
+
+#include "equaltime/base/effects.h"
+#include "equaltime/base/threads.h"
+#include "equaltime/transport/sample_pixel.h"
+
+namespace equaltime {
+
+namespace {
+
+/// Per steradian: a sampled direction of at least this density counts as specular. A microfacet lobe of roughness 0.02
+/// peaks at 200.
+constexpr float kSpecularDensity = 100;
+/// A chain of more vertices carries little light.
+constexpr int kLongestChain = 16;
+/// Chains of a pixel: at least to tell whether it sees a lamp, at least and at most to tell what it sees.
+constexpr std::uint64_t kScouts = 4, kFewest = 16, kMost = 4096;
+/// One chain tells for a square of pixels whether its first vertex is specular; so many squares, of at most that side.
+constexpr std::size_t kSquares = 4096, kLargestSquare = 4;
+/// A film of more pixels than so many times the chains that are asked for gets more chains.
+constexpr std::uint64_t kPixelsPerChain = 4;
+constexpr std::size_t kChunk = 16;  // pixels that a worker takes at once
+
+enum class Vertex : std::uint8_t { specular, straight, other };
+
+/// The kind of a vertex, by where the path goes on; thin glass that is passed straight is as good as none.
+Vertex kind_of(const event::Scatters& at) noexcept {
+  if (!at.scattered) return Vertex::other;
+  if (std::holds_alternative<ThinDielectric>(at.bsdf) && !at.scattered->above) return Vertex::straight;
+  return at.scattered->delta || at.scattered->pdf > kSpecularDensity ? Vertex::specular : Vertex::other;
+}
+
+/// Where a probe leaves a path: at its first specular vertex, or at its first vertex of another kind.
+enum class Leaves : std::uint8_t { at_specular, at_other };
+
+/// Follows a path until it leaves it; then the path meets nothing any more. Sees emitters that are met beyond a
+/// specular vertex, and no light that is aimed at.
+template <Leaves leaves>
+class ChainProbe {
+ public:
+  static constexpr bool listens = true;
+  static constexpr bool allocates = false;
+
+  template <Effects E>
+  [[nodiscard]] MeetingOf<E> intersect(const Scene& scene, const Ray& ray) noexcept {
+    return left_ ? MeetingOf<E>{} : scene.intersect<E>(ray, time);
+  }
+  template <Effects E>
+  [[nodiscard]] static bool occluded(const Scene&, const Ray&) noexcept {
+    return true;
+  }
+  template <Effects E>
+  [[nodiscard]] MeetingOf<E> blocker(const Scene& scene, const Ray& ray) noexcept {
+    return scene.intersect<E>(ray, time);
+  }
+  void begin(float) noexcept { left_ = specular_ = false, density_ = 0; }
+  static void scatters(const Bsdf&) noexcept {}
+  static void aims(const LightSample&) noexcept {}
+  Spectrum met(const Spectrum& L, std::uint32_t, int) const noexcept { return !left_ && specular_ ? L : Spectrum(); }
+  static Spectrum lit(const Spectrum&, int) noexcept { return {}; }
+  static bool gives_up() noexcept { return false; }
+
+  template <class Event>
+  static void note(const Event&) noexcept {}
+  void note(const event::Scatters& at) noexcept {
+    const Vertex kind = kind_of(at);
+    specular_ = specular_ || kind == Vertex::specular;
+    left_ = kind == (leaves == Leaves::at_specular ? Vertex::specular : Vertex::other);
+    place_ = at.it.anchor.p;
+    density_ = kind == Vertex::specular && !at.scattered->delta ? at.scattered->pdf : 0;
+  }
+
+  /// Whether the path has met a specular vertex, and where it was left.
+  [[nodiscard]] bool specular() const noexcept { return specular_; }
+  [[nodiscard]] const Vec3f& place() const noexcept { return place_; }
+  /// Per steradian, of the direction that the last vertex drew; 0 if the vertex is not specular or the direction is
+  /// discrete.
+  [[nodiscard]] float density() const noexcept { return density_; }
+
+  float time = 0;  // as RayCounter's
+
+ private:
+  bool left_ = false, specular_ = false;
+  Vec3f place_;
+  float density_ = 0;
+};
+
+using FocusProbe = ChainProbe<Leaves::at_specular>;
+using MirrorProbe = ChainProbe<Leaves::at_other>;
+
+/// Chains aim at no light, so kernels for them need none without extent, which only aiming finds.
+constexpr Effects kChainEffects = [] {
+  Effects effects = kAllEffects;
+  effects.point_lights = false;
+  return effects;
+}();
+
+/// Paths that scatter by the BSDF alone and are never ended by roulette, of a scene whose lights are ready.
+struct Chains {
+  const Scene& scene;
+  Settings settings;
+  std::uint64_t seed;  // no render's: what chains find must not depend on what samples of the film did
+  unsigned threads;
+
+  Chains(const Scene& s, Settings of_render, const RenderOptions& options)
+      : scene(s),
+        settings(of_render),
+        seed(options.seed ^ 0x9e3779b97f4a7c15),
+        threads(options.threads > 0 ? options.threads : static_cast<unsigned>(tbb::info::default_concurrency())) {
+    settings.technique = Technique::bsdf;
+    settings.lights = LightSelection::power;
+    settings.roulette = Roulette::none;
+    settings.sampler = SamplerKind::sobol;
+    settings.max_depth = std::min(settings.max_depth, kLongestChain);
+    scene.lights.prepare(settings.lights, settings.environment);
+  }
+
+  [[nodiscard]] std::size_t pixels() const noexcept {
+    return std::size_t{scene.film.crop_width} * scene.film.crop_height;
+  }
+  template <class Probe>
+  Spectrum sample(std::size_t pixel, std::uint64_t index, Probe& probe) const {
+    const std::size_t x = pixel % scene.film.crop_width, y = pixel / scene.film.crop_width;
+    return film_sample(x + scene.film.crop_x, y + scene.film.crop_y, index, probe);
+  }
+  /// Traces one sample of a pixel, whose place is in the whole film.
+  template <class Probe>
+  Spectrum film_sample(std::size_t x, std::size_t y, std::uint64_t index, Probe& probe) const {
+    const BlockTask task{scene, settings, seed, {}, 0, 1, 1};
+    return sample_film_pixel<kChainEffects>(task, x, y, index, probe);
+  }
+};
+
+/// work(i, probe) for all i below `count`, on so many threads.
+template <class Probe, class Work>
+void for_each(std::size_t count, unsigned threads, const Work& work) {
+  std::atomic<std::size_t> next{0};
+  on_threads(threads, [&](unsigned) {
+    Probe probe;
+    for (std::size_t from = next.fetch_add(kChunk); from < count; from = next.fetch_add(kChunk))
+      for (std::size_t i = from; i < std::min(from + kChunk, count); ++i) work(i, probe);
+  });
+}
+
+using Pixels = std::vector<std::uint32_t>;  // y * width + x of the crop, ascending
+using Found = std::map<std::uint32_t, LampsOfPixel>;
+
+/// Pixels of squares whose first vertex is specular, as one chain from the middle of each tells.
+Pixels mirrors_of(const Chains& chains) {
+  const std::size_t width = chains.scene.film.crop_width, height = chains.scene.film.crop_height;
+  const auto fitting = static_cast<std::size_t>(std::sqrt(chains.pixels() / kSquares));
+  const std::size_t side = std::clamp<std::size_t>(fitting, 1, kLargestSquare);
+  const std::size_t columns = (width + side - 1) / side, rows = (height + side - 1) / side;
+  std::vector<std::uint8_t> specular(columns * rows);
+  for_each<MirrorProbe>(specular.size(), chains.threads, [&](std::size_t i, MirrorProbe& probe) {
+    const std::size_t x = std::min(i % columns * side + side / 2, width - 1);
+    const std::size_t y = std::min(i / columns * side + side / 2, height - 1);
+    (void)chains.sample(y * width + x, kMost, probe);  // a sample that is none of those of lamps
+    specular[i] = probe.specular() ? 1 : 0;
+  });
+  Pixels mirrors;
+  for (std::size_t i = 0; i < chains.pixels(); ++i)
+    if (specular[i / width / side * columns + i % width / side] != 0) mirrors.push_back(static_cast<std::uint32_t>(i));
+  return mirrors;
+}
+
+/// Lamps that the pixels see, by `all` chains in all from sample `first` on; none by fewer than `least` a pixel.
+Found lamps_in(const Chains& chains, const Pixels& pixels, std::uint64_t all, std::uint64_t least,
+               std::uint64_t first) {
+  const std::uint64_t each = pixels.empty() ? 0 : std::min(all / pixels.size(), kMost);
+  if (each < least) return {};
+  const double scale = chains.scene.normalization.world_radiance_scale(), share = 1.0 / static_cast<double>(each);
+  std::vector<LampsOfPixel> lamps(pixels.size());
+  for_each<MirrorProbe>(pixels.size(), chains.threads, [&](std::size_t i, MirrorProbe& probe) {
+    for (std::uint64_t index = 0; index < each; ++index) {
+      const Spectrum L = chains.sample(pixels[i], first + index, probe);
+      if (!L.is_black()) lamps[i].add(L, scale, share);
+    }
+  });
+  Found found;
+  for (std::size_t i = 0; i < pixels.size(); ++i)
+    if (lamps[i].points > 0) found.emplace(pixels[i], lamps[i]);
+  return found;
+}
+
+/// The pixels of `found` and those around each.
+Pixels with_neighbours(const Chains& chains, const Found& found) {
+  const std::size_t width = chains.scene.film.crop_width, height = chains.scene.film.crop_height;
+  std::set<std::uint32_t> all;
+  for (const auto& [pixel, lamps] : found) {
+    const std::size_t x = pixel % width, y = pixel / width;
+    for (std::size_t v = y - std::min<std::size_t>(y, 1); v < std::min(y + 2, height); ++v)
+      for (std::size_t u = x - std::min<std::size_t>(x, 1); u < std::min(x + 2, width); ++u)
+        all.insert(static_cast<std::uint32_t>(v * width + u));
+  }
+  return {all.begin(), all.end()};
+}
+
+}  // namespace
+
+FocusedLight focused_light(const Scene& scene, const Settings& settings, const RenderOptions& options,
+                           std::uint64_t paths, bool whole_film) {
+  const Chains chains(scene, settings, options);
+  const std::size_t width = scene.film.width, film_pixels = width * scene.film.height;
+  struct Seen {
+    bool vertex = false;
+    double once = 0, squared = 0;
+  };
+  std::vector<Seen> seen(paths);
+  for_each<FocusProbe>(paths, chains.threads, [&](std::size_t i, FocusProbe& probe) {
+    const std::size_t pixel = i * (whole_film ? film_pixels : chains.pixels()) / paths;
+    if (whole_film)
+      (void)chains.film_sample(pixel % width, pixel / width, i, probe);
+    else
+      (void)chains.sample(pixel, i, probe);
+    if (!probe.specular()) return;
+    const Sampler sampler = Sampler::at(SamplerKind::independent, chains.seed, pixel, i, 1);
+    const Point2f u = sampler.get_2d(slot(BounceDimension::light_point, 0));
+    const auto light = scene.lights.sample<kAllEffects>(chains.settings.lights, chains.settings.environment,
+                                                        {probe.place(), {}, false}, sampler, 0, u, probe.time);
+    seen[i].vertex = true;
+    if (!light || !(light->pdf > 0)) return;
+    const auto L = static_cast<double>(light->radiance.luminance()), pdf = static_cast<double>(light->pdf);
+    // a narrow lobe makes a light without extent as large as itself; a discrete direction never meets such a light
+    const double density = light->delta ? static_cast<double>(probe.density()) : 1;
+    if (density > 0) seen[i].once = L / pdf, seen[i].squared = L * L / pdf * density;
+  });
+  FocusedLight found;
+  double once = 0, squared = 0;
+  for (const Seen& at : seen) found.vertices += at.vertex ? 1 : 0, once += at.once, squared += at.squared;
+  if (!(squared > 0)) return found;
+  const auto vertices = static_cast<double>(found.vertices);
+  found.solid_angle = once * once / squared / vertices;
+  found.radiance = once / vertices / std::numbers::pi * scene.normalization.world_radiance_scale();
+  return found;
+}
+
+std::map<std::uint32_t, LampsOfPixel> mirrored_lamps(const Scene& scene, const Settings& settings,
+                                                     const RenderOptions& options, std::uint64_t samples) {
+  if (scene.hides_emitters) return {};
+  const Chains chains(scene, settings, options);
+  const std::uint64_t half = std::max<std::uint64_t>(samples, chains.pixels() / kPixelsPerChain) / 2;
+  const Found scouted = lamps_in(chains, mirrors_of(chains), half, kScouts, 0);
+  // Few of the pixels that see a mirror see a lamp in it. They and their neighbours share the other half of the chains,
+  // and what these find does not depend on what the first found.
+  return lamps_in(chains, with_neighbours(chains, scouted), half, kFewest, kMost + 1);
+}
+
+}  // namespace equaltime

@@ -1,0 +1,89 @@
+#include "equaltime/analysis/split.h"
+
+#include <algorithm>
+
+#include "equaltime/base/effects.h"
+#include "equaltime/transport/block_loop.h"
+#include "equaltime/transport/sample_pixel.h"
+
+namespace equaltime {
+
+namespace {
+
+constexpr const char* kWayNames[SplitParts::kWays] = {"seen", "met", "aimed"};
+constexpr const char* kBsdfNames[SplitParts::kBsdfs] = {
+    "none",    "diffuse",      "roughconductor",  "conductor",  "dielectric", "thindielectric",
+    "plastic", "roughplastic", "roughdielectric", "principled", "phase",      "blendphase",
+};
+
+}  // namespace
+
+SplitParts::SplitParts(const Scene& scene) : light_part_(scene.lights.size()) {
+  for (std::uint32_t i = 1; i <= kLengths; ++i) names_.push_back({"length", std::to_string(i)});
+  for (const char* way : kWayNames) names_.push_back({"way", way});
+  for (const char* bsdf : kBsdfNames) names_.push_back({"bsdf", bsdf});
+  name_lights(scene);
+}
+
+/// A shape is one light here, of however many triangles.
+void SplitParts::name_lights(const Scene& scene) {
+  const std::uint32_t first = count();
+  std::vector<std::string> starts(light_part_.size());
+  for (std::size_t i = 0; i < scene.surfaces.size(); ++i)
+    if (const std::uint32_t light = scene.surfaces[i].first_light; light != kNone)
+      starts[light] = "shape " + std::to_string(i);
+  for (std::uint32_t i = scene.lights.first_delta(); i < starts.size(); ++i)
+    starts[i] = "light " + std::to_string(i - scene.lights.first_delta());
+  if (scene.lights.environment()) starts.back() = "environment";
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    if (!starts[i].empty() && count() < first + kMostLights) names_.push_back({"light", starts[i]});
+    light_part_[i] = count() - 1;
+  }
+  if (scene.lights.environment() && !starts.empty() && names_.back().what != "environment") {
+    names_.back().what = "others";
+    names_.push_back({"light", "environment"});
+    light_part_.back() = count() - 1;
+  } else if (count() == first + kMostLights) {
+    names_.back().what = "others";
+  }
+}
+
+void SplitProbe::add(const Spectrum& L, int depth, std::uint32_t way, std::uint32_t light) noexcept {
+  const std::uint32_t last = parts_.count() - 1;
+  for (const std::uint32_t part : {SplitParts::length(depth), SplitParts::way(way), SplitParts::bsdf(bsdf_),
+                                   light == kNone ? last : parts_.light(light)}) {
+    double* sum = &pixel_[3 * std::size_t{part}];
+    sum[0] += static_cast<double>(L.r) * weight_;
+    sum[1] += static_cast<double>(L.g) * weight_;
+    sum[2] += static_cast<double>(L.b) * weight_;
+  }
+}
+
+Split split_light(std::shared_ptr<const Scene> scene, const Settings& settings, const RenderOptions& options,
+                  std::uint64_t samples, bool only_lengths, const std::function<void()>& poll) {
+  Renderer renderer(scene, settings, options);
+  const Settings& learnt = renderer.settings();
+  Split split{SplitParts(*scene), scene->film.crop_height, scene->film.crop_width, SplitParts::kLengths, {}};
+  if (!only_lengths) split.kept = split.parts.count();
+  const std::size_t row = 3 * std::size_t{split.kept};
+  split.means.resize(row * split.height * split.width);
+  const double scale = scene->normalization.world_radiance_scale() / static_cast<double>(samples);
+  for_each_block(renderer.blocks(), renderer.threads(), poll, [&] {
+    // The sums are of one pixel: what is kept of it is rounded once.
+    return [&, probe = SplitProbe(split.parts),
+            sums = std::vector<double>(3 * std::size_t{split.parts.count()})](const PixelBlock& block) mutable {
+      const BlockTask task{*scene, learnt, options.seed, block, 0, samples, options.nets};
+      for (std::uint32_t y = block.y0; y < block.y1; ++y)
+        for (std::uint32_t x = block.x0; x < block.x1; ++x) {
+          std::ranges::fill(sums, 0.0);
+          probe.at(sums, scale);
+          for (std::uint64_t s = 0; s < samples; ++s) (void)sample_pixel<kAllEffects>(task, x, y, s, probe);
+          std::ranges::transform(std::span(sums).first(row), &split.means[row * (std::size_t{y} * split.width + x)],
+                                 [](double sum) { return static_cast<float>(sum); });
+        }
+    };
+  });
+  return split;
+}
+
+}  // namespace equaltime

@@ -1,0 +1,116 @@
+// Where the light of an image comes from: the very paths of a render, each contribution to their radiance also added to
+// what brought it. Four ways to part the whole, each of which adds up to it: by the length of the path; by how the
+// light was found; by the last BSDF that scattered it; by the light.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "equaltime/base/effects.h"
+#include "equaltime/render/renderer.h"
+#include "equaltime/transport/probe.h"
+
+namespace equaltime {
+
+/// The parts of a scene's light, numbered: lengths of paths, ways to find light, BSDFs, lights.
+class SplitParts {
+ public:
+  static constexpr std::uint32_t kLengths = 16;  // the last has all that are longer
+  static constexpr std::uint32_t kWays = 3;      // seen by the camera, met by a scattered ray, aimed at
+  static constexpr std::uint32_t kBsdfs = 1 + std::variant_size_v<Bsdf>;  // none, then by their place in the variant
+  static constexpr std::uint32_t kMostLights = 24;                        // told apart; the last has all the others
+
+  explicit SplitParts(const Scene& scene);
+
+  [[nodiscard]] static std::uint32_t length(int depth) noexcept {
+    return std::min(static_cast<std::uint32_t>(depth), kLengths) - 1;
+  }
+  [[nodiscard]] static constexpr std::uint32_t way(std::uint32_t i) noexcept { return kLengths + i; }
+  [[nodiscard]] static constexpr std::uint32_t bsdf(std::uint32_t i) noexcept { return kLengths + kWays + i; }
+  [[nodiscard]] std::uint32_t light(std::uint32_t number) const noexcept { return light_part_[number]; }
+  [[nodiscard]] std::uint32_t count() const noexcept { return static_cast<std::uint32_t>(names_.size()); }
+
+  /// What a part is, such as {"length", "3"}, {"light", "shape 12"}: lights by their shape, others by their order.
+  struct Name {
+    std::string kind, what;
+  };
+  [[nodiscard]] const std::vector<Name>& names() const noexcept { return names_; }
+
+ private:
+  void name_lights(const Scene& scene);
+
+  std::vector<Name> names_;
+  std::vector<std::uint32_t> light_part_;  // of each light
+};
+
+/// Adds what each path brings to the parts of its pixel.
+class SplitProbe {
+ public:
+  static constexpr bool listens = false;
+  static constexpr bool allocates = false;
+
+  explicit SplitProbe(const SplitParts& parts) noexcept : parts_(parts) {}
+
+  /// Where the parts of the pixel are added up: three channels each.
+  void at(std::span<double> pixel, double scale) noexcept { pixel_ = pixel, scale_ = scale; }
+
+  template <Effects E>
+  [[nodiscard]] MeetingOf<E> intersect(const Scene& scene, const Ray& ray) noexcept {
+    return scene.intersect<E>(ray, time);
+  }
+  template <Effects E>
+  [[nodiscard]] bool occluded(const Scene& scene, const Ray& ray) noexcept {
+    return scene.occluded<E>(ray, time);
+  }
+  template <Effects E>
+  [[nodiscard]] MeetingOf<E> blocker(const Scene& scene, const Ray& ray) noexcept {
+    if (scene.crossings_are_vertices) ++crossed_;
+    return scene.intersect<E>(ray, time);
+  }
+
+  void begin(float weight) noexcept { weight_ = scale_ * static_cast<double>(weight), bsdf_ = 0; }
+  void scatters(const Bsdf& bsdf) noexcept { bsdf_ = 1 + static_cast<std::uint32_t>(bsdf.index()); }
+  void aims(const LightSample& light) noexcept {
+    aimed_at_ = light.infinite && !light.delta ? kNone : light.light;
+    crossed_ = -1;
+  }
+  Spectrum met(const Spectrum& L, std::uint32_t light, int depth) noexcept {
+    if (!L.is_black()) add(L, depth, bsdf_ == 0 ? 0 : 1, light);
+    return L;
+  }
+  /// `depth` is that of the light, if the way to it crosses no surface.
+  Spectrum lit(const Spectrum& L, int depth) noexcept {
+    if (!L.is_black()) add(L, depth + std::max(crossed_, 0), 2, aimed_at_);
+    return L;
+  }
+  static bool gives_up() noexcept { return false; }
+
+  float time = 0;  // as RayCounter's
+
+ private:
+  void add(const Spectrum& L, int depth, std::uint32_t way, std::uint32_t light) noexcept;
+
+  const SplitParts& parts_;
+  std::span<double> pixel_;
+  double scale_ = 1, weight_ = 1;
+  std::uint32_t bsdf_ = 0, aimed_at_ = kNone;  // kNone: the environment
+  int crossed_ = 0;
+};
+
+struct Split {
+  SplitParts parts;
+  std::uint32_t height, width;
+  std::uint32_t kept;        // of the parts, so many from the first on
+  std::vector<float> means;  // (height, width, kept, 3), in the user's units
+};
+
+/// The mean of `samples` samples of every pixel, part by part, or only by lengths of paths: those of a render with the
+/// same options. `poll` is called about every 50 ms by the calling thread and ends it all by throwing.
+[[nodiscard]] Split split_light(std::shared_ptr<const Scene> scene, const Settings& settings,
+                                const RenderOptions& options, std::uint64_t samples, bool only_lengths = false,
+                                const std::function<void()>& poll = {});
+
+}  // namespace equaltime

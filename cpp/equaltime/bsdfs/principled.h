@@ -1,0 +1,63 @@
+// Principled: Burley's diffuse, metallic, glassy and coated material (Disney 2012, 2015) with Mitsuba's parameters and
+// formulas. From the front: a diffuse lobe with retro-reflection, blended to a flat look of subsurface light; sheen;
+// the main lobe, GGX facets that reflect as a dielectric, tinted, or a metal, and refract as glass; a clear coat. From
+// behind only the glass is seen. As Mitsuba has it, facets whose index is 1 reflect nothing at all, not even as metal.
+#pragma once
+
+#include "equaltime/base/optional.h"
+#include "equaltime/bsdfs/bsdf_types.h"
+#include "equaltime/bsdfs/facets.h"
+#include "equaltime/bsdfs/fresnel.h"
+#include "equaltime/sampling/warps.h"
+
+namespace equaltime {
+
+/// Mitsuba's words; ior is interior over exterior.
+struct PrincipledDescription {
+  Vec3d base_color{0.5, 0.5, 0.5};
+  double roughness = 0.5, anisotropic = 0, metallic = 0, spec_trans = 0, ior = 1.5, spec_tint = 0, sheen = 0,
+         sheen_tint = 0, flatness = 0, clearcoat = 0, clearcoat_gloss = 0;
+};
+
+struct Principled {
+  static constexpr bool is_delta = false;
+  static constexpr bool picks_lobe = true;
+  bool transmits;
+  Spectrum base_color;
+  float roughness, anisotropic, metallic, spec_trans, ior, spec_tint, sheen, sheen_tint, flatness, clearcoat,
+      clearcoat_gloss;
+  Microfacet distribution;  // of the main lobe; follows from roughness and anisotropy
+
+  explicit Principled(const PrincipledDescription& d) noexcept;
+  void set(BsdfParameter parameter, const Spectrum& value) noexcept;
+
+  [[nodiscard]] BsdfValue eval(const Vec3f& wo, const Vec3f& wi, bool front) const noexcept;
+  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, double u_lobe, Point2f u) const noexcept;
+  /// Nearly, and 0 only if nothing: the lobes' own at the angle of wo.
+  [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool front) const noexcept;
+
+ private:
+  /// The probabilities of drawing from each lobe.
+  struct Lobes {
+    float diffuse, clearcoat, facets;
+  };
+  /// What the facets at an angle of incidence, of the cosine c, reflect and refract.
+  struct Facets {
+    Spectrum reflectance, transmittance;
+    float refracting;  // the probability that a sample is refracted
+  };
+
+  [[nodiscard]] Lobes lobes(const Vec3f& wo, bool front) const noexcept;
+  [[nodiscard]] Facets facets(float c, float eta, float reflectance, bool front) const noexcept;
+  [[nodiscard]] BsdfValue eval_at(const Vec3f& wo, const Vec3f& wi, const Vec3f& m, bool front) const noexcept;
+  [[nodiscard]] Spectrum diffuse(const Vec3f& wo, const Vec3f& wi, float c) const noexcept;
+  [[nodiscard]] Spectrum schlick(const Spectrum& r0, float c) const noexcept;
+  void derive() noexcept;
+
+  Spectrum tint_;            // the base colour at a luminance of 1
+  Spectrum glass_;           // what the refracted light is multiplied by
+  float body_, glassiness_;  // weights of the diffuse lobe and of refraction
+  float coat_alpha_;
+};
+
+}  // namespace equaltime

@@ -1,0 +1,108 @@
+// Rough plastic: microfacets of a dielectric over a diffuse body. Mitsuba's model: what enters the body and leaves it
+// is the share of light that one refraction by microfacets lets through.
+#pragma once
+
+#include <array>
+
+#include "equaltime/base/optional.h"
+#include "equaltime/bsdfs/bsdf_types.h"
+#include "equaltime/bsdfs/facets.h"
+#include "equaltime/bsdfs/fresnel.h"
+#include "equaltime/bsdfs/plastic.h"
+#include "equaltime/sampling/warps.h"
+
+namespace equaltime {
+
+struct RoughPlasticDescription {
+  MicrofacetModel model = MicrofacetModel::ggx;
+  double alpha = 0.1;
+  PlasticDescription plastic;
+};
+
+/// How much light microfacets of a dielectric let through, by the cosine of one direction, all others integrated.
+class RoughTransmittance {
+ public:
+  /// Integrates at load. Shadowed and masked light is lost, as by all models of single scattering here.
+  RoughTransmittance(const Microfacet& distribution, float ior);
+
+  /// From outside; linear between knots at equal steps of the cosine, of which Mitsuba has as many.
+  [[nodiscard]] float operator()(float cosine) const noexcept {
+    const float x = std::min(cosine, 1.0F) * (kKnots - 1);
+    const auto i = std::min(static_cast<std::size_t>(x), std::size_t{kKnots - 2});
+    return std::lerp(from_outside_[i], from_outside_[i + 1], x - static_cast<float>(i));
+  }
+  /// What diffuse light from within is reflected, by Mitsuba's rule: the mean over the knots, not over the interval,
+  /// which is a 64th too little, and seen in pictures as a percent or two.
+  [[nodiscard]] float internal_reflectance() const noexcept { return internal_reflectance_; }
+  /// What diffuse light from outside enters.
+  [[nodiscard]] float mean() const noexcept { return mean_; }
+
+ private:
+  static constexpr int kKnots = 64;
+  std::array<float, kKnots> from_outside_;
+  float internal_reflectance_, mean_;
+};
+
+struct RoughPlastic {
+  static constexpr bool is_delta = false;
+  static constexpr bool transmits = false;
+  static constexpr bool picks_lobe = true;
+  Microfacet distribution;
+  float ior;  // interior over exterior
+  bool nonlinear;
+  Spectrum diffuse_reflectance, specular_reflectance;
+
+  explicit RoughPlastic(const RoughPlasticDescription& d);
+  void set(BsdfParameter parameter, const Spectrum& value) noexcept {
+    if (parameter == BsdfParameter::diffuse_reflectance) diffuse_reflectance = value;
+    if (parameter == BsdfParameter::specular_reflectance) specular_reflectance = value;
+    derive();
+  }
+
+  [[nodiscard]] BsdfValue eval(const Vec3f& wo, const Vec3f& wi, bool) const noexcept {
+    const Optional<Vec3f> m = wi.z > 0 ? facet_between(wo, wi, 1) : std::nullopt;
+    return m ? eval_at(wo, wi, *m) : BsdfValue();
+  }
+  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool, double u_lobe, Point2f u) const noexcept {
+    const bool mirrors = u_lobe < share(transmittance_(wo.z));
+    const Vec3f m = mirrors ? distribution.sample(wo, u) : Vec3f();
+    const Vec3f wi = mirrors ? m * (2 * dot(wo, m)) - wo : square_to_cosine_hemisphere(u);
+    if (!(wi.z > 0)) return std::nullopt;
+    const BsdfValue value = eval_at(wo, wi, mirrors ? m : normalize(wo + wi));
+    if (!(value.pdf > 0)) return std::nullopt;
+    return BsdfSample{wi, value.f * (1 / value.pdf), value.pdf};
+  }
+  [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool) const noexcept {
+    const float entering = transmittance_(wo.z);
+    return specular_reflectance * (1 - entering) + body_ * (entering * transmittance_.mean());
+  }
+
+ private:
+  [[nodiscard]] BsdfValue eval_at(const Vec3f& wo, const Vec3f& wi, const Vec3f& m) const noexcept {
+    const float entering = transmittance_(wo.z), mirrors = share(entering);
+    // The cosine of half the angle between them, the same from both: where total reflection begins, Fresnel's
+    // reflectance is so steep that the rounding of wo·m and wi·m would tell.
+    const float reflectance = fresnel_dielectric(std::min(1.0F, 0.5F * length(wo + wi)), ior).reflectance;
+    const FacetLobe mirror = mirrored(distribution, wo, wi, m);
+    const float cosine = cosine_hemisphere_pdf(wi.z);
+    return {specular_reflectance * (reflectance * mirror.f) + body_ * (cosine * entering * transmittance_(wi.z)),
+            mirrors * mirror.pdf + (1 - mirrors) * cosine};
+  }
+  /// The probability of a microfacet's mirror direction where the interface lets so much light enter.
+  [[nodiscard]] float share(float entering) const noexcept {
+    const float mirror = specular_ * (1 - entering), body = diffuse_ * entering;
+    return mirror > 0 ? mirror / (mirror + body) : 0.0F;
+  }
+  /// What follows from the two colours.
+  void derive() noexcept {
+    body_ = body_reflectance(diffuse_reflectance, transmittance_.internal_reflectance(), nonlinear, ior);
+    specular_ = specular_reflectance.mean();
+    diffuse_ = body_.mean() * transmittance_.mean();
+  }
+
+  Spectrum body_;                     // f·π of the body without the interface's transmittances
+  float specular_ = 0, diffuse_ = 0;  // how much each scatters of what the interface gives it
+  RoughTransmittance transmittance_;
+};
+
+}  // namespace equaltime

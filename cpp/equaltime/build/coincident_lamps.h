@@ -1,0 +1,16 @@
+// Coincident lamps. Where a lamp lies in a surface to within rounding, Embree meets either of the two, and each
+// technique would make another image. The rule is that the lamp is before the surface, on the side to which it emits,
+// and of two lamps the one described later: it is moved there by a few millionths of the scene, when that is built.
+#pragma once
+
+#include "equaltime/build/description.h"
+#include "equaltime/math/normalization.h"
+
+namespace equaltime {
+
+/// Moves the lamps of a description: flat ones, and spheres and cylinders that stand still and are one with another.
+/// Moving shapes are compared at the first and the last key of their motion.
+/// Throws std::invalid_argument that names the shape where one mesh emits twice from one place.
+void bring_lamps_forward(SceneDescription& description, const Normalization& space);
+
+}  // namespace equaltime

@@ -1,0 +1,176 @@
+#include "equaltime/build/emission.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "equaltime/build/build_meshes.h"
+#include "equaltime/scene/scene.h"
+
+namespace equaltime {
+
+namespace {
+
+constexpr int kSquareSteps = 64;
+/// Share of the largest value found, added for texels that no step met.
+constexpr float kLeast = 1e-3F;
+/// Of the mean over a mesh, for a triangle that is dark but for what rounding may find at its borders.
+constexpr double kDarkest = 0x1p-20;
+/// Cells of a picture are no smaller than so many times what points of its triangle are rounded by.
+constexpr double kRoundings = 32;
+
+/// Where the texture of an area light is looked up for a point of it, in the space of the set that it is one of.
+TexturePlace place_of(const Scene& scene, const Geometries& all, const Emitter& emitter, const Vec3d& p) noexcept {
+  const auto [shape, primitive] = emitter;
+  const Surface& surface = scene.surfaces[shape];
+  if (surface.kind == SurfaceKind::sphere)
+    return {detail::sphere_uv(surface, Vec3f(normalize(p - all.spheres[primitive].center)))};
+  if (surface.kind == SurfaceKind::disk) return {detail::disk_uv(all.disks[primitive], p)};
+  if (surface.kind == SurfaceKind::cylinder) {
+    const CylinderGeometry& tube = all.cylinders[primitive];
+    const double height = dot(p - tube.base, tube.axis);
+    return {detail::cylinder_uv(surface, Vec3f(normalize(p - tube.base - tube.axis * height)), height / tube.length)};
+  }
+  const MeshView& mesh = scene.meshes[surface.mesh];
+  const auto& [a, b, c] = mesh.triangles[primitive];
+  if (surface.light_per_primitive) {
+    const auto [u, v] = barycentric(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c], p);
+    return scene.place(shape, primitive, {u, v});
+  }
+  // A rectangle, whose first triangle has its first edge from corner to corner and its second along the diagonal.
+  const Vec3d corner(mesh.vertices[a]), x = Vec3d(mesh.vertices[b]) - corner, y = Vec3d(mesh.vertices[c]) - corner - x;
+  const Vec3d r = p - corner;
+  return {{static_cast<float>(dot(r, x) / length_squared(x)), static_cast<float>(dot(r, y) / length_squared(y))}};
+}
+
+/// In the order that puts the front of the triangle's light to the side that it shines to.
+std::array<Vec3f, 3> corners_of(const TriangleMesh& mesh, std::size_t triangle, bool flipped) noexcept {
+  const auto& [a, b, c] = mesh.triangles[triangle];
+  return {mesh.vertices[a], mesh.vertices[flipped ? c : b], mesh.vertices[flipped ? b : c]};
+}
+
+/// How many cells along its side the picture of a triangle may have, so that rounding leaves its points where they are.
+double finest(const std::array<Vec3f, 3>& corners) noexcept {
+  const Vec3d e1 = Vec3d(corners[1]) - Vec3d(corners[0]), e2 = Vec3d(corners[2]) - Vec3d(corners[0]);
+  const double longest = std::sqrt(std::max({length_squared(e1), length_squared(e2), length_squared(e2 - e1)}));
+  const auto rounding = static_cast<double>(triangle_plane(corners[0], corners[1], corners[2]).offset);
+  return length(cross(e1, e2)) / longest / (kRoundings * rounding);
+}
+
+}  // namespace
+
+Spectrum mean_over_square(const Texture& texture) noexcept {
+  Spectrum sum;
+  float largest = 0;
+  constexpr float kStep = 1.0F / kSquareSteps;
+  for (int i = 0; i < kSquareSteps; ++i)
+    for (int j = 0; j < kSquareSteps; ++j) {
+      const Spectrum value =
+          eval(texture, {{(static_cast<float>(i) + 0.5F) * kStep, (static_cast<float>(j) + 0.5F) * kStep}});
+      sum += value;
+      largest = std::max(largest, value.max_component());
+    }
+  return sum * (kStep * kStep) + Spectrum(kLeast * (largest > 0 ? largest : 1));
+}
+
+void AreaLights::set_emission(Surface& surface, std::size_t shape, std::uint32_t texture) const {
+  if (texture >= textures.size()) fail(shape, "no texture " + std::to_string(texture) + " to shine by");
+  if (const auto color = constant(textures[texture])) {
+    surface.radiance *= *color;
+  } else {
+    surface.emission = texture;
+    surface.textured = true;
+  }
+}
+
+Spectrum AreaLights::mean_radiance(const Surface& surface) const noexcept {
+  if (surface.emission == kNone) return surface.radiance;
+  return surface.radiance * mean_over_square(textures[surface.emission]);
+}
+
+void AreaLights::add(Surface& surface, std::size_t shape, std::size_t primitive, const AreaLight& light) {
+  if (surface.first_light == kNone) surface.first_light = static_cast<std::uint32_t>(lights.size());
+  lights.push_back(light);
+  emitters.push_back({static_cast<std::uint32_t>(shape), static_cast<std::uint32_t>(primitive)});
+}
+
+void AreaLights::add_rectangle(Surface& surface, std::size_t shape, const Vec3f& corner, const Vec3d& edge_x,
+                               const Vec3d& edge_y, bool flipped) {
+  const auto lit_by = [&](const Spectrum& mean) { return RectangleLight(corner, edge_x, edge_y, flipped, mean); };
+  if (surface.emission == kNone || std::holds_alternative<MeshAttribute>(textures[surface.emission]))
+    return add(surface, shape, 0, lit_by(mean_radiance(surface)));
+  const auto picture = std::make_shared<const Picture>(picture_of(textures[surface.emission], surface.radiance));
+  add(surface, shape, 0, PictureRectangle(lit_by(Spectrum(static_cast<float>(picture->mean()))), picture));
+}
+
+void AreaLights::add_triangles(std::size_t shape, const TriangleMesh& mesh, Surface& surface, bool flipped) {
+  if (surface.radiance.is_black()) return;
+  surface.light_per_primitive = true;
+  std::vector<TriangleShine> shines;
+  if (surface.emission != kNone) shines = shines_of(shape, mesh, surface, flipped);
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto [a, b, c] = corners_of(mesh, i, flipped);
+    if (shines.empty()) {
+      add(surface, shape, i, TriangleLight(a, b, c, surface.radiance));
+      continue;
+    }
+    const TriangleLight light(a, b, c, Spectrum(static_cast<float>(shines[i].mean)));
+    if (shines[i].picture)
+      add(surface, shape, i, PictureTriangle(light, shines[i].picture));
+    else
+      add(surface, shape, i, light);
+  }
+}
+
+std::vector<TriangleShine> AreaLights::shines_of(std::size_t shape, const TriangleMesh& mesh, const Surface& surface,
+                                                 bool flipped) const {
+  const TrianglePictures pictures(textures[surface.emission], surface.radiance, mesh.triangles.size(), pictured_meshes);
+  const Point2f* uvs = surface.uvs.empty() ? nullptr : surface.uvs.data();
+  std::vector<TriangleShine> shines;
+  double total = 0;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto place = [&](float u, float v) {
+      return on_triangle({u, v}, static_cast<std::uint32_t>(shape), static_cast<std::uint32_t>(i), mesh.triangles[i],
+                         uvs);
+    };
+    const TexturePlace second = place(1, 0), third = place(0, 1);
+    shines.push_back(pictures.of({place(0, 0), flipped ? third : second, flipped ? second : third},
+                                 finest(corners_of(mesh, i, flipped))));
+    total += shines.back().mean;
+  }
+  const double least = kDarkest * (total > 0 ? total / static_cast<double>(shines.size()) : 1);
+  for (TriangleShine& shine : shines) shine.mean = std::max(shine.mean, least);
+  return shines;
+}
+
+const Emitter* Scene::pictured(const LightSample& sample) const noexcept {
+  if (emitters.empty() || sample.infinite || sample.delta) return nullptr;
+  const Emitter& emitter = emitters[sample.light];
+  return surfaces[emitter.shape].emission == kNone ? nullptr : &emitter;
+}
+
+Spectrum Scene::projected(const LightSample& sample) const noexcept {
+  const SpotLight* spot = lights.projector(sample);
+  if (spot == nullptr) return sample.radiance;
+  return sample.radiance * eval(textures[spot->slide()->texture], spot->place_on_slide(sample.wi));
+}
+
+Spectrum Scene::radiance_of(const LightSample& sample) const noexcept {
+  const Emitter* emitter = pictured(sample);
+  if (emitter == nullptr) return projected(sample);
+  const Surface& surface = surfaces[emitter->shape];
+  const TexturePlace place = place_of(*this, accel.geometries(), *emitter, Vec3d(sample.target.p));
+  return surface.radiance * eval(textures[surface.emission], place);
+}
+
+Spectrum Scene::radiance_of(const LightSample& sample, float time) const noexcept {
+  const Emitter* emitter = pictured(sample);
+  const MovingInstanceGeometry* carrier = emitter == nullptr ? nullptr : lights.carrier(sample.light);
+  if (carrier == nullptr) return radiance_of(sample);
+  const Surface& surface = surfaces[emitter->shape];
+  const Vec3d local = carrier->to_world.at(static_cast<double>(time)).local_point(Vec3d(sample.target.p));
+  const TexturePlace place = place_of(*this, accel.groups()[carrier->group], *emitter, local);
+  return surface.radiance * eval(textures[surface.emission], place);
+}
+
+}  // namespace equaltime

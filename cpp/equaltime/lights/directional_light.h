@@ -1,0 +1,21 @@
+// Directional light: parallel light from infinitely far away, given by the irradiance of a surface that it meets
+// head-on.
+#pragma once
+
+#include "equaltime/lights/light_types.h"
+#include "equaltime/math/numeric.h"
+
+namespace equaltime {
+
+struct DirectionalLight {
+  Vec3f towards;  // unit, to where the light comes from
+  Spectrum irradiance;
+
+  [[nodiscard]] LightSample sample(float pmf) const noexcept { return {towards, irradiance, pmf, 0, {}, true, true}; }
+  /// What falls on a scene of that radius, as for an environment.
+  [[nodiscard]] double power(double scene_radius) const noexcept {
+    return static_cast<double>(irradiance.mean()) * std::numbers::pi * square(scene_radius);
+  }
+};
+
+}  // namespace equaltime

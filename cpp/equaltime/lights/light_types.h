@@ -1,0 +1,40 @@
+// What every light gives and takes. A light is sampled as seen from a receiving point; pdfs are per solid angle there.
+// Radiance leaves a surface light from its front side only. The pick probability is not in these pdfs: Lights adds it.
+#pragma once
+
+#include "equaltime/math/spectrum.h"
+#include "equaltime/shapes/interaction.h"
+
+namespace equaltime {
+
+/// A point that gathers light. Only the light tree looks beyond the point.
+struct Receiver {
+  Vec3f p;
+  Vec3f n;      // unit, as shaded, on the side that the point is seen from
+  bool opaque;  // light from behind n counts for nothing
+};
+
+/// One of many lights, and the probability of this choice.
+struct LightPick {
+  std::uint32_t light;
+  float pmf;
+};
+
+struct LightSample {
+  Vec3f wi;           // unit, from the receiver
+  Spectrum radiance;  // arriving, before occlusion; for a point light already divided by distance²
+  float pdf;          // includes the pick; for a point light the pick alone
+  float distance;
+  SurfaceAnchor target;     // its normal towards the receiver
+  bool infinite = false;    // the light is a direction: target has no meaning
+  bool delta = false;       // no other technique can find it
+  std::uint32_t light = 0;  // its number, but for the environment
+};
+
+/// Radiance and density of a light that a scattered ray has met.
+struct LightValue {
+  Spectrum radiance;
+  float pdf;
+};
+
+}  // namespace equaltime

@@ -1,0 +1,45 @@
+// Phase function of Henyey and Greenstein (1941), isotropic for g = 0: where a particle scatters light to. It stands
+// among the BSDFs, in a frame whose normal is wo: what looks for light at a surface does so in a medium too.
+#pragma once
+
+#include <cmath>
+
+#include "equaltime/base/optional.h"
+#include "equaltime/sampling/scattering.h"
+#include "equaltime/sampling/warps.h"
+
+namespace equaltime {
+
+struct Phase {
+  static constexpr bool is_delta = false;
+  static constexpr bool transmits = true;
+  static constexpr bool picks_lobe = false;
+  float g = 0;                      // mean cosine between the directions before and after, in (-1, 1)
+  Spectrum single_albedo{1, 1, 1};  // of the medium: for roulette, the weight of a collision has it already
+
+  /// Value and density are one: all that reaches the particle is scattered.
+  [[nodiscard]] BsdfValue eval(const Vec3f&, const Vec3f& wi, bool) const noexcept {
+    // 1 + g² - 2g·cosθ without its cancellation where the lobe is sharp; light that goes straight on has z = -1.
+    const float side = g < 0 ? wi.z : -wi.z;
+    const float to_peak = side > 0 ? (wi.x * wi.x + wi.y * wi.y) / (1 + side) : 1 - side;
+    const float narrow = 1 - std::abs(g);
+    const float d = narrow * narrow + 2 * std::abs(g) * to_peak;
+    const float pdf = kUniformSpherePdf * (1 - g) * (1 + g) / (d * std::sqrt(d));
+    return {Spectrum(pdf), pdf};
+  }
+
+  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, double, Point2f u) const noexcept {
+    // The distribution of the cosine, inverted, in a form that does not divide by g.
+    const double h = static_cast<double>(g), s = 1 - 2 * static_cast<double>(u.x), q = 1 + h * s;
+    const double numerator = s + h * (0.5 * (s * s + 3) + h * (s + 0.5 * h * (s * s - 1)));
+    const double cosine = std::clamp(numerator / (q * q), -1.0, 1.0);
+    const auto sine = static_cast<float>(std::sqrt((1 - cosine) * (1 + cosine)));
+    const auto [sin_phi, cos_phi] = sin_cos_turn(u.y);
+    const Vec3f wi{sine * cos_phi, sine * sin_phi, static_cast<float>(-cosine)};
+    return BsdfSample{wi, Spectrum(1), eval(wo, wi, front).pdf};
+  }
+
+  [[nodiscard]] Spectrum albedo(const Vec3f&, bool) const noexcept { return single_albedo; }
+};
+
+}  // namespace equaltime

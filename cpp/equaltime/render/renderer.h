@@ -1,0 +1,112 @@
+// Renderer: brings the film to a number of samples, in passes of ordered blocks over a fixed set of threads.
+// A worker owns a block, hence its pixels, for a pass; what is in the film never depends on who did it or when.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "equaltime/base/effects.h"
+#include "equaltime/render/checked.h"
+#include "equaltime/render/splitting.h"
+#include "equaltime/transport/kernels.h"
+
+namespace equaltime {
+
+struct RenderOptions {
+  std::uint64_t seed = 0;
+  unsigned threads = 0;          // 0: as many as the machine has
+  std::uint32_t tile = 16;       // pixels along a block's side
+  std::uint32_t replicates = 2;  // of the film
+  std::uint32_t nets = 2;        // of each pixel: as many as replicates, or one, whose halves are the replicates then
+  std::uint32_t second_net = 0;  // with one net, one of so many pixels has a second one (`SecondNets`); 0: none has
+  bool pixel_rays = false;       // count the rays of every pixel
+  Effects also = {};             // that the kernel must cover, to see what its not doing so is worth
+  Traps traps = Traps::ignore;   // of floating-point faults
+};
+
+class Renderer {
+ public:
+  Renderer(std::shared_ptr<const Scene> scene, const Settings& settings, const RenderOptions& options);
+
+  /// Brings every pixel to `samples`. Returns whether every pixel has its samples.
+  ///
+  /// Ends early, between blocks, when `seconds` have passed, or when `poll` (called about every 50 ms by the calling
+  /// thread) returns false or throws, which is thrown on. A path of a thousand segments is not waited for: its block
+  /// begins anew then. After `pause` seconds the call ends early too, but every worker has finished a block then, so
+  /// that a caller who goes on comes to the end. An exception of a worker, such as std::bad_alloc, is thrown on. In
+  /// each of these cases the next call takes up where this one ended; no sample is lost or counted twice.
+  bool advance(std::uint64_t samples, std::optional<double> seconds = {}, const std::function<bool()>& poll = {},
+               std::optional<double> pause = {});
+
+  /// Where the passes stand: every pixel has `done` samples, and in the blocks before `next_block` it has `target`, but
+  /// for those that were given up.
+  struct Position {
+    std::uint64_t done = 0, target = 0;
+    std::size_t next_block = 0;
+  };
+  [[nodiscard]] const Position& position() const noexcept { return at_; }
+
+  /// From here on, samples are averages: each pixel's own number grows at its rate. Call when every pixel has `pilot`
+  /// samples, or before `take_up`. Throws std::invalid_argument if some have others, or for rates that cannot be.
+  void adapt(std::uint64_t pilot, std::vector<float> rates);
+
+  /// From here on, only the blocks in a window of the film are rendered, from the start: other processes render the
+  /// rest. The moments there must be those of no samples, or be put there before `take_up`. Throws
+  /// std::invalid_argument if the window does not consist of whole blocks.
+  void limit_to(const PixelBlock& window);
+
+  /// Takes up an earlier render whose moments were put into the film. Throws std::invalid_argument if the pixels'
+  /// counts are not what passes of this renderer leave there.
+  void take_up(const Counters& so_far, const Position& position);
+
+  /// With the roulette that a pilot decided on, and what it goes by: learnt when they are first needed.
+  [[nodiscard]] const Settings& settings();
+  /// What was decided; null until then, or where there was nothing to decide.
+  [[nodiscard]] const RouletteDecision* decision() const noexcept { return decision_ ? &*decision_ : nullptr; }
+  [[nodiscard]] Film& film() noexcept { return film_; }
+  [[nodiscard]] SecondNets& second_nets() noexcept { return second_; }
+  [[nodiscard]] const Scene& scene() const noexcept { return *scene_; }
+  [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
+  [[nodiscard]] const SampleLog<NonFinite>& nonfinite() const noexcept { return nonfinite_; }
+  /// Samples that raised floating-point faults, the first of each worker and pass; none where faults are ignored.
+  [[nodiscard]] const SampleLog<FaultySample>& faulty() const noexcept { return faulty_; }
+  /// Rays of every pixel since this was made, row-major; empty unless they are counted.
+  [[nodiscard]] const std::vector<std::uint64_t>& pixel_rays() const noexcept { return pixel_rays_; }
+  [[nodiscard]] const KernelRow& kernel() const noexcept { return *kernel_; }
+  [[nodiscard]] unsigned threads() const noexcept { return threads_; }
+  /// The block of each number, in the order in which they are begun.
+  [[nodiscard]] std::vector<PixelBlock> blocks() const;
+
+ private:
+  struct Stop;
+  struct Worker;
+  void run_pass(Stop& stop);
+  /// Adds a task's samples to the film. Returns false where a path was given up; then, and after an exception, the
+  /// block, the counters and the logs are as they were.
+  bool add_samples(const BlockTask& task, Worker& worker);
+  /// Whether every pixel of the block has what the schedule gives it at this average.
+  [[nodiscard]] bool has_samples(const PixelBlock& block, std::uint64_t average) const noexcept;
+
+  std::shared_ptr<const Scene> scene_;
+  Settings settings_;
+  RenderOptions options_;
+  unsigned threads_;
+  Effects need_;  // of the scene and of whoever made this
+  const KernelRow* kernel_;
+  std::optional<RouletteDecision> decision_;  // holds what the settings point to, in every copy
+  bool taken_up_ = false;
+  Film film_;
+  SecondNets second_;
+  std::vector<PixelBlock> blocks_;
+  SampleSchedule schedule_;
+  std::vector<std::uint64_t> pixel_rays_;
+  Position at_;
+  Counters counters_;
+  SampleLog<NonFinite> nonfinite_;
+  SampleLog<FaultySample> faulty_;
+  std::vector<std::size_t> again_;  // blocks before the next that were given up, in ascending order
+};
+
+}  // namespace equaltime

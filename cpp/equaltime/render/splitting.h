@@ -1,0 +1,50 @@
+// Splitting: how many copies of a path are worth their rays, and whether splitting pays at all in a scene. Copies
+// lessen the variance that comes after the first scattering, and cost its rays; they leave alone what comes before. Of
+// all numbers of copies the best product of the image's variance and rays has those that grow as the root of a copy's
+// variance over its rays (Rath et al. 2022, "EARS", for one vertex of a path). Both are learnt from a pilot
+// (render/splitting_pilot.h), so that they depend on the scene and the strategy alone.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "equaltime/transport/efficiency.h"
+#include "equaltime/transport/settings.h"
+
+namespace equaltime {
+
+struct Scene;
+
+/// What a pilot says of splitting.
+struct Splitting {
+  Efficiency efficiency = Efficiency::uniform(0);
+  /// Logarithm of variance × rays with these copies over that without, every part of the pilot judging copies that the
+  /// other parts chose; 0 where the pilot says nothing.
+  double log_ratio = 0;
+  std::uint64_t rays = 0, shadow_rays = 0;  // of the pilot
+};
+
+/// Learns it from a pilot: the same for any number of threads.
+[[nodiscard]] Splitting learn_splitting(const Scene& scene, const Settings& settings, unsigned threads);
+
+/// The roulette of a render.
+struct RouletteDecision {
+  Roulette roulette = Roulette::throughput;      // never automatic
+  std::shared_ptr<const Efficiency> efficiency;  // null unless it is that of efficiency
+  std::optional<double> log_ratio;               // as in Splitting; none without a pilot
+  std::uint64_t rays = 0, shadow_rays = 0;       // of the pilot
+
+  /// The settings with this roulette. They point to `efficiency`, which must outlive them.
+  [[nodiscard]] Settings applied(Settings settings) const noexcept;
+};
+
+/// Whether a pilot has something to say: the roulette is automatic, or splits paths and does not know how often.
+[[nodiscard]] bool is_undecided(const Settings& settings) noexcept;
+
+/// Decides by a pilot, if there is something to decide: splits paths where the roulette is efficiency and, where it is
+/// automatic, if the pilot shows that this pays in seconds. Small films get no pilot, and no copies automatically. The
+/// same for any number of threads.
+[[nodiscard]] RouletteDecision decide_roulette(const Scene& scene, const Settings& settings, unsigned threads);
+
+}  // namespace equaltime

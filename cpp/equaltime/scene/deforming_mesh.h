@@ -1,0 +1,54 @@
+// DeformingMesh: a mesh whose vertices and normals change evenly between evenly spaced times. Embree finds the
+// triangle; here it is made anew, as it is at the time, in float64.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "equaltime/base/effects.h"
+#include "equaltime/scene/meeting.h"
+
+namespace equaltime {
+
+struct DeformingMesh {
+  const TriangleMesh* mesh;  // the accel's own
+  const Surface* surface;    // has normals and texture coordinates, if there are any
+
+  /// The corners of a triangle at a time.
+  [[nodiscard]] std::array<Vec3f, 3> corners(std::uint32_t primitive, float time) const noexcept {
+    return corners_at(*mesh, primitive, time);
+  }
+  /// The normals of its vertices, of any length.
+  [[nodiscard]] std::array<Vec3f, 3> normals_of(std::uint32_t primitive, float time) const noexcept;
+  /// How the point moves with u on a triangle that has these corners.
+  [[nodiscard]] Vec3f tangent(std::uint32_t primitive, const std::array<Vec3f, 3>& corners) const noexcept;
+  /// The plane of its corners, which lie as far from those of Embree, at the most, as its offset allows for.
+  [[nodiscard]] TrianglePlane plane(std::uint32_t primitive, float time) const noexcept;
+};
+
+/// Where a ray meets a triangle at a time. `mesh` is the view of the same mesh at time 0.
+template <Effects E>
+[[nodiscard]] detail::Met meet_deforming(const DeformingMesh& deforming, const MeshView& mesh, const RayD& ray,
+                                         std::uint32_t primitive, float time) noexcept {
+  const std::array<Vec3f, 3> corners = deforming.corners(primitive, time);
+  const TrianglePlane plane = deforming.plane(primitive, time);
+  std::array<Vec3f, 3> normals;
+  constexpr Triangle kItself = {0, 1, 2};
+  MeshView now = mesh;
+  now.triangles = &kItself, now.vertices = corners.data(), now.planes = &plane, now.tangents = nullptr;
+  Vec3f tangent;
+  if constexpr (E.anisotropy)
+    if (mesh.tangents != nullptr) {
+      tangent = deforming.tangent(primitive, corners);
+      now.tangents = &tangent;
+    }
+  if (mesh.normals != nullptr) {
+    normals = deforming.normals_of(primitive, time);
+    now.normals = normals.data();
+  }
+  detail::Met met = detail::meet<E>(now, ray, 0);
+  met.primitive = primitive;
+  return met;
+}
+
+}  // namespace equaltime

@@ -1,0 +1,59 @@
+#include "equaltime/scene/derive_effects.h"
+
+#include <algorithm>
+#include <variant>
+
+#include "equaltime/base/effects.h"
+namespace equaltime {
+
+namespace {
+
+/// What a material calls for, and its parts.
+void add_material(Effects& e, const Scene& scene, std::uint32_t index) noexcept {
+  const Material& material = scene.materials[index];
+  e.textures = e.textures || !material.bindings.empty() || material.bend;
+  e.normal_maps = e.normal_maps || material.bend;
+  if (material.kind != Material::Kind::leaf) {
+    e.masks = true;
+    if (material.kind == Material::Kind::mixture)
+      for (const std::uint32_t part : material.parts) add_material(e, scene, part);
+    return;
+  }
+  const Bsdf& bsdf = material.bsdf;
+  e.rough_conductors = e.rough_conductors || std::holds_alternative<RoughConductor>(bsdf);
+  e.anisotropy = e.anisotropy || material.anisotropic;
+  e.specular = e.specular || std::holds_alternative<Conductor>(bsdf) || std::holds_alternative<Dielectric>(bsdf) ||
+               std::holds_alternative<ThinDielectric>(bsdf);
+  if (!scene.crossings_are_vertices && std::holds_alternative<ThinDielectric>(bsdf)) e.masks = true;
+  e.rough_dielectrics = e.rough_dielectrics || std::holds_alternative<RoughDielectric>(bsdf);
+  e.principled = e.principled || std::holds_alternative<Principled>(bsdf);
+  e.layered = e.layered || std::holds_alternative<Plastic>(bsdf) || std::holds_alternative<RoughPlastic>(bsdf);
+}
+
+}  // namespace
+
+Effects derive_effects(const Scene& scene) noexcept {
+  Effects e;
+  e.analytic_shapes = !scene.sphere_shapes.empty() || !scene.disk_shapes.empty() || !scene.cylinder_shapes.empty();
+  e.point_lights = scene.lights.has_deltas();
+  e.environment = scene.lights.environment().has_value();
+  e.instances = !scene.instances.empty();
+  const bool nests = !scene.nesting.bodies.empty();
+  e.media = !scene.media.empty() || nests;
+  e.phase_blends = std::any_of(scene.phases.begin(), scene.phases.end(),
+                               [](const Bsdf& phase) { return std::holds_alternative<BlendedPhase>(phase); });
+  e.specular = nests;  // where rough surfaces stand between equal indices
+  e.motion = scene.moves() || scene.camera_motion;
+  e.hidden_emitters = scene.hides_emitters && scene.lights.size() > 0;
+  e.lens = !std::holds_alternative<PerspectiveCamera>(scene.sensor);
+  e.textures = scene.lights.any_projects();
+  for (const Surface& surface : scene.surfaces) {
+    e.smooth_normals = e.smooth_normals || !surface.normals.empty();
+    e.textures = e.textures || surface.emission != kNone;
+    for (const std::uint32_t side : surface.bsdf)
+      if (side != kNone) add_material(e, scene, side);
+  }
+  return e;
+}
+
+}  // namespace equaltime

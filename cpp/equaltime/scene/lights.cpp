@@ -1,0 +1,131 @@
+#include "equaltime/scene/lights.h"
+
+#include <algorithm>
+#include <functional>
+#include <numbers>
+#include <span>
+
+namespace equaltime {
+
+namespace {
+
+bool is_distant(const DeltaLight& light) noexcept { return std::holds_alternative<DirectionalLight>(light); }
+
+double power_of(const DeltaLight& light, double scene_radius) noexcept {
+  if (const auto* directional = std::get_if<DirectionalLight>(&light)) return directional->power(scene_radius);
+  if (const auto* spot = std::get_if<SpotLight>(&light)) return spot->power();
+  return std::get<PointLight>(light).power();
+}
+
+}  // namespace
+
+Lights::Lights(std::vector<AreaLight> area, std::vector<DeltaLight> deltas, std::optional<Environment> environment,
+               double scene_radius, std::vector<MovingLights> moving)
+    : area_(std::move(area)),
+      moving_(std::move(moving)),
+      deltas_(std::move(deltas)),
+      environment_(std::move(environment)) {
+  const auto distant = std::stable_partition(deltas_.begin(), deltas_.end(), std::not_fn(is_distant));
+  deltas_begin_ = static_cast<std::uint32_t>(area_.size());
+  distant_begin_ = deltas_begin_ + static_cast<std::uint32_t>(distant - deltas_.begin());
+  environment_begin_ = deltas_begin_ + static_cast<std::uint32_t>(deltas_.size());
+  size_ = environment_begin_ + (environment_ ? 1 : 0);
+  std::vector<double> power;
+  power.reserve(size_);
+  for (const AreaLight& light : area_) power.push_back(std::visit([](const auto& l) { return l.power(); }, light));
+  for (const DeltaLight& light : deltas_) power.push_back(power_of(light, scene_radius));
+  if (environment_) {
+    const double total = std::visit([](const auto& e) { return e.total(); }, *environment_);
+    power.push_back(total * std::numbers::pi * scene_radius * scene_radius);
+  }
+  tables_[static_cast<std::size_t>(LightSelection::power)] = AliasTable(power);
+  distant_ = AliasTable(std::span(power).subspan(distant_begin_));
+  // Uniform among what shines at all: a dark light is never picked.
+  for (double& p : power) p = p > 0 ? 1 : 0;
+  tables_[static_cast<std::size_t>(LightSelection::uniform)] = AliasTable(power);
+}
+
+bool Lights::any_projects() const noexcept {
+  return std::ranges::any_of(deltas_, [](const DeltaLight& light) {
+    const auto* spot = std::get_if<SpotLight>(&light);
+    return spot != nullptr && spot->slide();
+  });
+}
+
+Optional<LightSample> Lights::sample_delta(const LightPick& pick, Vec3f receiver) const noexcept {
+  const DeltaLight& light = deltas_[pick.light - deltas_begin_];
+  if (const auto* directional = std::get_if<DirectionalLight>(&light)) return directional->sample(pick.pmf);
+  if (const auto* spot = std::get_if<SpotLight>(&light)) return spot->sample(receiver, pick.pmf);
+  return std::get_if<PointLight>(&light)->sample(receiver, pick.pmf);
+}
+
+Optional<LightSample> Lights::sample_environment(EnvironmentSampling sampling, const Sampler& sampler,
+                                                 std::uint32_t bounce, float pmf) const noexcept {
+  const Point2d u = sampler.get_2d_precise(slot(BounceDimension::light_point, bounce));
+  const EnvironmentSample e =
+      std::visit([&](const auto& env) noexcept { return env.sample(u, sampling); }, *environment_);
+  if (!(e.value.pdf > 0)) return std::nullopt;
+  return LightSample{e.wi, e.value.radiance, e.value.pdf * pmf, 0, {}, true};
+}
+
+void Lights::prepare(LightSelection selection, EnvironmentSampling environment) const {
+  if (environment_) std::visit([environment](const auto& e) { e.prepare(environment); }, *environment_);
+  if (selection != LightSelection::tree) return;
+  std::call_once(lazy_tree_->once, [this] {
+    std::vector<EmitterBounds> bounds;
+    bounds.reserve(distant_begin_);
+    for (const AreaLight& light : area_) bounds.push_back(std::visit([](const auto& l) { return l.bounds(); }, light));
+    for (const MovingLights& lights : moving_)
+      for (std::uint32_t i = 0; i < lights.local.size(); ++i)
+        bounds[lights.first + i] = lights.bounds(lights.first + i);
+    for (const DeltaLight& light : std::span(deltas_).first(distant_begin_ - deltas_begin_)) {
+      const auto* spot = std::get_if<SpotLight>(&light);
+      bounds.push_back(spot ? spot->bounds() : std::get<PointLight>(light).bounds());
+    }
+    lazy_tree_->tree = LightTree(bounds);
+    lazy_tree_->made.store(&lazy_tree_->tree, std::memory_order_release);
+  });
+}
+
+// What is infinitely far away stands beside the tree: it gets half of all picks, or every one where no other light may
+// reach the receiver. By its power it would get all but none of them indoors, or leave none to a lamp under the sky.
+
+Optional<LightPick> Lights::pick_by_tree(const Receiver& receiver, std::uint64_t bits) const noexcept {
+  constexpr int kSpare = 64 - LightTree::kPlaceBits;
+  if (distant_.empty()) return tree().pick(receiver, static_cast<std::int64_t>(bits >> kSpare));
+  const bool may_be_near = tree().may_light(receiver);
+  const float half = may_be_near ? 0.5F : 1.0F;
+  if (may_be_near && bits >> 63 == 0) {
+    auto pick = tree().pick(receiver, static_cast<std::int64_t>(bits << 1 >> kSpare));
+    if (pick) pick->pmf *= half;
+    return pick;
+  }
+  const std::uint32_t i = distant_.sample(may_be_near ? bits << 1 : bits);
+  return LightPick{distant_begin_ + i, half * distant_.pmf(i)};
+}
+
+float Lights::tree_pmf(std::uint32_t light, const Receiver& receiver) const noexcept {
+  if (size_ == 1) return 1;
+  if (light >= distant_begin_) return (tree().may_light(receiver) ? 0.5F : 1.0F) * distant_.pmf(light - distant_begin_);
+  return (distant_.empty() ? 1.0F : 0.5F) * tree().pmf(receiver, light);
+}
+
+std::size_t Lights::memory_bytes() const noexcept {
+  std::size_t bytes = area_.size() * sizeof(AreaLight) + deltas_.size() * sizeof(DeltaLight);
+  for (const AliasTable& table : tables_) bytes += table.memory_bytes();
+  bytes += distant_.memory_bytes();
+  for (const AreaLight& light : area_)
+    bytes += std::visit(
+        [](const auto& l) -> std::size_t {
+          if constexpr (requires { l.memory_bytes(); })
+            return l.memory_bytes();
+          else
+            return 0;
+        },
+        light);
+  if (const LightTree* made = lazy_tree_->made.load(std::memory_order_acquire)) bytes += made->memory_bytes();
+  if (environment_) bytes += std::visit([](const auto& e) { return e.memory_bytes(); }, *environment_);
+  return bytes;
+}
+
+}  // namespace equaltime

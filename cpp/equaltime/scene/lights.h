@@ -1,0 +1,222 @@
+// Lights: all that emits, and how one of it is picked. An emissive triangle is a light of its own.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <iterator>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "equaltime/base/effects.h"
+#include "equaltime/base/optional.h"
+#include "equaltime/lights/directional_light.h"
+#include "equaltime/lights/environment.h"
+#include "equaltime/lights/light_tree.h"
+#include "equaltime/lights/point_light.h"
+#include "equaltime/lights/spot_light.h"
+#include "equaltime/sampling/alias_table.h"
+#include "equaltime/sampling/sampler.h"
+#include "equaltime/scene/moving_lights.h"
+
+namespace equaltime {
+
+/// Lights that no ray meets: only light sampling finds them.
+using DeltaLight = std::variant<PointLight, SpotLight, DirectionalLight>;
+using Environment = std::variant<ConstantEnvironment, ImageEnvironment>;
+
+/// How a light is picked: all alike; by power; or by the light tree, which looks at the receiver too.
+enum class LightSelection : std::uint8_t { uniform, power, tree };
+
+/// Calls f with the kind of area light held. E prunes what the scene cannot hold.
+template <Effects E, class F>
+[[nodiscard]] EQUALTIME_INLINE auto visit(const AreaLight& light, F&& f) noexcept {
+  if constexpr (E.analytic_shapes) {
+    if (const auto* sphere = std::get_if<SphereLight>(&light)) return f(*sphere);
+    if (const auto* disk = std::get_if<DiskLight>(&light)) return f(*disk);
+    if (const auto* cylinder = std::get_if<CylinderLight>(&light)) return f(*cylinder);
+  }
+  if constexpr (E.textures) {
+    if (const auto* picture = std::get_if<PictureRectangle>(&light)) return f(*picture);
+    if (const auto* picture = std::get_if<PictureTriangle>(&light)) return f(*picture);
+  }
+  if (const auto* rectangle = std::get_if<RectangleLight>(&light)) return f(*rectangle);
+  return f(*std::get_if<TriangleLight>(&light));
+}
+
+/// The lights of a scene, numbered: first area lights, then point and spot lights, then what is infinitely far away:
+/// directional lights, and last the environment.
+class Lights {
+ public:
+  Lights() = default;
+  Lights(std::vector<AreaLight> area, std::vector<DeltaLight> deltas, std::optional<Environment> environment,
+         double scene_radius, std::vector<MovingLights> moving = {});
+
+  [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
+  /// The number of the environment, if there is one.
+  [[nodiscard]] std::uint32_t last() const noexcept { return size_ - 1; }
+  /// The number of the first that no ray meets: points, spots and directions.
+  [[nodiscard]] std::uint32_t first_delta() const noexcept { return deltas_begin_; }
+  [[nodiscard]] bool any_power() const noexcept { return !tables_[0].empty(); }
+  [[nodiscard]] const std::optional<Environment>& environment() const noexcept { return environment_; }
+  /// What an area light moves with; null if it stays where it is.
+  [[nodiscard]] const MovingInstanceGeometry* carrier(std::uint32_t light) const noexcept {
+    const MovingLights* lights = moving(light);
+    return lights == nullptr ? nullptr : &lights->instance;
+  }
+  /// The spot light of a sample if it projects a slide; null otherwise.
+  [[nodiscard]] const SpotLight* projector(const LightSample& sample) const noexcept {
+    if (!sample.delta || sample.infinite) return nullptr;
+    const auto* spot = std::get_if<SpotLight>(&deltas_[sample.light - deltas_begin_]);
+    return spot != nullptr && spot->slide() ? spot : nullptr;
+  }
+  [[nodiscard]] bool any_projects() const noexcept;
+  [[nodiscard]] bool has_deltas() const noexcept { return !deltas_.empty(); }
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
+
+  /// To be called before the selection is used: makes the tree, once, whoever asks first. Any number of threads may.
+  void prepare(LightSelection selection, EnvironmentSampling environment) const;
+
+  /// One light, picked, then sampled at u as seen from the receiver, as it is at the path's time; pdf includes the
+  /// pick. Nothing if that light shows the receiver no front, which is a sample of value 0.
+  template <Effects E>
+  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample> sample(LightSelection selection, EnvironmentSampling environment,
+                                                              const Receiver& receiver, const Sampler& sampler,
+                                                              std::uint32_t bounce, Point2f u,
+                                                              float time) const noexcept {
+    const auto picked = pick(selection, receiver, sampler, bounce);
+    return picked ? sample<E>(*picked, environment, receiver, sampler, bounce, u, time) : std::nullopt;
+  }
+  /// The two steps of it. Nothing is picked where no light may reach the receiver.
+  [[nodiscard]] EQUALTIME_INLINE Optional<LightPick> pick(LightSelection selection, const Receiver& receiver,
+                                                          const Sampler& sampler, std::uint32_t bounce) const noexcept;
+  template <Effects E>
+  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample> sample(LightPick pick, EnvironmentSampling environment,
+                                                              const Receiver& receiver, const Sampler& sampler,
+                                                              std::uint32_t bounce, Point2f u,
+                                                              float time) const noexcept;
+
+  /// Whether the light can be sampled as directions: it is no point, and shows the receiver its front.
+  template <Effects E>
+  [[nodiscard]] bool has_directions(std::uint32_t light, const Receiver& receiver, float time) const noexcept;
+  /// Density of those directions at wi, whatever stands before the light; no pick is in it.
+  template <Effects E>
+  [[nodiscard]] float pdf_towards(std::uint32_t light, EnvironmentSampling environment, const Receiver& receiver,
+                                  Vec3f wi, float time) const noexcept;
+
+  /// Density with which `sample` draws direction wi by the given area light, whose surface wi meets at `point`.
+  template <Effects E>
+  [[nodiscard]] float area_pdf(LightSelection selection, std::uint32_t light, const Receiver& receiver, Vec3f wi,
+                               Vec3f point, float time) const noexcept {
+    return pick_pmf(selection, light, receiver) *
+           visit_at<E>(light, time, [&](const auto& l) noexcept { return l.pdf(receiver.p, wi, point); });
+  }
+
+  /// The environment towards wi, with the density (pick included) of `sample`. Call only with an environment.
+  [[nodiscard]] LightValue environment_towards(LightSelection selection, EnvironmentSampling sampling,
+                                               const Receiver& receiver, Vec3f wi) const noexcept {
+    LightValue value = std::visit([&](const auto& e) noexcept { return e.eval(wi, sampling); }, *environment_);
+    value.pdf *= pick_pmf(selection, size_ - 1, receiver);
+    return value;
+  }
+
+ private:
+  /// The moving lights that a light is among; null if it stays where it is.
+  [[nodiscard]] const MovingLights* moving(std::uint32_t light) const noexcept {
+    const auto next = std::ranges::upper_bound(moving_, light, {}, &MovingLights::first);
+    return next != moving_.begin() && std::prev(next)->has(light) ? &*std::prev(next) : nullptr;
+  }
+  /// Calls f with the kind of area light of a number, as it is at a time from 0 to 1.
+  template <Effects E, class F>
+  [[nodiscard]] EQUALTIME_INLINE auto visit_at(std::uint32_t light, [[maybe_unused]] float time, F&& f) const noexcept {
+    if constexpr (E.motion)
+      if (const MovingLights* lights = moving(light)) {
+        const AreaLight now = lights->at(light, time);
+        return visit<E>(now, f);
+      }
+    return visit<E>(area_[light], f);
+  }
+  [[nodiscard]] Optional<LightSample> sample_delta(const LightPick& pick, Vec3f receiver) const noexcept;
+  [[nodiscard]] Optional<LightSample> sample_environment(EnvironmentSampling sampling, const Sampler& sampler,
+                                                         std::uint32_t bounce, float pmf) const noexcept;
+  [[nodiscard]] EQUALTIME_INLINE float pick_pmf(LightSelection selection, std::uint32_t light,
+                                                const Receiver& receiver) const noexcept {
+    if (selection == LightSelection::tree) return tree_pmf(light, receiver);
+    return tables_[static_cast<std::size_t>(selection)].pmf(light);
+  }
+  [[nodiscard]] Optional<LightPick> pick_by_tree(const Receiver& receiver, std::uint64_t bits) const noexcept;
+  [[nodiscard]] float tree_pmf(std::uint32_t light, const Receiver& receiver) const noexcept;
+  [[nodiscard]] const LightTree& tree() const noexcept { return *lazy_tree_->made.load(std::memory_order_acquire); }
+
+  /// The tree of all lights but the distant ones, for those strategies that ask for it.
+  struct LazyTree {
+    std::once_flag once;
+    LightTree tree;
+    std::atomic<const LightTree*> made{nullptr};
+  };
+
+  std::vector<AreaLight> area_;
+  std::vector<MovingLights> moving_;  // in the order of their numbers
+  std::vector<DeltaLight> deltas_;    // the distant ones last
+  std::optional<Environment> environment_;
+  AliasTable tables_[2];  // by LightSelection
+  AliasTable distant_;    // directional lights and the environment, by power
+  std::unique_ptr<LazyTree> lazy_tree_ = std::make_unique<LazyTree>();
+  std::uint32_t deltas_begin_ = 0, distant_begin_ = 0, environment_begin_ = 0, size_ = 0;
+};
+
+EQUALTIME_INLINE Optional<LightPick> Lights::pick(LightSelection selection, const Receiver& receiver,
+                                                  const Sampler& sampler, std::uint32_t bounce) const noexcept {
+  if (!any_power()) return std::nullopt;
+  if (size_ == 1) return LightPick{0, 1};
+  const std::uint64_t bits = sampler.bits(slot(BounceDimension::light_pick, bounce));
+  if (selection == LightSelection::tree) return pick_by_tree(receiver, bits);
+  const AliasTable& table = tables_[static_cast<std::size_t>(selection)];
+  const std::uint32_t light = table.sample(bits);
+  return LightPick{light, table.pmf(light)};
+}
+
+template <Effects E>
+EQUALTIME_INLINE Optional<LightSample> Lights::sample(LightPick pick, EnvironmentSampling environment,
+                                                      const Receiver& receiver, const Sampler& sampler,
+                                                      std::uint32_t bounce, Point2f u,
+                                                      [[maybe_unused]] float time) const noexcept {
+  if constexpr (E.environment)
+    if (pick.light >= environment_begin_) return sample_environment(environment, sampler, bounce, pick.pmf);
+  if constexpr (E.point_lights)
+    if (pick.light >= deltas_begin_) {
+      auto sample = sample_delta(pick, receiver.p);
+      if constexpr (E.textures)
+        if (sample) sample->light = pick.light;
+      return sample;
+    }
+  auto sample = visit_at<E>(pick.light, time, [&](const auto& l) noexcept {
+    if constexpr (requires { l.sample(receiver.p, Point2d{}, pick.pmf); })
+      return l.sample(receiver.p, sampler.get_2d_precise(slot(BounceDimension::light_point, bounce)), pick.pmf);
+    else
+      return l.sample(receiver.p, u, pick.pmf);
+  });
+  if constexpr (E.motion)
+    if (const MovingLights* lights = moving(pick.light)) sample = lights->cleared(sample, time);
+  if constexpr (E.textures || E.media) sample->light = pick.light;
+  return sample;
+}
+
+template <Effects E>
+bool Lights::has_directions(std::uint32_t light, const Receiver& receiver, float time) const noexcept {
+  if (light >= deltas_begin_) return light >= environment_begin_;
+  return visit_at<E>(light, time, [&](const auto& l) noexcept { return l.shows_front(receiver.p); });
+}
+
+template <Effects E>
+float Lights::pdf_towards(std::uint32_t light, EnvironmentSampling environment, const Receiver& receiver, Vec3f wi,
+                          float time) const noexcept {
+  if constexpr (E.environment)
+    if (light >= environment_begin_)
+      return std::visit([&](const auto& e) noexcept { return e.eval(wi, environment).pdf; }, *environment_);
+  return visit_at<E>(light, time, [&](const auto& l) noexcept { return l.pdf_towards(receiver.p, wi); });
+}
+
+}  // namespace equaltime

@@ -1,0 +1,55 @@
+#include "equaltime/scene/material.h"
+
+#include <algorithm>
+
+namespace equaltime {
+
+namespace {
+
+/// Interpolation between vertices of one weight rounds it by a few ulps, which must not make holes.
+constexpr float kRounded = 1 - 0x1p-21F;
+
+}  // namespace
+
+float as_weight(float value, std::optional<float> cutoff) noexcept {
+  return cutoff ? (value >= *cutoff * kRounded ? 1.0F : 0.0F) : std::clamp(value, 0.0F, 1.0F);
+}
+
+Spectrum value_for(BsdfParameter parameter, const Texture& texture, const TexturePlace& at) noexcept {
+  return is_number(parameter) ? Spectrum(number(texture, at)) : eval(texture, at);
+}
+
+std::optional<Spectrum> constant(const Texture& texture) noexcept {
+  return std::visit([](const auto& t) noexcept { return t.constant(); }, texture);
+}
+
+const Bsdf& Material::at(const std::vector<Texture>& textures, const TexturePlace& place,
+                         std::optional<Bsdf>& made) const noexcept {
+  // The model alone is copied: a Bsdf is as large as the largest of them, which is mostly another.
+  const auto as_textures_have_it = [&](auto leaf) noexcept -> const Bsdf& {
+    for (const auto& [parameter, texture, times] : bindings) {
+      Spectrum value = value_for(parameter, textures[texture], place);
+      if (times != kNone) value *= value_for(parameter, textures[times], place);
+      if constexpr (requires { leaf.set(parameter, value); }) leaf.set(parameter, value);
+    }
+    return made.emplace(leaf);
+  };
+  return std::visit(as_textures_have_it, bsdf);
+}
+
+float Material::weight_at(const std::vector<Texture>& textures, const TexturePlace& place) const noexcept {
+  if (bindings.empty()) return weight;
+  const auto& [parameter, texture, times] = bindings.front();
+  const float factor = times == kNone ? 1.0F : number(textures[times], place);
+  return as_weight(factor * number(textures[texture], place), cutoff);
+}
+
+std::uint32_t folded(const std::vector<Material>& materials, std::uint32_t index) noexcept {
+  const Material& m = materials[index];
+  if (m.kind != Material::Kind::mixture) return index;
+  const bool decided = m.bindings.empty() && (m.weight <= 0 || m.weight >= 1);
+  if (!decided && m.parts[0] != m.parts[1]) return index;
+  return folded(materials, m.parts[decided && m.weight >= 1 ? 1 : 0]);
+}
+
+}  // namespace equaltime

@@ -1,0 +1,57 @@
+// Material: what a side of a surface is made of: a leaf, with what textures say about it; nothing; or a mixture of two.
+// Made at a point: one part of a mixture is picked, its leaf copied and its bound parameters set. A leaf without
+// textures costs no copy.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "equaltime/bsdfs/bsdf.h"
+#include "equaltime/textures/texture.h"
+
+namespace equaltime {
+
+/// See BendDescription; the scale is of normalised lengths.
+struct Bend {
+  std::uint32_t texture;
+  bool bump, flip_invalid, shadowing, turned;
+  float scale;
+};
+
+struct Material {
+  struct Binding {
+    BsdfParameter parameter;
+    std::uint32_t texture;
+    std::uint32_t times;  // another that multiplies it, or kNone
+  };
+
+  enum class Kind : std::uint8_t { leaf, nothing, mixture };
+
+  Bsdf bsdf;  // of a leaf, as it is where no texture speaks
+  std::vector<Binding> bindings = {};
+  std::optional<Bend> bend = {};
+  Kind kind = Kind::leaf;
+  // Of the material or any part of it:
+  bool textured = false;
+  bool anisotropic = false;          // looks at the azimuth of directions, so that the shading frame's tangent matters
+  bool passes = false;               // may let light pass straight on: nothing, and glass without thickness
+  std::uint32_t parts[2] = {0, 0};   // of a mixture
+  float weight = 0;                  // of the second part, where no texture speaks
+  std::optional<float> cutoff = {};  // see MixtureDescription
+
+  /// The leaf as the textures make it at a place, which is put in `made`.
+  const Bsdf& at(const std::vector<Texture>& textures, const TexturePlace& place,
+                 std::optional<Bsdf>& made) const noexcept;
+  /// The share of the second part at a place.
+  [[nodiscard]] float weight_at(const std::vector<Texture>& textures, const TexturePlace& place) const noexcept;
+};
+
+/// The material itself, or the only part of a mixture that is ever picked.
+[[nodiscard]] std::uint32_t folded(const std::vector<Material>& materials, std::uint32_t index) noexcept;
+/// The share of the second part of a mixture, by what its weight is; the cutoff is that of MixtureDescription.
+[[nodiscard]] float as_weight(float value, std::optional<float> cutoff) noexcept;
+/// What a parameter gets of a texture.
+[[nodiscard]] Spectrum value_for(BsdfParameter parameter, const Texture& texture, const TexturePlace& at) noexcept;
+/// The colour of a texture that has one only.
+[[nodiscard]] std::optional<Spectrum> constant(const Texture& texture) noexcept;
+}  // namespace equaltime

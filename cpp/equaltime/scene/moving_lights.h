@@ -1,0 +1,39 @@
+// MovingLights: the area lights of one shape that moves, as they are in its own space, and where they are at a time.
+#pragma once
+
+#include <variant>
+#include <vector>
+
+#include "equaltime/lights/area_lights.h"
+#include "equaltime/lights/cylinder_light.h"
+#include "equaltime/lights/picture_light.h"
+#include "equaltime/math/motion.h"
+#include "equaltime/scene/instance.h"
+
+namespace equaltime {
+
+using AreaLight = std::variant<TriangleLight, RectangleLight, SphereLight, DiskLight, CylinderLight, PictureRectangle,
+                               PictureTriangle>;
+
+struct MovingLights {
+  std::uint32_t first;           // of them among all lights; the others follow
+  std::vector<AreaLight> local;  // no rectangles, which may become parallelograms
+  MovingInstanceGeometry instance;
+
+  /// When a light is looked at where its choice cannot follow it.
+  static constexpr float kMeanwhile = 0.5F;
+
+  [[nodiscard]] bool has(std::uint32_t light) const noexcept { return light - first < local.size(); }
+  [[nodiscard]] AreaLight at(std::uint32_t light, float time) const noexcept;
+  /// The sample with the distance from its surface that a ray to what moves needs.
+  [[nodiscard]] Optional<LightSample> cleared(Optional<LightSample> sample, float time) const noexcept;
+  /// Of all that a light is while it moves.
+  [[nodiscard]] EmitterBounds bounds(std::uint32_t light) const noexcept;
+};
+
+/// The lights from the one of number `begin` on, taken to the space of a moving instance; in the list they stay as what
+/// they are meanwhile.
+[[nodiscard]] MovingLights moving_lights(std::vector<AreaLight>& lights, std::size_t begin,
+                                         MovingInstanceGeometry instance);
+
+}  // namespace equaltime

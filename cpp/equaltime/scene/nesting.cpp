@@ -1,0 +1,57 @@
+#include "equaltime/scene/nesting.h"
+
+#include "equaltime/scene/instance.h"
+#include "equaltime/shapes/winding.h"
+
+namespace equaltime {
+
+Bsdf within(const Bsdf& bsdf, float outside) noexcept {
+  const auto over = [outside](float ior) noexcept {
+    return static_cast<float>(static_cast<double>(ior) / static_cast<double>(outside));
+  };
+  if (const auto* smooth = std::get_if<Dielectric>(&bsdf)) {
+    Dielectric d = *smooth;
+    d.ior = over(d.ior);
+    return d;
+  }
+  const auto* rough = std::get_if<RoughDielectric>(&bsdf);
+  if (rough == nullptr) return bsdf;
+  RoughDielectric d = *rough;
+  d.ior = over(d.ior);
+  if (d.ior != 1) return d;
+  Dielectric clear{DielectricDescription{}};  // facets between equal indices turn nothing
+  clear.ior = 1;
+  clear.specular_transmittance = d.specular_transmittance;
+  return clear;
+}
+
+void ClosedShape::look(Beginning& beginning, const Surface& surface, const Vec3d& camera, const Instance* in,
+                       float time) const noexcept {
+  const bool ranked = surface.rank != kNoRank;
+  const Vec3d place = in != nullptr ? in->to_local({camera, {0, 0, 1}, 1}).origin : camera;
+  const auto found = index             ? index->enclosure(place, time)
+                     : mesh != nullptr ? enclosure(*mesh, place, time)
+                                       : std::optional(enclosure(*sphere, surface.flipped, place));
+  const bool turned = mesh != nullptr && surface.flipped;
+  if (!found || found->behind == turned) return;
+  if (ranked) {
+    beginning.bodies |= only(surface.rank);
+    return;
+  }
+  // Each group's space has a unit of its own, so that volumes compare in the scene's alone. They are finite there: its
+  // unit is made for all that is placed in it.
+  const double volume = in != nullptr ? found->volume * in->magnification() : found->volume;
+  if (!(volume < beginning.smallest)) return;
+  beginning.smallest = volume;
+  beginning.medium = surface.media[1];
+}
+
+/// Shapes that are seen in several instances share their index, so that each has a part of it.
+std::size_t Nesting::memory_bytes() const noexcept {
+  std::size_t bytes = bodies.capacity() * sizeof(Body) + sometimes.capacity() * sizeof(ClosedShape);
+  for (const ClosedShape& closed : sometimes)
+    if (closed.index) bytes += closed.index->memory_bytes() / static_cast<std::size_t>(closed.index.use_count());
+  return bytes;
+}
+
+}  // namespace equaltime

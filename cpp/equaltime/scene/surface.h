@@ -1,0 +1,46 @@
+// What a surface is made of, as the path loop reads it: one record a shape.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "equaltime/base/index.h"
+#include "equaltime/math/point.h"
+#include "equaltime/math/spectrum.h"
+#include "equaltime/shapes/triangle_plane.h"
+
+namespace equaltime {
+
+/// Of a shape without a priority; see scene/nesting.h.
+inline constexpr std::uint8_t kNoRank = 255;
+
+enum class SurfaceKind : std::uint8_t { mesh, sphere, disk, cylinder };
+
+struct Surface {
+  std::uint32_t bsdf[2] = {kNone, kNone};   // front, back
+  std::uint32_t first_light = kNone;        // in the scene's lights
+  bool light_per_primitive = false;         // each triangle is a light of its own
+  Spectrum radiance;                        // leaving the front side, normalised
+  std::uint32_t emission = kNone;           // the texture that multiplies it
+  std::uint32_t media[2] = {kNone, kNone};  // before the front, behind it; kNone: vacuum
+  bool bounds_media = false;                // a path that leaves it is in one of these; otherwise where it was
+  std::uint8_t rank = kNoRank;              // of the body that it is the surface of
+  bool flipped = false;                     // front is against the geometric normal (spheres, disks)
+  std::vector<TrianglePlane> planes;        // of each triangle (meshes)
+  std::vector<Vec3f> normals;               // one a vertex, or none (meshes)
+  std::vector<Vec3f> tangents;              // one a triangle if a BSDF is anisotropic, or none (meshes)
+  SurfaceKind kind = SurfaceKind::mesh;
+  bool textured = false;       // a texture looks at where on the surface a point is
+  bool tangential = false;     // a BSDF looks at the azimuth of directions
+  std::uint32_t mesh = kNone;  // its number among the scene's meshes, if it is one
+  std::vector<Point2f> uvs;    // one a vertex, or none; of textured meshes only
+  // Of spheres, cylinders and disks: the axis round which azimuth is counted, as long as a cylinder; across it, where
+  // azimuth is 0 and a quarter turn, as long as a disk's radii; and the radius of what is round. The size of a mesh is
+  // its author's unit, in its own space.
+  Vec3f pole, azimuth[2];
+  float size = 0;
+  std::vector<std::vector<Vec3f>> later_normals;  // of a mesh that deforms, as its later vertices
+  std::uint32_t shown_as = kNone;                 // another shape, which is how its author knows it: one that moves
+};
+
+}  // namespace equaltime

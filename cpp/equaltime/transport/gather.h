@@ -1,0 +1,110 @@
+// What a path gathers: the emitters that its rays meet, and the light of sampled points, each with its weight.
+#pragma once
+
+#include "equaltime/base/effects.h"
+#include "equaltime/base/optional.h"
+#include "equaltime/scene/scene.h"
+#include "equaltime/scene/shading.h"
+#include "equaltime/transport/events.h"
+#include "equaltime/transport/settings.h"
+#include "equaltime/transport/shadow.h"
+#include "equaltime/transport/volume.h"
+
+namespace equaltime {
+
+/// Of a ray that one-sample MIS has made: which lights it counts for, and what its throughput was divided by.
+struct MixedRay {
+  static constexpr std::uint32_t kEvery = ~std::uint32_t{0}, kNoLight = kEvery - 1;
+  std::uint32_t light = kEvery;  // the one that it was aimed at, or all if the BSDF drew it
+  float twice_density = 0;       // the BSDF's and the picked light's, added
+};
+
+/// How the ray to the current vertex was made: what the MIS weight of an emitter that it meets depends on.
+struct Arrival {
+  Receiver from{};    // the vertex that it left
+  float pdf = 0;      // of the BSDF, per solid angle
+  bool alone = true;  // no other technique can make this ray: camera rays and discrete directions
+  MixedRay mixed{};   // of `mixture` alone
+};
+
+/// The weight of an emitter met by a scattered ray, given the density of light sampling for the same direction.
+[[nodiscard]] EQUALTIME_INLINE float emitter_weight(const Settings& s, const Arrival& ray, std::uint32_t light,
+                                                    float light_pdf) noexcept {
+  if (ray.alone || !aims_at_lights(s.technique)) return 1;
+  if (s.technique == Technique::light) return light_pdf > 0 ? 0.0F : 1.0F;
+  if (s.technique == Technique::mis) [[likely]]
+    return mis_weight(s.heuristic, ray.pdf, light_pdf);
+  if (ray.mixed.light != MixedRay::kEvery && ray.mixed.light != light) return 0;
+  // Half of all rays are the BSDF's, half the lights': of those, the part that picked this one.
+  const float twice_density = ray.pdf + light_pdf;
+  return twice_density > 0 ? ray.mixed.twice_density / twice_density : 0.0F;
+}
+
+/// Radiance that the surface itself sends back along the ray.
+template <Effects E, class Probe>
+[[nodiscard]] EQUALTIME_INLINE Spectrum emitted(const Scene& scene, const Settings& settings, const Interaction& it,
+                                                const Arrival& ray, Probe& probe) noexcept(!Probe::allocates) {
+  if (scene.surfaces[it.shape].first_light == kNone || !it.front) return {};
+  const std::uint32_t light = scene.light_of(it);
+  float light_pdf = 0;
+  if (!ray.alone && aims_at_lights(settings.technique))
+    light_pdf = scene.lights.area_pdf<E>(settings.lights, light, ray.from, -it.wo, it.anchor.p, probe.time);
+  if constexpr (Probe::listens) probe.note(event::MeetsEmitter{light, light_pdf});
+  return scene.radiance<E>(it) * emitter_weight(settings, ray, light, light_pdf);
+}
+
+template <Effects E>
+[[nodiscard]] Spectrum escaped(const Scene& scene, const Settings& settings, const Ray& ray,
+                               const Arrival& made) noexcept {
+  if constexpr (E.environment) {
+    if (!scene.lights.environment()) return {};
+    const LightValue value =
+        scene.lights.environment_towards(settings.lights, settings.environment, made.from, ray.direction);
+    return value.radiance * emitter_weight(settings, made, scene.lights.size() - 1, value.pdf);
+  }
+  return {};
+}
+
+/// Light that reaches the vertex, the path's depth-th, straight from a sampled light, scattered towards wo.
+template <Effects E, class Probe>
+[[nodiscard]] EQUALTIME_INLINE Spectrum light_along(const Scene& scene, const Settings& settings, const Interaction& it,
+                                                    const Bsdf& bsdf, Surroundings<E> within, const LightSample& light,
+                                                    int depth, Probe& probe) noexcept(!Probe::allocates) {
+  auto [value, above] = eval_bsdf<E>(it, bsdf, light.wi);
+  if constexpr (Probe::listens) probe.note(event::SamplesLight{light, value});
+  if (value.f.is_black()) return {};
+  const bool shared = settings.technique != Technique::light && !light.delta;
+  const float weight = shared ? mis_weight(settings.heuristic, light.pdf, value.pdf) : 1.0F;
+  Spectrum radiance = light.radiance;
+  if constexpr (E.textures) radiance = E.motion ? scene.radiance_of(light, probe.time) : scene.radiance_of(light);
+  probe.aims(light);
+  Spectrum unoccluded = value.f * radiance * (weight / light.pdf);
+  if constexpr (E.masks || E.media) {
+    const int crossings = scene.crossings_are_vertices ? settings.max_depth - depth - 1 : kUnlimitedDepth;
+    const Spectrum left = transmitted<E>(scene, it, above, within, light, crossings, probe);
+    if constexpr (Probe::listens) probe.note(event::Receives{weight, left.max_component()});
+    return left.is_black() ? Spectrum() : unoccluded * left;
+  }
+  const float share = unblocked<E>(scene, it, above, light, probe);
+  if constexpr (Probe::listens) probe.note(event::Receives{weight, share});
+  return share > 0 ? unoccluded * share : Spectrum();
+}
+
+/// The same from one light, picked and sampled by the strategy.
+template <Effects E, class Probe>
+[[nodiscard]] EQUALTIME_INLINE Spectrum direct_light(const Scene& scene, const Settings& settings,
+                                                     const Interaction& it, const Bsdf& bsdf, Surroundings<E> within,
+                                                     const Sampler& sampler, std::uint32_t bounce, int depth, Point2f u,
+                                                     Probe& probe) noexcept(!Probe::allocates) {
+  // Where only scattered rays look for light, all that they cannot find are point lights.
+  const bool aims = aims_at_lights(settings.technique);
+  if (!E.point_lights && !aims) return {};
+  if constexpr (Probe::listens)
+    probe.note(event::PicksLight{scene.lights.pick(settings.lights, receiver_at<E>(it, bsdf), sampler, bounce)});
+  auto light = scene.lights.sample<E>(settings.lights, settings.environment, receiver_at<E>(it, bsdf), sampler, bounce,
+                                      u, probe.time);
+  if (!light || (!aims && !light->delta)) return {};
+  return light_along<E>(scene, settings, it, bsdf, within, *light, depth, probe);
+}
+
+}  // namespace equaltime

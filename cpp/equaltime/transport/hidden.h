@@ -1,0 +1,41 @@
+// What shines and is not to be seen: Mitsuba's `hide_emitters`. The camera looks through emissive surfaces up to the
+// first vertex of its path, and light from all around is nothing until the path is scattered, whatever it passes
+// straight through: holes, nothing, and thin sheets of glass.
+#pragma once
+
+#include "equaltime/base/effects.h"
+#include "equaltime/scene/shading.h"
+
+namespace equaltime {
+
+/// Whether a path has gone straight on so far, and what it does not see while it does.
+template <Effects E>
+class StraightAhead {
+ public:
+  explicit StraightAhead(bool) noexcept {}
+  [[nodiscard]] static constexpr bool looks_through(const Scene&, const Interaction&, int) noexcept { return false; }
+  [[nodiscard]] static constexpr bool sees_no_environment(const Scene&) noexcept { return false; }
+  static void scatters(const Bsdf&, bool) noexcept {}
+};
+
+template <Effects E>
+requires(E.hidden_emitters) class StraightAhead<E> {
+ public:
+  explicit StraightAhead(bool so_far) noexcept : so_far_(so_far) {}
+  /// Whether the path goes on as if the surface were not there. `depth`: of the vertex that it would be, from 1. Where
+  /// crossings are no vertices, thin glass is none either.
+  [[nodiscard]] bool looks_through(const Scene& scene, const Interaction& it, int depth) const noexcept {
+    return sees_no_environment(scene) && (depth == 1 || !scene.crossings_are_vertices) &&
+           scene.surfaces[it.shape].first_light != kNone;
+  }
+  [[nodiscard]] bool sees_no_environment(const Scene& scene) const noexcept { return so_far_ && scene.hides_emitters; }
+  /// The path leaves a vertex, above its surface or below.
+  void scatters(const Bsdf& bsdf, bool above) noexcept {
+    so_far_ = so_far_ && !above && std::holds_alternative<ThinDielectric>(bsdf);
+  }
+
+ private:
+  bool so_far_;
+};
+
+}  // namespace equaltime

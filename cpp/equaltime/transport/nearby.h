@@ -1,0 +1,72 @@
+// Nearby surfaces: where rays may begin that leave a vertex in a medium. In a dense medium most vertices are closer to
+// a surface than float32 and Embree can tell, so that a ray from there would be on either side of it. How far the
+// vertex is from the surface is computed in float64; the ray that Embree is given begins where it surely is on the
+// right side.
+#pragma once
+
+#include <array>
+
+#include "equaltime/shapes/interaction.h"
+
+namespace equaltime {
+
+/// Where the ray from a place meets the plane of the surface that Embree says it hits, in units of the direction.
+[[nodiscard]] EQUALTIME_INLINE double distance_along(const Vec3d& from, const Vec3f& direction,
+                                                     const ExactMeeting& to) noexcept {
+  const Vec3d d(direction), n(to.it->anchor.n), way = to.point - from;
+  const double slope = dot(n, d);
+  return std::max(0.0, slope != 0 ? dot(n, way) / slope : dot(way, d));
+}
+
+/// The surfaces that a path in a medium is closer to than the offset of rays that leave them, up to two: a third
+/// matters in the corners of three alone. A path that comes closer to another one is on the way to it.
+class NearbySurfaces {
+ public:
+  /// The path leaves a surface, at a point of it, to the side of the normal.
+  void leave(const Vec3d& point, const Vec3f& normal, float offset) noexcept {
+    add({Vec3d(normal), dot(Vec3d(normal), point), static_cast<double>(offset)});
+  }
+  /// The path is nowhere near a medium.
+  void clear() noexcept { count_ = 0; }
+  /// The path has come to a vertex, on the way to a surface at a height below it, if that is given. Where a ray may
+  /// begin instead.
+  [[nodiscard]] EQUALTIME_INLINE Vec3f begin(Vec3d vertex, const ExactMeeting& ahead, float height) noexcept {
+    if (count_ != 0) forget_far(vertex);
+    if (ahead.it && height < ahead.it->anchor.offset) leave(ahead.point, ahead.it->anchor.n, ahead.it->anchor.offset);
+    if (count_ != 0) vertex = clear_of(vertex);
+    return Vec3f(vertex);
+  }
+
+ private:
+  /// A surface as it is around the path, on the side of the normal.
+  struct Plane {
+    Vec3d normal;
+    double d, offset;
+    [[nodiscard]] double height(const Vec3d& place) const noexcept { return dot(normal, place) - d; }
+  };
+  /// The cosine of normals of one plane, or nearly one.
+  static constexpr double kSamePlane = 1 - 0x1p-16;
+
+  /// Adds a plane in the place of itself, seen from whichever side before, or else of the one known longest.
+  [[gnu::noinline]] void add(const Plane& plane) noexcept {
+    if (count_ != 0 && std::abs(dot(plane.normal, planes_[0].normal)) < kSamePlane) planes_[1] = planes_[0], count_ = 2;
+    planes_[0] = plane;
+    count_ = std::max(count_, 1U);
+  }
+  void forget_far(const Vec3d& place) noexcept {
+    unsigned kept = 0;
+    for (unsigned i = 0; i < count_; ++i)
+      if (std::abs(planes_[i].height(place)) < planes_[i].offset) planes_[kept++] = planes_[i];
+    count_ = kept;
+  }
+  [[nodiscard, gnu::noinline]] Vec3d clear_of(Vec3d place) const noexcept {
+    for (unsigned i = 0; i < count_; ++i)
+      place = place + planes_[i].normal * std::max(0.0, planes_[i].offset - planes_[i].height(place));
+    return place;
+  }
+
+  std::array<Plane, 2> planes_;
+  unsigned count_ = 0;
+};
+
+}  // namespace equaltime

@@ -1,0 +1,86 @@
+// One sample of a pixel: what every kernel does, whoever takes its radiance.
+#pragma once
+
+#include "equaltime/base/effects.h"
+#include "equaltime/transport/kernels.h"
+#include "equaltime/transport/path.h"
+
+namespace equaltime {
+
+/// The numbers of one sample of a pixel of the full film, and its place under the filter.
+struct FilmSample {
+  Sampler sampler;
+  PixelFilter::Offset offset;
+
+  EQUALTIME_INLINE FilmSample(const BlockTask& task, std::uint64_t px, std::uint64_t py, std::uint64_t index) noexcept
+      : sampler(Sampler::at(task.settings.sampler, task.seed, py * task.scene.film.width + px, index, task.nets)),
+        offset(task.scene.filter.sample(sampler.get_2d(slot(CameraDimension::pixel)))) {}
+
+  /// When the sample is taken, in shares of the shutter's opening; 0 if nothing moves.
+  template <Effects E>
+  [[nodiscard]] EQUALTIME_INLINE float time() const noexcept {
+    return E.motion ? sampler.get_1d(slot(CameraDimension::time)) : 0.0F;
+  }
+  template <Effects E>
+  [[nodiscard]] EQUALTIME_INLINE Ray ray(const Scene& scene, std::uint64_t px, std::uint64_t py,
+                                         float time) const noexcept {
+    return camera_ray<E>(
+        scene.sensor, scene.camera_motion, static_cast<double>(px) + 0.5 + offset.x,
+        static_cast<double>(py) + 0.5 + offset.y,
+        [&]() noexcept { return sampler.get_2d(slot(CameraDimension::lens)); }, time);
+  }
+};
+
+/// One sample of a pixel of the full film: its path's radiance with the weight.
+template <Effects E, class Probe>
+EQUALTIME_INLINE Spectrum sample_film_pixel(const BlockTask& task, std::uint64_t px, std::uint64_t py,
+                                            std::uint64_t index, Probe& probe) {
+  const FilmSample begin(task, px, py, index);
+  probe.begin(begin.offset.weight);
+  if constexpr (E.motion) probe.time = begin.time<E>();
+  const Ray ray = begin.ray<E>(task.scene, px, py, probe.time);
+  return trace_path<E>(task.scene, task.settings, ray, begin.sampler, Forks<E>(task.settings, px, py), probe) *
+         begin.offset.weight;
+}
+
+/// The same of a pixel of the crop.
+template <Effects E, class Probe>
+EQUALTIME_INLINE Spectrum sample_pixel(const BlockTask& task, std::uint32_t x, std::uint32_t y, std::uint64_t index,
+                                       Probe& probe) {
+  return sample_film_pixel<E>(task, x + task.scene.film.crop_x, y + task.scene.film.crop_y, index, probe);
+}
+
+/// Adds the samples of a block, made by `sample(x, y, index)`, to the film: finite ones, in ascending order. Then those
+/// of the second net, where a pixel has one, to a film of their own. Ends early where a path was given up.
+template <class Sample>
+EQUALTIME_INLINE void render_samples(const BlockTask& task, Film& film, RayCounter& probe,
+                                     SampleLog<NonFinite>& nonfinite, Sample&& sample) {
+  const double scale = task.scene.normalization.world_radiance_scale();
+  static_cast<void>(Accel::refused_ray());  // of what was traced before is nothing here
+  for (std::uint32_t y = task.block.y0; y < task.block.y1; ++y)
+    for (std::uint32_t x = task.block.x0; x < task.block.x1; ++x) {
+      const std::size_t pixel = std::size_t{y} * film.width() + x;
+      const std::uint64_t first = task.schedule ? task.schedule->count(pixel, task.first) : task.first;
+      const std::uint64_t last = task.schedule ? task.schedule->count(pixel, task.last) : task.last;
+      const std::uint64_t rays = probe.counters.rays + probe.counters.shadow_rays;
+      bool beside = false;  // in the second net; one loop serves both, since a path is too much code to be there twice
+      for (std::uint64_t i = first, end = last; i < end; ++i) {
+        const Spectrum L = sample(x, y, i);
+        if (probe.gave_up) [[unlikely]]
+          return;
+        const bool whole = !Accel::refused_ray();
+        if (whole && L.is_finite()) {
+          beside ? task.second->add(x, y, i - kSecondNet, L, scale) : film.add(x, y, i, L, scale);
+        } else {
+          ++probe.counters.nonfinite;
+          nonfinite.add({x, y, i});
+        }
+        if (i + 1 == last) {
+          if (task.pixel_rays) task.pixel_rays[pixel] += probe.counters.rays + probe.counters.shadow_rays - rays;
+          if (task.second && task.second->has(x, y)) beside = true, i = kSecondNet + first - 1, end = kSecondNet + last;
+        }
+      }
+    }
+}
+
+}  // namespace equaltime

@@ -1,0 +1,41 @@
+// Settings: the strategy and the depth that a render follows; plain values, the same for every path.
+#pragma once
+
+#include <cstdint>
+
+#include "equaltime/sampling/mis.h"
+#include "equaltime/sampling/roulette.h"
+#include "equaltime/sampling/sampler.h"
+#include "equaltime/scene/lights.h"
+
+namespace equaltime {
+
+/// How light is found: by scattered rays alone, in directions that are uniform or the BSDF's; or also by rays sent to
+/// lights, which then find all direct light (light), or share it with the scattered rays: with both rays at every
+/// vertex (mis), or with one that goes either way at random and is what the path follows (mixture).
+enum class Technique : std::uint8_t { uniform, bsdf, light, mis, mixture };
+
+[[nodiscard]] constexpr bool aims_at_lights(Technique technique) noexcept { return technique >= Technique::light; }
+/// Whether a vertex does anything else than looking for direct light and going on by the BSDF.
+[[nodiscard]] constexpr bool is_uncommon(Technique technique) noexcept {
+  return technique == Technique::uniform || technique == Technique::mixture;
+}
+
+class Efficiency;
+
+inline constexpr int kUnlimitedDepth = 0x7fffffff;
+
+struct Settings {
+  Technique technique = Technique::mis;
+  Heuristic heuristic = Heuristic::power;  // of mis
+  LightSelection lights = LightSelection::power;
+  EnvironmentSampling environment = EnvironmentSampling::plain;
+  Roulette roulette = Roulette::throughput;
+  SamplerKind sampler = SamplerKind::lattice;
+  float survival = 0.75F;                  // of the constant roulette, in (0, 1)
+  int roulette_depth = 5;                  // the first depth at which a path may be ended at random
+  int max_depth = kUnlimitedDepth;         // Mitsuba's: 1 sees emission only, 2 direct light too
+  const Efficiency* efficiency = nullptr;  // that the roulette goes by: none yet, or another's
+};
+
+}  // namespace equaltime

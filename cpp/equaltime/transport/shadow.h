@@ -1,0 +1,51 @@
+// Shadow rays: whether anything is between a light and a vertex, and what surfaces let pass that may. Each that is
+// crossed takes its share and counts as one vertex of the path, as it would if the path went through it.
+#pragma once
+
+#include "equaltime/base/effects.h"
+#include "equaltime/scene/lights.h"
+#include "equaltime/scene/scene.h"
+#include "equaltime/scene/shading.h"
+
+namespace equaltime {
+
+/// The ray from a side of a surface towards a sampled light.
+[[nodiscard]] EQUALTIME_INLINE Ray shadow_ray(const Interaction& from, bool above, const LightSample& light) noexcept {
+  return light.infinite ? from.spawn(light.wi, above) : from.spawn_to(light.target, light.distance, above);
+}
+
+/// 1 if the light reaches the vertex, 0 if not; `above` tells on which side of the vertex the light is.
+template <Effects E, class Probe>
+[[nodiscard]] EQUALTIME_INLINE float unblocked(const Scene& scene, const Interaction& vertex, bool above,
+                                               const LightSample& light, Probe& probe) noexcept(!Probe::allocates) {
+  return probe.template occluded<E>(scene, shadow_ray(vertex, above, light)) ? 0.0F : 1.0F;
+}
+
+/// Whether thin glass lets the light through to where it is aimed at from. Lights that a ray can meet are found by the
+/// rays that go through, and must not count twice; others nothing else finds there. Where going through it is a bounce
+/// like any other, it hides them, as other glass does.
+[[nodiscard]] inline bool shines_through_glass(const Scene& scene, const LightSample& light) noexcept {
+  return light.delta && !scene.crossings_are_vertices;
+}
+
+/// What a material lets pass straight on at the point, by colour.
+template <Effects E>
+[[nodiscard]] Spectrum passing(const Scene& scene, std::uint32_t index, const Interaction& it, bool glass_passes,
+                               float time) noexcept {
+  const Material& material = scene.materials[index];
+  if (!material.passes) return {};
+  if (material.kind == Material::Kind::nothing) return Spectrum(1);
+  if (material.kind == Material::Kind::mixture) {
+    const auto part = [&](int i) noexcept { return passing<E>(scene, material.parts[i], it, glass_passes, time); };
+    const float w = material.weight_at(scene.textures, scene.place(it));
+    return (1 - w) * part(0) + w * part(1);
+  }
+  if (!glass_passes) return {};
+  Interaction bent = it;
+  bent.wo = normalize(it.wo);  // of a ray that is as long as its way to the light
+  std::optional<Bsdf> own;
+  const Bsdf& bsdf = scene.bsdf<E>(index, bent, own, time);
+  return straight_through<E>(bent, bsdf);
+}
+
+}  // namespace equaltime
