@@ -420,10 +420,7 @@ def _read(path: Path, defines: Mapping[str, object], report: Report, search: Sea
         *most, last = READERS
         message = f"unknown kind of scene file; expected {', '.join(most)} or {last}"
         if path.suffix.lower() in (".png", ".jpg", ".jpeg"):
-            beside = path.with_suffix(".exr")
-            message = "a picture without a full record: " + (
-                f"{beside.name} beside it tells how it was made" if beside.exists() else "only -o FILE.exr keeps one"
-            )
+            message = "a picture, not a scene; if equaltime rendered it, `equaltime info` tells how"
         if not path.suffix and not path.exists():
             message = "there is no such file, and no example of that name; `equaltime examples` lists them"
         raise SceneError((Problem(str(path), message),))
