@@ -24,6 +24,7 @@ from equaltime.cli.options import (
     parse_pixel,
     parse_whole,
 )
+from equaltime.cli.replay_summary import path_in_short
 from equaltime.rendering.replay import Replay
 from equaltime.rendering.replay import replay as replay_sample
 from equaltime.scene import load_file
@@ -115,6 +116,8 @@ def _told(path: Replay, strategy: Strategy) -> Iterator[str]:
         yield str(path.brightest)
     x, y = path.pixel
     yield f"pixel {x},{y}, sample {path.sample}, seed {path.seed}, strategy {path.strategy}"
+    if (short := path_in_short(path)) is not None:
+        yield short
     goes_on = Counter(vertex["from"] for vertex in path.vertices)
     for number, vertex in enumerate(path.vertices):
         yield ""
