@@ -35,6 +35,7 @@ __all__ = [
     "Written",
     "bias",
     "doubts",
+    "ended_by_interrupt",
     "headline",
     "kept_elsewhere",
     "left_by_interrupt",
@@ -146,6 +147,15 @@ def doubts(result: Result, findings: Sequence[Finding] = ()) -> list[str]:
             "render them separately, or choose all lights equally often (--strategy best,lights=uniform)"
         )
     return lines
+
+
+def ended_by_interrupt(result: Result, written: Written) -> list[str]:
+    """Return one line if Ctrl-C ended a render whose files cannot be continued; otherwise an empty list."""
+    if result.stopped_by != "interrupt":
+        return []
+    alone = not any(file.suffix.lower() == ".exr" for file in written.files)
+    kind, way = ("a picture alone", "with -o FILE.exr") if alone else ("a small file", "without --small")
+    return [f"{kind} cannot be continued; a render {way} can, by --resume"]
 
 
 def left_by_interrupt(result: Result, scene: Scene) -> list[str]:

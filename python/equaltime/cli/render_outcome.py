@@ -48,8 +48,6 @@ def outcome(result: Result, written: Written, quote: Quote | None) -> Iterator[s
         yield about
     if missed := _count_missed(result.stop) if result.stopped_by in ("spp", "time") else "":
         yield missed
-    if result.stopped_by == "interrupt" and not any(file.suffix.lower() == ".exr" for file in written.files):
-        yield "a picture alone cannot be continued; a render with -o FILE.exr can, by --resume"
     if below := _far_below(result):
         yield below
     if result.stopped_by == "error" and selects_images(result):

@@ -17,6 +17,7 @@ from equaltime.cli.lint import print_hazards
 from equaltime.cli.messages import (
     Written,
     doubts,
+    ended_by_interrupt,
     kept_elsewhere,
     left_by_interrupt,
     print_error,
@@ -106,7 +107,7 @@ def render_frames(
             return code
         done += 1
     if not (order.quiet or order.json):
-        print_lines([f"{done} frame{'s' * (done != 1)} in {duration(clock.perf_counter() - begin)}"])
+        print_lines([f"{done} frame{'s' * (done != 1)} in {duration(clock.perf_counter() - begin)}, in this run"])
     return 0
 
 
@@ -259,6 +260,7 @@ class _Teller:
             print_lines(
                 [*outcome(result, written, self.quote if self.resumable else None), *doubts(result, self.findings)]
             )
-            print_lines([*left_by_interrupt(result, scene), *(details(result, phases) if self.verbose else ())])
+            left = left_by_interrupt(result, scene) if self.resumable else ended_by_interrupt(result, written)
+            print_lines([*left, *(details(result, phases) if self.verbose else ())])
         if not self.quiet and not reasons(self.findings) and (black := black_picture(result, scene, self.findings)):
             print_warning(black)

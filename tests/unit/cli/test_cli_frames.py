@@ -32,6 +32,7 @@ def test_every_frame_gets_a_file(scene: Path, capsys: pytest.CaptureFixture[str]
     said = capsys.readouterr().out.splitlines()
     assert [line.startswith("Done: ") for line in said] == [True, True, True, False]
     assert said[-1].startswith("3 frames in ")
+    assert said[-1].endswith(", in this run"), "the times of the frames contain those of earlier runs"
 
 
 def test_a_frame_is_the_still_of_its_time(scene: Path) -> None:

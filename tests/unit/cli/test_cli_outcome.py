@@ -84,14 +84,6 @@ def test_a_render_that_was_small_enough_before_is_not_explained() -> None:
     assert [line for line in outcome(result, Written([Path("a.exr")]), None) if "looks" in line] == []
 
 
-@pytest.mark.parametrize(
-    ("name", "end", "told"), [("a.jpg", "interrupt", True), ("a.exr", "interrupt", False), ("a.jpg", "spp", False)]
-)
-def test_an_interrupted_picture_alone_is_said_to_be_lost_to_resume(name: str, end: str, told: bool) -> None:
-    result = replace(ended((2, 0.1, 0.2)), stopped_by=end)
-    assert any("cannot be continued" in line for line in outcome(result, Written([Path(name)]), None)) is told
-
-
 def test_a_limit_is_that_of_the_noise_unless_the_bias_was_measured(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -161,6 +153,33 @@ def test_ctrl_c_in_any_command_is_told(monkeypatch: pytest.MonkeyPatch, capsys: 
     monkeypatch.setattr(import_module("equaltime.cli.quote"), "load_file", interrupted)
     assert main(["quote", str(SCENE), "--error", "5%"]) == 130
     assert capsys.readouterr().err == "error: interrupted\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "told"),
+    [
+        ("a.jpg", [], "a picture alone cannot be continued; a render with -o FILE.exr can, by --resume"),
+        ("a.png", [], "a picture alone cannot be continued; a render with -o FILE.exr can, by --resume"),
+        ("a.exr", ["--small"], "a small file cannot be continued; a render without --small can, by --resume"),
+        ("a.exr", [], None),
+    ],
+)
+def test_ctrl_c_tells_that_a_picture_cannot_be_continued(
+    name: str,
+    options: list[str],
+    told: str | None,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    result = et.render(et.load(SCENE).with_(size=(8, 8)), spp=4)
+    words = ["render", str(SCENE), "-o", str(tmp_path / name), "--size", "8x8", "--spp", "4", *options]
+    for end, code in (("interrupt", 130), ("spp", 0)):
+        ended = replace(result, stopped_by=end)
+        monkeypatch.setattr("equaltime.cli.render_picture.render", lambda *_, ended=ended, **__: ended)
+        assert main([*words, "--overwrite"]) == code
+        lines = [line for line in capsys.readouterr().out.splitlines() if "cannot be continued" in line]
+        assert lines == ([told] if told and end == "interrupt" else [])
 
 
 def test_a_render_whose_folder_is_gone_is_kept_elsewhere(
