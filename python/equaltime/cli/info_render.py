@@ -18,7 +18,7 @@ from equaltime.scene.frame_scenes import frames_of
 from equaltime.scene.frames import Frame, frame_pattern
 from equaltime.statistics.in_words import count, error_range
 from equaltime.statistics.intervals import UNKNOWN, Interval
-from equaltime.words import duration, percent
+from equaltime.words import duration_of_runs, percent
 
 __all__ = ["saved_render"]
 
@@ -47,7 +47,7 @@ def saved_render(path: Path, record: Record, resumable: bool, verbose: bool = Fa
     width, height = record["size"]
     number, spp = stated(Origin.from_record(record)), count(record["spp"])
     said = f"{number.noun} {error_range(error)}{number.of_paths}"
-    yield f"{path}: {said}, {spp} samples a pixel in {duration(record['seconds'])}"
+    yield f"{path}: {said}, {spp} samples a pixel in {duration_of_runs(record['seconds'], record['runs'])}"
     yield f"shows     {record['scene'] or 'a scene made in memory'} at {width}x{height}{_parts(record)}"
     yield f"ended     as {_end(record)}"
     yield f"strategy  {record['strategy']}{' (biased)' if record['biased'] else ''}, {_seeds(record)}"

@@ -255,10 +255,14 @@ def print_lines(lines: Sequence[str]) -> None:
         print(fitted(_visible(line), sys.stdout), flush=True)
 
 
-def print_quote(quote: Quote) -> None:
-    """Print the predicted error, time and samples of a render in one line."""
+def print_quote(quote: Quote, resumed: bool = False) -> None:
+    """Print the predicted error, time and samples of a render in one line.
+
+    ``resumed`` tells whether the render is resumed, so that the time is only that of this run.
+    """
     number = stated(quote.origin)
-    said = f"{number.noun} {error_range(quote.error)}{number.of_paths} after {time_range(quote.seconds)}"
+    spent = time_range(quote.seconds) + " of this run" * resumed
+    said = f"{number.noun} {error_range(quote.error)}{number.of_paths} after {spent}"
     doubt = f"; in doubt: {quote.error.doubt}" if quote.error.doubt else ""
     print_lines([f"Expect {said}, about {count(quote.spp.value)} samples a pixel{doubt}"])
 

@@ -11,7 +11,7 @@ from equaltime.rendering.budget import Looks, Stop
 from equaltime.rendering.result import Result
 from equaltime.rendering.stated import stated
 from equaltime.statistics.in_words import count, error_range, time_range
-from equaltime.words import duration, percent
+from equaltime.words import duration_of_runs, percent
 
 __all__ = ["details", "outcome"]
 
@@ -39,7 +39,8 @@ def outcome(result: Result, written: Written, quote: Quote | None) -> Iterator[s
     These tell biases, doubts, looks, files and the time to a smaller error. ``quote`` is the prediction for this
     render, from which the time follows. ``quote`` is None if nothing was predicted, or if the render cannot go on.
     """
-    number, seconds = stated(result.origin), duration(result.stats.seconds)
+    number, stats = stated(result.origin), result.stats
+    seconds = duration_of_runs(stats.seconds, stats.runs)
     said = f"{number.noun} {error_range(result.error)}{number.of_paths}"
     because = bias(result)
     exact = ", unbiased" if because == ["unbiased"] else ""
@@ -70,7 +71,9 @@ def details(result: Result, phases: Mapping[str, float]) -> Iterator[str]:
     yield f"pixels have {fewest} samples" if fewest == most else f"pixels have {fewest} to {most} samples"
     threads = result.stats.threads
     on = f"{result.stats.rays_per_second / 1e6:.3g} M rays/s on {threads} thread{'s' * (threads != 1)}"
-    yield f"{', '.join(f'{phase} {duration(time)}' for phase, time in phases.items())}; {on}"
+    runs = {"render": result.stats.runs}  # other phases are those of this run
+    times = [f"{phase} {duration_of_runs(time, runs.get(phase, 1))}" for phase, time in phases.items()]
+    yield f"{', '.join(times)}; {on}"
     if result.stopped_by == "error" and not _far_below(result):  # which tells them
         yield f"last looks at the error: {_looks(result)}"
     if result.stats.cluster:

@@ -107,7 +107,8 @@ def render_frames(
             return code
         done += 1
     if not (order.quiet or order.json):
-        print_lines([f"{done} frame{'s' * (done != 1)} in {duration(clock.perf_counter() - begin)}, in this run"])
+        spent = duration(clock.perf_counter() - begin) + " of this run" * order.resume
+        print_lines([f"{done} frame{'s' * (done != 1)} in {spent}"])
     return 0
 
 
@@ -131,13 +132,14 @@ def render_picture(
         check_replaceable(paths.pictures if order.resume else paths.all, source, scene.digest)
     viewer = None if order.tev is None else _viewer(order.tev, output)
     resumable = paths.exr is not None and not order.small
-    teller = _Teller({} if order.json else None, order.quiet, order.verbose, findings, resumable)
+    resumed = paths.exr if order.resume and paths.exr is not None and paths.exr.exists() else None
+    teller = _Teller({} if order.json else None, order.quiet, order.verbose, findings, resumable, resumed is not None)
     failure: SampleError | BrightImage | None = None
     # hold back a second Ctrl-C from the last sample to the last line: it must not lose the samples that the first kept
     with ExitStack() as ending:
         try:
             with progress_bar(order.quiet) as progress, unwarned():  # a black picture is reported below
-                result = _rendered(scene, paths.exr, order, seed, teller.observer(progress), viewer)
+                result = _rendered(scene, paths.exr, resumed, order, seed, teller.observer(progress), viewer)
                 signals = ending.enter_context(held_back())
         except (SampleError, BrightImage) as found:
             if found.result is None:  # raised by a pilot
@@ -163,7 +165,13 @@ def render_picture(
 
 
 def _rendered(
-    scene: Scene, exr: Path | None, order: Order, seed: int, observer: Observer, viewer: Viewer | None
+    scene: Scene,
+    exr: Path | None,
+    resumed: Path | None,
+    order: Order,
+    seed: int,
+    observer: Observer,
+    viewer: Viewer | None,
 ) -> Result:
     return render(
         scene,
@@ -174,7 +182,7 @@ def _rendered(
         seed=seed,
         threads=order.threads,
         observer=observer,
-        resume=exr if order.resume and exr is not None and exr.exists() else None,
+        resume=resumed,
         checkpoint=exr if order.backend == "core" else None,
         checkpoint_every=order.checkpoint,
         checkpoint_exposure=order.exposure,
@@ -222,6 +230,8 @@ class _Teller:
     findings: Sequence[Finding]
     resumable: bool
     """Whether the saved render can be continued."""
+    resumed: bool
+    """Whether the render continues a saved one."""
     quote: Quote | None = None
     """Quote that the render gave of itself, once there is one."""
 
@@ -248,7 +258,7 @@ class _Teller:
 
     def _quoted(self, quote: Quote) -> None:
         self.quote = quote
-        print_quote(quote)
+        print_quote(quote, self.resumed)
 
     def tell(self, result: Result, scene: Scene, writing: float, written: Written) -> None:
         """Print the outcome; ``writing`` is the seconds that it took to write the files."""

@@ -161,6 +161,7 @@ def _stats(parts: Sequence[SavedRender]) -> Stats:
         kernel=records[0]["kernel"],
         threads=records[0]["threads"],
         effects=tuple(records[0]["effects"]),
+        runs=sum(record["runs"] for record in records),
     )
 
 

@@ -53,7 +53,8 @@ common_doubt                 relative standard deviation of a factor that all va
 radiance_range               largest radiance over the smallest above 0, if that is more than 1e12
 looks                        [samples, error, upper limit, brightest path] of each look on the way
 position                     position of the passes: [samples, samples of the running pass, next block]
-seconds, phases              rendering time, and of each phase, s
+seconds, runs                rendering time of all runs together, s; number of runs, if the render was resumed or merged
+phases                       time of each phase, s; phases other than render count only the last run
 paths, rays, shadow_rays     numbers of each; rays_per_s is all rays over the seconds
 threads, kernel, effects     threads, the compiled path tracer, and the effects that the scene uses
 build                        how the core was built

@@ -136,6 +136,7 @@ class _Record(_Facts):
     focus: dict[str, float] | None = None
     position: Annotated[tuple[Count, Count, Count] | None, Field(strict=False)] = None
     seconds: Seconds
+    runs: Annotated[int, Field(ge=1)] = 1
     phases: dict[str, Seconds] | None = None
     paths: Count
     rays: Count

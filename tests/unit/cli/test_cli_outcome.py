@@ -17,6 +17,7 @@ from equaltime.cli import main
 from equaltime.cli.messages import Written, doubts
 from equaltime.cli.render_outcome import details, outcome
 from equaltime.rendering.budget import Look, Stop
+from equaltime.words import duration
 
 SCENE = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
 
@@ -82,6 +83,23 @@ def test_a_render_that_was_small_enough_before_is_not_explained() -> None:
     """It was resumed with a larger error than it had reached."""
     result = ended((12, 0.03, 0.04), (18, 0.03, 0.034), (26, 0.0232, 0.03))
     assert [line for line in outcome(result, Written([Path("a.exr")]), None) if "looks" in line] == []
+
+
+def test_the_seconds_of_all_runs_and_of_this_one_are_told_apart(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["render", str(SCENE), "-o", str(tmp_path / "a.exr"), "--size", "32x32", "--time", "0.3s", "--resume"]
+    assert main(words) == 0
+    assert " runs" not in (said := capsys.readouterr().out)
+    assert "this run" not in said
+    assert main([*words, "-v"]) == 0
+    seconds = duration(et.read(tmp_path / "a.exr").stats.seconds)
+    said = capsys.readouterr().out
+    assert "Time is up: error " in said
+    assert said.count(f"{seconds} over 2 runs,") == 2, "in the first line, and in that of the phases"
+    assert " after 300 ms of this run," in said
+    assert main(["info", str(tmp_path / "a.exr")]) == 0
+    assert f" in {seconds} over 2 runs\n" in capsys.readouterr().out
 
 
 def test_a_limit_is_that_of_the_noise_unless_the_bias_was_measured(
