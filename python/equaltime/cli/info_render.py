@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 import shlex
 from collections.abc import Iterator, Mapping
-from itertools import product
 from pathlib import Path
 from typing import Any
 
+from equaltime.cli.recorded import CHANGED, recorded_options, recorded_scene
 from equaltime.errors import EqualtimeError
 from equaltime.rendering.origin import Origin
 from equaltime.rendering.render_record import checked
 from equaltime.rendering.stated import paths_up_to, stated
-from equaltime.scene import Scene, load_file
-from equaltime.scene.frame_scenes import frames_of
 from equaltime.scene.frames import Frame, frame_pattern
 from equaltime.statistics.in_words import count, error_range
 from equaltime.statistics.intervals import UNKNOWN, Interval
@@ -105,7 +103,7 @@ def _repeat(path: Path, record: Record) -> Iterator[str]:
         name, seed = frame_pattern(name, frame.number), seed - frame.number
     exact = exact and seed >= 0  # a frame that Python rendered may have any seed
     words = ["equaltime", "render", record["scene"], "-o", name, *limit, *_frame(frame)]
-    words += _options(record, max(0, seed))
+    words += recorded_options(record, max(0, seed))
     yield f"{'repeat' if exact else 'similar':<10}{shlex.join(words)}"
     if changed := _changed(record):
         yield f"          but {changed}"
@@ -139,57 +137,12 @@ def _plain(number: float) -> str:
     return str(number).removesuffix(".0")
 
 
-def _options(record: Record, seed: int) -> Iterator[str]:
-    """Yield the options that choose the picture's part of the scene, the strategy and the ``seed``."""
-    (width, height), crop, asked = record["size"], record["crop"], record.get("scene_max_depth")
-    yield from ("--size", f"{width}x{height}")
-    if crop != [0, 0, width, height]:
-        yield from ("--crop", ",".join(map(str, crop)))
-    if asked is not None and asked != record["max_depth"]:
-        yield from ("--max-depth", str(record["max_depth"]))
-    if record["strategy"] != "best":
-        yield from ("--strategy", record["strategy"])
-    for name, value in record["defines"].items():
-        yield from ("-D", f"{name}={value}")
-    if record["substitutions"]:
-        yield "--substitute"
-    if record["transparent"]:
-        yield "--transparent"
-    for effect in record.get("without") or ():
-        yield from ("--without", effect)
-    yield from ("--seed", str(seed))
-    if record["backend"] != "core":
-        yield from ("--backend", record["backend"])
-
-
 def _changed(record: Record) -> str:
     """Return why the scene's file, as it is now, gives another picture; empty if it gives the same, or is not known."""
     if not Path(record["scene"]).exists():
         return "that file is not there"
-    if record.get("without"):  # the record's digest is that of the scene without them
-        return ""
     try:
-        scene = _loaded(record)
-        same = any(each.digest == record["digest"] for each in _as_asked(scene, record))
+        scene = recorded_scene(record)
     except EqualtimeError:
         return "that file cannot be read as it is"
-    return "" if same else "the scene has changed since, or was read with options that the record does not have"
-
-
-def _loaded(record: Record) -> Scene:
-    """Return the scene's file, as it is now, read with the options of the record."""
-    path, defines, substitute = Path(record["scene"]), record["defines"], bool(record["substitutions"])
-    if (frame := Origin.from_record(record).frame) is not None:
-        return next(frames_of(path, [frame], defines, substitute=substitute))
-    return load_file(path, defines, substitute=substitute)
-
-
-def _as_asked(scene: Scene, record: Record) -> Iterator[Scene]:
-    """Yield the scene with every set of options that a render with this record may have had.
-
-    An option with the scene's own value gives the same picture, but another digest than no option.
-    """
-    size, crop = tuple(record["size"]), tuple(record["crop"])
-    films: tuple[dict[str, Any], ...] = ({}, {"size": size}, {"size": size, "crop": crop})
-    for film, depth in product(films, (None, record["max_depth"])):
-        yield scene.with_(**film, max_depth=depth, transparent=record["transparent"])
+    return "" if scene is not None else f"the scene {CHANGED}"

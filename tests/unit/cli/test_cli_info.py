@@ -120,7 +120,14 @@ def test_it_reads_a_render_of_before_and_refuses_the_picture_of_another(
 
 
 @pytest.mark.parametrize(
-    "options", [[], ["--size", "8x4"], ["--size", "6x6", "--crop", "1,1,3,3"], ["--max-depth", "3"]]
+    "options",
+    [
+        [],
+        ["--size", "8x4"],
+        ["--size", "6x6", "--crop", "1,1,3,3"],
+        ["--max-depth", "3"],
+        ["--without", "long_paths=3"],
+    ],
 )
 def test_it_says_that_a_scene_has_changed_since_only_if_it_has(
     options: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
