@@ -22,6 +22,8 @@ __all__ = ["saved_render"]
 
 Record = Mapping[str, Any]
 
+_MOST_COMMANDS = 4
+"""Largest number of commands that repeat a merged render without ``-v``, so that all fits into twelve lines."""
 _ENDS = {
     "spp": "it had its samples",
     "count": "it had the samples that a pilot chose",
@@ -53,7 +55,7 @@ def saved_render(path: Path, record: Record, resumable: bool, verbose: bool = Fa
         yield f"in doubt  {error.doubt}"
     if number.missing:
         yield f"lacks     {number.missing}"
-    yield from _repeat(path, record)
+    yield from _repeat(path, record, verbose)
     more = "" if verbose else "; -v for more"
     yield f"goes on   {_how_on(record) if resumable else 'no longer: it was saved small'}{more}"
 
@@ -94,19 +96,50 @@ def _spp(samples: Mapping[str, int]) -> str:
     return f"{samples['max']}" if samples["min"] == samples["max"] else f"{samples['min']} to {samples['max']}"
 
 
-def _repeat(path: Path, record: Record) -> Iterator[str]:
-    """Yield the command that would repeat the render, and what differs if it cannot be repeated exactly."""
-    if record["scene"] is None or record.get("sources"):
+def _repeat(path: Path, record: Record, verbose: bool) -> Iterator[str]:
+    """Yield the commands that would repeat the render, and what differs if it cannot be repeated exactly."""
+    if record["scene"] is None:
         return
-    (limit, exact), frame, name, seed = _limit(record), Origin.from_record(record).frame, path.name, record["seed"]
-    if frame is not None:
-        name, seed = frame_pattern(name, frame.number), seed - frame.number
-    exact = exact and seed >= 0  # a frame that Python rendered may have any seed
-    words = ["equaltime", "render", record["scene"], "-o", name, *limit, *_frame(frame)]
-    words += recorded_options(record, max(0, seed))
-    yield f"{'repeat' if exact else 'similar':<10}{shlex.join(words)}"
+    if not record["sources"]:
+        words, exact = _command(record, path.name)
+        yield f"{_title(exact)}{shlex.join(words)}"
+    elif all(source["stopped_by"] for source in record["sources"]):
+        yield from _repeat_parts(path, record, verbose)
+    else:
+        return  # merged by an earlier version, which did not record how the parts ended
     if changed := _changed(record):
         yield f"          but {changed}"
+
+
+def _repeat_parts(path: Path, record: Record, verbose: bool) -> Iterator[str]:
+    """Yield the commands that would render the parts of a merged render, and merge them; not all unless ``verbose``."""
+    commands = {}
+    for source in record["sources"]:
+        number = "" if record["frame"] is None else f"_{record['frame']['number']:04}"
+        name = f"part-{source['seed']}{number}.exr"
+        commands[name] = _command({**record, **source}, name)
+    title = _title(all(exact for _, exact in commands.values()))
+    lines = [words for words, _ in commands.values()] + [["equaltime", "merge", *commands, "-o", path.name]]
+    shown = len(lines) if verbose or len(lines) <= _MOST_COMMANDS else _MOST_COMMANDS - 1
+    for words in lines[:shown]:
+        yield f"{title}{shlex.join(words)}"
+        title = " " * len(title)
+    if shown < len(lines):
+        yield f"{title}and so on for {len(commands) - shown} more parts, then equaltime merge: -v shows all"
+
+
+def _title(exact: bool) -> str:
+    return f"{'repeat' if exact else 'similar':<10}"
+
+
+def _command(record: Record, name: str) -> tuple[list[str], bool]:
+    """Return the command that renders the file ``name`` anew, and whether the picture is then exactly the same."""
+    (limit, exact), frame, seed = _limit(record), Origin.from_record(record).frame, record["seed"]
+    if frame is not None:
+        name, seed = frame_pattern(name, frame.number), seed - frame.number
+    words = ["equaltime", "render", record["scene"], "-o", name, *limit, *_frame(frame)]
+    words += recorded_options(record, max(0, seed))
+    return words, exact and seed >= 0  # a frame that Python rendered may have any seed
 
 
 def _limit(record: Record) -> tuple[list[str], bool]:

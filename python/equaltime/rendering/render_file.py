@@ -43,7 +43,8 @@ defines                      values of -D, by name, with which the scene's file 
 frame                        number of a frame of an animation (--frames), fps (frames a second), and blur (share of
                              the frame for which the shutter is open)
 substitutions                parts of the scene that were replaced since they cannot be rendered
-sources                      of a merged render: seed, samples, seconds and build of each part
+sources                      of a merged render: seed, samples, spp, stopped_by, stop, position, seconds and build of
+                             each part, as in its own record
 picture                      colors, alpha and half of the first part, if it is not R, G, B in 32 bits (`FilmPicture`)
 spp, samples                 mean samples a pixel; the first sample's number, and the least and most of a pixel
 stopped_by, stop             reason of the end; rule by which the render was to stop at an error

@@ -114,6 +114,7 @@ def test_it_reads_a_render_of_before_and_refuses_the_picture_of_another(
     told = capsys.readouterr().out
     assert "seed 0: 6 spp, seed 1: 4 spp" in told
     assert "goes on   with merge;" in told
+    assert "but " not in told, "it does not tell how its parts ended, so that there is no command to comment"
     images.write_exr(tmp_path / "a.exr", np.zeros((2, 2, 3)))
     assert main(["info", str(tmp_path / "a.exr")]) == 2
     assert "was not rendered by equaltime" in capsys.readouterr().err
