@@ -6,12 +6,12 @@ import math
 from collections.abc import Iterator, Mapping
 
 from equaltime.cli.messages import Written, bias, headline, selects_images
-from equaltime.quoting.pilot import Quote
+from equaltime.quoting.pilot import FEWEST, Quote
 from equaltime.rendering.budget import Looks, Stop
 from equaltime.rendering.result import Result
 from equaltime.rendering.stated import stated
 from equaltime.statistics.in_words import count, error_range, time_range
-from equaltime.words import duration_of_runs, percent
+from equaltime.words import duration, duration_of_runs, percent
 
 __all__ = ["details", "outcome"]
 
@@ -49,6 +49,8 @@ def outcome(result: Result, written: Written, quote: Quote | None) -> Iterator[s
         yield about
     if missed := _count_missed(result.stop) if result.stopped_by in ("spp", "time") else "":
         yield missed
+    if short := _too_short(result):
+        yield short
     if below := _far_below(result):
         yield below
     if result.stopped_by == "error" and selects_images(result):
@@ -92,6 +94,14 @@ def _end(result: Result) -> str:
     if stop is not None and result.stopped_by == "time" and result.error.trusted and result.error.high <= stop.error:
         return f"Time is up, and {percent(stop.error)} is reached"
     return _ENDS[result.stopped_by]
+
+
+def _too_short(result: Result) -> str:
+    """Return how long the samples take that an error needs, if the time limit came before them; else empty."""
+    if result.stopped_by != "time" or result.spp >= FEWEST:
+        return ""
+    took = f", about {duration(FEWEST * result.stats.seconds / result.spp)} here" if result.spp > 0 else ""
+    return f"the time was too short: an error takes {FEWEST} samples a pixel{took}"
 
 
 def _far_below(result: Result) -> str:

@@ -36,7 +36,8 @@ from equaltime.images.exposure import Exposure
 from equaltime.images.variance_picture import is_known, scale_in_words
 from equaltime.interrupts import held_back
 from equaltime.quoting.observer import Observer
-from equaltime.quoting.pilot import Quote
+from equaltime.quoting.pilot import FEWEST, Quote
+from equaltime.quoting.quote import seconds_of_pilot
 from equaltime.rendering.black_picture import black_picture, reasons, unwarned
 from equaltime.rendering.budget import StopRule
 from equaltime.rendering.job import Backend, Traps
@@ -130,9 +131,11 @@ def render_picture(
     if not order.overwrite:
         source = None if scene.source is None else os.path.abspath(scene.source)
         check_replaceable(paths.pictures if order.resume else paths.all, source, scene.digest)
+    resumed = paths.exr if order.resume and paths.exr is not None and paths.exr.exists() else None
+    if resumed is None and not (order.quiet or order.json):
+        _warn_of_short_time(scene, order)
     viewer = None if order.tev is None else _viewer(order.tev, output)
     resumable = paths.exr is not None and not order.small
-    resumed = paths.exr if order.resume and paths.exr is not None and paths.exr.exists() else None
     teller = _Teller({} if order.json else None, order.quiet, order.verbose, findings, resumable, resumed is not None)
     failure: SampleError | BrightImage | None = None
     # hold back a second Ctrl-C from the last sample to the last line: it must not lose the samples that the first kept
@@ -194,6 +197,16 @@ def _rendered(
         backend=order.backend,
         cluster=order.cluster,
     )
+
+
+def _warn_of_short_time(scene: Scene, order: Order) -> None:
+    """Warn before a render whose time limit comes before the samples that an error needs."""
+    if order.time is None or order.cluster is not None:  # the speed of a cluster is not known
+        return
+    expected = seconds_of_pilot(scene, order.strategy, order.threads)
+    if expected > order.time:
+        needed = f"{FEWEST} samples a pixel, which an error takes, take about {duration(float(f'{expected:.1g}'))}"
+        print_warning(f"the time of {duration(order.time)} may be too short to know the error: {needed}")
 
 
 def _scale(result: Result) -> str:

@@ -85,6 +85,39 @@ def test_a_render_that_was_small_enough_before_is_not_explained() -> None:
     assert [line for line in outcome(result, Written([Path("a.exr")]), None) if "looks" in line] == []
 
 
+@pytest.mark.parametrize(("end", "spp", "told"), [("time", 1, True), ("time", 2, False), ("spp", 1, False)])
+def test_a_time_that_is_too_short_for_an_error_is_told(end: str, spp: int, told: bool) -> None:
+    result = et.render(et.load(SCENE).with_(size=(8, 8)), spp=spp, strategy="mis,sampler=independent")
+    stats = replace(result.stats, phases={**result.stats.phases, "render": 3.0})
+    lines = [*outcome(replace(result, stopped_by=end, stats=stats), Written([Path("a.exr")]), None)]
+    said = "the time was too short: an error takes 2 samples a pixel, about 6 s here"
+    assert (said in lines) is told
+
+
+@pytest.mark.parametrize(("options", "warned"), [([], True), (["--resume"], False), (["-q"], False)])
+def test_a_time_that_may_be_too_short_is_told_before_the_render(
+    options: list[str],
+    warned: bool,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """A resumed render has samples already."""
+    monkeypatch.setattr("equaltime.cli.render_picture.seconds_of_pilot", lambda *_: 7.3)
+    words = ["render", str(SCENE), "-o", str(tmp_path / "a.exr"), "--size", "8x8"]
+    assert main([*words, "--spp", "2"]) == 0
+    assert "too short" not in capsys.readouterr().err
+    assert main([*words, "--time", "20ms", *(options or ["--overwrite"])]) == 0
+    said = "warning: the time of 20 ms may be too short to know the error: 2 samples a pixel, which an error takes, "
+    assert (f"{said}take about 7 s\n" in capsys.readouterr().err) is warned
+
+
+def test_a_quote_of_too_short_a_time_has_no_error(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["quote", str(SCENE), "--size", "64x64", "--time", "0.01ms"]) == 0
+    first = capsys.readouterr().out.splitlines()[0]
+    assert first.startswith("In 0.01 ms: no error can be known: it takes 2 samples a pixel, which take ")
+
+
 def test_the_seconds_of_all_runs_and_of_this_one_are_told_apart(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
