@@ -295,6 +295,12 @@ def test_a_path_with_a_number_that_is_not_finite_has_no_line() -> None:
     assert path_in_short(replace(path, vertices=(broken, *path.vertices[1:]))) is None
 
 
+def test_a_surface_without_an_id_is_named_by_its_type_and_file(tmp_path: Path) -> None:
+    (mesh := tmp_path / "plate.obj").write_text("v -9 -9 0\nv 9 -9 0\nv 0 9 0\nf 1 2 3\n")
+    path = et.replay(et.load(mesh, ground=0).with_(size=(3, 3)), pixel=(1, 1), sample=0)
+    assert str(path_in_short(path)).startswith("path: obj (plate.obj) -> ")
+
+
 def test_a_long_path_is_named_by_its_first_and_last_surfaces() -> None:
     path = et.replay(mirror_room({"type": "constant"}), pixel=(2, 2), sample=0)
     first = {**path.vertices[0], "emitter": None, "light": None}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any, Final
 
 from equaltime.rendering.replay import Replay
@@ -65,7 +66,9 @@ def _surfaces(vertices: Sequence[Mapping[str, Any]], last: int | None) -> list[s
 
 
 def _short(name: str) -> str:
-    """Return the id in the name of an object, or the whole name without an id; of a copy, the name of the copy."""
+    """Return the id of an object, or type and file of one without an id; of a copy, the name of the copy."""
     name = name.rsplit(", seen as ", 1)[-1]
-    found = _NAMED.fullmatch(name)
-    return found[1] if found else name
+    if found := _NAMED.fullmatch(name):
+        return found[1]
+    kind, _, place = name.partition(", ")
+    return f"{kind} ({Path(place).name})" if place else kind
