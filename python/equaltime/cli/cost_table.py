@@ -10,6 +10,7 @@ from rich.table import Table
 from equaltime.cli.messages import MOST_LINES, plain_console, print_line, print_lines
 from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
 from equaltime.statistics.intervals import Interval
+from equaltime.words import duration
 
 __all__ = ["every_row", "in_brackets", "print_summary"]
 
@@ -59,14 +60,30 @@ def every_row(summary: Summary) -> Table:
 
 
 def _caveats(summary: Summary, verbose: bool) -> Iterator[str]:
-    """Yield what holds for all numbers of a scene: other depths, and limits of the reference; one of each is enough."""
+    """Yield what holds for all numbers of a scene: other depths, limits of the reference, and too short a budget.
+
+    Without ``verbose``, one of each is enough.
+    """
     several = len(summary.scenes) > 1
     for told in (
         [(scene.name, f"errors and times are of {scene.other_depth}") for scene in summary.scenes if scene.other_depth],
         [(scene.name, f"note: {scene.reference_caveat}") for scene in summary.scenes if scene.reference_caveat],
+        [(scene.name, text) for scene in summary.scenes if (text := _short_budget(scene))],
     ):
         lines = list(dict.fromkeys(f"{name}: {text}" if several and verbose else text for name, text in told))
         yield from lines if verbose else lines[:1]
+
+
+def _short_budget(scene: SceneResult) -> str:
+    """Return that the shortest runs took longer than the budget, so that its error is unknown; else empty."""
+    curves = (strategy.curve for strategy in scene.strategies)
+    took, spp = max(((curve.seconds[0].value, curve.spp[0]) for curve in curves if curve.spp), default=(0.0, 0))
+    if took <= scene.budget_s:
+        return ""
+    return (
+        f"{duration(scene.budget_s)} is too short: {spp} samples a pixel, the shortest run, took up to "
+        f"{duration(took)}; give a longer --budget"
+    )
 
 
 def _without_error(scene: SceneResult, several: bool) -> Iterator[str]:

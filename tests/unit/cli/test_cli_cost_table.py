@@ -16,6 +16,7 @@ from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.tables import check_table, point_table
 from equaltime.experiments.report.words import facts
 from equaltime.statistics.intervals import UNKNOWN, Interval
+from equaltime.words import duration
 
 from ..experiments.fake_summary import summary
 
@@ -44,6 +45,16 @@ def test_a_time_that_was_not_measured_is_marked(tmp_path: Path, capsys: pytest.C
     assert naive.rstrip().endswith("*")
     assert "*" not in cut + best
     assert below == "* extrapolated beyond the runs"
+
+
+def test_a_budget_that_the_shortest_runs_exceed_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = summary(tmp_path)
+    assert not any("too short" in line for line in printed(found, tmp_path, capsys))
+    scene = replace(found.scenes[0], budget_s=1e-3)
+    slowest = max((one.curve.seconds[0].value, one.curve.spp[0]) for one in scene.strategies)
+    said = f"1 ms is too short: {slowest[1]} samples a pixel, the shortest run, took up to {duration(slowest[0])}; "
+    lines = printed(replace(found, scenes=(scene,)), tmp_path, capsys)
+    assert f"{said}give a longer --budget" in lines
 
 
 def test_a_row_of_another_picture_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
