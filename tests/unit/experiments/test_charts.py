@@ -9,7 +9,7 @@ import pytest
 
 from equaltime.experiments.model.summary import SceneResult, Summary
 from equaltime.experiments.report import page
-from equaltime.experiments.report.charts import clearest, draw_dots, has_dots
+from equaltime.experiments.report.charts import clearest, draw_curves, draw_dots, has_dots
 from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.page import without_marks
 
@@ -44,6 +44,14 @@ def test_the_error_with_the_most_dots_is_shown_and_of_several_the_smallest(found
     times = {target: time if target > 0.015 else time.doubted("why") for target, time in naive.time_to.items()}
     changed = replace(scene, strategies=(replace(naive, time_to=times), *scene.strategies[1:]))
     assert clearest(replace(found, scenes=(changed,))) == 0.02
+
+
+def test_the_legend_of_curves_marks_a_strategy_with_another_picture(found: Summary) -> None:
+    scene = found.scenes[0]
+    naive, *others = scene.strategies
+    changed = replace(scene, strategies=(replace(naive, agreement_p=1e-6), *others))
+    legend = draw_curves(changed, TARGETS, LOOKS, (6.0, 4.0), legend=True).axes[0].get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == ["naive (another picture)", "cut (biased)", "best"]
 
 
 def test_every_scene_has_a_row_and_what_lies_beyond_the_runs_is_hollow(found: Summary) -> None:

@@ -125,10 +125,14 @@ class StrategyResult:
         return self.unequal or self.disagrees
 
     @property
+    def remark(self) -> str:
+        """``biased``, or ``another picture`` if a test found that the strategy's picture is another one; or empty."""
+        return "biased" if self.biased else "another picture" if self.another_picture else ""
+
+    @property
     def named(self) -> str:
-        """Label, with a remark if the strategy is biased or if a test found that its picture is another one."""
-        remark = " (biased)" if self.biased else " (another picture)" if self.another_picture else ""
-        return f"{self.label}{remark}"
+        """Label, with its `remark` in brackets."""
+        return f"{self.label} ({self.remark})" if self.remark else self.label
 
     @property
     def picture_p(self) -> float | None:

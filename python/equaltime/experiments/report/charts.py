@@ -100,7 +100,7 @@ def _draw_curve(axes: Axes, strategy: StrategyResult, look: Style, order: int) -
         markerfacecolor="none" if strategy.biased else look.light,
         markersize=5.5,
         linewidth=1.8,
-        label=f"{_SHOWN}{strategy.label} (biased)" if strategy.biased else f"{_SHOWN}{strategy.label}",
+        label=f"{_SHOWN}{strategy.named}",
         gid=curve_gid(order),
         zorder=3,
     )

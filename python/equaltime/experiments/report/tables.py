@@ -47,7 +47,7 @@ class TableRow:
     look: Style | None
     """Colour, marker and line style of the strategy; None for a row without one."""
     tags: tuple[str, ...]
-    """Words beside the label: baseline, biased, or the name of another renderer."""
+    """Words beside the label: baseline, biased, another picture, or the name of another renderer."""
     cells: tuple[tuple[Cell, ...], ...]
     """Cells of each column: one number, or two numbers one below the other."""
     title: str = ""
@@ -199,10 +199,10 @@ def label_row(
 
     ``cells`` are the cells of each column. ``look`` is the strategy's colour, marker and line style.
     """
-    tags = ["baseline"] * (strategy.label == scene.baseline) + ["biased"] * strategy.biased
-    if strategy.renderer != "core":
-        tags.append(strategy.renderer)
-    return TableRow(strategy.label, look, tuple(tags), tuple(map(tuple, cells)), strategy.name)
+    baseline = "baseline" if strategy.label == scene.baseline else ""
+    renderer = strategy.renderer if strategy.renderer != "core" else ""
+    tags = tuple(filter(None, (baseline, strategy.remark, renderer)))
+    return TableRow(strategy.label, look, tags, tuple(map(tuple, cells)), strategy.name)
 
 
 def time_table(slug: str, scene: SceneResult, targets: Sequence[float], looks: Mapping[str, Style]) -> Table:
@@ -285,7 +285,7 @@ def point_table(slug: str, scene: SceneResult, looks: Mapping[str, Style]) -> Ta
                 [measured_cell(curve.error[i])],
                 [_own_estimate((own,), strategy.biased)],
             ]
-            tags = ("biased",) * strategy.biased
+            tags = tuple(filter(None, (strategy.remark,)))
             rows.append(TableRow(strategy.label, looks[strategy.label], tags, tuple(map(tuple, cells)), strategy.name))
     columns = ["samples a pixel", "time", "error", "own estimate"]
     return Table(f"{slug}-points", "The points of the curves", "strategy", tuple(columns), tuple(rows))
