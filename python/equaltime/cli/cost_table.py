@@ -9,21 +9,20 @@ from rich.table import Table
 
 from equaltime.cli.messages import MOST_LINES, plain_console, print_line, print_lines
 from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
+from equaltime.experiments.report.words import (
+    EXTRAPOLATED,
+    meanings,
+    measured_cell,
+    percent,
+    seconds,
+    seconds_cell,
+)
 from equaltime.statistics.intervals import Interval
 
 __all__ = ["every_row", "in_brackets", "legend", "print_summary"]
 
 _REPORT = "report.html"
 _MOST_TARGETS = 2
-_EXTRAPOLATED = " *"
-_MARKS = {
-    "(biased)": "the strategy may converge to another picture",
-    "(another picture)": "a test found that the strategy's expected picture is not the standard's",
-    "\N{GREATER-THAN OR EQUAL TO}": "at least: the upper end of the interval cannot be trusted",
-    "\N{LESS-THAN OR EQUAL TO}": "at most: the lower end of the interval cannot be trusted",
-    _EXTRAPOLATED: "extrapolated beyond the runs",
-}
-"""Meaning of each mark of a table."""
 _ANY_WIDTH = 1000
 _FEW_ROWS = 8
 """Largest number of rows that are all shown: a strategy that the user has named should not be missing."""
@@ -55,8 +54,9 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     reasons = _reasons(summary)
     more = [_count(len(every) - len(rows), "more row")] if len(rows) < len(every) else []
     more += [f"why {_count(len(reasons), 'error')} cannot be trusted"] if reasons else []
+    beyond = [text for text in _marks(table) if text.startswith(EXTRAPOLATED.strip())]
     last = reasons if verbose else [f"-v shows {' and '.join(more)}"] if more else []
-    for line in (*_meanings(table, (_EXTRAPOLATED,)), *caveats, *last):
+    for line in (*beyond, *caveats, *last):
         print_line(console, line, "dim")
     longer = "; without --quick the numbers are more exact" if quick else ""
     print_line(console, f"Curves and pictures: open {folder / _REPORT}{longer}", "dim")
@@ -71,14 +71,14 @@ def every_row(summary: Summary) -> Table:
 
 def legend(summary: Summary, table: Table) -> list[str]:
     """Return the lines below ``table``, which has all strategies: meaning of numbers and marks, then caveats."""
-    intervals = ["In brackets: 95 % intervals, or the error that was measured"]
-    return [*intervals, *_meanings(table, tuple(_MARKS)), *_caveats(summary, verbose=True), *_reasons(summary)]
+    intervals = "In brackets: 95 % intervals, or the error that was measured"
+    return [intervals, *_marks(table), *_caveats(summary, verbose=True), *_reasons(summary)]
 
 
-def _meanings(table: Table, marks: Sequence[str]) -> list[str]:
-    """Return a line with the meaning of each of these ``marks`` that a cell of the table has."""
+def _marks(table: Table) -> list[str]:
+    """Return a line for each mark that a cell of the table has, with its meaning."""
     cells = [str(cell) for column in table.columns for cell in column.cells]
-    return [f"{mark.strip()} {_MARKS[mark]}" for mark in marks if any(mark in cell for cell in cells)]
+    return [f"{mark.strip()} {meaning}" for mark, meaning in meanings(cells).items()]
 
 
 def _caveats(summary: Summary, verbose: bool) -> Iterator[str]:
@@ -144,8 +144,6 @@ def _table(rows: Sequence[_Row], targets: tuple[float, ...], most: int) -> Table
 
     Of several such targets the smallest are chosen.
     """
-    from equaltime.experiments.report.words import measured_cell, percent, seconds, seconds_cell
-
     cells = {target: [seconds_cell(result.time_to[target]) for _, result in rows] for target in targets}
     counts = {target: sum(cell.state == "trusted" for cell in cells[target]) for target in targets}
     known = [target for target in targets if counts[target] == max(counts.values()) > 0]
@@ -168,7 +166,7 @@ def _table(rows: Sequence[_Row], targets: tuple[float, ...], most: int) -> Table
 
 
 def _marked(cell: object, time: Interval) -> str:
-    return f"{in_brackets(cell)}{_EXTRAPOLATED}" if time.reach > 1.0 and time.trusted else in_brackets(cell)
+    return f"{in_brackets(cell)}{EXTRAPOLATED}" if time.reach > 1.0 and time.trusted else in_brackets(cell)
 
 
 def in_brackets(cell: object) -> str:

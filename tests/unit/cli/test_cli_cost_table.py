@@ -118,7 +118,7 @@ def test_the_legend_has_the_marks_of_its_table_and_no_other(tmp_path: Path, monk
     )
     assert legend(half, every_row(half))[1:] == [
         "(biased) the strategy may converge to another picture",
-        "\N{GREATER-THAN OR EQUAL TO} at least: the upper end of the interval cannot be trusted",
+        "\N{GREATER-THAN OR EQUAL TO} at least, since the upper end of the interval cannot be trusted",
         "* extrapolated beyond the runs",
         "best: light is missing",
     ]
