@@ -226,8 +226,8 @@ class Summary(Shown):
         """Return the error curves as a pandas table, with a row for each point of each strategy's curve on each scene.
 
         Columns: ``scene``, ``strategy``, ``biased``, ``spp``; ``seconds``, ``error`` and ``own_estimate``, each with
-        ``_low`` and ``_high`` (95 %). Times are in seconds; errors are relative (0.02 is 2 %). Raises `EqualtimeError`
-        without pandas.
+        ``_low`` and ``_high`` (95 %), and with ``_trusted``, which tells whether this interval can be trusted. Times
+        are in seconds; errors are relative (0.02 is 2 %). Raises `EqualtimeError` without pandas.
         """
         rows = [
             {"scene": scene.name, "strategy": strategy.label, "biased": strategy.biased, "spp": spp, **point}
@@ -242,9 +242,10 @@ class Summary(Shown):
 def _points(curve: Curve) -> Iterator[dict[str, float]]:
     """Give the intervals of each checkpoint, by column."""
     names = ("seconds", "error", "own_estimate")
+    ends = {"": "value", "_low": "low", "_high": "high", "_trusted": "trusted"}
     for intervals in zip(*(getattr(curve, name) for name in names), strict=True):
         yield {
-            f"{name}{end}": value
+            f"{name}{end}": getattr(interval, attribute)
             for name, interval in zip(names, intervals, strict=True)
-            for end, value in (("", interval.value), ("_low", interval.low), ("_high", interval.high))
+            for end, attribute in ends.items()
         }

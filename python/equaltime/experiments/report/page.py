@@ -11,7 +11,7 @@ from typing import Any
 
 from equaltime.experiments.analysis.verdict import verdict
 from equaltime.experiments.model.summary import SceneResult, Summary
-from equaltime.experiments.report.charts import has_dots, unmarked
+from equaltime.experiments.report.charts import has_dots, has_pale_points, unmarked
 from equaltime.experiments.report.figures import NARROW, WIDE, chart, dots, write_figures
 from equaltime.experiments.report.films import FilmView, film_view, write_animation
 from equaltime.experiments.report.gallery import Crop, Series, kinds_of
@@ -65,6 +65,8 @@ class SceneView:
     narrow_chart: str
     """Chart of the error curves for a phone: an ``<svg>`` element that needs no escaping."""
     legend: tuple[TableRow, ...]
+    has_pale_points: bool
+    """Whether the charts have points whose interval cannot be trusted."""
     hidden: str
     """Sentence on error curves that lie beneath others in the chart; empty if all can be seen."""
     tables: tuple[tuple[str, Table], ...]
@@ -300,6 +302,7 @@ def _scene_view(
         wide_chart=chart(scene, f"{name}-wide", summary.targets, look, WIDE),
         narrow_chart=chart(scene, f"{name}-narrow", summary.targets, look, NARROW),
         legend=tuple(label_row(scene, strategy, look[strategy.label]) for strategy in scene.strategies),
+        has_pale_points=has_pale_points(scene),
         hidden=hidden_curves(scene),
         tables=_tables(name, scene, summary, look),
         points=point_table(name, scene, look).telling(is_quick(summary)),
