@@ -31,9 +31,9 @@ def draw_curves(
     """Draw the error of all strategies of a scene against time, and return the figure.
 
     ``targets`` are errors, drawn as horizontal lines. ``looks`` gives colour, marker and line style by label of a
-    strategy. ``size`` is width and height in inches, and ``legend`` tells whether to draw a legend. Points
-    are pale, and have no band, if a table prints no number with an interval for them. In the SVG, the points of each
-    curve are in the groups that `curve_titles` names.
+    strategy. ``size`` is width and height in inches, and ``legend`` tells whether to draw a legend. Points are
+    pale, and have no band, if a table prints no number with an interval for them. In the SVG, the points of each curve
+    are in the groups that `curve_titles` names.
     """
     figure: Figure = optional("matplotlib.figure").Figure(figsize=size, layout="constrained", facecolor="none")
     axes = figure.add_subplot(facecolor="none")
