@@ -82,10 +82,11 @@ def _marks(table: Table) -> list[str]:
 
 
 def _caveats(summary: Summary, verbose: bool) -> Iterator[str]:
-    """Yield what holds for all numbers of a scene: other depths, and limits of the reference; one of each is enough."""
+    """Yield what limits the numbers of a scene: other depths, late first images, its reference; one of each is told."""
     several = len(summary.scenes) > 1
     for told in (
         [(scene.name, f"errors and times are of {scene.other_depth}") for scene in summary.scenes if scene.other_depth],
+        [(scene.name, f"note: {scene.late}") for scene in summary.scenes if scene.late],
         [(scene.name, f"note: {scene.reference_caveat}") for scene in summary.scenes if scene.reference_caveat],
     ):
         lines = list(dict.fromkeys(f"{name}: {text}" if several and verbose else text for name, text in told))

@@ -94,6 +94,14 @@ def test_a_narrow_terminal_shows_fewer_times_and_none_by_half(
     assert (head.count("time to"), row.count("("), row.count(")")) == (times, 1 + times, 1 + times)
 
 
+def test_first_images_later_than_the_budget_are_told_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    late = changed(summary(tmp_path), "naive", lambda one: replace(one, late=3.0))
+    assert printed(late, tmp_path, capsys)[5] == "note: the first image took longer than the budget of 2 s: naive (3 s)"
+    both = changed(late, "best", lambda one: replace(one, late=2.5))
+    lines = printed(both, tmp_path, capsys)
+    assert lines.count("note: first images took longer than the budget of 2 s: naive (3 s), best (2.5 s)") == 1
+
+
 def test_up_to_eight_strategies_are_all_shown_also_without_a_number(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

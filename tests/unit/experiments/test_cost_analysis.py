@@ -143,6 +143,21 @@ def strategies(summary: Summary) -> Mapping[str, StrategyResult]:
     return {strategy.label: strategy for strategy in summary.scenes[0].strategies}
 
 
+def test_a_first_image_that_takes_longer_than_the_budget_is_told(recorded: tuple[Path, list[Row]]) -> None:
+    folder, rows = recorded
+    first = {label: np.mean([row.wall_s for row in rows if row.strategy == label and row.spp == 2]) for label in KINDS}
+    budget = 0.5 * first["naive"]
+    (scene,) = summarise(experiment().replace(budget=float(budget)), rows, folder).scenes
+    late = {strategy.label: strategy.late for strategy in scene.strategies if strategy.late is not None}
+    assert late == {label: pytest.approx(time) for label, time in first.items() if time > 1.1 * budget}
+    assert "naive" in late
+    assert "cut" not in late
+    for strategy in scene.strategies:
+        told = any("longer than the budget" in note for note in strategy.notes)
+        assert told == (strategy.label in late)
+    assert not any(one.late for one in summarise(experiment(), rows, folder).scenes[0].strategies)
+
+
 def test_the_summary_has_the_scene_and_its_strategies_in_order(summary: Summary) -> None:
     (scene,) = summary.scenes
     assert (scene.name, scene.digest, scene.size, scene.max_depth) == ("box", "abc", (SIZE, SIZE), 8)

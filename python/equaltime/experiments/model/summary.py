@@ -16,7 +16,7 @@ from equaltime.experiments.model.experiment import Quantity, Question, Theirs
 from equaltime.extras import optional
 from equaltime.rendering.stated import other_depth
 from equaltime.statistics.intervals import UNKNOWN, Interval
-from equaltime.words import Shown
+from equaltime.words import Shown, duration
 
 if TYPE_CHECKING:
     import pandas
@@ -110,6 +110,8 @@ class StrategyResult:
     renderer reports none."""
     reference: Path | None = None
     """File of a reference for this strategy alone, if its renderer has another expected image; else None."""
+    late: float | None = None
+    """Mean time of the first image in seconds if it is more than a tenth above the experiment's budget; else None."""
     film: Path | None = None
     """File of a film that shows how the strategy's image converges (`equaltime.experiments.run.forming.read_film`);
     None if not wanted."""
@@ -173,6 +175,13 @@ class SceneResult:
     """Strategies without results, since their runs have no sample count in common: pairs of label and reason."""
     reference_caveat: str = ""
     """Known limit of the reference besides its noise; empty if there is none."""
+
+    @property
+    def late(self) -> str:
+        """Sentence for reports on the strategies whose first image took longer than the budget; empty without any."""
+        told = [f"{one.label} ({duration(one.late)})" for one in self.strategies if one.late is not None]
+        took = "first images took" if len(told) > 1 else "the first image took"
+        return f"{took} longer than the budget of {duration(self.budget_s)}: {', '.join(told)}" if told else ""
 
     @property
     def other_depth(self) -> str:
