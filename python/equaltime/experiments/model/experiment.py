@@ -66,8 +66,8 @@ Quantity = Literal[
 p-value of the test whether the expected image is the standard strategy's."""
 
 Question = Literal["time", "bias", "samples", "efficiency", "combination"]
-"""An experiment's question: the ``time`` to an error, which strategies are biased (``bias``), the ``samples`` to an
-error, the ``efficiency`` (the inverse of squared error times time), or how far the baseline, a ``combination`` of
+"""An experiment's question: ``time`` to an error, strategies with ``bias``, ``samples`` to an error, ``efficiency``
+(the inverse of squared error times time), or ``combination``. The last asks how far the baseline, a combination of
 techniques, is behind the better of its parts."""
 
 DEFAULT_BUDGET = 10.0
