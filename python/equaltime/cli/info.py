@@ -154,7 +154,7 @@ def _of_folder(folder: Path, verbose: bool, as_json: bool) -> int:
     if as_json:
         print_json(folder_facts(stored))
         return 0
-    print_lines([*folder_summary(stored)])
+    print_lines([*folder_summary(stored, verbose)])
     if verbose:
         _print_more(folder_table(stored))
     return 0
