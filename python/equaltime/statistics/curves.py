@@ -280,13 +280,18 @@ def _crossing(runs: Runs, target: float, curve: tuple[Floats, Floats], slopes: t
 
 
 def time_to_error(runs: Runs, target: float) -> Interval:
-    """Return the seconds until the relative error ``target`` is reached (0.02 is 2 %), as an interval.
+    """Return the seconds after which a strategy reaches the relative error ``target`` (0.02 is 2 %), as an interval.
 
-    Beyond the runs' end the curve is continued, and the note says so. The slope is -1/2 for independent samples, else
-    the slope of the curve's last three octaves. A fitted slope is used up to 100 times the longest run, and a biased
-    strategy is not extrapolated at all. Past these limits the value is ``inf``, and ``low`` is a time that is surely
-    not enough, or 0. Where few events make the error, the result is the median over repeats, and the note says so. The
-    value is NaN if the curve is too short, or if the error is below the reference's noise.
+    - The time is usually the one at which the mean error over repeats falls to ``target``. If a few rare bright paths
+      make most of the error (`Runs.tail`), it is the median of the times of the repeats. The field ``note`` of the
+      interval then says so.
+    - Beyond the measured times the error curve is extrapolated in log-log axes, which ``note`` says too. The slope is
+      -1/2 for independent samples without such paths. Otherwise it is fitted to the last three doublings of time, and
+      used up to 100 times the longest run. The curve of a biased strategy is not extrapolated to later times.
+    - The value is ``inf`` if the curve does not reach ``target`` within these limits. The field ``low`` is then a time
+      that is surely too short for ``target``; it is 0 if no such time is known.
+    - The value is NaN if there are too few checkpoints to extrapolate, or if the error is below the reference's noise
+      from the first checkpoint on.
     """
     whole = np.ones(runs.repeats)
     typical = bool(runs.tail)

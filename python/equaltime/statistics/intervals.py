@@ -138,7 +138,10 @@ class Interval(Shown):
         return replace(self, note=join((self.note, note)))
 
     def map(self, function: Callable[[float], float]) -> Interval:
-        """Return the interval of ``function(x)``, where x is this number; the function must be monotonic."""
+        """Return the interval of ``function(x)``, where x is this interval's number, from its value and its ends.
+
+        ``function`` must be monotonic. If it decreases, the ends change places.
+        """
         ends = function(self.low), function(self.high)
         turned: dict[str, Literal["", "low", "high"]] = {"": "", "low": "high", "high": "low"}
         bound = self.bound if ends[0] <= ends[1] else turned[self.bound]
