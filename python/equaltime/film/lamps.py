@@ -102,10 +102,10 @@ class Lamps:
 
     @classmethod
     def in_plain_sight(cls, scene: Any, settings: Any) -> Lamps:
-        """Return the lamps that the camera of the core's scene sees directly, in the whole film.
+        """Return the lamps that the camera of the core's ``scene`` sees directly, not in mirrors or through glass.
 
-        ``settings`` are the core's settings of a render, whose crop has no effect here. The indices of pixels in the
-        whole film are ``y * width + x``.
+        The result covers all pixels of the film: the crop window has no effect. Its pixels are numbered by
+        ``y * width + x``, with x, y and width in the whole film. ``settings`` are the core's settings of a render.
         """
         return cls._made_of([lamps_in_sight(scene, settings, 0, _POINTS, whole_film=True)])
 

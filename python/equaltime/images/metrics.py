@@ -103,7 +103,10 @@ class Reference:
 
     @property
     def relmse(self) -> float:
-        """Relative mean squared error of the reference itself, which its noise adds to an image's; one number."""
+        """Relative mean squared error of the reference itself, due to its noise; one number.
+
+        Without a correction, the measured relMSE of any image would be too large by this amount on average.
+        """
         return float(divided(self.noise, self.denominator).mean())
 
     @property
