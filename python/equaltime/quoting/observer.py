@@ -85,9 +85,10 @@ class Observer:
         """
 
     def unsaved(self, why: str) -> None:
-        """Receive the reason, in words, why the render so far could not be saved (a checkpoint); the render goes on.
+        """Receive the reason ``why``, in words, for which no checkpoint could be written; the render goes on.
 
-        After a failure, the next failure is reported only if a checkpoint was written in between.
+        A checkpoint is a file of the render so far. After a failure, the next failure is reported only if a checkpoint
+        was written in between.
         """
 
 
