@@ -29,8 +29,8 @@ def automatic_stops(pixels: NDArray[Any], shown: float = 0.0) -> float:
     """Return the automatic exposure of linear RGB pixels (..., 3), in whole stops.
 
     The exposure makes the 90th percentile of the pixels bright but not white. ``shown`` is the exposure of an earlier
-    picture of the scene, in stops. The function returns ``shown`` instead of the new exposure if the two differ by at
-    most 2 stops, so that pictures of one scene keep their exposure. It also returns ``shown`` if the pixels have no
+    picture of the scene, in stops. The function returns ``shown`` instead of the new exposure if the two differ by less
+    than 2 stops, so that pictures of one scene keep their exposure. It also returns ``shown`` if the pixels have no
     light. Pixels that are not finite are left out.
     """
     grey = np.asarray(pixels, np.float64).mean(axis=-1)
