@@ -78,9 +78,9 @@ class Pace(NamedTuple):
 def pace(seconds: Mapping[int, float], had: float = 1.0) -> Pace:
     """Return the speed of sampling, to predict the time of later samples.
 
-    ``seconds`` maps counts of samples per pixel to the seconds since the first sample. The speed is taken over the last
-    two doublings of the count, or over all counts if there are fewer. ``had`` is the share of the processors that was
-    available during the samples, in [0, 1].
+    ``seconds`` maps counts of samples per pixel to the seconds since the first sample. The speed is measured over the
+    last two doublings of the count, or over all counts if there are fewer. ``had`` is the share of the processors that
+    was available during the samples, in [0, 1].
     """
     last, lost = max(seconds), _LOSS + _LOSS_OF_TAKEN * (1.0 - had)
     first = max((n for n in seconds if 4 * n <= last), default=min(seconds))
@@ -230,7 +230,7 @@ class Law:
     def error_at(self, samples: float) -> Interval:
         """Return the predicted relative error of the image after ``samples`` samples per pixel.
 
-        The 95 % interval holds the upper limit of the error that the render itself will then state.
+        The 95 % interval is wide enough to include the upper limit of the error that the render itself will then state.
         """
         doubt = math.hypot(self._doubt_at(samples), self._width(samples) / _Z95)
         return _interval(self._error(samples, self.exponent), doubt)
@@ -273,7 +273,7 @@ class Law:
     def samples_left(self, share: Interval) -> Interval:
         """Return the fraction of the samples that would still be needed for the same error if the noise were smaller.
 
-        With less noise, error² would be ``share`` times its present value. The interval includes the interval of
+        With the smaller noise, error² would be ``share`` times its present value. The interval includes the interval of
         ``share`` and the uncertainty of the exponent. The fraction is 0 if ``share`` is not positive.
         """
         if not share.value > 0.0:

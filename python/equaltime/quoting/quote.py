@@ -126,7 +126,8 @@ def _quoted(session: Session, limits: Limits, why: bool | None) -> Quote:
 def seconds_of_pilot(scene: Scene, strategy: Strategy, threads: int = 0) -> float:
     """Return the seconds that the shortest pilot (short render that predicts) of a scene takes; 0 if its film is small.
 
-    The seconds are measured by rendering a small film of the scene.
+    The seconds are measured by rendering a small film of ``scene`` by ``strategy``. ``threads`` is the number of
+    threads; 0 is one for each processor.
     """
     pixels = scene.model.sensor.film.crop[2] * scene.model.sensor.film.crop[3]
     if pixels <= _LEAST_TIMED:
