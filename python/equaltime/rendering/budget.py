@@ -44,7 +44,7 @@ _OF_FIXED = ("spp", "pilot_seed", "pilot_spp", "pilot_seconds")
 
 @dataclass(frozen=True)
 class Stop:
-    """Rule by which a render stops at an error; it is stored with the result.
+    """Rule by which a render with an error limit stops; it is stored with the result.
 
     The render stops by its own estimates of the error (``look``), or at a sample count that a pilot chose before
     (``fixed``). A pilot is a short render that predicts.

@@ -61,7 +61,7 @@ class Recipe:
 
 @dataclass(frozen=True, eq=False)
 class Unit:
-    """Samples for one process to add to the pixels of a window, with the state of these pixels before.
+    """Work for one process: samples to add to the pixels of a window, and the samples that these pixels have already.
 
     The window begins and ends at borders of blocks of 16 x 16 pixels.
     """
@@ -69,9 +69,9 @@ class Unit:
     recipe: Recipe
     window: Window
     begin: int
-    """Samples per pixel, on average, that the pixels have before."""
+    """Samples per pixel, on average, before the work."""
     end: int
-    """Samples per pixel, on average, that the pixels have afterwards."""
+    """Samples per pixel, on average, after the work."""
     moments: NDArray[Any]
     """(R, h, w): count, mean and deviation of the samples of each of the window's pixels, in each of R replicates
     (parts of the samples)."""
@@ -132,7 +132,7 @@ def add_samples(scene: Scene, unit: Unit, threads: int = 0) -> Rendered:
 
 
 def release() -> None:
-    """Free the renderer, with its memory, that this process has for further windows of a render."""
+    """Free the renderer that this process keeps for further units of the same render."""
     with _ONE:
         _CACHED.clear()
 
