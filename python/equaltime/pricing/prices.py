@@ -167,7 +167,7 @@ def effects(
     SceneError, StrategyError
         If the scene cannot be built, or the strategy cannot be read.
     NonFiniteSample
-        If a sample was not a number.
+        If a sample is NaN or infinite.
 
     Examples
     --------
