@@ -114,7 +114,7 @@ class Quote(Shown):
     """Fitted law of the render: its error and its time by the number of samples per pixel."""
     prices: Mapping[float, Interval] = field(hash=False)
     """Seconds to reach each relative error of `TARGETS`, by that error. Errors that the short render behind the quote
-    has reached are left out."""
+    reached already are left out."""
     pilot_seconds: float
     """Seconds that the prediction took, including the search for places and light that make the noise."""
     origin: Origin
