@@ -21,7 +21,7 @@ _OF_AN_ANIMATION = ("shutter", "time")
 def frames_of(
     path: str | Path, frames: Sequence[Frame], defines: Mapping[str, object], *, substitute: bool = False
 ) -> Iterator[Scene]:
-    """Yield the scene in the file ``path`` once for each frame of an animation, with the frame's shutter.
+    """Yield the scene in the file ``path`` once for each of the ``frames`` of an animation, with the frame's shutter.
 
     ``defines`` has values for the variables of the file. With ``substitute``, unsupported plugins are replaced by
     similar ones instead of being refused. glTF files are read anew for each frame, since their animations are sampled
