@@ -179,7 +179,7 @@ def lamp(what: str) -> tuple[str, str]:
     """
     _, colon, said = what.partition(": ")
     if not colon:
-        return ("the sky" if what == "environment" else what), ""
+        return ("sky" if what == "environment" else what), ""
     name, found, place = said.rpartition(" (")
     return (name, place.rpartition("/")[2].removesuffix(")")) if found else (said, "")
 

@@ -102,7 +102,7 @@ class Quote(Shown):
     """Quote: the predicted time, samples per pixel, error and memory of a render, from a short render (pilot)."""
 
     seconds: Interval
-    """Seconds from the first sample (of this run, if it resumes another) to the final film."""
+    """Seconds from the first sample to the final film; of a resumed render, this run alone."""
     spp: Interval
     """Predicted samples per pixel at the end."""
     error: Interval
@@ -113,8 +113,8 @@ class Quote(Shown):
     law: Law
     """Fitted law of the render: its error and its time by the number of samples per pixel."""
     prices: Mapping[float, Interval] = field(hash=False)
-    """Seconds to reach each relative error of `TARGETS`, by that error. Errors that the short render behind the quote
-    reached already are left out."""
+    """Seconds to reach each relative error of `TARGETS`, by that error; of a resumed render, all runs together. Errors
+    that the short render behind the quote reached already are left out."""
     pilot_seconds: float
     """Seconds that the prediction took, including the search for places and light that make the noise."""
     origin: Origin

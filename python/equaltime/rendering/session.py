@@ -111,7 +111,7 @@ class Session:
             team = job.cluster.team(scene)
             self._renderer = spread_renderer(scene, decided, job.seed, job.threads, team, job.traps)
         self._resumed = Decision() if resumed is None else resumed.decision
-        self._before = 0.0 if resumed is None else resumed.seconds
+        self._before, self._runs = (0.0, 1) if resumed is None else (resumed.seconds, resumed.runs + 1)
         self._shown = 0.0
         if resumed is not None:
             self._take_up(resumed)
@@ -297,6 +297,7 @@ class Session:
             cluster="" if self._spread is None else self._spread.told(),
             effects=tuple(name for name, used in self.job.scene.core.effects().items() if used),
             build=build_info(),
+            runs=self._runs,
         )
         moments, second = self._renderer.moments, second_nets(self._renderer)
         try:
