@@ -30,7 +30,7 @@ def frames_of(
     Raises
     ------
     SceneError
-        If the scene is invalid, if nothing in it is animated, or if a definition already chooses its time.
+        If the scene is invalid, if nothing in it is animated, or if ``defines`` already chooses its time.
     """
     path = Path(path)
     if twice := next((name for name in _OF_AN_ANIMATION if name in defines), None):
