@@ -151,10 +151,12 @@ class Pilot:
 
     Parameters
     ----------
+    session
+        Render whose passes are used: the predicted render itself, or a short render of the same scene.
     limits
-        Limits of the render, at least one; the quote is for the limit that is met first.
+        Limits of the predicted render, at least one; the quote is for the limit that ends it.
     share
-        Fraction of the usual sample allowance that pilot and probe may take.
+        Fraction of the usual number of samples (the allowance) that pilot and probe may take, in (0, 1].
     probes
         Whether to make a probe: some pixels rendered to the end, whose samples are not in the image.
     hurried
@@ -224,7 +226,7 @@ class Pilot:
         RenderError
             If a quote is due and no sample saw light, or if the limits take more samples than a render can have.
         SampleError
-            If a sample went wrong.
+            If a sample is NaN or infinite, or raised a floating-point fault.
         KeyboardInterrupt
             After Ctrl-C, if the pilot is not hurried or has seen too little for a quote.
         """

@@ -153,7 +153,7 @@ class RenderFile:
     """Second nets: further samples of some pixels, not in the image, that show its noise. None if there are none."""
 
     def write(self, path: Path, description: str = "", small: bool = False) -> None:
-        """Write the file, whole or not at all.
+        """Write the file at ``path``, whole or not at all.
 
         With ``small``, only rounded image, errors and sample counts are written. ``description`` is the image's
         description in the file.
@@ -205,7 +205,7 @@ class RenderFile:
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> RenderFile:
-        """Return the content of a file, without the outputs beside the image except alpha.
+        """Return the content of the file at ``path``: all except the outputs beside the image, of which only alpha.
 
         Raises
         ------

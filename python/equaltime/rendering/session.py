@@ -59,7 +59,10 @@ _SECONDS_A_PIXEL = 1e-6
 
 @dataclass(frozen=True)
 class Checkpoints:
-    """Settings of the saves on the way: file, interval, exposure of previews. A saved render can be resumed."""
+    """Settings of the checkpoints (saves) of a running render: file, interval, exposure of previews.
+
+    A saved render can be resumed.
+    """
 
     path: Path
     """EXR file in which the render so far is saved; each save replaces the previous one."""
@@ -74,6 +77,13 @@ class Checkpoints:
 
 class Session:
     """A render in the core that runs pass by pass and can be asked for its result between passes.
+
+    Parameters
+    ----------
+    job
+        Scene, strategy, seed and limits of the render, and how to run it.
+    progress
+        Function that is called with the render's `Progress`, about ten times a second; None for none.
 
     Raises
     ------
@@ -256,9 +266,9 @@ class Session:
     def result(self, stopped_by: StoppedBy) -> Result:
         """Return the result so far, with ``stopped_by`` as the reason why the render ended.
 
-        Raises `SampleError` or `BrightImage`, which hold the result, if a sample went wrong or float32 cannot hold the
-        image. The result shares no memory with the film, which may go on changing, and does not keep the renderer in
-        memory.
+        Raises `SampleError` if a sample was NaN or infinite, or raised a floating-point fault. Raises `BrightImage` if
+        float32 cannot hold the image. Both errors hold the result. The result shares no memory with the film, which may
+        go on changing, and does not keep the renderer in memory.
         """
         shared = self._snapshot(stopped_by)
         second = None if shared.second is None else shared.second.copy()
@@ -330,9 +340,9 @@ def origin_of(
 ) -> Origin:
     """Return the origin of a render of the scene: everything that decides its bits except the sample counts.
 
-    ``strategy`` is the strategy's name, and ``biased`` tells whether it is biased. ``replicates`` is the number of
-    parts of each pixel's samples, ``backend`` the renderer (``core`` or ``embreex``). ``without`` names the effects
-    (features such as media) that were left out.
+    ``strategy`` is the strategy's name, and ``biased`` tells whether it is biased. ``seed`` is the render's seed.
+    ``replicates`` is the number of parts of each pixel's samples, ``backend`` the renderer (``core`` or ``embreex``).
+    ``without`` names the effects (features such as media) that were left out.
     """
     film = scene.model.sensor.film
     return Origin(
@@ -382,7 +392,8 @@ def run(
     KeyboardInterrupt
         After Ctrl-C, if no block of pixels is finished.
     SampleError, BrightImage
-        If a sample went wrong, or float32 cannot hold the image; both hold the result so far.
+        If a sample is NaN, infinite or raised a floating-point fault, or if float32 cannot hold the image. Both errors
+        hold the result so far.
     """
     result = session.run(checkpoints, pass_ended)
     try:

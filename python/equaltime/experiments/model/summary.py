@@ -234,9 +234,12 @@ class Summary(Shown):
     def to_frame(self) -> pandas.DataFrame:
         """Return the error curves as a pandas table, with a row for each point of each strategy's curve on each scene.
 
-        Columns: ``scene``, ``strategy``, ``biased``, ``spp``; ``seconds``, ``error`` and ``own_estimate``, each with
-        ``_low`` and ``_high`` (95 %), and with ``_trusted``, which tells whether this interval can be trusted. Times
-        are in seconds; errors are relative (0.02 is 2 %). Raises `EqualtimeError` without pandas.
+        The columns are ``scene``, ``strategy`` (its label), ``biased``, ``spp`` (samples per pixel), and three numbers.
+        ``seconds`` is the rendering time. ``error`` is the relative error measured against the reference: 0.02 is 2 %.
+        ``own_estimate`` is the relative error that the render states itself, without a reference. Each of the three has
+        two further columns with the ends of its 95 % interval, such as ``error_low`` and ``error_high``. A third one,
+        such as ``error_trusted``, tells whether the interval can be trusted. Raises `EqualtimeError` if pandas is not
+        installed.
         """
         rows = [
             {"scene": scene.name, "strategy": strategy.label, "biased": strategy.biased, "spp": spp, **point}
