@@ -123,11 +123,12 @@ class BrightImage(RenderError):
 
 
 class SampleError(RenderError):
-    """Raised for an unusable sample, after the pass (round of samples) of the render that took the sample.
+    """Raised if a sample is NaN or infinite, or if its computation raised a floating-point fault.
 
-    ``pixel`` is the sample's pixel (x, y) in the whole film, and ``index`` its number within the pixel. ``result`` is
-    the render so far. ``command`` is a command line, as a tuple of words, that shows the sample's path. ``command`` is
-    empty if no command can show the path.
+    A render raises the error at the end of the pass over the image in which the sample was rendered. ``pixel`` is the
+    sample's pixel (x, y) in the whole film, and ``index`` its number within the pixel. ``seed`` is the seed of the
+    render. ``result`` is the render so far. ``command`` is a command line, as a tuple of words, that shows the sample's
+    path; empty if no command can show the path.
     """
 
     kind: ClassVar[str] = "bad sample"

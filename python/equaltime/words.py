@@ -12,6 +12,7 @@ __all__ = [
     "Shown",
     "a",
     "duration",
+    "duration_of_runs",
     "figure",
     "nearest",
     "percent",
@@ -50,6 +51,11 @@ def duration(seconds: float) -> str:
     """Return a time in seconds as text: ``12.3 ms``, ``4.56 s``, ``7.89 min``, ``12.3 h`` or ``456 days``."""
     unit, size = time_unit(seconds)
     return f"{seconds / size:.3g} {unit}"
+
+
+def duration_of_runs(seconds: float, runs: int) -> str:
+    """Return the time that all ``runs`` of a render took together, in seconds, as text: ``4.56 s over 2 runs``."""
+    return duration(seconds) + (f" over {runs} runs" if runs > 1 else "")
 
 
 def time_unit(seconds: float) -> tuple[str, float]:

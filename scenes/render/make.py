@@ -35,6 +35,7 @@ QUICK: Final = {
     r" --size \S+": "",
     r" --error \S+": " --error 60%",
     r"^equaltime (render|quote)": r"\g<0> --size 24x16",
+    r"--pixel \S+": "--pixel 7,7",
 }
 """What is replaced in commands for ``--quick``."""
 

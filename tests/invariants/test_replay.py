@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
 import shlex
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -13,6 +15,7 @@ import pytest
 import equaltime as et
 from equaltime import _core
 from equaltime.cli import main
+from equaltime.cli.replay_summary import path_in_short
 from equaltime.film.moments import DTYPE, deviations, stored
 from equaltime.rendering.brightest import Brightest
 from equaltime.rendering.core import make_renderer
@@ -219,9 +222,10 @@ def test_the_command_prints_the_brightest_sample_first(capsys: pytest.CaptureFix
     words = ["replay", file, "--pixel", "12,8", "--spp", "32", "--size", "24x16"]
     assert main(words) == 0
     path = et.replay(et.load(file).with_(size=(24, 16)), pixel=(12, 8), spp=32)
-    first, second = capsys.readouterr().out.splitlines()[:2]
+    first, second, third = capsys.readouterr().out.splitlines()[:3]
     assert first == str(path.brightest)
     assert second.startswith(f"pixel 12,8, sample {path.sample}, ")
+    assert third == path_in_short(path)
     assert main([*words, "--json"]) == 0
     assert path.brightest is not None
     assert json.loads(capsys.readouterr().out)["brightest"] == vars(path.brightest)
@@ -241,6 +245,68 @@ def test_the_command_prints_the_path_and_the_same_as_data(capsys: pytest.Capture
     path = et.replay(et.load(file).with_(size=(24, 16)), pixel=(12, 8), sample=3, seed=5)
     assert data["radiance"] == list(path.radiance) == data["sum"]
     assert len(data["vertices"]) == len(path.vertices) == text.count("\n   throughput ")
+
+
+def mirror_room(*lights: dict[str, Any]) -> et.Scene:
+    """Return a scene whose camera looks into a mirror; the mirror shows a matt wall, ten times as far as it."""
+
+    def wall(z: float, turned: float, bsdf: dict[str, Any]) -> dict[str, Any]:
+        place = [{"rotate": {"axis": [0, 1, 0], "angle": turned}}, {"scale": 100.0}, {"translate": [0, 0, z]}]
+        return {"type": "rectangle", "to_world": place, "bsdf": {"type": "twosided", "bsdf": bsdf}}
+
+    film = {"type": "hdrfilm", "width": 4, "height": 4}
+    view = {"look_at": {"origin": [0, 0, 0], "target": [0, 0, -1], "up": [0, 1, 0]}}
+    parts: dict[str, Any] = {
+        "sensor": {"type": "perspective", "fov": 10.0, "to_world": [view], "film": film},
+        "glossy": wall(-1.0, 0.0, {"type": "conductor"}),
+        "matt": wall(9.0, 180.0, {"type": "diffuse"}),
+    }
+    return et.load_dict({"type": "scene", **parts, **{f"lamp{number}": light for number, light in enumerate(lights)}})
+
+
+def test_a_line_names_the_surfaces_and_the_light_that_added_most() -> None:
+    weak, strong = ({"type": "point", "position": [0, 3, 5], "intensity": power} for power in (1e-3, 1e3))
+    path = et.replay(mirror_room(strong), pixel=(2, 2), sample=0)
+    parts = [
+        vertex["light"]["gathered"] for vertex in path.vertices if vertex["light"] and "gathered" in vertex["light"]
+    ]
+    share = max(map(sum, parts)) / sum(map(sum, parts))
+    said = r"path: glossy -> matt -> lamp0: vertex 2 aims at this light, which adds (.*) % of the sample"
+    found = re.fullmatch(said, str(path_in_short(path)))
+    assert found is not None
+    assert float(found[1]) == pytest.approx(100.0 * share, abs=1.0)
+    both = et.replay(mirror_room(weak, strong), pixel=(2, 2), spp=16)
+    assert "-> lamp1: " in str(path_in_short(both))
+    assert str(path_in_short(et.replay(mirror_room(), pixel=(2, 2), sample=0))).endswith(": no light")
+
+
+def test_a_light_that_a_path_meets_ends_the_line() -> None:
+    panel = {"type": "sphere", "center": [0, 0, -1], "radius": 0.5, "emitter": {"type": "area", "radiance": 3.0}}
+    sensor = {"type": "perspective", "fov": 10.0, "film": {"type": "hdrfilm", "width": 4, "height": 4}}
+    aim = {"look_at": {"origin": [0, 0, 0], "target": [0, 0, -1], "up": [0, 1, 0]}}
+    scene = et.load_dict({"type": "scene", "sensor": {**sensor, "to_world": [aim]}, "panel": panel})
+    path = et.replay(scene, pixel=(2, 2), sample=0)
+    assert path_in_short(path) == "path: panel: vertex 1 meets this light, which adds 100 % of the sample"
+
+
+def test_a_path_with_a_number_that_is_not_finite_has_no_line() -> None:
+    path = et.replay(mirror_room({"type": "constant"}), pixel=(2, 2), sample=0)
+    broken = {**path.vertices[0], "throughput": (float("nan"),) * 3}
+    assert path_in_short(replace(path, vertices=(broken, *path.vertices[1:]))) is None
+
+
+def test_a_surface_without_an_id_is_named_by_its_type_and_file(tmp_path: Path) -> None:
+    (mesh := tmp_path / "plate.obj").write_text("v -9 -9 0\nv 9 -9 0\nv 0 9 0\nf 1 2 3\n")
+    path = et.replay(et.load(mesh, ground=0).with_(size=(3, 3)), pixel=(1, 1), sample=0)
+    assert str(path_in_short(path)).startswith("path: obj (plate.obj) -> ")
+
+
+def test_a_long_path_is_named_by_its_first_and_last_surfaces() -> None:
+    path = et.replay(mirror_room({"type": "constant"}), pixel=(2, 2), sample=0)
+    first = {**path.vertices[0], "emitter": None, "light": None}
+    chain = tuple({**first, "from": number - 1 if number else None} for number in range(20))
+    line = str(path_in_short(replace(path, vertices=chain)))
+    assert line == f"path: {'glossy -> ' * 4}(12 more){' -> glossy' * 4}: no light"
 
 
 def test_a_picked_light_adds_the_product_that_the_command_prints() -> None:

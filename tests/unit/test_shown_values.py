@@ -11,6 +11,7 @@ import equaltime as et
 from equaltime.words import Shown, duration, percent
 
 CORNELL = Path(__file__).parents[2] / "scenes" / "cornell-box.toml"
+ENDS = ("", "_low", "_high", "_trusted")
 MOST_LINES = 20
 """An answer, ten more lines, and the effects of a scene."""
 VALUES: dict[str, tuple[Callable[[et.Scene], object], str]] = {
@@ -60,9 +61,10 @@ def test_a_summary_is_a_table_for_pandas(tmp_path: Path) -> None:
     assert {*frame.strategy} == {"mis", "best"}
     assert list(frame.columns) == [
         *("scene", "strategy", "biased", "spp"),
-        *(f"{name}{end}" for name in ("seconds", "error", "own_estimate") for end in ("", "_low", "_high")),
+        *(f"{name}{end}" for name in ("seconds", "error", "own_estimate") for end in ENDS),
     ]
     curve = found.scenes[0].strategies[0].curve
     ours = frame[frame.strategy == found.scenes[0].strategies[0].label]
     assert tuple(ours.spp) == curve.spp
+    assert tuple(ours.error_trusted) == tuple(interval.trusted for interval in curve.error)
     assert tuple(ours.error_high) == tuple(interval.high for interval in curve.error)

@@ -40,6 +40,7 @@ def convert(
         bool,
         typer.Option("--copy", help="Copy meshes and images into a folder beside OUT, instead of referring to them."),
     ] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> int:
     """Write a scene to a file of another format.
 
@@ -47,7 +48,9 @@ def convert(
     their values, spectra by colours in linear sRGB, and outdated parameter names by current ones.
     """
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
-    print_warnings(loaded)
+    if not quiet:
+        print_warnings(loaded)
     written = loaded.write(output, copy=copy)
-    print(f"wrote {', '.join(map(str, written))}")
+    if not quiet:
+        print(f"wrote {', '.join(map(str, written))}")
     return 0

@@ -9,14 +9,23 @@ from rich.table import Table
 
 from equaltime.cli.messages import MOST_LINES, plain_console, print_line, print_lines
 from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
+from equaltime.experiments.report.words import (
+    EXTRAPOLATED,
+    meanings,
+    measured_cell,
+    percent,
+    seconds,
+    seconds_cell,
+)
 from equaltime.statistics.intervals import Interval
 
-__all__ = ["every_row", "in_brackets", "print_summary"]
+__all__ = ["every_row", "in_brackets", "legend", "print_summary"]
 
 _REPORT = "report.html"
 _MOST_TARGETS = 2
-_EXTRAPOLATED = " *"
 _ANY_WIDTH = 1000
+_FEW_ROWS = 8
+"""Largest number of rows that are all shown: a strategy that the user has named should not be missing."""
 _OTHER_LINES = 6
 """Lines beside rows and caveats: verdict twice, heading, what ``*`` means, what ``-v`` adds, what to open next."""
 
@@ -26,8 +35,9 @@ _Row = tuple[SceneResult, StrategyResult]
 def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: bool = False) -> None:
     """Print the verdict as first and last line; between them a table, caveats, and the files in ``folder`` to open.
 
-    The output has at most `MOST_LINES` lines, unless ``verbose`` asks for all rows and reasons. ``quick`` tells that
-    the experiment was run with ``--quick``, so that longer runs may tell more.
+    All of up to `_FEW_ROWS` rows are shown. With more rows, the output has at most `MOST_LINES` lines, unless
+    ``verbose`` asks for all rows and reasons. ``quick`` tells that the experiment was run with ``--quick``, so that
+    longer runs may tell more.
     """
     console = plain_console()
     if not console.is_terminal:
@@ -36,16 +46,17 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     every = [(scene, strategy) for scene in summary.scenes for strategy in scene.strategies]
     caveats = list(_caveats(summary, verbose))
     telling = [row for row in every if _tells(row[1])]
-    rows = every if verbose else _first(telling, MOST_LINES - _OTHER_LINES - len(caveats))
+    few = len(every) <= _FEW_ROWS
+    rows = every if verbose or few else _first(telling, MOST_LINES - _OTHER_LINES - len(caveats))
     table = _fitting(rows, summary.targets, console.width)
     if rows:
         console.print(table)
-    if any(str(cell).endswith(_EXTRAPOLATED) for column in table.columns for cell in column.cells):
-        console.print(f"{_EXTRAPOLATED.strip()} extrapolated beyond the runs", style="dim")
-    reasons = [reason for scene in summary.scenes for reason in _without_error(scene, len(summary.scenes) > 1)]
+    reasons = _reasons(summary)
     more = [_count(len(every) - len(rows), "more row")] if len(rows) < len(every) else []
     more += [f"why {_count(len(reasons), 'error')} cannot be trusted"] if reasons else []
-    for line in (*caveats, *(reasons if verbose else [f"-v shows {' and '.join(more)}"] if more else [])):
+    beyond = [text for text in _marks(table) if text.startswith(EXTRAPOLATED.strip())]
+    last = reasons if verbose else [f"-v shows {' and '.join(more)}"] if more else []
+    for line in (*beyond, *caveats, *last):
         print_line(console, line, "dim")
     longer = "; without --quick the numbers are more exact" if quick else ""
     print_line(console, f"Curves and pictures: open {folder / _REPORT}{longer}", "dim")
@@ -58,15 +69,35 @@ def every_row(summary: Summary) -> Table:
     return _fitting(rows, summary.targets, plain_console().width)
 
 
+def legend(summary: Summary, table: Table) -> list[str]:
+    """Return the lines below ``table``, which has all strategies: meaning of numbers and marks, then caveats."""
+    intervals = "In brackets: 95 % intervals, or the error that was measured"
+    return [intervals, *_marks(table), *_caveats(summary, verbose=True), *_reasons(summary)]
+
+
+def _marks(table: Table) -> list[str]:
+    """Return a line for each mark that a cell of the table has, with its meaning."""
+    cells = [str(cell) for column in table.columns for cell in column.cells]
+    return [f"{mark.strip()} {meaning}" for mark, meaning in meanings(cells).items()]
+
+
 def _caveats(summary: Summary, verbose: bool) -> Iterator[str]:
-    """Yield what holds for all numbers of a scene: other depths, and limits of the reference; one of each is enough."""
+    """Yield what holds for all numbers of a scene: other depths, limits of the reference, late first images.
+
+    Without ``verbose``, one of each is enough.
+    """
     several = len(summary.scenes) > 1
     for told in (
         [(scene.name, f"errors and times are of {scene.other_depth}") for scene in summary.scenes if scene.other_depth],
+        [(scene.name, f"note: {scene.late}") for scene in summary.scenes if scene.late],
         [(scene.name, f"note: {scene.reference_caveat}") for scene in summary.scenes if scene.reference_caveat],
     ):
         lines = list(dict.fromkeys(f"{name}: {text}" if several and verbose else text for name, text in told))
         yield from lines if verbose else lines[:1]
+
+
+def _reasons(summary: Summary) -> list[str]:
+    return [reason for scene in summary.scenes for reason in _without_error(scene, len(summary.scenes) > 1)]
 
 
 def _without_error(scene: SceneResult, several: bool) -> Iterator[str]:
@@ -117,8 +148,6 @@ def _table(rows: Sequence[_Row], targets: tuple[float, ...], most: int) -> Table
 
     Of several such targets the smallest are chosen.
     """
-    from equaltime.experiments.report.words import measured_cell, percent, seconds, seconds_cell
-
     cells = {target: [seconds_cell(result.time_to[target]) for _, result in rows] for target in targets}
     counts = {target: sum(cell.state == "trusted" for cell in cells[target]) for target in targets}
     known = [target for target in targets if counts[target] == max(counts.values()) > 0]
@@ -141,7 +170,7 @@ def _table(rows: Sequence[_Row], targets: tuple[float, ...], most: int) -> Table
 
 
 def _marked(cell: object, time: Interval) -> str:
-    return f"{in_brackets(cell)}{_EXTRAPOLATED}" if time.reach > 1.0 and time.trusted else in_brackets(cell)
+    return f"{in_brackets(cell)}{EXTRAPOLATED}" if time.reach > 1.0 and time.trusted else in_brackets(cell)
 
 
 def in_brackets(cell: object) -> str:

@@ -18,6 +18,7 @@ from equaltime.cli.info_experiment import (
     folder_table,
     verdicts,
 )
+from equaltime.cli.info_picture import picture_facts, picture_summary
 from equaltime.cli.info_render import saved_render
 from equaltime.cli.info_scene import scene_summary
 from equaltime.cli.lines import in_columns
@@ -29,6 +30,7 @@ from equaltime.experiments.model.experiment import Experiment
 from equaltime.experiments.model.reader import is_experiment, make_experiment
 from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.stored import StoredExperiment, stored_experiments
+from equaltime.images import preview
 from equaltime.rendering.render_file import holds_film, read_picture
 from equaltime.scene import Scene, SceneModel, load_file
 from equaltime.scene.scene import named_files
@@ -52,8 +54,8 @@ def info(
         Path,
         typer.Argument(
             metavar="FILE",
-            help="Scene file: TOML, Mitsuba 3 XML, glTF, OBJ or PLY; a saved render, OUT.exr; an experiment file; or "
-            "the DIR of equaltime cost.",
+            help="Scene file: TOML, Mitsuba 3 XML, glTF, OBJ or PLY; a saved render, OUT.exr; its picture, OUT.png "
+            "or OUT.jpg; an experiment file; or the DIR of equaltime cost.",
             show_default=False,
         ),
     ],
@@ -76,6 +78,8 @@ def info(
     """
     if scene.suffix.lower() == ".exr":
         return _of_render(scene, verbose, as_json)
+    if scene.suffix.lower() in preview.EXTENSIONS:
+        return _of_picture(scene, as_json)
     definitions = parse_definitions(define or ())
     if scene.is_dir():
         if definitions or substitute:
@@ -128,6 +132,15 @@ def _of_render(path: Path, verbose: bool, as_json: bool) -> int:
     return 0
 
 
+def _of_picture(path: Path, as_json: bool) -> int:
+    facts = picture_facts(path)
+    if as_json:
+        print_json(facts)
+    else:
+        print_lines([*picture_summary(facts)])
+    return 0
+
+
 def _of_folder(folder: Path, verbose: bool, as_json: bool) -> int:
     """Describe the experiment in a folder, or those in its subfolders."""
     if not ExperimentFolder(folder).experiment.exists():
@@ -141,7 +154,7 @@ def _of_folder(folder: Path, verbose: bool, as_json: bool) -> int:
     if as_json:
         print_json(folder_facts(stored))
         return 0
-    print_lines([*folder_summary(stored)])
+    print_lines([*folder_summary(stored, verbose)])
     if verbose:
         _print_more(folder_table(stored))
     return 0

@@ -9,7 +9,7 @@ from typing import Any
 
 from rich.table import Table
 
-from equaltime.cli.cost_table import every_row, in_brackets
+from equaltime.cli.cost_table import every_row, in_brackets, legend
 from equaltime.experiments.model.experiment import Experiment, StrategyEntry
 from equaltime.experiments.model.plan import planned, planned_runs, planned_seconds
 from equaltime.experiments.model.reader import quicker
@@ -37,8 +37,11 @@ _THIN = "\N{NARROW NO-BREAK SPACE}"
 _MEASURED_ON = {"machines": ("cpu",), "builds": ("version", "compiler", "target")}
 
 
-def folder_summary(stored: StoredExperiment) -> Iterator[str]:
-    """Yield lines on a folder's experiment: the verdict, then at most ten lines on its scenes, runs and commands."""
+def folder_summary(stored: StoredExperiment, verbose: bool = False) -> Iterator[str]:
+    """Yield lines on a folder's experiment: the verdict, then at most ten lines on its scenes, runs and commands.
+
+    ``verbose`` tells that `folder_table` follows, so that no line mentions ``-v``.
+    """
     summary, experiment, done = stored.summary, stored.experiment, len(stored.runs)
     yield _verdict(stored)
     look = " (a first look, --quick)" if is_quick(summary) else ""
@@ -58,7 +61,7 @@ def folder_summary(stored: StoredExperiment) -> Iterator[str]:
     yield _command(stored)
     if stored.changes:
         yield f"changed     {_changes(stored)}"
-    yield f"report      equaltime open {shlex.quote(str(stored.folder))}; -v for more"
+    yield f"report      equaltime open {shlex.quote(str(stored.folder))}{'' if verbose else '; -v for more'}"
 
 
 def _verdict(stored: StoredExperiment) -> str:
@@ -144,7 +147,9 @@ def folder_table(stored: StoredExperiment) -> Iterator[Table | str]:
 
     The runs of each worker of a cluster stand before the commands.
     """
-    yield every_row(stored.summary)
+    yield (table := every_row(stored.summary))
+    if stored.summary.scenes:
+        yield "\n".join(legend(stored.summary, table))
     if stored.strategies_in_full:
         yield "\n".join(f"{label}: {words}" for label, words in stored.strategies_in_full.items())
     if workers := worker_runs(stored.summary):

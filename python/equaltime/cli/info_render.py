@@ -5,25 +5,25 @@ from __future__ import annotations
 import math
 import shlex
 from collections.abc import Iterator, Mapping
-from itertools import product
 from pathlib import Path
 from typing import Any
 
+from equaltime.cli.recorded import CHANGED, recorded_options, recorded_scene
 from equaltime.errors import EqualtimeError
 from equaltime.rendering.origin import Origin
 from equaltime.rendering.render_record import checked
 from equaltime.rendering.stated import paths_up_to, stated
-from equaltime.scene import Scene, load_file
-from equaltime.scene.frame_scenes import frames_of
 from equaltime.scene.frames import Frame, frame_pattern
 from equaltime.statistics.in_words import count, error_range
 from equaltime.statistics.intervals import UNKNOWN, Interval
-from equaltime.words import duration, percent
+from equaltime.words import duration_of_runs, percent
 
 __all__ = ["saved_render"]
 
 Record = Mapping[str, Any]
 
+_MOST_COMMANDS = 4
+"""Largest number of commands that repeat a merged render without ``-v``, so that all fits into twelve lines."""
 _ENDS = {
     "spp": "it had its samples",
     "count": "it had the samples that a pilot chose",
@@ -47,7 +47,7 @@ def saved_render(path: Path, record: Record, resumable: bool, verbose: bool = Fa
     width, height = record["size"]
     number, spp = stated(Origin.from_record(record)), count(record["spp"])
     said = f"{number.noun} {error_range(error)}{number.of_paths}"
-    yield f"{path}: {said}, {spp} samples a pixel in {duration(record['seconds'])}"
+    yield f"{path}: {said}, {spp} samples a pixel in {duration_of_runs(record['seconds'], record['runs'])}"
     yield f"shows     {record['scene'] or 'a scene made in memory'} at {width}x{height}{_parts(record)}"
     yield f"ended     as {_end(record)}"
     yield f"strategy  {record['strategy']}{' (biased)' if record['biased'] else ''}, {_seeds(record)}"
@@ -55,7 +55,7 @@ def saved_render(path: Path, record: Record, resumable: bool, verbose: bool = Fa
         yield f"in doubt  {error.doubt}"
     if number.missing:
         yield f"lacks     {number.missing}"
-    yield from _repeat(path, record)
+    yield from _repeat(path, record, verbose)
     more = "" if verbose else "; -v for more"
     yield f"goes on   {_how_on(record) if resumable else 'no longer: it was saved small'}{more}"
 
@@ -96,19 +96,50 @@ def _spp(samples: Mapping[str, int]) -> str:
     return f"{samples['max']}" if samples["min"] == samples["max"] else f"{samples['min']} to {samples['max']}"
 
 
-def _repeat(path: Path, record: Record) -> Iterator[str]:
-    """Yield the command that would repeat the render, and what differs if it cannot be repeated exactly."""
-    if record["scene"] is None or record.get("sources"):
+def _repeat(path: Path, record: Record, verbose: bool) -> Iterator[str]:
+    """Yield the commands that would repeat the render, and what differs if it cannot be repeated exactly."""
+    if record["scene"] is None:
         return
-    (limit, exact), frame, name, seed = _limit(record), Origin.from_record(record).frame, path.name, record["seed"]
-    if frame is not None:
-        name, seed = frame_pattern(name, frame.number), seed - frame.number
-    exact = exact and seed >= 0  # a frame that Python rendered may have any seed
-    words = ["equaltime", "render", record["scene"], "-o", name, *limit, *_frame(frame)]
-    words += _options(record, max(0, seed))
-    yield f"{'repeat' if exact else 'similar':<10}{shlex.join(words)}"
+    if not record["sources"]:
+        words, exact = _command(record, path.name)
+        yield f"{_title(exact)}{shlex.join(words)}"
+    elif all(source["stopped_by"] for source in record["sources"]):
+        yield from _repeat_parts(path, record, verbose)
+    else:
+        return  # merged by an earlier version, which did not record how the parts ended
     if changed := _changed(record):
         yield f"          but {changed}"
+
+
+def _repeat_parts(path: Path, record: Record, verbose: bool) -> Iterator[str]:
+    """Yield the commands that would render the parts of a merged render, and merge them; not all unless ``verbose``."""
+    commands = {}
+    for source in record["sources"]:
+        number = "" if record["frame"] is None else f"_{record['frame']['number']:04}"
+        name = f"part-{source['seed']}{number}.exr"
+        commands[name] = _command({**record, **source}, name)
+    title = _title(all(exact for _, exact in commands.values()))
+    lines = [words for words, _ in commands.values()] + [["equaltime", "merge", *commands, "-o", path.name]]
+    shown = len(lines) if verbose or len(lines) <= _MOST_COMMANDS else _MOST_COMMANDS - 1
+    for words in lines[:shown]:
+        yield f"{title}{shlex.join(words)}"
+        title = " " * len(title)
+    if shown < len(lines):
+        yield f"{title}and so on for {len(commands) - shown} more parts, then equaltime merge: -v shows all"
+
+
+def _title(exact: bool) -> str:
+    return f"{'repeat' if exact else 'similar':<10}"
+
+
+def _command(record: Record, name: str) -> tuple[list[str], bool]:
+    """Return the command that renders the file ``name`` anew, and whether the picture is then exactly the same."""
+    (limit, exact), frame, seed = _limit(record), Origin.from_record(record).frame, record["seed"]
+    if frame is not None:
+        name, seed = frame_pattern(name, frame.number), seed - frame.number
+    words = ["equaltime", "render", record["scene"], "-o", name, *limit, *_frame(frame)]
+    words += recorded_options(record, max(0, seed))
+    return words, exact and seed >= 0  # a frame that Python rendered may have any seed
 
 
 def _limit(record: Record) -> tuple[list[str], bool]:
@@ -139,57 +170,12 @@ def _plain(number: float) -> str:
     return str(number).removesuffix(".0")
 
 
-def _options(record: Record, seed: int) -> Iterator[str]:
-    """Yield the options that choose the picture's part of the scene, the strategy and the ``seed``."""
-    (width, height), crop, asked = record["size"], record["crop"], record.get("scene_max_depth")
-    yield from ("--size", f"{width}x{height}")
-    if crop != [0, 0, width, height]:
-        yield from ("--crop", ",".join(map(str, crop)))
-    if asked is not None and asked != record["max_depth"]:
-        yield from ("--max-depth", str(record["max_depth"]))
-    if record["strategy"] != "best":
-        yield from ("--strategy", record["strategy"])
-    for name, value in record["defines"].items():
-        yield from ("-D", f"{name}={value}")
-    if record["substitutions"]:
-        yield "--substitute"
-    if record["transparent"]:
-        yield "--transparent"
-    for effect in record.get("without") or ():
-        yield from ("--without", effect)
-    yield from ("--seed", str(seed))
-    if record["backend"] != "core":
-        yield from ("--backend", record["backend"])
-
-
 def _changed(record: Record) -> str:
     """Return why the scene's file, as it is now, gives another picture; empty if it gives the same, or is not known."""
     if not Path(record["scene"]).exists():
         return "that file is not there"
-    if record.get("without"):  # the record's digest is that of the scene without them
-        return ""
     try:
-        scene = _loaded(record)
-        same = any(each.digest == record["digest"] for each in _as_asked(scene, record))
+        scene = recorded_scene(record)
     except EqualtimeError:
         return "that file cannot be read as it is"
-    return "" if same else "the scene has changed since, or was read with options that the record does not have"
-
-
-def _loaded(record: Record) -> Scene:
-    """Return the scene's file, as it is now, read with the options of the record."""
-    path, defines, substitute = Path(record["scene"]), record["defines"], bool(record["substitutions"])
-    if (frame := Origin.from_record(record).frame) is not None:
-        return next(frames_of(path, [frame], defines, substitute=substitute))
-    return load_file(path, defines, substitute=substitute)
-
-
-def _as_asked(scene: Scene, record: Record) -> Iterator[Scene]:
-    """Yield the scene with every set of options that a render with this record may have had.
-
-    An option with the scene's own value gives the same picture, but another digest than no option.
-    """
-    size, crop = tuple(record["size"]), tuple(record["crop"])
-    films: tuple[dict[str, Any], ...] = ({}, {"size": size}, {"size": size, "crop": crop})
-    for film, depth in product(films, (None, record["max_depth"])):
-        yield scene.with_(**film, max_depth=depth, transparent=record["transparent"])
+    return "" if scene is not None else f"the scene {CHANGED}"

@@ -35,6 +35,7 @@ __all__ = [
     "Written",
     "bias",
     "doubts",
+    "ended_by_interrupt",
     "headline",
     "kept_elsewhere",
     "left_by_interrupt",
@@ -148,6 +149,15 @@ def doubts(result: Result, findings: Sequence[Finding] = ()) -> list[str]:
     return lines
 
 
+def ended_by_interrupt(result: Result, written: Written) -> list[str]:
+    """Return one line if Ctrl-C ended a render whose files cannot be continued; otherwise an empty list."""
+    if result.stopped_by != "interrupt":
+        return []
+    alone = not any(file.suffix.lower() == ".exr" for file in written.files)
+    kind, way = ("a picture alone", "with -o FILE.exr") if alone else ("a small file", "without --small")
+    return [f"{kind} cannot be continued; a render {way} can, by --resume"]
+
+
 def left_by_interrupt(result: Result, scene: Scene) -> list[str]:
     """Return one line if Ctrl-C ended the render before the scene's other outputs (AOVs) were made.
 
@@ -245,10 +255,14 @@ def print_lines(lines: Sequence[str]) -> None:
         print(fitted(_visible(line), sys.stdout), flush=True)
 
 
-def print_quote(quote: Quote) -> None:
-    """Print the predicted error, time and samples of a render in one line."""
+def print_quote(quote: Quote, resumed: bool = False) -> None:
+    """Print the predicted error, time and samples of a render in one line.
+
+    ``resumed`` tells whether the render is resumed, so that the time is only that of this run.
+    """
     number = stated(quote.origin)
-    said = f"{number.noun} {error_range(quote.error)}{number.of_paths} after {time_range(quote.seconds)}"
+    spent = time_range(quote.seconds) + " of this run" * resumed
+    said = f"{number.noun} {error_range(quote.error)}{number.of_paths} after {spent}"
     doubt = f"; in doubt: {quote.error.doubt}" if quote.error.doubt else ""
     print_lines([f"Expect {said}, about {count(quote.spp.value)} samples a pixel{doubt}"])
 

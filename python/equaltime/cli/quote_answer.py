@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from equaltime.quoting.light_parts import lamp
 from equaltime.quoting.noise_light import NoiseLight
 from equaltime.quoting.noise_places import NoisePlaces
-from equaltime.quoting.pilot import Quote
+from equaltime.quoting.pilot import FEWEST, Quote
 from equaltime.rendering.stated import stated
 from equaltime.statistics.in_words import count, error_range, megabytes, rounded, time_range
 from equaltime.statistics.intervals import Interval
@@ -63,8 +63,11 @@ def _numbers(found: Quote, asked: Asked) -> Iterator[str]:
     if asked.seconds is not None:
         spp = law.samples_in(asked.seconds) if several else found.spp
         error = law.error_at(spp.value) if several else found.error
-        said = f"{number.noun} {error_range(error)}{number.of_paths}"
-        yield f"In {duration(asked.seconds)}: {said}, about {count(spp.value)} samples a pixel"
+        said = f"{number.noun} {error_range(error)}{number.of_paths}, about {count(spp.value)} samples a pixel"
+        if spp.value < FEWEST:
+            least = law.seconds_for(Interval(FEWEST, FEWEST, FEWEST))
+            said = f"no {number.noun} can be known: it takes {FEWEST} samples a pixel, which take {time_range(least)}"
+        yield f"In {duration(asked.seconds)}: {said}"
     if asked.spp is not None:
         error = law.error_at(asked.spp) if several else found.error
         seconds = law.seconds_for(Interval(asked.spp, asked.spp, asked.spp)) if several else found.seconds

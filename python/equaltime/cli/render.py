@@ -117,7 +117,12 @@ def render(
     ] = Frame.blur,
     transparent: Transparent = False,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Continue FILE.exr, if it is there, towards the limits given now.")
+        bool,
+        typer.Option(
+            "--resume",
+            help="Continue FILE.exr, if it is there, towards the limits given now: --spp and --error count all runs "
+            "together, --time counts this run.",
+        ),
     ] = False,
     checkpoint: Annotated[
         float | None,

@@ -6,12 +6,12 @@ import math
 from collections.abc import Iterator, Mapping
 
 from equaltime.cli.messages import Written, bias, headline, selects_images
-from equaltime.quoting.pilot import Quote
+from equaltime.quoting.pilot import FEWEST, Quote
 from equaltime.rendering.budget import Looks, Stop
 from equaltime.rendering.result import Result
 from equaltime.rendering.stated import stated
 from equaltime.statistics.in_words import count, error_range, time_range
-from equaltime.words import duration, percent
+from equaltime.words import duration, duration_of_runs, percent
 
 __all__ = ["details", "outcome"]
 
@@ -39,7 +39,8 @@ def outcome(result: Result, written: Written, quote: Quote | None) -> Iterator[s
     These tell biases, doubts, looks, files and the time to a smaller error. ``quote`` is the prediction for this
     render, from which the time follows. ``quote`` is None if nothing was predicted, or if the render cannot go on.
     """
-    number, seconds = stated(result.origin), duration(result.stats.seconds)
+    number, stats = stated(result.origin), result.stats
+    seconds = duration_of_runs(stats.seconds, stats.runs)
     said = f"{number.noun} {error_range(result.error)}{number.of_paths}"
     because = bias(result)
     exact = ", unbiased" if because == ["unbiased"] else ""
@@ -48,8 +49,8 @@ def outcome(result: Result, written: Written, quote: Quote | None) -> Iterator[s
         yield about
     if missed := _count_missed(result.stop) if result.stopped_by in ("spp", "time") else "":
         yield missed
-    if result.stopped_by == "interrupt" and not any(file.suffix.lower() == ".exr" for file in written.files):
-        yield "a picture alone cannot be continued; a render with -o FILE.exr can, by --resume"
+    if short := _too_short(result):
+        yield short
     if below := _far_below(result):
         yield below
     if result.stopped_by == "error" and selects_images(result):
@@ -72,7 +73,9 @@ def details(result: Result, phases: Mapping[str, float]) -> Iterator[str]:
     yield f"pixels have {fewest} samples" if fewest == most else f"pixels have {fewest} to {most} samples"
     threads = result.stats.threads
     on = f"{result.stats.rays_per_second / 1e6:.3g} M rays/s on {threads} thread{'s' * (threads != 1)}"
-    yield f"{', '.join(f'{phase} {duration(time)}' for phase, time in phases.items())}; {on}"
+    runs = {"render": result.stats.runs}  # other phases are those of this run
+    times = [f"{phase} {duration_of_runs(time, runs.get(phase, 1))}" for phase, time in phases.items()]
+    yield f"{', '.join(times)}; {on}"
     if result.stopped_by == "error" and not _far_below(result):  # which tells them
         yield f"last looks at the error: {_looks(result)}"
     if result.stats.cluster:
@@ -91,6 +94,14 @@ def _end(result: Result) -> str:
     if stop is not None and result.stopped_by == "time" and result.error.trusted and result.error.high <= stop.error:
         return f"Time is up, and {percent(stop.error)} is reached"
     return _ENDS[result.stopped_by]
+
+
+def _too_short(result: Result) -> str:
+    """Return how long the samples take that an error needs, if the time limit came before them; else empty."""
+    if result.stopped_by != "time" or result.spp >= FEWEST:
+        return ""
+    took = f", about {duration(FEWEST * result.stats.seconds / result.spp)} here" if result.spp > 0 else ""
+    return f"the time was too short: an error takes {FEWEST} samples a pixel{took}"
 
 
 def _far_below(result: Result) -> str:

@@ -17,6 +17,7 @@ from equaltime.cli.lint import print_hazards
 from equaltime.cli.messages import (
     Written,
     doubts,
+    ended_by_interrupt,
     kept_elsewhere,
     left_by_interrupt,
     print_error,
@@ -35,7 +36,8 @@ from equaltime.images.exposure import Exposure
 from equaltime.images.variance_picture import is_known, scale_in_words
 from equaltime.interrupts import held_back
 from equaltime.quoting.observer import Observer
-from equaltime.quoting.pilot import Quote
+from equaltime.quoting.pilot import FEWEST, Quote
+from equaltime.quoting.quote import seconds_of_pilot
 from equaltime.rendering.black_picture import black_picture, reasons, unwarned
 from equaltime.rendering.budget import StopRule
 from equaltime.rendering.job import Backend, Traps
@@ -106,7 +108,8 @@ def render_frames(
             return code
         done += 1
     if not (order.quiet or order.json):
-        print_lines([f"{done} frame{'s' * (done != 1)} in {duration(clock.perf_counter() - begin)}"])
+        spent = duration(clock.perf_counter() - begin) + " of this run" * order.resume
+        print_lines([f"{done} frame{'s' * (done != 1)} in {spent}"])
     return 0
 
 
@@ -128,15 +131,18 @@ def render_picture(
     if not order.overwrite:
         source = None if scene.source is None else os.path.abspath(scene.source)
         check_replaceable(paths.pictures if order.resume else paths.all, source, scene.digest)
+    resumed = paths.exr if order.resume and paths.exr is not None and paths.exr.exists() else None
+    if resumed is None and not (order.quiet or order.json):
+        _warn_of_short_time(scene, order)
     viewer = None if order.tev is None else _viewer(order.tev, output)
     resumable = paths.exr is not None and not order.small
-    teller = _Teller({} if order.json else None, order.quiet, order.verbose, findings, resumable)
+    teller = _Teller({} if order.json else None, order.quiet, order.verbose, findings, resumable, resumed is not None)
     failure: SampleError | BrightImage | None = None
     # hold back a second Ctrl-C from the last sample to the last line: it must not lose the samples that the first kept
     with ExitStack() as ending:
         try:
             with progress_bar(order.quiet) as progress, unwarned():  # a black picture is reported below
-                result = _rendered(scene, paths.exr, order, seed, teller.observer(progress), viewer)
+                result = _rendered(scene, paths.exr, resumed, order, seed, teller.observer(progress), viewer)
                 signals = ending.enter_context(held_back())
         except (SampleError, BrightImage) as found:
             if found.result is None:  # raised by a pilot
@@ -162,7 +168,13 @@ def render_picture(
 
 
 def _rendered(
-    scene: Scene, exr: Path | None, order: Order, seed: int, observer: Observer, viewer: Viewer | None
+    scene: Scene,
+    exr: Path | None,
+    resumed: Path | None,
+    order: Order,
+    seed: int,
+    observer: Observer,
+    viewer: Viewer | None,
 ) -> Result:
     return render(
         scene,
@@ -173,7 +185,7 @@ def _rendered(
         seed=seed,
         threads=order.threads,
         observer=observer,
-        resume=exr if order.resume and exr is not None and exr.exists() else None,
+        resume=resumed,
         checkpoint=exr if order.backend == "core" else None,
         checkpoint_every=order.checkpoint,
         checkpoint_exposure=order.exposure,
@@ -185,6 +197,16 @@ def _rendered(
         backend=order.backend,
         cluster=order.cluster,
     )
+
+
+def _warn_of_short_time(scene: Scene, order: Order) -> None:
+    """Warn before a render whose time limit comes before the samples that an error needs."""
+    if order.time is None or order.cluster is not None:  # the speed of a cluster is not known
+        return
+    expected = seconds_of_pilot(scene, order.strategy, order.threads)
+    if expected > order.time:
+        needed = f"{FEWEST} samples a pixel, which an error takes, take about {duration(float(f'{expected:.1g}'))}"
+        print_warning(f"the time of {duration(order.time)} may be too short to know the error: {needed}")
 
 
 def _scale(result: Result) -> str:
@@ -221,6 +243,8 @@ class _Teller:
     findings: Sequence[Finding]
     resumable: bool
     """Whether the saved render can be continued."""
+    resumed: bool
+    """Whether the render continues a saved one."""
     quote: Quote | None = None
     """Quote that the render gave of itself, once there is one."""
 
@@ -247,7 +271,7 @@ class _Teller:
 
     def _quoted(self, quote: Quote) -> None:
         self.quote = quote
-        print_quote(quote)
+        print_quote(quote, self.resumed)
 
     def tell(self, result: Result, scene: Scene, writing: float, written: Written) -> None:
         """Print the outcome; ``writing`` is the seconds that it took to write the files."""
@@ -259,6 +283,7 @@ class _Teller:
             print_lines(
                 [*outcome(result, written, self.quote if self.resumable else None), *doubts(result, self.findings)]
             )
-            print_lines([*left_by_interrupt(result, scene), *(details(result, phases) if self.verbose else ())])
+            left = left_by_interrupt(result, scene) if self.resumable else ended_by_interrupt(result, written)
+            print_lines([*left, *(details(result, phases) if self.verbose else ())])
         if not self.quiet and not reasons(self.findings) and (black := black_picture(result, scene, self.findings)):
             print_warning(black)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
 from typing import Annotated, Any, Final
 
 import typer
@@ -13,7 +14,6 @@ from equaltime.cli.options import (
     AsJson,
     Define,
     MaxDepth,
-    SceneFile,
     Seed,
     Size,
     StrategyWords,
@@ -24,6 +24,8 @@ from equaltime.cli.options import (
     parse_pixel,
     parse_whole,
 )
+from equaltime.cli.replay_source import ReplaySource
+from equaltime.cli.replay_summary import path_in_short
 from equaltime.rendering.replay import Replay
 from equaltime.rendering.replay import replay as replay_sample
 from equaltime.scene import load_file
@@ -41,12 +43,22 @@ ENDS: Final = {
     "not_finite": "its throughput is not a finite number",
     "roulette": "the roulette ends it",
 }
+_OF_RECORD: Final = ("size", "max_depth", "strategy", "define", "substitute", "transparent", "without")
+"""Parameters of the command that the record of a saved render tells."""
 _AIMING: Final = ("light", "mis")
 """Techniques that aim at a light at every vertex; others pick one without aiming at it, except at point lights."""
 
 
 def replay(
-    scene: SceneFile,
+    context: typer.Context,
+    scene: Annotated[
+        Path,
+        typer.Argument(
+            metavar="SCENE|OUT.exr",
+            help="Scene file; or a saved render, whose record tells the scene, the strategy, the seed and the options.",
+            show_default=False,
+        ),
+    ],
     pixel: Annotated[
         Any,
         typer.Option(
@@ -71,8 +83,8 @@ def replay(
             parser=parse_whole(1, MOST_SAMPLES),
             metavar="N",
             show_default=False,
-            help="Number of samples of the pixel among which the brightest is looked for [default: the scene's, or "
-            "64]. A render may have taken more in a noisy pixel.",
+            help="Number of samples of the pixel among which the brightest is looked for [default: all that OUT.exr "
+            "has of the pixel; or the scene's, or 64]. A render may have taken more in a noisy pixel.",
         ),
     ] = None,
     seed: Seed = 0,
@@ -89,18 +101,29 @@ def replay(
 
     Without `--sample`, the pixel's brightest sample is shown: the one that made a bright dot in the picture.
 
-    With the same scene, size, depth, strategy and seed, path and radiance equal the render's bit by bit.
+    With the same scene, size, depth, strategy and seed, path and radiance equal the render's bit by bit. Give OUT.exr
+    for the samples of a saved render; of a merged one, `--seed` chooses the part.
+
+    For instance:
+
+    * `equaltime replay out.exr --pixel 120,80`, of a picture that `equaltime render` saved
+
+    * `equaltime replay scene.toml --pixel 120,80 --sample 7 --seed 3`
     """
     if sample is not None and spp is not None:
         raise typer.BadParameter("give --sample for one sample, or --spp for the brightest of N", param_hint="--spp")
-    chosen = Strategy.parse(strategy)
-    loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute).with_(transparent=transparent)
-    print_warnings(loaded)
-    loaded = loaded.with_(size=size, max_depth=max_depth)
+    if scene.suffix.lower() == ".exr":
+        _check_alone(context, scene)
+        source = ReplaySource.read(scene, pixel, seed if _is_given(context, "seed") else None)
+        loaded, chosen, seed, left_out = source.scene, source.strategy, source.seed, source.without
+        spp = _looked_at(source, pixel, sample, spp)
+    else:
+        chosen, left_out = Strategy.parse(strategy), without or ()
+        loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute).with_(transparent=transparent)
+        print_warnings(loaded)
+        loaded = loaded.with_(size=size, max_depth=max_depth)
     try:
-        path = replay_sample(
-            loaded, pixel=pixel, sample=sample, spp=spp, strategy=chosen, seed=seed, without=without or ()
-        )
+        path = replay_sample(loaded, pixel=pixel, sample=sample, spp=spp, strategy=chosen, seed=seed, without=left_out)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--pixel") from error
     if as_json:
@@ -110,11 +133,40 @@ def replay(
     return 0
 
 
+def _is_given(context: typer.Context, name: str) -> bool:
+    """Tell whether the command line has the option, whatever its value."""
+    source = context.get_parameter_source(name)
+    return source is not None and source.name == "COMMANDLINE"
+
+
+def _check_alone(context: typer.Context, path: Path) -> None:
+    """Refuse options that the record of the saved render at ``path`` tells already."""
+    if name := next((name for name in _OF_RECORD if _is_given(context, name)), None):
+        raise typer.BadParameter(
+            f"{path} tells this option itself: leave it out, or give the scene file instead",
+            param_hint=f"--{name.replace('_', '-')}",
+        )
+
+
+def _looked_at(source: ReplaySource, pixel: tuple[int, int], sample: int | None, spp: int | None) -> int | None:
+    """Return the number of samples among which the brightest is looked for; refuse a sample that was not rendered."""
+    taken, (x, y) = source.samples, pixel
+    if taken is None:  # `replay_sample` tells that the pixel is not in the picture
+        return spp
+    if taken == 0:
+        raise typer.BadParameter(f"the render has no sample of pixel {x},{y}", param_hint="--pixel")
+    if sample is not None and sample >= taken:
+        raise typer.BadParameter(f"the render has samples 0 to {taken - 1} of pixel {x},{y}", param_hint="--sample")
+    return taken if sample is None and spp is None else spp
+
+
 def _told(path: Replay, strategy: Strategy) -> Iterator[str]:
     if path.brightest is not None:
         yield str(path.brightest)
     x, y = path.pixel
     yield f"pixel {x},{y}, sample {path.sample}, seed {path.seed}, strategy {path.strategy}"
+    if (short := path_in_short(path)) is not None:
+        yield short
     goes_on = Counter(vertex["from"] for vertex in path.vertices)
     for number, vertex in enumerate(path.vertices):
         yield ""

@@ -31,14 +31,17 @@ _ADDRESS = re.compile(r"[a-z][a-z+]*://\S+|[\w.-]+:\d+")
 
 @contextmanager
 def open_cluster(where: Any, output: str | os.PathLike[str] | None = None) -> Iterator[Cluster | None]:
-    """Yield the cluster that ``where`` names, and leave it at the end of the block.
+    """Yield the cluster at the place ``where``, as a context for renders.
+
+    At the end of the block, processes that were started for it end, and a connection to a scheduler is closed.
 
     Parameters
     ----------
     where
         ``local:N`` for N processes on this machine, the address of a scheduler of Dask such as ``tcp://node1:8786``, a
-        ``distributed.Client``, or a ``concurrent.futures.Executor`` whose processes have equaltime. An open cluster is
-        yielded as it is, and stays open. None stands for no cluster, and yields None.
+        ``distributed.Client``, or a ``concurrent.futures.Executor`` whose processes have equaltime. A cluster that
+        `open_cluster` yielded is yielded again. It stays open, as do a client and an executor. None stands for no
+        cluster, and yields None.
     output
         OUT.exr of the render. Finished units (windows of the film with some samples) are kept in the folder
         OUT.exr.units until OUT.exr contains their samples.
@@ -83,17 +86,17 @@ def check_address(where: str) -> str:
 
 @contextmanager
 def open_machines(where: Any) -> Iterator[Machines | None]:
-    """Yield the machines of the cluster that ``where`` names, for runs whose times are compared; None without one.
+    """Yield the machines of a cluster, which can take runs whose times are compared; None if ``where`` is None.
 
     Parameters
     ----------
     where
-        Place of a cluster as for `open_cluster`, but only if `check_machines` accepts it.
+        Place of the cluster, as for `open_cluster`, if `check_machines` accepts it.
 
     Raises
     ------
     ValueError
-        If ``where`` is not such a place.
+        If ``where`` is not the place of a cluster, or if `check_machines` refuses it.
     EqualtimeError
         If Dask is not installed.
     RenderError
@@ -114,9 +117,10 @@ def open_machines(where: Any) -> Iterator[Machines | None]:
 
 
 def check_machines(where: Any) -> Any:
-    """Return ``where``; raise ValueError if it cannot take runs whose times are compared.
+    """Return ``where``, the place of a cluster; raise ValueError if times of runs there cannot be compared.
 
-    These are several processes of this machine, and executors, which do not tell the machines of their processes.
+    Several processes on this machine are refused, because they would disturb each other's times. So are executors,
+    because they do not tell on which machines their processes run.
     """
     if isinstance(where, str):
         if check_address(where).startswith("local:") and where != "local:1":

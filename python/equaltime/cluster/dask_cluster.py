@@ -56,8 +56,9 @@ class DaskCluster:
     ) -> None:
         """Use the workers of ``client``, each with ``threads`` threads for a unit; 0 is one for each of its processors.
 
-        ``keep`` is the folder for finished units. The client, unless it is ``shared``, and the cluster ``own`` are
-        closed with this object.
+        A unit is a window of the film with some samples. ``keep`` is the folder for finished units until the render is
+        saved; None keeps none. ``own`` is the local cluster that was started for this object, which ends it when it is
+        closed. ``shared`` is True if the caller made ``client``, which then stays connected.
         """
         self.client, self._keep, self._threads, self._own, self._shared = client, keep, threads, own, shared
         self._teams: dict[str, DaskTeam] = {}
@@ -66,8 +67,8 @@ class DaskCluster:
     def of(cls, where: Any, keep: Path | None) -> DaskCluster:
         """Return the cluster for ``where``: ``local:N``, the address of a scheduler, or a ``distributed.Client``.
 
-        ``keep`` is the folder for finished parts of a render until it is saved; None keeps none. Raises ValueError for
-        anything else, and RenderError if no scheduler answers.
+        ``keep`` is the folder for finished parts of a render until the render is saved; None keeps none. Raises
+        ValueError if ``where`` is of another type, and RenderError if no scheduler answers.
         """
         if isinstance(where, Client):
             return cls(where, keep, shared=True)
@@ -78,10 +79,10 @@ class DaskCluster:
 
     @classmethod
     def at(cls, address: str, keep: Path | None) -> DaskCluster:
-        """Connect to the scheduler at an address, such as ``tcp://node1:8786``, and return its workers as a cluster.
+        """Connect to the scheduler at ``address``, such as ``tcp://node1:8786``, and return its workers as a cluster.
 
-        ``keep`` is the folder for finished parts of a render until it is saved; None keeps none. Raises RenderError if
-        the scheduler does not answer.
+        ``keep`` is the folder for finished parts of a render until the render is saved; None keeps none. Raises
+        RenderError if the scheduler does not answer.
         """
         try:
             return cls(Client(address, timeout=CONNECT_SECONDS), keep)
@@ -92,7 +93,7 @@ class DaskCluster:
     def here(cls, count: int, keep: Path | None) -> DaskCluster:
         """Start ``count`` worker processes on this machine, which share its processors, and return them as a cluster.
 
-        ``keep`` is the folder for finished parts of a render until it is saved; None keeps none.
+        ``keep`` is the folder for finished parts of a render until the render is saved; None keeps none.
         """
         dask.config.set({"distributed.scheduler.worker-ttl": _HUNG})
         local = LocalCluster(
@@ -105,7 +106,7 @@ class DaskCluster:
         return cls(Client(local), keep, max(1, processors() // count), local)
 
     def team(self, scene: Scene) -> DaskTeam:
-        """Return a team that renders the scene: the workers that are there, and those that will join."""
+        """Return a team that renders ``scene``: the workers that are present, and workers that join later."""
         self._teams[scene.digest] = team = DaskTeam(scene, self._keep, self.client, self._threads)
         return team
 
@@ -117,7 +118,7 @@ class DaskCluster:
         return Machines(self.client)
 
     def close(self) -> None:
-        """Free the scenes in the workers, disconnect, and end the workers that were started here."""
+        """Free the scenes in the workers, disconnect, and end the workers that this object started."""
         for team in self._teams.values():
             team.close()
         if not self._shared:
@@ -136,7 +137,11 @@ class DaskTeam(SceneTeam):
     """Team of a scheduler's workers that have one scene, and render its units (windows of the film, some samples)."""
 
     def __init__(self, scene: Scene, keep: Path | None, client: Client, threads: int) -> None:
-        """Let the workers load the scene; raise RenderError if none of them gives the bits of this process."""
+        """Let the workers of ``client`` load ``scene``; raise RenderError if none gives the bits of this process.
+
+        ``keep`` is the folder for finished units until the render is saved; None keeps none. ``threads`` is the number
+        of threads that a worker uses for a unit; 0 is one for each of its processors.
+        """
         super().__init__(scene, keep)
         self._client, self._name = client, f"equaltime-{scene.digest[:16]}"
         self._workers: dict[str, str] = {}
@@ -174,15 +179,15 @@ class DaskTeam(SceneTeam):
             raise RenderError(f"no worker of the cluster can take part; {address}: {why}")
 
     def submit(self, unit: Unit) -> Future[Rendered]:
-        """Let a worker render a unit (window, some samples), and return a future of its pixels with the samples."""
+        """Let a worker render ``unit``, a window of the film with some samples; return a future of the result."""
         future: Future[Rendered] = self._executor.submit(render_unit, self.scene.digest, unit, self._threads)
         return future
 
     def check(self) -> bool:
-        """Tell whether the workers do nothing though work waits; then all waiting units must be submitted again.
+        """Tell whether all waiting units must be submitted again, because the workers do nothing although work waits.
 
-        A unit is a window of the film with some samples. This state occurs if all workers ended and others have joined.
-        Raises RenderError if there has been no worker for a minute.
+        A unit is a window of the film with some samples. The answer is True if all workers have ended and new workers
+        have joined. Raises RenderError if there has been no worker for a minute.
         """
         now = time.monotonic()
         if now - self._looked < _CHECK_EVERY:
@@ -204,7 +209,10 @@ class DaskTeam(SceneTeam):
         return again
 
     def failure(self, error: Exception) -> RenderError:
-        """Return an error for the user that says whether workers or the scheduler were lost; ``error`` is Dask's."""
+        """Return an error for the user, made of ``error``, which Dask raised for a unit.
+
+        It says whether the workers failed or the connection to the scheduler was lost.
+        """
         if isinstance(error, KilledWorker):
             return RenderError("one unit ended several workers in turn, perhaps for lack of memory")
         if isinstance(error, CancelledError):

@@ -56,11 +56,14 @@ class KeptUnits:
     """
 
     def __init__(self, folder: Path, digest: str) -> None:
-        """Use ``folder`` for the units of the scene with this digest."""
+        """Use ``folder`` for the units of the scene whose content has the SHA-256 ``digest``."""
         self._folder, self._digest = folder, digest
 
     def keep(self, unit: Unit, rendered: Rendered) -> None:
-        """Write a unit with its samples into a file of the folder; raise ImageError if that fails."""
+        """Write ``unit`` with its pixels and their samples, ``rendered``, to a file in the folder.
+
+        Raises ImageError if the file cannot be written.
+        """
         numbers = "_".join(map(str, (unit.begin, unit.end, *unit.window)))
         arrays: dict[str, Any] = {name: getattr(rendered, name) for name in _ARRAYS}
         facts = json_text({name: getattr(rendered, name) for name in _FACTS})

@@ -30,10 +30,10 @@ class Likeness:
     boot: str
     """Name of the running system: equal for two processes on one machine, also in two containers."""
     facts: Mapping[str, Any] = field(hash=False)
-    """Facts of machine and build."""
+    """Facts of the machine and of equaltime's build, by name."""
 
     def differences(self, other: Likeness) -> str:
-        """Return the facts that ``other`` has otherwise, in words; empty if times may be compared."""
+        """Return, in words, the facts in which ``other`` differs; empty if times of both processes may be compared."""
         return "; ".join(self._differences(other))
 
     def _differences(self, other: Likeness) -> Iterator[str]:
@@ -46,7 +46,7 @@ class Likeness:
 
 
 def likeness() -> Likeness:
-    """Return the facts of this process."""
+    """Return the facts of this process and its machine that affect times."""
     host = socket.gethostname()
     try:
         boot = _BOOT.read_text().strip()

@@ -47,10 +47,14 @@ class _Task:
 
 
 class Machines:
-    """Workers of a scheduler, of which one on each like machine takes tasks."""
+    """Machines of the workers of a scheduler, which take tasks whose times are compared.
+
+    A machine takes tasks if it and its build of equaltime are like this process's. One of its workers takes them, one
+    at a time.
+    """
 
     def __init__(self, client: Client) -> None:
-        """Look at the workers; raise RenderError if none is like this process."""
+        """Examine the workers of ``client``; raise RenderError if none has a machine and a build like this process."""
         self._client, self._here = client, likeness()
         self._known: dict[str, Likeness] = {}
         self._refused: dict[str, str] = {}
@@ -98,7 +102,11 @@ class Machines:
             raise RenderError(f"no worker of the cluster has been there for {_ALONE:g} s")
 
     def give(self, name: Any, machine: Machine, ground: Ground, function: Callable[..., Any], *arguments: Any) -> None:
-        """Let a free machine call ``function`` with what it built of ``ground``, and with the ``arguments``."""
+        """Let ``machine``, which must be free, call ``function`` as a task.
+
+        The first argument of the call is the object that the machine builds from ``ground``; ``arguments`` are the
+        others. ``name`` identifies the task in `ended`.
+        """
         address = machine.address
         try:
             built = self._built(address, ground)
@@ -115,9 +123,9 @@ class Machines:
         Raises
         ------
         EqualtimeError
-            The error of a task.
+            If a task raised this error.
         RenderError
-            If a task failed otherwise, or the connection to the scheduler was lost.
+            If a task raised an error of another kind, or if the connection to the scheduler was lost.
         """
         if self._running:
             futures = [task.future for task in self._running.values()]
@@ -133,7 +141,7 @@ class Machines:
         yield from returned
 
     def clear(self) -> None:
-        """Give up all tasks, and let the machines forget what they built."""
+        """Cancel all tasks, and let the machines forget the objects that they built for tasks."""
         for task in self._running.values():
             with suppress(Exception):  # a scheduler that is gone has nothing to cancel
                 task.future.cancel()
@@ -227,7 +235,10 @@ def _build(ground: Ground) -> Any:
 
 
 def workers_of(client: Client) -> Mapping[str, Any]:
-    """Return what the scheduler tells of each worker, by its address; nothing if the scheduler is gone."""
+    """Return the facts that the scheduler of ``client`` has of each worker, by the worker's address.
+
+    The result is empty if the scheduler cannot be reached.
+    """
     try:
         return client.scheduler_info(n_workers=-1).get("workers", {})  # type: ignore[no-any-return]  # Dask is not typed
     except LOST:
@@ -235,7 +246,7 @@ def workers_of(client: Client) -> Mapping[str, Any]:
 
 
 def send_files(client: Client, files: Files, addresses: list[str]) -> None:
-    """Copy files to workers that lack them."""
+    """Copy ``files`` to the workers of ``client`` at ``addresses``."""
     for path, size in files:
         with Path(path).open("rb") as file:
             for offset in range(0, max(size, 1), _PART):

@@ -46,7 +46,7 @@ class SceneText:
 
     @classmethod
     def of(cls, scene: Scene) -> SceneText:
-        """Return a scene as text for another process.
+        """Return ``scene`` as text for another process.
 
         Raises SceneError if one of the scene's files is missing or has changed.
         """
@@ -76,9 +76,10 @@ class SceneText:
 
 
 def lacks(files: Files) -> bool:
-    """Tell whether this process needs copies of files: some are missing at their paths here, or have other sizes.
+    """Tell whether this process needs copies of ``files``, pairs of path and size in bytes.
 
-    Files that were copied before are not needed again.
+    A file is needed if it is missing at its path on this machine, or has another size there. Files that were copied
+    before are not needed again.
     """
     return not _at(Path("/"), files) and not _at(_copies(), files)
 
@@ -114,9 +115,9 @@ def _copies() -> Path:
 
 
 def scene_of(digest: str) -> Scene:
-    """Return the scene with this digest, which was loaded in this process before.
+    """Return the scene whose content has the SHA-256 ``digest``, and which this process has loaded before.
 
-    Raises RenderError if no scene with this digest was loaded.
+    Raises RenderError if this process has loaded no such scene.
     """
     if digest not in _SCENES:
         raise RenderError("this process does not have the scene")

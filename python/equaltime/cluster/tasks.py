@@ -14,21 +14,23 @@ __all__ = ["Ended", "Ground", "Machine"]
 
 @dataclass(frozen=True, eq=False)
 class Ground:
-    """Object that each machine builds once, from a scene and other data, and that its tasks then use."""
+    """Recipe of an object that each machine builds once, and that the machine's tasks then use."""
 
     scene: SceneText
     data: Any
+    """Second argument of ``build``."""
     build: Callable[[Scene, Any], Any]
+    """Function that returns the object, given the loaded scene and ``data``."""
 
 
 @dataclass(frozen=True)
 class Machine:
-    """Worker that takes runs, one at a time."""
+    """Machine that takes runs of an experiment, one at a time, through one worker (process) of a scheduler."""
 
     address: str
     """Address of the worker."""
     host: str
-    """Name of its machine in the network."""
+    """Name of the machine in the network."""
 
 
 @dataclass(frozen=True)

@@ -20,11 +20,12 @@ CONNECT_SECONDS = 20
 class SceneTeam:
     """Base class of teams of processes for one scene.
 
-    ``keep`` is the folder for finished units (windows of the film, some samples) until the render is saved, or None.
+    ``keep`` is the folder for finished units (windows of the film, some samples) until the render is saved; None keeps
+    none.
     """
 
     def __init__(self, scene: Scene, keep: Path | None) -> None:
-        """Write the scene as text; raises SceneError if one of its files is missing or has changed."""
+        """Write ``scene`` as text; raise SceneError if one of its files is missing or has changed."""
         self.scene = SceneText.of(scene)
         self._kept = None if keep is None else KeptUnits(keep, scene.digest)
 

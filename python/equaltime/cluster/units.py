@@ -52,9 +52,9 @@ def render_unit(scene: SceneText | str, unit: Unit, threads: int = 0) -> Rendere
 
 
 def probe_unit(scene: Scene) -> Unit:
-    """Return a small test render that shows whether a process gives the same bits as this one.
+    """Return a small unit of ``scene``, whose result shows whether another process gives the same bits as this one.
 
-    It takes the first two samples of each pixel of one block in the middle of the film.
+    The unit is the first two samples of each pixel in one block in the middle of the film.
     """
     _, _, width, height = scene.model.sensor.film.crop
     x0, y0 = (side // 2 // BLOCK * BLOCK for side in (width, height))

@@ -120,11 +120,12 @@ def pixel_statistics(moments: NDArray[Any]) -> PixelStatistics:
 
 
 def standard_error(pixels: PixelStatistics) -> NDArray[np.float32]:
-    """Return the standard error of every pixel, (H, W, 3) float32, ``inf`` where unknown.
+    """Return the standard error of every pixel of an image, (H, W, 3) float32, ``inf`` where unknown.
 
-    It is the standard deviation of the pixel's mean. A pixel's own variance comes from few replicates (groups of its
-    samples), and so is poorly known. So the variance *of one sample* is averaged over the 7x7 neighbourhood, as far as
-    it lies in the image and variances are known. That average is divided by the pixel's own sample count.
+    ``pixels`` are the statistics of the image. The standard error is the standard deviation of the pixel's mean. A
+    pixel's own variance comes from few replicates (groups of its samples), and so is poorly known. So the variance *of
+    one sample* is averaged over the 7x7 neighbourhood, as far as it lies in the image and variances are known. That
+    average is divided by the pixel's own sample count.
     """
     return standard_errors(pixels.mean, pixels.variance, pixels.samples)
 
@@ -147,9 +148,9 @@ def image_error(
     the square of its mean. It is no less than the variance of its estimate from two replicates.) The quantile is
     Student's t, for the effective number of contributions.
 
-    The error is `UNKNOWN_ERROR` while a pixel has samples in fewer than two replicates (groups of its samples). A black
-    image has value 0 and the upper limit ``inf``, because no light was seen. If ``hidden`` shows that no light can be
-    missing, the upper limit is 0.
+    The error is `UNKNOWN_ERROR` as long as a pixel has samples in fewer than two replicates (groups of its samples). A
+    black image has value 0 and the upper limit ``inf``, because no light was seen. If ``hidden`` shows that no light
+    can be missing, the upper limit is 0.
 
     Parameters
     ----------
@@ -284,9 +285,9 @@ def load_quantiles() -> None:
 class ErrorParts:
     """Each pixel's contribution to error², (H, W), relative to three reference brightnesses R of the pixel.
 
-    A contribution is the variance of the pixel's mean divided by ``R² + (0.1 m)²``, with m the mean of the image.
-    ``value`` is for the estimate. ``lenient`` includes the pixel itself in R, for the lower limit. ``cautious``
-    excludes the pixel from R, for the upper limit.
+    A contribution is the variance of the pixel's mean divided by ``R² + (0.1 m)²``, with m the mean of the image. The
+    three arrays differ in R. With ``value``, error² is estimated. In ``lenient``, for the lower limit of the error, R
+    includes the pixel itself. In ``cautious``, for the upper limit, R excludes the pixel.
     """
 
     value: Floats
@@ -297,12 +298,13 @@ class ErrorParts:
 
 
 def error_parts(pixels: PixelStatistics, m: float, least: Floats | None = None) -> ErrorParts:
-    """Return each pixel's contribution to error², relative to three reference brightnesses; their mean is error².
+    """Return each pixel's contribution to error², relative to three reference brightnesses of the pixel.
 
-    ``m`` is the mean of the image over pixels and channels. ``least`` (H, W, 3) is light that is certainly in each
-    pixel; no reference is below it. The noise of the references adds variance (`ErrorParts.moved`), by the delta
-    method. The noise of pixel j moves the mean of the image and the local means around j, and so several contributions
-    at once. The derivatives with respect to both kinds of means have the same sign, so their absolute values are added.
+    The mean of the contributions over pixels is error². ``pixels`` are the statistics of the image, and ``m`` is the
+    mean of the image over pixels and channels. ``least`` (H, W, 3) is light that is certainly in each pixel; no
+    reference is below it. The noise of the references adds variance (`ErrorParts.moved`), by the delta method. The
+    noise of pixel j moves the mean of the image and the local means around j, and so several contributions at once. The
+    derivatives with respect to both kinds of means have the same sign, so their absolute values are added.
     """
     contributions, sums = error_contributions(pixels.mean, pixels.variance, pixels.samples, error_floor(m), least)
     influence = 0.02 * m * sums["slopes"] / pixels.mean.size

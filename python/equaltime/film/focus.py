@@ -43,9 +43,10 @@ class Focus:
     paths: float
     """Share of paths that meet a specular surface."""
     light: float
-    """Bound of the radiance that emitters, without occlusion, give a white diffuse surface at the specular vertices.
+    """Bound of the radiance of a white diffuse surface in the focused light, with emitters that nothing occludes.
 
-    It is the mean over these vertices of ``∫ L dω / π``, with L the emitters' luminance, in the units of the image.
+    It is the mean over the specular vertices of the paths of ``∫ L dω / π``, with L the emitters' luminance, in the
+    units of the image.
     """
     share: float
     """Largest share of a diffuse surface's samples that meet the emitters: their effective solid angle over π."""
@@ -54,8 +55,9 @@ class Focus:
     def of(cls, scene: Any, settings: Any, seed: int, threads: int, whole_film: bool = False) -> Focus:
         """Return how much light the specular surfaces of a core's scene focus, estimated from 4096 paths.
 
-        ``settings`` are the core's settings of the render. The paths start in the crop window, or with ``whole_film``
-        in the whole film. ``threads`` is the number of threads; 0 is one for each processor.
+        ``settings`` are the core's settings of the render, and ``seed`` is the seed of the paths. The paths start in
+        the crop window, or with ``whole_film`` in the whole film. ``threads`` is the number of threads; 0 is one for
+        each processor.
         """
         vertices, radiance, solid_angle = focused_light(
             scene, settings, seed, worker_threads(threads), _PATHS, whole_film
@@ -78,7 +80,7 @@ class Focus:
         return self.possible and self.share < _RARELY
 
     def rare(self, samples: float) -> bool:
-        """Tell whether a pixel with this number of samples may have met no focused light.
+        """Tell whether the ``samples`` of a pixel, a number, may have met no focused light.
 
         The variance of such a pixel does not contain that light, so the stated error may be too small.
         """
@@ -109,5 +111,5 @@ class Focus:
 
     @classmethod
     def from_dict(cls, data: Mapping[str, float] | None) -> Focus:
-        """Return the estimate from its fields as JSON data; None gives that of a scene without specular surfaces."""
+        """Return the object from its fields by name in ``data``; for None, all three numbers are 0 (`Focus.none`)."""
         return cls.none() if data is None else cls(data["paths"], data["light"], data["share"])

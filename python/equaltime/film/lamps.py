@@ -102,10 +102,10 @@ class Lamps:
 
     @classmethod
     def in_plain_sight(cls, scene: Any, settings: Any) -> Lamps:
-        """Return the lamps that the camera of the core's scene sees directly, in the whole film.
+        """Return the lamps that the camera of the core's ``scene`` sees directly, not in mirrors or through glass.
 
-        ``settings`` are the core's settings of a render, whose crop has no effect here. The indices of pixels in the
-        whole film are ``y * width + x``.
+        The result covers all pixels of the film: the crop window has no effect. Its pixels are numbered by
+        ``y * width + x``, with x, y and width in the whole film. ``settings`` are the core's settings of a render.
         """
         return cls._made_of([lamps_in_sight(scene, settings, 0, _POINTS, whole_film=True)])
 
@@ -132,10 +132,11 @@ class Lamps:
 
     @classmethod
     def small(cls, pixels: NDArray[np.intp], light: Floats, share: Floats) -> Lamps:
-        """Return a set that has only small lamps, with their light taken as exact.
+        """Return a set of lamps that are all small, and whose light is known exactly.
 
-        ``pixels`` (N,) are the indices ``y * width + x`` of the pixels that see a lamp. ``light`` (N, 3) is the lamps'
-        light in the pixel's mean, and ``share`` (N,) the share of the pixel's samples that meet a lamp.
+        ``pixels`` (N,) are the indices ``y * width + x`` of the pixels that see a lamp. ``light`` (N, 3) is the light
+        that lamps add to the mean of each of these pixels. ``share`` (N,) is the share of the pixel's samples that meet
+        a lamp.
         """
         return cls(pixels, light, share, pixels, light)
 
@@ -150,7 +151,10 @@ class Lamps:
         return 4 * self.pixels.size > 3 * self.lit.size
 
     def least(self, height: int, width: int) -> Floats | None:
-        """Return the light of lamps that is certainly in each pixel's mean, (H, W, 3); None if no lamp is in sight."""
+        """Return the light of lamps that is certainly in each pixel's mean, (H, W, 3); None if no lamp is in sight.
+
+        H is ``height`` and W is ``width``, in pixels.
+        """
         if not self.lit.size:
             return None
         light = np.zeros((height * width, 3))
@@ -159,10 +163,11 @@ class Lamps:
 
     @classmethod
     def from_channels(cls, *parts: NDArray[np.float32]) -> Lamps:
-        """Return the small lamps that files of one or more renders of one image store.
+        """Return the small lamps that the files of one or more renders of one image store.
 
-        Each argument is an image (H, W, 4) made by `Lamps.channels`: R, G, B of the lamps' light, and the share of
-        samples that meet a lamp. Where images differ, the larger values count. Without images, there are no lamps.
+        Each of ``parts`` is an image (H, W, 4) made by `Lamps.channels`: R, G, B of the lamps' light, and the share of
+        samples that meet a lamp. If the images differ in a pixel, the larger values count. Without images, the set of
+        lamps is empty.
         """
         if not parts:
             return cls.none()
@@ -171,7 +176,7 @@ class Lamps:
         return cls.small(pixels, planes[pixels, :3].astype(np.float64), planes[pixels, 3].astype(np.float64))
 
     def channels(self, height: int, width: int) -> NDArray[np.float32]:
-        """Return the small lamps as an image (H, W, 4), for a file.
+        """Return the small lamps as an image (H, W, 4), for a file; H is ``height`` and W is ``width``, in pixels.
 
         The channels are the light that lamps add to the pixel (R, G, B), and the share of its samples that meet a lamp.
         """
@@ -184,7 +189,8 @@ class Lamps:
         """Return the error² that variances do not show because all replicates met the small lamps equally often.
 
         ``pixels`` are the statistics of the image. Replicates are groups of a pixel's samples, whose difference gives
-        the pixel's variance. If all met a lamp equally often, their difference is 0, though the pixel may be wrong.
+        the pixel's variance. If equally many samples of each replicate meet a lamp, this difference is 0, though the
+        pixel may be wrong.
         """
         replicates = pixels.degrees + 1.0
         lacking, x = self._lacking(pixels, _MANY)
@@ -204,10 +210,11 @@ class Lamps:
         return max(whole, 0.0) / pixels.samples.size
 
     def outshone(self, pixels: PixelStatistics) -> float:
-        """Return the rise of the estimated error² if lamps that were met too often had their true brightness.
+        """Return the rise of the estimated error² if lamps that are too bright in the image had their true brightness.
 
-        ``pixels`` are the statistics of the image. A lamp that one replicate (group of a pixel's samples) met much too
-        soon is too bright in the image. Errors are divided by the image's brightness, so the estimate is too small.
+        ``pixels`` are the statistics of the image. A small lamp is too bright in it if the samples of one replicate
+        (group of a pixel's samples) met the lamp much sooner than expected. Errors are divided by the image's
+        brightness, so the estimate is then too small.
         """
         replicates = pixels.degrees + 1.0
         lacking, x = self._lacking(pixels, 1.0 / replicates)  # beyond, a single meeting is not too soon

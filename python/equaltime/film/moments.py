@@ -68,7 +68,7 @@ def deviations(moments: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def stored(deviation: NDArray[np.float64]) -> NDArray[np.uint32]:
-    """Return standard deviations in the form in which arrays of type `DTYPE` store them.
+    """Return standard deviations, an array ``deviation`` of any shape, in the form in which `DTYPE` stores them.
 
     The form is the upper half of each float64: 32 bits, with 21 significant bits.
     """

@@ -70,7 +70,7 @@ class MergedFilm:
         return cls(moments, parts)
 
     def joined(self, other: MergedFilm) -> MergedFilm:
-        """Return the film of both sets of renders together. The order in which films are joined does not matter."""
+        """Return the merged film of this film's renders and those in ``other``; their order does not matter."""
         ours, theirs = self._samples, other._samples
         apart = np.square(self._mean - other._mean)
         parts = np.empty_like(self.parts)

@@ -59,12 +59,12 @@ def error_floor(mean: float) -> float:
 
 
 def neighbours(height: int, width: int) -> Floats:
-    """Return the number of image pixels in each pixel's 7x7 neighbourhood, itself included, (H, W, 1)."""
+    """Return the number of pixels in each pixel's 7x7 neighbourhood, itself included: (``height``, ``width``, 1)."""
     return box_sum(np.ones((height, 1, 1))) * box_sum(np.ones((1, width, 1)))
 
 
 def others_count(height: int, width: int) -> Floats:
-    """Return the number of image pixels in each pixel's 7x7 neighbourhood, itself excluded, (H, W, 1); at least 1."""
+    """Return the number of other pixels in each pixel's 7x7 neighbourhood: (``height``, ``width``, 1); at least 1."""
     return np.maximum(neighbours(height, width) - 1.0, 1.0)
 
 

@@ -47,8 +47,8 @@ _ANYTHING = 1e150
 class Unseen:
     """Light that the samples of one render may have missed, which raises the upper limit of the render's error.
 
-    A call with (pixels, level), where ``pixels`` are the statistics of the image, returns an upper limit, at this
-    confidence level, of the error² due to that light.
+    The object is callable. Its arguments are ``pixels``, the statistics of the image, and ``level``, a confidence level
+    in (0, 1). It returns an upper limit, at this confidence level, of the error² due to missed light.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class Unseen:
         Callable that takes pixels ``y * width + x``, (N,), and returns the largest radiance that a sample of each pixel
         could have seen, (N, 3).
     known
-        Earlier results of ``possible``, (H, W, 3); NaN for pixels that were not asked for.
+        Results of ``possible`` that are known already, (H, W, 3); NaN for all other pixels. None if no result is known.
     lamps
         Callable that returns the lamps that the camera sees.
     focus
@@ -97,7 +97,7 @@ class Unseen:
         Each entry of ``parts`` is the dict of images that `Unseen.parts` returned for one render. ``focus`` is the
         light that specular surfaces focus. A pixel that is black in the merged image is black in every render, so every
         render has stored a bound of its hidden light. Pixels without a bound may hide any amount of light. Lamps that
-        no render lists are assumed absent.
+        no render stored do not count.
         """
         found = [part["unseen"].astype(np.float64) for part in parts if "unseen" in part]
         known = np.clip(reduce(np.fmax, found), 0.0, _ANYTHING) if found else None
@@ -113,15 +113,15 @@ class Unseen:
 
     @cached_property
     def focus(self) -> Focus:
-        """Estimate of the light that specular surfaces focus and samples may have missed; made at the first access."""
+        """Light that specular surfaces focus and that samples may have missed, estimated at the first access."""
         return self._find_focus()
 
     def parts(self, height: int, width: int) -> dict[str, NDArray[np.float32]]:
-        """Return the images by which a file keeps this object for `Unseen.together`, by name.
+        """Return images of this object's numbers, by name, which a file of the render stores for `Unseen.together`.
 
-        Images without content are left out. ``unseen`` (H, W, 3) holds the largest radiance that black pixels may hide,
-        and NaN where it was not computed. ``lamps`` (H, W, 4) holds the light that small lamps add to each pixel, and
-        the share of the pixel's samples that meet a lamp.
+        H is ``height`` and W is ``width``, in pixels. Images without content are left out. ``unseen`` (H, W, 3) holds
+        the largest radiance that black pixels may hide, and NaN where it was not computed. ``lamps`` (H, W, 4) holds
+        the light that small lamps add to each pixel, and the share of the pixel's samples that meet a lamp.
         """
         parts = {}
         if self._known is not None and not np.isnan(self._known).all():
@@ -131,9 +131,9 @@ class Unseen:
         return parts
 
     def __call__(self, pixels: PixelStatistics, level: float) -> float:
-        """Return the upper limit, at this confidence level, of the error² due to light that samples may have missed.
+        """Return the upper limit of the error² due to light that samples may have missed, at a confidence level.
 
-        ``pixels`` are the statistics of the image.
+        ``pixels`` are the statistics of the image, and ``level`` is the confidence level, in (0, 1).
         """
         return self.lasting(pixels, level) + self.lamps.outshone(pixels)
 
@@ -181,7 +181,9 @@ def stated_error(
     lasting: bool = False,
     brightest: float = 0.0,
 ) -> Interval:
-    """Return the render's estimate of its own relative error: shown, stored, and compared with the wanted error.
+    """Return the relative error that a render estimates of its own image, with its interval; 0.02 is 2 %.
+
+    Outputs show this error, files store it, and the render's error limit is compared with it.
 
     Parameters
     ----------
@@ -194,8 +196,8 @@ def stated_error(
     lasting
         Leave out the part of ``unseen`` that a few more samples would remove (`Unseen.lasting`).
     brightest
-        Largest second result of `stated` at all earlier estimates during the render; 0 if there are none. It tells
-        whether a bright path that was met has averaged out, which is a reason to doubt the error.
+        Largest brightness of a path that `stated` returned at earlier estimates during the render; 0 if there are none.
+        It tells whether a bright path has averaged out, which is a reason to doubt the error.
     """
     return stated(pixels, unseen, level, lasting, brightest)[0]
 
@@ -207,11 +209,12 @@ def stated(
     lasting: bool = False,
     brightest: float = 0.0,
 ) -> tuple[Interval, float]:
-    """Return the render's estimate of its own relative error, and a number that tells how bright its brightest path is.
+    """Return the relative error that a render estimates of its own image, and the brightness of its brightest path.
 
-    The error is the result of `stated_error`. The number is the share of error² that the most outstanding pixel makes,
-    times error² and the square of the samples per pixel. While one path makes that share, the number stays the same
-    with more samples. Give the largest number so far as ``brightest`` to later estimates of the same render.
+    The error is the result of `stated_error`. The brightness is the share of error² that the most outstanding pixel
+    makes, times error² and the square of the samples per pixel. As long as one path makes that share, more samples do
+    not change the brightness. Give the largest brightness so far as ``brightest`` to later estimates of the same
+    render.
 
     Parameters
     ----------
@@ -224,7 +227,7 @@ def stated(
     lasting
         Leave out the part of ``unseen`` that a few more samples would remove (`Unseen.lasting`).
     brightest
-        Largest number that this function returned at earlier estimates during the render; 0 if there are none.
+        Largest brightness that this function returned at earlier estimates during the render; 0 if there are none.
     """
     if unseen is None:
         found, share = error_and_brightest(pixels, level)

@@ -29,9 +29,10 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class BiasVariance:
-    """Squared bias and variance of one render, with intervals: how much of the error remains with more samples.
+    """Squared bias and variance of one render, with intervals.
 
-    Both are relative squares: 0.0004 is (2 %)².
+    The bias is the part of the error that remains with more samples. Both numbers are relative squares: 0.0004 is (2
+    %)².
     """
 
     bias2: Interval
@@ -45,9 +46,10 @@ class BiasVariance:
 def relmse_of_parts(images: ArrayLike, reference: Reference) -> BiasVariance:
     """Return the bias² and the variance of one render, as relative squares, from K renders and a reference.
 
-    The renders (K, H, W, 3) differ only in their seeds. Intervals come from the jackknife over renders. The interval of
-    bias² is corrected, because the jackknife counts the noise of pairs of renders twice. That interval also includes
-    the reference's noise, which all renders share. Both values are unknown (NaN) if K is 1 or if a pixel is not finite.
+    ``images`` are the renders, (K, H, W, 3), which differ only in their seeds. Intervals come from the jackknife over
+    renders. The interval of bias² is corrected, because the jackknife counts the noise of pairs of renders twice. That
+    interval also includes the reference's noise, which all renders share. Both values are unknown (NaN) if K is 1 or if
+    a pixel is not finite.
     """
     stack = np.asarray(images, np.float64)
     repeats = len(stack)

@@ -29,8 +29,9 @@ def automatic_stops(pixels: NDArray[Any], shown: float = 0.0) -> float:
     """Return the automatic exposure of linear RGB pixels (..., 3), in whole stops.
 
     The exposure makes the 90th percentile of the pixels bright but not white. ``shown`` is the exposure of an earlier
-    picture, in stops. It is returned if it is within 2 stops of the new exposure, so that pictures of one scene keep
-    their exposure, or if the pixels have no light. Pixels that are not finite are left out.
+    picture of the scene, in stops. The function returns ``shown`` instead of the new exposure if the two differ by less
+    than 2 stops, so that pictures of one scene keep their exposure. It also returns ``shown`` if the pixels have no
+    light. Pixels that are not finite are left out.
     """
     grey = np.asarray(pixels, np.float64).mean(axis=-1)
     grey = grey[np.isfinite(grey)]

@@ -33,7 +33,7 @@ def available() -> bool:
 
 
 def flip(image: ArrayLike, reference: ArrayLike) -> float:
-    """Return HDR-FLIP between two images (H, W, 3) in linear RGB, as its mean over pixels.
+    """Return HDR-FLIP between ``image`` and ``reference``, both (H, W, 3) in linear RGB, as its mean over pixels.
 
     The value is 0 for equal images, and 1 for the largest difference. NVIDIA's package ``flip-evaluator`` computes it,
     at the default of 67 pixels per degree. Negative pixel values count as black. FLIP takes its exposures from the

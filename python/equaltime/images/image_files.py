@@ -97,7 +97,7 @@ class Picture:
 
 
 def read(path: str | os.PathLike[str]) -> Picture:
-    """Return the content of an image file: its first image, with all channels in float32.
+    """Return the content of the image file at ``path``: its first image, with all channels in float32.
 
     Raises
     ------
@@ -120,7 +120,10 @@ def read(path: str | os.PathLike[str]) -> Picture:
 
 
 def read_attributes(path: str | os.PathLike[str]) -> dict[str, str]:
-    """Return the text attributes of a file's first image, by name; raises `ImageError` for an unreadable file."""
+    """Return the text attributes of the first image in the file at ``path``, by name.
+
+    Raises `ImageError` if the file cannot be read.
+    """
     with opened(path) as source:
         return _texts(source.spec())
 
@@ -135,7 +138,7 @@ def linear_rgb() -> dict[str, Any]:
 
 
 def write_exr(path: Path, image: NDArray[Any], description: str = "") -> None:
-    """Write an image (H, W, 3) to an EXR file with the channels R, G and B.
+    """Write an image (H, W, 3) to an EXR file at ``path`` with the channels R, G and B.
 
     ``description`` becomes the attribute ``ImageDescription``. Raises `ImageError` on failure; an existing file then
     stays unchanged.
@@ -183,7 +186,7 @@ class Layer:
 
 
 def write(path: Path, file_format: str, parts: Sequence[Layer], window: Window | None = None) -> None:
-    """Write one image file whose subimages are ``parts``, with their pixels unchanged.
+    """Write one image file at ``path`` whose subimages are ``parts``, with their pixels unchanged.
 
     ``file_format`` is OpenImageIO's name, such as ``openexr``. ``window`` is the rectangle of the pixels in the full
     film. Raises `ImageError` on failure; an existing file then stays unchanged.

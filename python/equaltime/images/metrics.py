@@ -63,7 +63,7 @@ class Reference:
 
     @classmethod
     def of_images(cls, images: ArrayLike) -> Reference:
-        """Return the reference that is the mean of K independent renders (K, H, W, 3) by one strategy.
+        """Return the reference that is the mean of ``images``, K independent renders (K, H, W, 3) by one strategy.
 
         K is 2 or more. The variance comes from the scatter between the renders. If K is even, ``halves`` are the means
         of the first and of the last K / 2 renders.
@@ -90,7 +90,7 @@ class Reference:
     def noise(self) -> Floats:
         """Variance (H, W, 3) of the reference, to subtract from an image's squared differences.
 
-        If ``variance`` is zero everywhere and ``halves`` are given, their difference gives an estimate.
+        If ``variance`` is zero everywhere and ``halves`` are given, the variance is estimated from their difference.
         """
         if self.halves is None or self.variance.any():
             return self.variance
@@ -103,7 +103,10 @@ class Reference:
 
     @property
     def relmse(self) -> float:
-        """Relative mean squared error of the reference itself, which its noise adds to an image's; one number."""
+        """Relative mean squared error of the reference itself, due to its noise; one number.
+
+        Without a correction, the measured relMSE of any image would be too large by this amount on average.
+        """
         return float(divided(self.noise, self.denominator).mean())
 
     @property
@@ -112,10 +115,10 @@ class Reference:
 
         The reference's variance v is subtracted from squared differences. Let n be the reference's noise, R minus the
         truth. On average n² equals v, but not in each pixel. The result is the standard error of the mean over pixels
-        of (n² - v) / D, with D the denominator of relMSE and pixels taken as independent. Half the difference of the
-        two ``halves`` has the same distribution as n. Its square minus v therefore shows the spread of n² - v, without
-        an assumption on the distribution or the correlation of channels. Without ``halves``, or if v itself comes from
-        them, the noise is taken as normal with fully correlated channels.
+        of (n² - v) / D. Here D is the denominator of relMSE, and pixels are assumed to be independent. Half the
+        difference of the two ``halves`` has the same distribution as n. Its square minus v therefore shows the spread
+        of n² - v, without an assumption on the distribution or the correlation of channels. Without ``halves``, or if v
+        itself comes from them, the noise is assumed to be normal with fully correlated channels.
         """
         if self.halves is not None and self.variance.any():
             parts = divided((0.5 * (self.halves[0] - self.halves[1])) ** 2 - self.noise, self.denominator)
@@ -159,9 +162,10 @@ def measure(image: ArrayLike, reference: Reference, metrics: Iterable[Metric] = 
 
 
 def contributions(image: ArrayLike, reference: Reference) -> Floats:
-    """Return the relative squared error of each pixel (H, W), minus the reference's variance, as a map of the error.
+    """Return a map of the error of ``image``: the relative squared error of each pixel, (H, W).
 
-    The mean over pixels is relMSE. A pixel's value is the mean over its channels, and may be negative.
+    The variance of ``reference`` is subtracted from squared differences. A pixel's value is the mean over its channels,
+    and may be negative. The mean over pixels is relMSE.
     """
     pixels = np.asarray(image, np.float64)
     _check(pixels, reference)
@@ -179,14 +183,18 @@ def _square(pixels: Floats, reference: Reference, relative: bool) -> Interval:
 
 
 def reference_doubt(pixels: Floats, reference: Reference, relative: bool = True) -> float:
-    """Return the standard error that the reference's noise n causes in an image's relMSE; in MSE if not ``relative``.
+    """Return the standard error that the noise of ``reference`` causes in an image's relMSE, one number.
 
-    The result is one number. The delta method gives it from the derivatives of the squares, of their denominators, and
-    of the reference's mean in the denominators. With I the image (``pixels``), R the reference and T the truth, I - R
-    stands for the unknown I - T. Since I - R contains n, the result also counts the variation of n², and is rather too
-    large. The excess is small if the reference is better than the image. Pixels are taken as independent. The
-    reference's ``halves`` R1 and R2 show the correlation of a pixel's channels, since (R1 - R2) / 2 has the
-    distribution of n. Without halves, channels are taken as fully correlated.
+    ``pixels`` (H, W, 3) is the image. If ``relative`` is False, the result is for the MSE instead of relMSE.
+
+    Let I be the image, R the reference, n its noise and T the truth. The delta method is used: the noise changes the
+    squared differences, their denominators, and the reference's mean in the denominators. It needs I - T, which is
+    unknown and replaced by I - R. Since I - R contains n, the result also counts the variation of n², and is rather too
+    large. The excess is small if the reference is better than the image.
+
+    Pixels are assumed to be independent. The reference's ``halves`` R1 and R2 show the correlation of a pixel's
+    channels, since (R1 - R2) / 2 has the distribution of n. Without halves, channels are assumed to be fully
+    correlated.
     """
     difference = pixels - reference.mean
     slope = -2.0 * difference
@@ -231,7 +239,10 @@ def _bounded(value: float, doubt: float) -> Interval:
 
 
 def divided(numerator: Floats, denominator: Floats) -> Floats:
-    """Return the ratio of two arrays, element by element, with 0 / 0 = 0, as for black pixels of a black reference."""
+    """Return ``numerator / denominator``, element by element, with 0 / 0 = 0.
+
+    The case 0 / 0 occurs in black pixels of a black reference.
+    """
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio: Floats = np.where(numerator == 0.0, 0.0, numerator / denominator)
     return ratio
@@ -248,8 +259,8 @@ def _check(pixels: Floats, reference: Reference) -> None:
 def squared_errors(images: Iterable[ArrayLike], reference: Reference) -> NDArray[np.float64]:
     """Return the relative squared error of every pixel of K images (H, W, 3), as an array (K, H * W).
 
-    Tests of heavy tails use it, which compare the errors of single pixels over images. A pixel's value is the mean over
-    R, G and B. The reference's variance is not subtracted.
+    A pixel's value is the mean over R, G and B. The reference's variance is not subtracted. The result is for tests of
+    heavy tails, which look for single pixels with large errors in single images.
     """
     denominator = np.maximum(reference.denominator, np.finfo(np.float64).tiny)
     squares = (np.square(np.asarray(image, np.float64) - reference.mean) / denominator for image in images)

@@ -24,7 +24,8 @@ ALWAYS: Final = 1 << 22
 def excess(spec: Any, path: str | os.PathLike[str]) -> str | None:
     """Return an error message if an image file declares more pixels than a file of its size can hold, else None.
 
-    ``spec`` is the file's OpenImageIO ``ImageSpec``. Call this before memory is allocated for the pixels.
+    ``path`` is the file, and ``spec`` is its OpenImageIO ``ImageSpec``. Call this before memory is allocated for the
+    pixels.
     """
     declared, size = spec.image_bytes(True), os.path.getsize(path)
     if declared <= max(ALWAYS, MOST_INFLATED * size):
@@ -74,7 +75,7 @@ def _complains() -> bool:
 
 @contextmanager
 def opened(path: str | os.PathLike[str], **wishes: int) -> Iterator[Any]:
-    """Yield an OpenImageIO ``ImageInput``, the open reader of an image file, and close it after the block.
+    """Yield an OpenImageIO ``ImageInput``, the open reader of the image file at ``path``, and close it after the block.
 
     ``wishes`` are OpenImageIO's options for reading, by name without the prefix ``oiio:``, such as
     ``UnassociatedAlpha=1``. Raises `ImageError` for an unreadable file.
@@ -94,10 +95,10 @@ def opened(path: str | os.PathLike[str], **wishes: int) -> Iterator[Any]:
 
 
 def read_part(path: str | os.PathLike[str], name: str, kind: str) -> tuple[list[str], NDArray[Any]] | None:
-    """Return the channel names and the pixels (H, W, C) of the subimage called ``name`` in an EXR file.
+    """Return the channel names and the pixels (H, W, C) of the subimage called ``name`` in the EXR file at ``path``.
 
-    Return None if there is no such subimage. The first subimage is not searched. ``kind`` is OpenImageIO's name of the
-    wanted number type, such as ``float``.
+    Returns None if the file has no such subimage after the first one. ``kind`` is OpenImageIO's name of the wanted
+    number type, such as ``float``.
     """
     with opened(path) as source:
         number = 1

@@ -29,7 +29,7 @@ def scale_of(maps: Iterable[NDArray[Any]]) -> LogScale:
 
 
 def is_known(variance: NDArray[Any]) -> bool:
-    """Tell whether ``variance`` is finite (known) for any pixel; a pixel needs 3 samples for it."""
+    """Tell whether ``variance`` is finite, that is known, for any pixel; a pixel with fewer than 3 samples has none."""
     return bool(np.isfinite(variance).any())
 
 

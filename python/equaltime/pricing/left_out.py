@@ -57,10 +57,11 @@ class LeftOut:
 
 
 def measured(scene: Scene, strategy: Strategy, names: tuple[str, ...], seed: int = 0, threads: int = 0) -> LeftOut:
-    """Return the scene without the named effects (features such as media), and the error due to leaving them out.
+    """Return the scene without the effects in ``names``, and the image's relative error due to leaving them out.
 
-    The error is measured by short renders with and without the effects. If ``long_paths`` is among the names, the error
-    includes the bias of the strategy's ``truncate``.
+    An effect is a feature such as media. The error is measured by short renders with and without the effects, with
+    seeds that follow from ``seed``. ``threads`` is the number of threads; 0 is one for each processor. If
+    ``long_paths`` is among the names, the error includes the bias of the strategy's ``truncate``.
 
     Raises
     ------
@@ -90,11 +91,15 @@ def _untruncated(strategy: Strategy, names: tuple[str, ...]) -> tuple[Strategy, 
 
 
 def choose(scene: Scene, strategy: Strategy, within: float, seed: int = 0, threads: int = 0) -> LeftOut:
-    """Return the scene without the effects that short renders chose: their error together is at most ``within``.
+    """Return the scene without the effects that short renders show to matter little.
 
-    ``within`` is a fraction, and an effect is a feature such as media. Effects with the least bias are left out first;
-    the upper ends of the biases' intervals count. If paths can be cut too, the effects may use half of ``within``, and
-    paths are cut as early as the rest of ``within`` allows.
+    An effect is a feature such as media. ``within`` is the largest relative error, a fraction, that leaving out all
+    these effects together may cause. Effects with the least bias are left out first; the upper ends of the biases'
+    intervals decide. If paths can be cut at a depth too, the other effects may use half of ``within``. Paths are then
+    cut as early as the rest of ``within`` allows.
+
+    The renders are by ``strategy``, with seeds that follow from ``seed``. ``threads`` is the number of threads; 0 is
+    one for each processor.
     """
     called = derive(scene)
     candidates = [name for name in called if kind_of(name).instead and can_leave_out(scene, strategy, name)]

@@ -35,9 +35,12 @@ def measure_outputs(
     """Return the share of the time that each output beside the image takes, by ``name:kind`` (``distance:depth``).
 
     The key `ALL` has the share of all outputs made together. Shares refer to the time of the image with all outputs.
-    The result is empty if the scene asks for no outputs. The image and all outputs are made ``repeats`` times with
-    ``samples`` per pixel, each time with one seed. The order alternates between repeats, so that a drifting machine
-    affects all alike. Raises `NonFiniteSample` if a sample was not a number.
+    The result is empty if the scene asks for no outputs.
+
+    The image and all outputs are rendered ``repeats`` times by ``strategy``, with ``samples`` per pixel. The first
+    repeat has the seed ``seed``, and each repeat takes the next one. The order alternates between repeats, so that a
+    drifting machine affects all alike. ``threads`` is the number of threads; 0 is one for each processor. ``progress``
+    is called with the finished fraction. Raises `NonFiniteSample` if a sample is NaN or infinite.
     """
     asked = asked_for(scene)
     if not asked:

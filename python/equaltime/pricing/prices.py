@@ -153,8 +153,12 @@ def effects(
         Quick estimate: a small film, few samples, few repeats.
     size
         Width and height of the film to measure; by default the scene's, reduced if that is large.
+    strategy
+        A `Strategy`, or text for `Strategy.parse`.
     seed
         First seed; each repeat takes the next one.
+    threads
+        Number of threads; 0 is one for each processor.
     progress
         Called with the finished share of the work, in [0, 1].
 
@@ -163,7 +167,7 @@ def effects(
     SceneError, StrategyError
         If the scene cannot be built, or the strategy cannot be read.
     NonFiniteSample
-        If a sample was not a number.
+        If a sample is NaN or infinite.
 
     Examples
     --------

@@ -75,20 +75,22 @@ def pilot_seed(seed: int) -> int:
 
 
 def fixed_count(job: Job, progress: ProgressCallback | None = None) -> Chosen:
-    """Return the samples per pixel, chosen by a pilot, with which the job's render reaches its error limit.
+    """Return the samples per pixel, chosen by a pilot, with which the render ``job`` reaches its error limit.
 
-    The pilot is a short render that predicts, with separate samples, so the image does not decide its own stop. A
-    resumed render keeps the count that was chosen for the same error. With a time limit, the pilot may take a quarter
-    of the time. No count is chosen if that time is too short, or if the pilot finds no count and the render has another
-    limit. Then the other limits end the render.
+    The pilot is a short render that predicts the error. Its samples are not the image's, so the image does not decide
+    its own stop. ``progress`` is called with the pilot's `Progress`.
+
+    A resumed render keeps the count that was chosen for the same error. With a time limit, the pilot may take a quarter
+    of the time. No count is chosen if this quarter is too short. No count is chosen either if the pilot fails and the
+    render has another limit. The other limits then end the render.
 
     Raises
     ------
     RenderError
-        If the pilot met too little light, or the error takes more samples than a render can have, and no other limit is
-        given.
+        If the pilot fails and the render has no other limit. The pilot fails if it meets too little light, or if the
+        error takes more samples than a render can have.
     SampleError
-        If a sample of the pilot went wrong.
+        If a sample of the pilot is NaN or infinite, or raised a floating-point fault.
     ImageError
         If the resumed render was to stop by its own error estimates, and has more samples than the pilot chooses.
     """

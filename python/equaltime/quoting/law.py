@@ -78,9 +78,9 @@ class Pace(NamedTuple):
 def pace(seconds: Mapping[int, float], had: float = 1.0) -> Pace:
     """Return the speed of sampling, to predict the time of later samples.
 
-    ``seconds`` maps counts of samples per pixel to the seconds since the first sample. The speed is taken over the last
-    two doublings of the count, or over all counts if there are fewer. ``had`` is the share of the processors that was
-    available during the samples, in [0, 1].
+    ``seconds`` maps counts of samples per pixel to the seconds since the first sample. The speed is measured over the
+    last two doublings of the count, or over all counts if there are fewer. ``had`` is the share of the processors that
+    was available during the samples, in [0, 1].
     """
     last, lost = max(seconds), _LOSS + _LOSS_OF_TAKEN * (1.0 - had)
     first = max((n for n in seconds if 4 * n <= last), default=min(seconds))
@@ -166,9 +166,12 @@ class Probed(NamedTuple):
 class Law:
     """Law of a render: ``error(n) = error · (n / samples)^-exponent``, ``seconds(n) = n · seconds_per_sample``.
 
-    The law predicts the error after a time, and the samples or the time for an error; n is samples per pixel. With a
-    probe (some pixels rendered to the end), the power law holds beyond the probe's last count. Below that count, errors
-    are interpolated between the measured points. The fields named doubt are standard deviations.
+    Here n is the number of samples per pixel. The law predicts the error after a time, and the samples or the time
+    until an error. The slow start of a render adds up to ``seconds_lost`` to the seconds. If ``before`` has points,
+    errors at counts below ``samples`` are interpolated between these points instead.
+
+    Three fields state uncertainties as standard deviations: ``exponent_doubt`` of ``exponent``, ``speed_doubt`` of
+    log(samples per second), and ``doubt`` of log(error). Logarithms are natural.
     """
 
     samples: int
@@ -177,9 +180,10 @@ class Law:
     error: float
     """Estimated relative error of the image at ``samples``, as a fraction."""
     width: float
-    """Width of the interval of ``error``: logarithm of (upper limit / error)."""
+    """Natural logarithm of (upper limit / error) at ``samples``: half the width of the 95 % interval of log(error)."""
     narrowing: float
-    """Exponent: ``width`` falls in proportion to the sample count to the power of minus this number."""
+    """Exponent by which the interval narrows: its half width after n samples per pixel is
+    ``width · (n / samples)^-narrowing``."""
     exponent: float
     """Exponent by which the error falls with the sample count; 0.5 for independent samples."""
     exponent_doubt: float
@@ -187,14 +191,15 @@ class Law:
     seconds_per_sample: float
     """Seconds for one sample of every pixel."""
     speed_doubt: float
-    """Standard deviation of the logarithm of the mean speed up to the end of the render."""
+    """Standard deviation of log(mean speed), with the speed in samples per second up to the end of the render."""
     seconds_lost: float = 0.0
-    """Largest additional time, in seconds, that the slow start of a render takes."""
+    """Largest time, in seconds, that the slow start of a render adds to the render's time."""
     before: tuple[tuple[int, float], ...] = ()
-    """Measured points below ``samples``: pairs (samples per pixel, relative error). Empty without a probe, that is,
-    without pixels rendered to the end."""
+    """Errors measured at counts below ``samples``: pairs (samples per pixel, relative error) in ascending order. It is
+    empty if no probe was made, that is, if no pixels were rendered to the end to predict the error."""
     doubt: float = 0.0
-    """Standard deviation of log(error) due to measuring some pixels only (a probe); 0 if all pixels were measured."""
+    """Standard deviation of log(error) at ``samples`` because the probe rendered only some of the pixels. It is 0 if no
+    probe was made: all pixels were then measured."""
 
     def through(self, probed: Sequence[Probed], sampler: str) -> Law:
         """Return this law, fitted to a pilot, corrected by a probe of the same image: some pixels rendered to the end.
@@ -225,7 +230,7 @@ class Law:
     def error_at(self, samples: float) -> Interval:
         """Return the predicted relative error of the image after ``samples`` samples per pixel.
 
-        The 95 % interval holds the upper limit of the error that the render itself will then state.
+        The 95 % interval is wide enough to include the upper limit of the error that the render itself will then state.
         """
         doubt = math.hypot(self._doubt_at(samples), self._width(samples) / _Z95)
         return _interval(self._error(samples, self.exponent), doubt)
@@ -268,7 +273,7 @@ class Law:
     def samples_left(self, share: Interval) -> Interval:
         """Return the fraction of the samples that would still be needed for the same error if the noise were smaller.
 
-        With less noise, error² would be ``share`` times its present value. The interval includes the interval of
+        With the smaller noise, error² would be ``share`` times its present value. The interval includes the interval of
         ``share`` and the uncertainty of the exponent. The fraction is 0 if ``share`` is not positive.
         """
         if not share.value > 0.0:

@@ -42,8 +42,8 @@ LONGEST: Final = 16
 class LightParts:
     """Covariances of parts of an image's light, from renders with K seeds; each part's share of error² follows.
 
-    A part is the light of one path length, of one light source, off one BSDF, or found by one technique. The fields
-    hold sums over pixels of products of two images, for each pair of seeds.
+    A part is the light of one path length, of one light source, scattered last by one BSDF, or found by one technique.
+    The fields hold sums over pixels of products of two images, for each pair of seeds.
     """
 
     names: tuple[tuple[str, str], ...]
@@ -115,8 +115,10 @@ def measure_parts(
 ) -> LightParts:
     """Render the scene ``repeats`` times with independent seeds, and return the covariances of the parts of its light.
 
-    A part is the light of one path length, of one source, off one BSDF, or found by one technique; the parts of each
-    kind sum to the image. ``samples`` is the count per pixel, and ``progress`` is called with the finished fraction.
+    A part is the light of one path length, of one source, scattered last by one BSDF, or found by one technique. The
+    parts of each kind sum to the image. ``strategy`` is used with ``samples`` per pixel; the first seed is ``seed``,
+    and each repeat takes the next one. ``threads`` is the number of threads; 0 is one for each processor. ``progress``
+    is called with the finished fraction.
     """
     return next(measure_parts_by(scene, strategy, repeats, samples, seed, threads, progress))
 
@@ -133,9 +135,8 @@ def measure_parts_by(
 ) -> Iterator[LightParts]:
     """Yield the covariances of the parts of a scene's light for each of several references, all from the same images.
 
-    The squares of a reference are the denominators of the error. ``references`` returns the references, given the whole
-    images (K, H, W, 3). The scene is rendered ``repeats`` (K) times with independent seeds and ``samples`` per pixel,
-    and ``progress`` is called with the finished fraction.
+    Squared errors are divided by the squares of a reference. ``references`` is a function that takes the whole images
+    (K, H, W, 3) and returns the references. K is ``repeats``. The other arguments are as for `measure_parts`.
 
     Raises
     ------
@@ -178,7 +179,7 @@ def lamp(what: str) -> tuple[str, str]:
     """
     _, colon, said = what.partition(": ")
     if not colon:
-        return ("the sky" if what == "environment" else what), ""
+        return ("sky" if what == "environment" else what), ""
     name, found, place = said.rpartition(" (")
     return (name, place.rpartition("/")[2].removesuffix(")")) if found else (said, "")
 

@@ -104,6 +104,8 @@ def noise_light(
 
     Parameters
     ----------
+    scene, strategy
+        Scene and strategy of the render.
     paths
         Work that the measurement may take, as a number of camera paths; at most 1.7 million are used.
     seed

@@ -56,7 +56,7 @@ class Observer:
         return heard
 
     def progress(self, progress: Progress) -> None:
-        """Receive the samples, the error and the time left, about ten times a second.
+        """Receive the samples, the error and the time left in ``progress``, about ten times a second.
 
         The method may raise `KeyboardInterrupt` to stop the render.
         """
@@ -65,34 +65,39 @@ class Observer:
         """Receive the end of a pass over all pixels. ``image()`` returns the image so far, (H, W, 3), in linear RGB."""
 
     def quoted(self, quote: Quote) -> None:
-        """Receive, once and early, the predicted time to reach the error, or the error that the time limit will reach.
+        """Receive ``quote``, the predicted time to reach the error limit, or the error that the time limit will reach.
 
-        The prediction (quote) comes after at most max(8 samples per pixel, min(5 % of the work, 10 s)). For an error
-        target, up to 4096 pixels are first rendered to the end. This takes at most 3 % of the work, or 4 samples per
-        pixel if that is more. The samples of these pixels are not in the image.
+        The method is called once, early in the render. The quote comes after 5 % of the work or 10 s, whichever is
+        first, but not before 8 samples per pixel. With an error limit, up to 4096 pixels are first rendered to the end.
+        This takes at most 3 % of the work, or 4 samples per pixel if that is more. The samples of these pixels are not
+        in the image.
         """
 
     def unquoted(self, why: str) -> None:
-        """Receive the reason, in words, why time or error cannot be predicted although one of them is limited.
+        """Receive ``why``, the reason, in words, for which time or error cannot be predicted although one is limited.
 
-        The method is called once, and instead of `quoted`.
+        The method is called once, instead of `quoted`.
         """
 
     def decided(self, why: Sequence[str]) -> None:
-        """Receive, in words, which effects (features such as media) were left out or kept, and why.
+        """Receive ``why``, sentences that say which effects (features such as media) were left out or kept, and why.
 
         The method is called once, before the first sample.
         """
 
     def unsaved(self, why: str) -> None:
-        """Receive the reason, in words, why the render so far could not be saved (a checkpoint); the render goes on.
+        """Receive the reason ``why``, in words, for which no checkpoint could be written; the render goes on.
 
-        After a failure, the next failure is reported only if a checkpoint was written in between.
+        A checkpoint is a file of the render so far. After a failure, the next failure is reported only if a checkpoint
+        was written in between.
         """
 
 
 def overrides(observer: Observer, method: str) -> bool:
-    """Tell whether an observer overrides the named method of `Observer`; if not, the event need not be computed."""
+    """Tell whether ``observer`` overrides the method named ``method`` of `Observer`.
+
+    If it does not, the data of that event need not be computed.
+    """
     return getattr(type(observer), method) is not getattr(Observer, method)
 
 

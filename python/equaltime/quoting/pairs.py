@@ -93,17 +93,18 @@ def run_in_turn(
     threads: int = 0,
     progress: Callable[[float], object] | None = None,
 ) -> tuple[Renders, dict[N, Renders]]:
-    """Render a scene and its variants in turn, and return the scene's renders and the renders of each variant.
+    """Render a scene and its variants in turn by ``strategy``; return the scene's renders, and each variant's.
 
     ``variants`` maps a key to the names of the effects (features such as media) that the variant leaves out. There are
     ``repeats`` rounds. Each round renders the scene and all variants with one seed, the first with ``seed``, the next
     with ``seed + 1``. The order alternates between rounds, so that a drifting machine affects all alike. ``samples`` is
-    the count per pixel. ``progress`` is called with the finished fraction.
+    the count per pixel. ``threads`` is the number of threads; 0 is one for each processor. ``progress`` is called with
+    the finished fraction.
 
     Raises
     ------
     NonFiniteSample
-        If a sample was not a number.
+        If a sample is NaN or infinite.
     """
     cases = [leave_out(scene, strategy, names) for names in ((), *variants.values())]
     subjects = [CoreSubject("", strategy) for _, strategy in cases]
@@ -150,8 +151,8 @@ def change_of(squares: Floats) -> Interval:
     """Return the root mean square of the expected image behind K images, without their noise, as an interval.
 
     ``squares`` (K, K) are the `products` of the K images with each other, for all pairs of seeds. If the lower end is
-    not above 0, the upper end is at least the root mean square of noise and change together. So rare light that few
-    seeds have met is not taken for absent.
+    not above 0, the upper end is at least the root mean square of noise and change together. Otherwise rare light that
+    few seeds have met would seem to be absent.
     """
     found = jackknife(lambda kept: pairs_mean(squares, kept), len(squares)).map(signed_root)
     high = found.high if found.low > 0.0 else max(found.high, signed_root(float(squares.mean())))

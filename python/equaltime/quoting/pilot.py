@@ -102,7 +102,7 @@ class Quote(Shown):
     """Quote: the predicted time, samples per pixel, error and memory of a render, from a short render (pilot)."""
 
     seconds: Interval
-    """Seconds from the first sample (of this run, if it resumes another) to the final film."""
+    """Seconds from the first sample to the final film; of a resumed render, this run alone."""
     spp: Interval
     """Predicted samples per pixel at the end."""
     error: Interval
@@ -113,8 +113,8 @@ class Quote(Shown):
     law: Law
     """Fitted law of the render: its error and its time by the number of samples per pixel."""
     prices: Mapping[float, Interval] = field(hash=False)
-    """Seconds to reach each relative error of `TARGETS`, by that error. Errors that the short render behind the quote
-    reached already are left out."""
+    """Seconds to reach each relative error of `TARGETS`, by that error; of a resumed render, all runs together. Errors
+    that the short render behind the quote reached already are left out."""
     pilot_seconds: float
     """Seconds that the prediction took, including the search for places and light that make the noise."""
     origin: Origin
@@ -151,10 +151,12 @@ class Pilot:
 
     Parameters
     ----------
+    session
+        Render whose passes are used: the predicted render itself, or a short render of the same scene.
     limits
-        Limits of the render, at least one; the quote is for the limit that is met first.
+        Limits of the predicted render, at least one; the quote is for the limit that ends it.
     share
-        Fraction of the usual sample allowance that pilot and probe may take.
+        Fraction of the usual number of samples (the allowance) that pilot and probe may take, in (0, 1].
     probes
         Whether to make a probe: some pixels rendered to the end, whose samples are not in the image.
     hurried
@@ -224,7 +226,7 @@ class Pilot:
         RenderError
             If a quote is due and no sample saw light, or if the limits take more samples than a render can have.
         SampleError
-            If a sample went wrong.
+            If a sample is NaN or infinite, or raised a floating-point fault.
         KeyboardInterrupt
             After Ctrl-C, if the pilot is not hurried or has seen too little for a quote.
         """

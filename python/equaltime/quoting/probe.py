@@ -46,8 +46,12 @@ class Probe:
 
     Parameters
     ----------
+    scene, strategy, seed
+        Scene, strategy and seed of the image's render, whose samples the probe renders earlier.
+    threads
+        Number of threads; 0 is one for each processor.
     pilot
-        Statistics of the whole image after the pilot.
+        Statistics of the whole image after the pilot, the short render of all pixels.
     rates
         (H, W): sample count of each pixel divided by the mean count, at the end of the render.
     draws
@@ -92,10 +96,10 @@ class Probe:
 
     @classmethod
     def of(cls, session: Session, samples: int, draws: int) -> Probe:
-        """Return a probe of a session's render: ``draws`` pixels, to be rendered to the final sample count.
+        """Return a probe of the render in ``session``: pixels chosen by ``draws`` random draws.
 
-        ``samples`` is that count per pixel. The samples that the session has taken decide which pixels are likely to be
-        drawn.
+        ``samples`` is the final sample count per pixel of the render. The samples rendered so far decide the
+        probability with which each pixel is drawn.
         """
         return cls(
             session.job.scene,
@@ -112,15 +116,15 @@ class Probe:
     def taken(self) -> float:
         """Number of samples that the probe has taken, over all its pixels.
 
-        If the samples of a pixel are one net (low-discrepancy point set), the samples of a second, independent net,
-        which tells the variance, are counted too.
+        The samples of a pixel may be one net (low-discrepancy point set). A second, independent net then tells the
+        variance, and its samples are counted too.
         """
         return self._samples * self._cost
 
     def most_samples(self, taken: float) -> int:
         """Return the largest sample count per pixel, an even number, to which the drawn pixels can be rendered.
 
-        ``taken`` is the number of samples that may be taken over all these pixels.
+        ``taken`` is the number of samples, over all drawn pixels, that the probe may render for it.
         """
         return 2 * math.floor(0.5 * taken / self._cost)
 
@@ -132,7 +136,7 @@ class Probe:
         Raises
         ------
         SampleError
-            If a sample went wrong.
+            If a sample is NaN or infinite, or raised a floating-point fault.
         """
         self._renderer.advance(samples)
         self._samples = samples

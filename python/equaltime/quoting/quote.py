@@ -53,10 +53,12 @@ def quote(
 ) -> Quote:
     """Predict the time to reach an error, or the error of a time or a sample count; find which light makes the noise.
 
-    A pilot (a short render) and a probe (some pixels rendered to the end) take at most 10 s, unless 2 samples per pixel
-    take longer. They take at most 5 % of the predicted work, or 8 samples per pixel if that is more. One tenth of that
-    allowance goes to finding which light makes the noise, on a small film (`equaltime.quoting.noise_light`). After
-    Ctrl-C the quote is from what was seen until then, and its field ``interrupted`` is True.
+    The prediction comes from a pilot (a short render) and a probe (some pixels rendered to the end). They have an
+    allowance of samples: 5 % of the predicted samples of the render, but at least 8 per pixel. If the allowance takes
+    more than 10 s, it is reduced to the samples that take 10 s, but never below 2 per pixel. A tenth of the allowance
+    is reserved for finding which light makes the noise, on a small film (`equaltime.quoting.noise_light`).
+
+    After Ctrl-C the prediction uses the samples rendered until then, and the quote's field ``interrupted`` is True.
 
     Parameters
     ----------
@@ -72,8 +74,8 @@ def quote(
         The relative error to reach (0.02 is 2 %), the seconds to spend, and the samples per pixel to take. With
         several, the quote is for a render that ends at the limit it meets first; with none, for one of 30 seconds.
     why
-        Whether to find which light makes the noise. None: if the pilot's allowance has room for it. True: always, with
-        as much work as the pilot if need be. False: never.
+        Whether to find which light makes the noise. None: if enough of the allowance is left. True: always, even beyond
+        the allowance. False: never.
     cluster
         Processes that render the pilot: ``local:N``, the address of a scheduler of Dask, a ``distributed.Client``, or a
         ``concurrent.futures.Executor``. The quote is for a render by these processes. None: this process.
@@ -124,7 +126,8 @@ def _quoted(session: Session, limits: Limits, why: bool | None) -> Quote:
 def seconds_of_pilot(scene: Scene, strategy: Strategy, threads: int = 0) -> float:
     """Return the seconds that the shortest pilot (short render that predicts) of a scene takes; 0 if its film is small.
 
-    The seconds are measured by rendering a small film of the scene.
+    The seconds are measured by rendering a small film of ``scene`` by ``strategy``. ``threads`` is the number of
+    threads; 0 is one for each processor.
     """
     pixels = scene.model.sensor.film.crop[2] * scene.model.sensor.film.crop[3]
     if pixels <= _LEAST_TIMED:

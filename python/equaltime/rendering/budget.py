@@ -44,7 +44,7 @@ _OF_FIXED = ("spp", "pilot_seed", "pilot_spp", "pilot_seconds")
 
 @dataclass(frozen=True)
 class Stop:
-    """Rule by which a render stops at an error; it is stored with the result.
+    """Rule by which a render with an error limit stops; it is stored with the result.
 
     The render stops by its own estimates of the error (``look``), or at a sample count that a pilot chose before
     (``fixed``). A pilot is a short render that predicts.
@@ -164,12 +164,14 @@ def next_look(samples: int) -> int:
 
 
 class Looks:
-    """All looks of one render (estimates of its error at which it may stop), to decide when it stops.
+    """All looks of one render, to decide when it stops.
+
+    A look is a moment at which the render estimates its error, and stops if the error limit is reached.
 
     Parameters
     ----------
     made
-        Looks of the saved render, if a render is resumed.
+        Looks of the saved render, if the render resumes one; else empty.
     """
 
     def __init__(self, made: tuple[Look, ...] = ()) -> None:

@@ -71,6 +71,7 @@ def make_renderer(
 ) -> _core.Renderer:
     """Return the core's renderer for a scene and a strategy, with two replicates (halves of each pixel's samples).
 
+    ``seed`` is the seed of all samples. ``threads`` is the number of worker threads; 0 is one for each processor.
     ``options`` are further keyword arguments of `_core.Renderer`, and override those that follow from scene and
     strategy. ``kinds`` are the classes for even and for adaptive sample counts; None for `_core.Renderer` and
     `AdaptiveRenderer`. Raises `SceneError` or `RenderError` if there is not enough memory.
@@ -90,11 +91,11 @@ def make_renderer(
 def nets(scene: Scene, strategy: Strategy) -> int:
     """Return the number of nets (low-discrepancy point sets) that the samples of a pixel form: 1 or 2.
 
-    Two nets of a pixel are independent, so their difference shows the noise. One net has less noise, but further
-    samples in some pixels, a second net, must show how much. The number is 1 for the lattice sampler on a film of at
-    least 2^16 pixels, else 2. It is also 2 if specular surfaces focus the light of very small emitters, or if the lamps
-    in sight are smaller than a pixel. Few pixels meet such light, and second nets in a 32nd of the pixels would not
-    show its noise. The choice does not depend on the crop or the seed.
+    Two nets of a pixel are independent, so their difference shows the noise. A single net has less noise, but its
+    halves do not show how much. Some pixels then need further samples, a second net. The number is 1 for the lattice
+    sampler on a film of at least 2^16 pixels, else 2. It is also 2 if specular surfaces focus the light of very small
+    emitters, or if the lamps in sight are smaller than a pixel. Few pixels meet such light, and second nets in a 32nd
+    of the pixels would not show its noise. The choice does not depend on the crop or the seed.
     """
     width, height = scene.model.sensor.film.size
     if strategy.sampler != "lattice" or width * height < ONE_NET:
@@ -120,7 +121,17 @@ def second_net(scene: Scene, strategy: Strategy) -> int:
 
 
 class AdaptiveRenderer(_core.Renderer):
-    """Renderer with adaptive sample counts, which follow from a pilot: the first samples of every pixel."""
+    """Renderer with adaptive sample counts, which follow from a pilot: the first samples of every pixel.
+
+    Parameters
+    ----------
+    scene, settings
+        Scene and settings of the core.
+    metric
+        Rule by which counts follow from the pilot: a key of `equaltime.film.adaptive.METRICS`.
+    common
+        Further keyword arguments of `_core.Renderer`.
+    """
 
     def __init__(self, scene: _core.Scene, settings: _core.Settings, metric: str, **common: Any) -> None:
         options = {**common, "pixel_rays": True}
@@ -140,8 +151,7 @@ class AdaptiveRenderer(_core.Renderer):
     def rates(self, samples: float) -> NDArray[np.float64]:
         """Return how samples are distributed over pixels: each pixel's count divided by the mean count, (H, W).
 
-        ``samples`` is the mean count. The first samples of every pixel, from which the ratios follow, must have been
-        taken.
+        ``samples`` is the mean count. The pilot must have ended, because the ratios follow from its samples.
         """
         if self._rates is None:
             self._decide(self)
@@ -158,8 +168,8 @@ class AdaptiveRenderer(_core.Renderer):
         """Render until pixels have ``samples`` samples on average; return whether that count is reached.
 
         The call ends early after ``seconds``, or when ``poll``, called about every 0.05 s, returns False. After
-        ``pause`` seconds the call ends too, with all begun blocks of pixels finished. A sample among the first ones,
-        from which counts follow, that is NaN or infinite ends the call.
+        ``pause`` seconds the call ends too, with all begun blocks of pixels finished. The call also ends if one of the
+        first samples, from which counts follow, is NaN or infinite.
         """
         if samples <= PILOT or self._rates is not None:
             return super().advance(samples, seconds, poll, pause)
@@ -204,11 +214,12 @@ def decision_of(renderer: _core.Renderer, strategy: Strategy) -> Decision:
 def split_light(
     scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int, only_lengths: bool = False
 ) -> tuple[list[tuple[str, str]], NDArray[np.float32]]:
-    """Return the image of a render with this strategy and seed, split into parts by the origin of the light.
+    """Return the image of a render of ``scene`` with this strategy and seed, split into parts by the light's origin.
 
-    The list names the parts, as pairs (kind, name), such as a path length or a light source. The array holds their
-    images, (H, W, parts, 3). The parts of each kind sum to the image. With ``only_lengths`` path length is the only
-    kind, which takes a third of the memory or less.
+    ``samples`` is the number of samples per pixel, and ``threads`` the number of threads. The list names the parts, as
+    pairs (kind, name), such as a path length or a light source. The array holds their images, (H, W, parts, 3). The
+    parts of each kind sum to the image. With ``only_lengths`` path length is the only kind, which takes a third of the
+    memory or less.
     """
     settings = core_settings(scene, strategy)
     return _core.split_light(
@@ -219,7 +230,8 @@ def split_light(
 def alpha(scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int) -> NDArray[np.float32]:
     """Return the opacity of each pixel, (H, W), in [0, 1], from the camera rays of a render.
 
-    ``samples`` is the number of rays in each pixel.
+    The render is of ``scene`` by ``strategy`` with ``seed``. ``samples`` is the number of rays in each pixel, and
+    ``threads`` the number of threads.
     """
     settings = core_settings(scene, strategy)
     return _core.alpha(scene.core, settings, seed, worker_threads(threads), samples, nets(scene, strategy))
@@ -228,7 +240,8 @@ def alpha(scene: Scene, strategy: Strategy, seed: int, threads: int, samples: in
 def traced(scene: Scene, strategy: Strategy, pixel: tuple[int, int], index: int, seed: int) -> dict[str, Any]:
     """Return the path of one sample, traced again with the same bits as in a render: the data of a `Replay`.
 
-    ``pixel`` is (x, y) in the whole film. ``index`` is the number of the sample in the pixel, from 0.
+    The render is of ``scene`` by ``strategy`` with ``seed``. ``pixel`` is (x, y) in the whole film. ``index`` is the
+    number of the sample in the pixel, from 0.
     """
     x, y, _, _ = scene.model.sensor.film.crop
     return _core.replay(

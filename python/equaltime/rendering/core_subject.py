@@ -117,7 +117,10 @@ class CoreSubject:
         return self.strategy.biased
 
     def prepare(self, scene: Scene, threads: int) -> float:
-        """Build the scene if needed, take one sample to warm up, and return the seconds of loading and building."""
+        """Build ``scene`` if needed, render one sample to warm up, and return the seconds of loading and building.
+
+        ``threads`` is the number of threads of later runs; 0 is one for each processor.
+        """
         self._scene, self._threads = scene, threads
         if scene.digest not in self._warm:
             make_renderer(scene, self.strategy, 0, threads).advance(1)
@@ -132,7 +135,7 @@ class CoreSubject:
         Raises
         ------
         NonFiniteSample
-            If a sample was not a number.
+            If a sample is NaN or infinite.
         BrightImage
             If float32 cannot hold the image.
         """

@@ -54,7 +54,7 @@ class FilmPicture:
 
     @property
     def is_exact(self) -> bool:
-        """Whether R, G and B of the picture have exactly the render's values, which need no second copy then."""
+        """Whether the picture has exactly the render's values of R, G and B, so that a file needs no second copy."""
         return self.colors == "rgb" and not self.half
 
     def channels(self, alpha: NDArray[np.float32] | None) -> tuple[str, ...]:

@@ -59,12 +59,18 @@ class Job:
     threads: int = 0
     """Worker threads; 0 is one for each processor."""
     without: tuple[str, ...] = ()
-    """Names of the effects (features such as media) that were left out of ``scene`` and ``strategy``."""
+    """Names of the effects that were removed from ``scene`` and ``strategy`` before the render; empty if none was.
+
+    An effect is a feature of the scene that costs time, such as ``media`` or ``long_paths=6``.
+    """
     bias: Interval | None = None
-    """Relative error due to the effects (features such as media) that were left out; None if there are none."""
+    """Relative error of the image (0.02 is 2 %) because the effects in ``without`` are missing; None if none is."""
     traps: Traps = "ignore"
-    """Treatment of floating-point faults: ``ignore``, report the first such sample (``check``), or end the process
-    (``stop``)."""
+    """Treatment of floating-point faults such as a division by zero.
+
+    ``ignore`` does not look for faults. ``check`` reports the first sample that raises one. ``stop`` ends the process
+    by the signal SIGFPE.
+    """
     stop: Stop | None = None
     """Rule by which a pilot (short render that predicts) chose the sample count; None without such a pilot."""
     resumed: SavedRender | None = None

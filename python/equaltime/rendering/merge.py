@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import reduce
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,10 @@ from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 
 __all__ = ["merge"]
+
+
+_OF_SOURCE: Final = ("seed", "samples", "spp", "stopped_by", "stop", "position", "seconds", "build")
+"""Keys of a render's record that tell of a part of a merged render what its own command was, and what it took."""
 
 
 def merge(renders: Sequence[Render]) -> Result:
@@ -129,9 +133,7 @@ def _seeds(part: SavedRender) -> tuple[int, ...]:
 def _sources(part: SavedRender) -> tuple[Mapping[str, Any], ...]:
     """Return the rendered sources, one for each seed."""
     record = part.record
-    return tuple(record["sources"]) or (
-        {"seed": record["seed"], "samples": record["samples"], "seconds": record["seconds"], "build": record["build"]},
-    )
+    return tuple(record["sources"]) or ({key: record[key] for key in _OF_SOURCE if record[key] is not None},)
 
 
 def _bias(parts: Sequence[SavedRender]) -> Interval | None:
@@ -161,6 +163,7 @@ def _stats(parts: Sequence[SavedRender]) -> Stats:
         kernel=records[0]["kernel"],
         threads=records[0]["threads"],
         effects=tuple(records[0]["effects"]),
+        runs=sum(record["runs"] for record in records),
     )
 
 

@@ -70,7 +70,7 @@ class Noise:
 
     @classmethod
     def of(cls, picture: Picture, pixels: PixelStatistics | None) -> Noise | None:
-        """Return the variances of a picture's pixels, from the statistics ``pixels`` if these have the picture's image.
+        """Return the variances of a picture's pixels, from the statistics ``pixels`` if they belong to the same image.
 
         Otherwise the variances come from the picture's standard errors, which are means over 7x7 pixels if equaltime
         wrote them. The result is None if the picture has no standard errors, or if some are not finite.

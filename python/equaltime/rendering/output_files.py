@@ -68,10 +68,10 @@ def check_output(
 
 
 def check_spares(places: Iterable[Path], files: Iterable[Path], why: str) -> None:
-    """Raise `ImageError` if one of the output files is one of ``files``, even under another name or as a link.
+    """Check that no output path in ``places`` is one of the input ``files``, not even by another name or a link.
 
-    So no output replaces a file of the scene. ``places`` lists the paths of the outputs. ``why`` is the reason that
-    follows the path in the message.
+    Input files are the files of the scene, or the renders to merge. Raises `ImageError` if an output would replace one
+    of them. The message has the output's path, followed by the text ``why``: the reason not to write there.
     """
     there = [file for file in files if os.path.exists(file)]
     for place in filter(Path.exists, places):

@@ -68,8 +68,14 @@ def outputs(
 
     Parameters
     ----------
+    scene
+        The user's scene.
     rendered
-        Scene without the effects (features such as media) that were left out.
+        Scene that was rendered: without the effects (features such as media) that were left out.
+    strategy, seed
+        Strategy and seed of the render.
+    threads
+        Number of threads; 0 is one for each processor.
     samples
         Samples per pixel of the render.
     seconds

@@ -93,7 +93,9 @@ class Saving:
         self._failed, self._fails = failed, False
 
     def left(self, now: float, limit: float | None) -> float | None:
-        """Return the seconds until the next save, 0 if a save is due; None if it would not end well before ``limit``.
+        """Return the seconds until the next save; 0 if a save is due.
+
+        The result is None if the next save would end after ``limit`` or shortly before it.
 
         ``now`` is the present time, and ``limit`` the time limit, None without one. Both are seconds since the first
         pass began.
@@ -191,10 +193,10 @@ class PassRenderer(Renders, Protocol):
         poll: Callable[[], bool] | None = None,
         pause: float | None = None,
     ) -> bool:
-        """Bring every pixel to ``samples`` samples; return False if the pass ended before.
+        """Bring every pixel to ``samples`` samples; return False if the call ended before that.
 
-        It ends before after ``seconds``, when ``poll`` (called often) returns False, or after ``pause`` seconds, with
-        all begun blocks finished. A later call continues the pass.
+        Three events end the call early: ``seconds`` are over, ``poll`` (called often) returns False, or ``pause``
+        seconds are over and all begun blocks are finished. A later call continues the pass.
         """
 
     @property
@@ -235,8 +237,14 @@ class Passes:
 
     Parameters
     ----------
+    renderer
+        Renderer that takes the samples.
     pixels
         Number of the image's pixels.
+    progress
+        Function that is called with the render's `Progress`; None for none.
+    clock
+        Function that returns the present time, in seconds.
     limits
         Limits of the render; they may be changed between passes.
     samples, looks

@@ -32,7 +32,8 @@ __all__ = ["Progressive", "progressive"]
 class Progressive:
     """A render whose passes the caller runs: iterating yields its `Result` so far at the end of every pass.
 
-    One thread at a time may iterate; `cancel` may be called from any thread.
+    `progressive` makes it from a ``session``, the render in the core. One thread at a time may iterate; `cancel` may be
+    called from any thread.
     """
 
     def __init__(self, session: Session) -> None:

@@ -43,7 +43,8 @@ defines                      values of -D, by name, with which the scene's file 
 frame                        number of a frame of an animation (--frames), fps (frames a second), and blur (share of
                              the frame for which the shutter is open)
 substitutions                parts of the scene that were replaced since they cannot be rendered
-sources                      of a merged render: seed, samples, seconds and build of each part
+sources                      of a merged render: seed, samples, spp, stopped_by, stop, position, seconds and build of
+                             each part, as in its own record
 picture                      colors, alpha and half of the first part, if it is not R, G, B in 32 bits (`FilmPicture`)
 spp, samples                 mean samples a pixel; the first sample's number, and the least and most of a pixel
 stopped_by, stop             reason of the end; rule by which the render was to stop at an error
@@ -53,7 +54,8 @@ common_doubt                 relative standard deviation of a factor that all va
 radiance_range               largest radiance over the smallest above 0, if that is more than 1e12
 looks                        [samples, error, upper limit, brightest path] of each look on the way
 position                     position of the passes: [samples, samples of the running pass, next block]
-seconds, phases              rendering time, and of each phase, s
+seconds, runs                rendering time of all runs together, s; number of runs, if the render was resumed or merged
+phases                       time of each phase, s; phases other than render count only the last run
 paths, rays, shadow_rays     numbers of each; rays_per_s is all rays over the seconds
 threads, kernel, effects     threads, the compiled path tracer, and the effects that the scene uses
 build                        how the core was built
@@ -151,7 +153,7 @@ class RenderFile:
     """Second nets: further samples of some pixels, not in the image, that show its noise. None if there are none."""
 
     def write(self, path: Path, description: str = "", small: bool = False) -> None:
-        """Write the file, whole or not at all.
+        """Write the file at ``path``, whole or not at all.
 
         With ``small``, only rounded image, errors and sample counts are written. ``description`` is the image's
         description in the file.
@@ -203,7 +205,7 @@ class RenderFile:
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> RenderFile:
-        """Return the content of a file, without the outputs beside the image except alpha.
+        """Return the content of the file at ``path``: all except the outputs beside the image, of which only alpha.
 
         Raises
         ------

@@ -33,6 +33,9 @@ Pixels = Annotated[int, Field(ge=0, lt=2**31)]
 Seconds = Annotated[float, Field(ge=0.0)]
 
 
+_Position = Annotated[tuple[Count, Count, Count], Field(strict=False)]
+
+
 class _Facts(BaseModel):
     """Facts by name; unknown names are allowed."""
 
@@ -49,11 +52,24 @@ _Look = Annotated[
 ]
 
 
+class _Stop(_Facts):
+    rule: StopRule
+    error: Annotated[float, Field(gt=0.0)]
+    spp: Annotated[int, Field(ge=1, le=MOST_SAMPLES)] | None = None
+    pilot_seed: Count | None = None
+    pilot_spp: Count | None = None
+    pilot_seconds: Seconds = 0.0
+
+
 class _Source(_Facts):
     seed: Count
     samples: dict[str, int]
+    spp: Annotated[float, Field(ge=0.0)] | None = None
+    stopped_by: StoppedBy | None = None
+    stop: _Stop | None = None
+    position: _Position | None = None
     seconds: Seconds
-    build: dict[str, Any] | None
+    build: dict[str, Any] | None = None
 
 
 class _Interval(_Facts):
@@ -71,15 +87,6 @@ def _is_interval(data: dict[str, Any]) -> dict[str, Any]:
 
 _Error = Annotated[dict[str, Any], AfterValidator(_is_interval)]
 """An interval that is checked and kept as it was written."""
-
-
-class _Stop(_Facts):
-    rule: StopRule
-    error: Annotated[float, Field(gt=0.0)]
-    spp: Annotated[int, Field(ge=1, le=MOST_SAMPLES)] | None = None
-    pilot_seed: Count | None = None
-    pilot_spp: Count | None = None
-    pilot_seconds: Seconds = 0.0
 
 
 class _Decision(_Facts):
@@ -134,8 +141,9 @@ class _Record(_Facts):
     looks: list[_Look]
     common_doubt: Annotated[float, Field(ge=0.0)] = 0.0
     focus: dict[str, float] | None = None
-    position: Annotated[tuple[Count, Count, Count] | None, Field(strict=False)] = None
+    position: _Position | None = None
     seconds: Seconds
+    runs: Annotated[int, Field(ge=1)] = 1
     phases: dict[str, Seconds] | None = None
     paths: Count
     rays: Count

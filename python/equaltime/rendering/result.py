@@ -31,7 +31,7 @@ from equaltime.rendering.render_file import FORMAT, RenderFile
 from equaltime.rendering.stated import paths_up_to, stated
 from equaltime.statistics.intervals import Interval
 from equaltime.strict_json import to_json
-from equaltime.words import Shown, duration
+from equaltime.words import Shown, duration, duration_of_runs
 
 __all__ = ["Result", "Stats", "make_result", "uninterrupted"]
 
@@ -52,7 +52,8 @@ class Stats(Shown):
 
     phases: Mapping[str, float] = field(hash=False)
     """Seconds of each phase: ``load`` and ``build`` of the scene, ``render`` (first sample to final film), and
-    ``estimate`` of the error. Some renders have more: ``pilot`` if short renders measured what leaving effects out
+    ``estimate`` of the error. ``render`` counts all runs of a resumed render, and other phases count only the last run.
+    Some renders have more: ``pilot`` if short renders measured what leaving effects out
     changes, and ``stop_pilot`` if a short render chose the sample count. ``save`` is for checkpoints, and ``outputs``
     for outputs beside the image."""
     paths: int
@@ -70,16 +71,20 @@ class Stats(Shown):
     """Facts of the build of the core, such as its compiler and the version of Embree."""
     cluster: str = ""
     """Numbers of processes, units of work and processor seconds on a cluster, in words; empty for one process."""
+    runs: int = 1
+    """Number of runs that took the samples: 1, and 1 more for each time that the render was resumed; of merged renders,
+    the sum."""
 
     def __str__(self) -> str:
         rate = f"{self.rays_per_second / 1e6:.3g} M rays/s"
         threads = f"{self.threads} thread{'s' if self.threads > 1 else ''}"
-        lines = [f"{self.paths} paths in {duration(self.seconds)}, {rate} on {threads}, kernel '{self.kernel}'"]
+        spent = duration_of_runs(self.seconds, self.runs)
+        lines = [f"{self.paths} paths in {spent}, {rate} on {threads}, kernel '{self.kernel}'"]
         return "\n".join([*lines, ", ".join(f"{phase} {duration(took)}" for phase, took in self.phases.items())])
 
     @property
     def seconds(self) -> float:
-        """Seconds from the first sample to the final film."""
+        """Seconds from the first sample to the final film, of all runs together."""
         return self.phases["render"]
 
     @property
@@ -215,6 +220,7 @@ class Result:
             "looks": [[number if math.isfinite(number) else None for number in look] for look in self.looks],
             **({} if self.position is None else {"position": list(self.position)}),
             "seconds": self.stats.seconds,
+            **({"runs": self.stats.runs} if self.stats.runs > 1 else {}),
             "phases": dict(self.stats.phases),
             "paths": self.stats.paths,
             "rays": self.stats.rays,

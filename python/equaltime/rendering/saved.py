@@ -110,8 +110,13 @@ class SavedRender:
 
     @property
     def seconds(self) -> float:
-        """Rendering time of the saved render, in seconds."""
+        """Rendering time of all runs of the saved render, in seconds."""
         return float(self.record["seconds"])
+
+    @property
+    def runs(self) -> int:
+        """Number of runs that took the samples of the saved render."""
+        return int(self.record["runs"])
 
     @property
     def looks(self) -> tuple[Look, ...]:
@@ -281,6 +286,7 @@ def _stats(record: Mapping[str, Any]) -> Stats:
         threads=record["threads"],
         effects=tuple(record["effects"]),
         build=record["build"],
+        runs=record["runs"],
     )
 
 

@@ -59,7 +59,10 @@ _SECONDS_A_PIXEL = 1e-6
 
 @dataclass(frozen=True)
 class Checkpoints:
-    """Settings of the saves on the way: file, interval, exposure of previews. A saved render can be resumed."""
+    """Settings of the checkpoints (saves) of a running render: file, interval, exposure of previews.
+
+    A saved render can be resumed.
+    """
 
     path: Path
     """EXR file in which the render so far is saved; each save replaces the previous one."""
@@ -74,6 +77,13 @@ class Checkpoints:
 
 class Session:
     """A render in the core that runs pass by pass and can be asked for its result between passes.
+
+    Parameters
+    ----------
+    job
+        Scene, strategy, seed and limits of the render, and how to run it.
+    progress
+        Function that is called with the render's `Progress`, about ten times a second; None for none.
 
     Raises
     ------
@@ -101,7 +111,7 @@ class Session:
             team = job.cluster.team(scene)
             self._renderer = spread_renderer(scene, decided, job.seed, job.threads, team, job.traps)
         self._resumed = Decision() if resumed is None else resumed.decision
-        self._before = 0.0 if resumed is None else resumed.seconds
+        self._before, self._runs = (0.0, 1) if resumed is None else (resumed.seconds, resumed.runs + 1)
         self._shown = 0.0
         if resumed is not None:
             self._take_up(resumed)
@@ -256,9 +266,9 @@ class Session:
     def result(self, stopped_by: StoppedBy) -> Result:
         """Return the result so far, with ``stopped_by`` as the reason why the render ended.
 
-        Raises `SampleError` or `BrightImage`, which hold the result, if a sample went wrong or float32 cannot hold the
-        image. The result shares no memory with the film, which may go on changing, and does not keep the renderer in
-        memory.
+        Raises `SampleError` if a sample was NaN or infinite, or raised a floating-point fault. Raises `BrightImage` if
+        float32 cannot hold the image. Both errors hold the result. The result shares no memory with the film, which may
+        go on changing, and does not keep the renderer in memory.
         """
         shared = self._snapshot(stopped_by)
         second = None if shared.second is None else shared.second.copy()
@@ -287,6 +297,7 @@ class Session:
             cluster="" if self._spread is None else self._spread.told(),
             effects=tuple(name for name, used in self.job.scene.core.effects().items() if used),
             build=build_info(),
+            runs=self._runs,
         )
         moments, second = self._renderer.moments, second_nets(self._renderer)
         try:
@@ -329,9 +340,9 @@ def origin_of(
 ) -> Origin:
     """Return the origin of a render of the scene: everything that decides its bits except the sample counts.
 
-    ``strategy`` is the strategy's name, and ``biased`` tells whether it is biased. ``replicates`` is the number of
-    parts of each pixel's samples, ``backend`` the renderer (``core`` or ``embreex``). ``without`` names the effects
-    (features such as media) that were left out.
+    ``strategy`` is the strategy's name, and ``biased`` tells whether it is biased. ``seed`` is the render's seed.
+    ``replicates`` is the number of parts of each pixel's samples, ``backend`` the renderer (``core`` or ``embreex``).
+    ``without`` names the effects (features such as media) that were left out.
     """
     film = scene.model.sensor.film
     return Origin(
@@ -381,7 +392,8 @@ def run(
     KeyboardInterrupt
         After Ctrl-C, if no block of pixels is finished.
     SampleError, BrightImage
-        If a sample went wrong, or float32 cannot hold the image; both hold the result so far.
+        If a sample is NaN, infinite or raised a floating-point fault, or if float32 cannot hold the image. Both errors
+        hold the result so far.
     """
     result = session.run(checkpoints, pass_ended)
     try:

@@ -91,7 +91,7 @@ class SpreadRenderer(_core.Renderer):
         return self._team.size
 
     def told(self) -> str:
-        """Return, in words, the numbers of processes, finished units of work and processor seconds.
+        """Return, in words, the numbers of processes, finished units and processor seconds so far.
 
         A unit is a window of the film with some samples.
         """
@@ -298,7 +298,7 @@ class AdaptiveSpreadRenderer(AdaptiveRenderer, SpreadRenderer):
 def spread_renderer(
     scene: Scene, strategy: Strategy, seed: int, threads: int, team: Team, traps: str
 ) -> SpreadRenderer:
-    """Return a renderer whose samples ``team`` takes.
+    """Return a renderer of ``scene`` by ``strategy`` with ``seed``, whose samples the processes of ``team`` take.
 
     ``threads`` is the number of threads of this process; 0 is one for each processor. ``traps`` is the treatment of
     floating-point faults: ``ignore`` or ``check``.
@@ -322,10 +322,10 @@ def _counts(moments: NDArray[Any]) -> NDArray[np.uint64]:
 
 
 def windows(missing: NDArray[np.bool_], height: int, width: int, parts: int) -> Iterator[Window]:
-    """Yield windows of a film that together have all its missing blocks and no others, about ``parts`` of them.
+    """Yield about ``parts`` windows of a film that together contain all its missing blocks and no other blocks.
 
-    A block is 16 x 16 pixels. ``missing`` tells of each block, (rows, columns), whether it is missing. ``height`` and
-    ``width`` of the film are in pixels. A window has at most 2^16 pixels.
+    A block is 16 x 16 pixels. ``missing`` (rows, columns) is True for each block whose samples are missing. ``height``
+    and ``width`` are the size of the film, in pixels. A window has at most 2^16 pixels.
     """
     most = math.isqrt(_MOST_PIXELS) // BLOCK
     side = min(max(round(math.sqrt(int(missing.sum()) / parts)), 1), most)

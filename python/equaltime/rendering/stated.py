@@ -50,7 +50,7 @@ def paths_up_to(depth: int) -> str:
 
 
 def shorter(depth: int, other: int | None) -> int:
-    """Return the smaller of two largest path depths; a negative depth or None stands for no limit."""
+    """Return the smaller of the path depth limits ``depth`` and ``other``; negative or None is no limit."""
     if other is None or other < 0:
         return depth
     return other if depth < 0 else min(depth, other)

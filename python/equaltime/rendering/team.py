@@ -43,10 +43,10 @@ class Team(Protocol):
         """Number of units (windows of the film, some samples) that are rendered at once, at least 1."""
 
     def begin(self) -> None:
-        """Prepare for a pass: find processes that have joined or left since the last one."""
+        """Prepare for a pass: find processes that have joined or left since the last pass."""
 
     def submit(self, unit: Unit) -> Future[Rendered]:
-        """Let a process render a unit (window, some samples), and return a future of its pixels with the samples."""
+        """Let a process render ``unit``, a window of the film with some samples; return a future of the result."""
 
     def check(self) -> bool:
         """Tell whether waiting units must be submitted again, because all processes that had received them have ended.
@@ -56,7 +56,7 @@ class Team(Protocol):
         """
 
     def failure(self, error: Exception) -> RenderError:
-        """Return an error for the user, made from the exception of the process pool or of Dask while rendering."""
+        """Return an error for the user, made from ``error``, which the process pool or Dask raised for a unit."""
 
     def keep(self, unit: Unit, rendered: Rendered) -> None:
         """Save a rendered unit (window of the film, some samples), if there is a folder for that.

@@ -61,7 +61,7 @@ class Recipe:
 
 @dataclass(frozen=True, eq=False)
 class Unit:
-    """Samples for one process to add to the pixels of a window, with the state of these pixels before.
+    """Work for one process: samples to add to the pixels of a window, and the samples that these pixels have already.
 
     The window begins and ends at borders of blocks of 16 x 16 pixels.
     """
@@ -69,9 +69,9 @@ class Unit:
     recipe: Recipe
     window: Window
     begin: int
-    """Samples per pixel, on average, that the pixels have before."""
+    """Samples per pixel, on average, before the work."""
     end: int
-    """Samples per pixel, on average, that the pixels have afterwards."""
+    """Samples per pixel, on average, after the work."""
     moments: NDArray[Any]
     """(R, h, w): count, mean and deviation of the samples of each of the window's pixels, in each of R replicates
     (parts of the samples)."""
@@ -91,7 +91,10 @@ class Unit:
 
 @dataclass(frozen=True, eq=False)
 class Rendered:
-    """Result of a unit (a window of the film, some samples): its pixels with the samples added, and the cost."""
+    """Result of rendering a unit: the pixels of its window with old and new samples, and the cost of the new ones.
+
+    A unit is a window of the film with the samples between two counts per pixel.
+    """
 
     moments: NDArray[Any]
     """(R, h, w): count, mean and deviation of the samples of each of the window's pixels, in each of R replicates
@@ -117,17 +120,19 @@ class Rendered:
 
 
 def add_samples(scene: Scene, unit: Unit, threads: int = 0) -> Rendered:
-    """Render a unit (a window of a scene's film, some samples) in this process.
+    """Render the new samples of a unit in this process; return the pixels with the old and the new samples.
 
-    ``threads`` is the number of threads; 0 is one for each processor. Raises RenderError for lack of memory, and
-    ValueError if the pixels do not have the sample counts that the unit states.
+    A unit is a window of the film of ``scene`` with the samples that its pixels already have, ``unit.begin`` per pixel
+    on average. The function renders further samples until there are ``unit.end`` per pixel on average. ``threads`` is
+    the number of threads; 0 is one for each processor. Raises RenderError for lack of memory, and ValueError if the
+    sample counts in ``unit.moments`` are not those after ``unit.begin`` samples per pixel.
     """
     with _ONE:
         return _with_samples(scene, unit, threads)
 
 
 def release() -> None:
-    """Free the renderer, with its memory, that this process has for further windows of a render."""
+    """Free the renderer that this process keeps for further units of the same render."""
     with _ONE:
         _CACHED.clear()
 

@@ -95,7 +95,7 @@ class Assets:
         return self._contents[path]
 
     def extensions(self, filename: str) -> dict[str, str]:
-        """Return the extensions that a glTF file uses, as a dict from the name to words.
+        """Return the extensions that the glTF file `filename` uses, as a dict from the name to words.
 
         The words name the plugin or parameter that represents the extension, or are ``not used``.
         """
@@ -126,7 +126,7 @@ class Assets:
         return self._texels[key]
 
     def sha256(self, filename: str) -> str:
-        """Return the SHA-256, in hexadecimal digits, of a file, to detect changes.
+        """Return the SHA-256 of the file `filename`, in hexadecimal digits, to detect changes.
 
         For ``file.gltf#fragment``, the hash covers only the mesh or the image that the fragment names.
         """

@@ -42,9 +42,10 @@ __all__ = ["Outside", "check_parts", "of_mesh", "of_textures"]
 
 
 def check_parts(resolved: Resolved, assets: Assets, report: Report) -> tuple[str, ...]:
-    """Read all meshes and images that the scene names, and return warnings for the user, one line each.
+    """Read all meshes and images that the scene `resolved` names, and return warnings for the user, one line each.
 
-    Files that cannot be used are problems, and go to `report`. A plugin that the core cannot use is skipped here.
+    `assets` reads the files. Files that cannot be used are problems, and go to `report`. A plugin that the core cannot
+    use is skipped here.
     """
     told: dict[str, dict[str, None]] = {}
     for node, part in resolved.parts:

@@ -60,7 +60,7 @@ __all__ = ["add_emitter", "compile_scene", "set_film", "set_sensor"]
 
 
 def add_emitter(builder: SceneBuilder, emitter: FreeEmitter, assets: Assets, textures: Textures) -> None:
-    """Add an emitter to the core's scene, unless the emitter gives no light.
+    """Add `emitter` to the core's scene in `builder`, unless the emitter gives no light.
 
     Raises `Unsupported` if the core cannot use the emitter, and ValueError if a file cannot be used.
     """
@@ -91,7 +91,7 @@ def _add_spot(builder: SceneBuilder, spot: Spot, textures: Textures) -> None:
 
 
 def set_sensor(builder: SceneBuilder, sensor: Sensor) -> None:
-    """Set the camera of the core's scene.
+    """Set the camera of the core's scene in `builder`.
 
     For an animated `sensor`, the times of its keys must be in units of the shutter: 0 at opening, 1 at closing.
     """
@@ -119,7 +119,7 @@ def set_sensor(builder: SceneBuilder, sensor: Sensor) -> None:
 
 
 def set_film(builder: SceneBuilder, film: HdrFilm) -> None:
-    """Set the film of the core's scene, with its reconstruction filter."""
+    """Set the film of the core's scene in `builder`, with its reconstruction filter."""
     builder.set_film(film.width, film.height, film.crop, *_filter(film.rfilter))
 
 

@@ -64,9 +64,9 @@ class Textures:
         return self._known[nameless]
 
     def bind(self, bsdf: int, name: str, value: object) -> None:
-        """Let a texture give a parameter of a BSDF in the core; do nothing if `value` is no texture.
+        """Bind the texture `value` to a parameter of a BSDF in the core; do nothing if `value` is no texture.
 
-        `name` is the parameter, and `bsdf` the BSDF's index in the core.
+        `name` is the name of the parameter, and `bsdf` is the BSDF's index in the core.
         """
         if isinstance(value, MeshAttribute) and value.times is not None:
             self._builder.bind(bsdf, name, self.index(_alone(value)), self.index(value.times))

@@ -72,7 +72,7 @@ class DictReader:
     def nested(self, table: Mapping[str, object], place: Place, key: str | None = None) -> Object | None:
         """Return the object that the dictionary `table` describes; if it is invalid, report that and return None.
 
-        `key` is the key under which the table was found, None for the whole scene.
+        `place` is the position of the table. `key` is the key under which it was found, None for the whole scene.
         """
         kind = table.get("type")
         if not isinstance(kind, str):

@@ -21,7 +21,7 @@ _OF_AN_ANIMATION = ("shutter", "time")
 def frames_of(
     path: str | Path, frames: Sequence[Frame], defines: Mapping[str, object], *, substitute: bool = False
 ) -> Iterator[Scene]:
-    """Yield the scene in the file ``path`` once for each frame of an animation, with the frame's shutter.
+    """Yield the scene in the file ``path`` once for each of the ``frames`` of an animation, with the frame's shutter.
 
     ``defines`` has values for the variables of the file. With ``substitute``, unsupported plugins are replaced by
     similar ones instead of being refused. glTF files are read anew for each frame, since their animations are sampled
@@ -30,7 +30,7 @@ def frames_of(
     Raises
     ------
     SceneError
-        If the scene is invalid, if nothing in it is animated, or if a definition already chooses its time.
+        If the scene is invalid, if nothing in it is animated, or if ``defines`` already chooses its time.
     """
     path = Path(path)
     if twice := next((name for name in _OF_AN_ANIMATION if name in defines), None):

@@ -37,7 +37,7 @@ class Frame:
 
 
 def parse_frames(text: str) -> tuple[int, ...]:
-    """Return the frame numbers of text such as ``0-47``, ``0-47:2`` (every second) or ``1,5,10-12``, ascending.
+    """Return the frame numbers of ``text`` in ascending order: ``0-47``, ``0-47:2`` (steps of 2) or ``1,5,10-12``.
 
     Raises ValueError with a message for other text, and for more than `MOST_FRAMES` frames.
     """
@@ -56,7 +56,7 @@ def parse_frames(text: str) -> tuple[int, ...]:
 
 
 def frame_files(output: Path, numbers: Sequence[int]) -> tuple[Path, ...]:
-    """Return the file of each frame: ``####`` in the name of ``output`` becomes the frame's number.
+    """Return the file of each frame in ``numbers``: ``####`` in the name of ``output`` becomes the frame's number.
 
     The number has at least as many digits as there are ``#``. Without ``#`` it follows the name, with four digits:
     ``film.exr`` becomes ``film_0012.exr``. Raises ValueError if the name has several groups of ``#``.

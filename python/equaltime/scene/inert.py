@@ -58,9 +58,11 @@ WHITE = (1.0, 1.0, 1.0)
 
 
 def shown(model: SceneModel) -> tuple[int, ...]:
-    """Return the indices of the shapes from which the core's scene is built: all except invisible ones.
+    """Return the indices of the shapes from which the core's scene is built: all except invisible surfaces.
 
-    All shapes are kept if outputs beside the image may see them, or if the integrator hides emitters.
+    In two cases no shape is left out. Integrators for other outputs than the image, `aov` and `depth`, count an
+    invisible surface as a hit. With ``hide_emitters``, the camera sees an emitter only after a path has met a surface,
+    and an invisible surface may be that surface.
     """
     integrator = model.integrator
     # outputs count these surfaces, and so do paths to hidden emitters

@@ -85,9 +85,10 @@ def smooth_normals(vertices: Vectors, faces: Faces) -> Vectors:
 
 
 def sharp_corners(vertices: Vectors, faces: Faces) -> tuple[int, int]:
-    """Return how many corners of faces have a smooth normal more than 30 degrees off the face, and of how many.
+    """Return the number of corners of faces with a smooth normal far off the face, and the number of all corners.
 
-    Smooth normals hide edges at these corners. Only the first 100,000 faces are looked at, in a tenth of a second.
+    Far off is more than 30 degrees: smooth normals hide edges at these corners. Only the corners of the first 100,000
+    faces count, which takes a tenth of a second.
     """
     used, numbers = np.unique(faces[:_LOOKED_AT], return_inverse=True)
     points, corners = vertices[used].astype(np.float64), numbers.ravel()

@@ -103,13 +103,21 @@ class ImageMap:
     """
 
     rest: bytes
-    """The name of the file as written, with its quotes or comment."""
+    """The end of the statement in the MTL file, after all options: the image's file name as written there.
+
+    It may include quotes or a comment, and is not decoded from bytes.
+    """
     line: int
+    """Line of the statement in the MTL file."""
     scale: tuple[float, float] = (1.0, 1.0)
     offset: tuple[float, float] = (0.0, 0.0)
     clamp: bool = False
+    """Option ``-clamp``: whether edge texels continue outside the image, where it otherwise repeats."""
     multiplier: float = 1.0
-    """``-bm`` of ``bump``: the height of white, in the mesh's units of length."""
+    """Option ``-bm`` of a height map (``bump``): the factor from texel values to heights, which is the height of white.
+
+    Heights are in the mesh's units of length.
+    """
 
 
 @dataclass(slots=True)

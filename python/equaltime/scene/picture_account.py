@@ -47,7 +47,7 @@ MOST_NAMES: Final = 6
 class PictureAccount:
     """The channels and attributes of one picture that its reader has not used yet, and the reader's remarks.
 
-    At the end of reading, the user is told of what remains.
+    At the end of reading, `told` lists the channels and attributes that remain, for the user.
     """
 
     def __init__(self, spec: Any) -> None:

@@ -53,11 +53,11 @@ KINDS: Final[tuple[tuple[Literal["colour", "XYZ", "luminance and chroma", "grey"
 
 
 def choose(names: Sequence[str]) -> Choice:
-    """Choose the channels that hold the colour, from the names of all channels of a picture.
+    """Return the channels that hold the colour of a picture, given the names of all its channels in `names`.
 
     A layer is the part of a name before the last dot. `KINDS` lists sets of channels, such as R, G, B, in order of
-    preference. The first set that is complete in one layer is taken; channels without a layer are tried first. If no
-    set is complete, the first channels are taken.
+    preference. The result is the first set that is complete in one layer. Channels without a layer are tried first. If
+    no set is complete, the result is the first channels of the picture.
     """
     layers: dict[str, dict[str, int]] = {"": {}}
     for place, name in enumerate(names):
@@ -90,7 +90,7 @@ def rgb_of_luminance_chroma(pixels: NDArray[np.float32], weights: Sequence[float
 
 
 def linear_of_srgb(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return values encoded as sRGB as linear values; negative values count as on the straight part of the curve."""
+    """Return the linear values of sRGB-encoded `values`; the curve's straight part converts negative values too."""
     high = ((np.maximum(values, 0.0) + 0.055) / 1.055) ** 2.4
     linear: NDArray[np.float64] = np.where(values <= 0.04045, values / 12.92, high)
     return linear

@@ -115,6 +115,9 @@ _HIDES_LAMPS: Final = (
     "the background is transparent, so the camera sees neither sky nor lamps (hide_emitters); "
     "they light the scene as before"
 )
+_KEEPS_GROUND: Final = (
+    "the ground is a surface, not background: it stays opaque and fills the picture; -D ground=0 leaves it out"
+)
 _SHAPE: Final = re.compile(r"shape (\d+): (.*)", re.DOTALL)
 
 
@@ -261,6 +264,13 @@ class Scene(Shown):
         self._seconds["build"] = perf_counter() - started
         return core
 
+    def _has_added_ground(self) -> bool:
+        """Tell whether a ground was added to the scene's file: to a mesh by default, to glTF if ``-D ground=`` asks."""
+        suffix = "" if self.source is None else self.source.suffix.lower()
+        if suffix not in MESHES and suffix not in GLTF:
+            return False
+        return float(self.defines.get("ground", suffix in MESHES)) > 0.0
+
     def _problem(self, message: str) -> Problem:
         """Return the core's error as a problem, with the place of the shape that it names, if any."""
         about = _SHAPE.match(message)
@@ -321,7 +331,7 @@ class Scene(Shown):
         if transparent and not self.transparent:
             model = without_sky(model)
             hides_lamps = model.integrator.hides_emitters and any(isinstance(node, Area) for node in model.nodes())
-            warnings += (_HIDES_LAMPS,) * hides_lamps
+            warnings += (_HIDES_LAMPS,) * hides_lamps + (_KEEPS_GROUND,) * self._has_added_ground()
         return dataclasses.replace(
             self.replaced(model),
             warnings=warnings,
@@ -420,10 +430,7 @@ def _read(path: Path, defines: Mapping[str, object], report: Report, search: Sea
         *most, last = READERS
         message = f"unknown kind of scene file; expected {', '.join(most)} or {last}"
         if path.suffix.lower() in (".png", ".jpg", ".jpeg"):
-            beside = path.with_suffix(".exr")
-            message = "a picture without a full record: " + (
-                f"{beside.name} beside it tells how it was made" if beside.exists() else "only -o FILE.exr keeps one"
-            )
+            message = "a picture, not a scene; if equaltime rendered it, `equaltime info` tells how"
         if not path.suffix and not path.exists():
             message = "there is no such file, and no example of that name; `equaltime examples` lists them"
         raise SceneError((Problem(str(path), message),))

@@ -149,7 +149,7 @@ def ground(reflectance: float, bounds: Array, place: Place, name: str = "ground"
 
 
 def number_of(given: object, name: str, most: float = math.inf, least: float = 0.0) -> float:
-    """Return ``given``, the value of the definition ``name``, as a number.
+    """Return ``given``, the user's value of the scene variable ``name`` (command line: ``-D name=value``), as a number.
 
     Raises ValueError unless it is a finite number in [``least``, ``most``].
     """
@@ -164,12 +164,18 @@ def number_of(given: object, name: str, most: float = math.inf, least: float = 0
 
 
 def sun_angle(given: object) -> float:
-    """Return ``given``, the value of the definition ``sun_angle``, in degrees; raise ValueError unless it is valid."""
+    """Return ``given``, the user's value of the scene variable ``sun_angle``, in degrees.
+
+    The command line sets it by ``-D sun_angle=value``. Raises ValueError unless it is a number in the variable's range.
+    """
     return number_of(given, "sun_angle", least=_SUN_ANGLES[0], most=_SUN_ANGLES[1])
 
 
 def choice(given: object, name: str, among: Sequence[str]) -> str:
-    """Return ``given``, the value of the definition ``name``; raise ValueError unless it is one of ``among``."""
+    """Return ``given``, the user's value of the scene variable ``name`` (command line: ``-D name=value``).
+
+    Raises ValueError unless the value is one of the texts in ``among``.
+    """
     if given not in among:
         near = nearest(str(given), among)
         found = shortened(given, 40) + (f"; did you mean '{near}'?" if near else "")
@@ -178,7 +184,10 @@ def choice(given: object, name: str, among: Sequence[str]) -> str:
 
 
 def switch(given: object, name: str) -> bool:
-    """Return ``given``, the value of the definition ``name``; raise ValueError unless it is true or false."""
+    """Return ``given``, the user's value of the scene variable ``name`` (``-D name=value``), as a boolean.
+
+    The value is a boolean, or one of the texts ``true`` and ``false``. Raises ValueError for any other value.
+    """
     return given if isinstance(given, bool) else choice(given, name, ("true", "false")) == "true"
 
 

@@ -66,9 +66,10 @@ def sidak(p: float, looks: int) -> float:
 
 
 def share(level: float, parts: int) -> float:
-    """Return the false-alarm rate of each of several tests with which all together have the rate ``level``, by Šidák.
+    """Return the false-alarm rate to use for each of several tests, so that all together have the rate ``level``.
 
-    ``parts`` is the number of tests. Both rates are in [0, 1].
+    ``parts`` is the number of tests. The rate of all together is the probability that at least one of them alarms
+    falsely. Both rates are in [0, 1]. Šidák's formula is exact for independent tests.
     """
     return -math.expm1(math.log1p(-level) / parts)
 
@@ -129,16 +130,18 @@ class Agreement:
     """Outcome of a comparison of two images by `compare`; small p-values speak against equal expected images."""
 
     z: Array
-    """(rows, columns, channels): excess of the first image over the second as a normal deviate; NaN without noise."""
+    """(rows, columns, channels): excess of the first image over the second as a normal deviate. NaN where neither image
+    has noise."""
     looks: Mapping[str, float]
     """P-value of each test, in [0, 1], by the test's name: ``worst``, ``mean``, ``squares`` and perhaps ``shape``; see
     `compare`."""
     unequal: int
-    """Number of blocks and channels without noise in which the images differ; a single one refutes equality."""
+    """Number of pairs of block and channel in which neither image has noise, but the images differ. If it is above 0,
+    the expected images are not equal."""
 
     @property
     def p(self) -> float:
-        """P-value of all tests together, in [0, 1]; 0 if blocks without noise differ."""
+        """P-value of all tests together, in [0, 1]; 0 if ``unequal`` is above 0."""
         return 0.0 if self.unequal else sidak(min(self.looks.values()), len(self.looks))
 
     @property
@@ -161,15 +164,19 @@ class Agreement:
 
 
 def compare(first: BlockMeans, second: BlockMeans, *, shape: bool = True) -> Agreement:
-    """Return the outcome of a block-by-block comparison of two images; a small p speaks against equal expected images.
+    """Return the outcome of a block-by-block comparison of the images ``first`` and ``second``.
 
-    Each block and channel gives a normal deviate z. Two tests are the largest |z| (``worst``) and the largest mean z of
-    a channel (``mean``). Two more are the sum of a channel's z² (``squares``), and the distance of a channel's z's from
-    the normal distribution (``shape``). False as ``shape`` leaves out the last test, which needs variances from many
-    renders.
+    A small p-value speaks against equal expected images. Each channel of each block gives a normal deviate z. There are
+    four tests:
 
-    Where neither image has noise beyond rounding in a block, the images must be equal. Such blocks do not enter the
-    tests; unequal ones are counted. Raises ValueError if the shapes differ or a pixel is not finite.
+    - ``worst``: the largest |z| of all;
+    - ``mean``: the mean z of a channel;
+    - ``squares``: the sum of z² in a channel;
+    - ``shape``: the distance of a channel's distribution of z from the normal distribution.
+
+    The test ``shape`` needs variances from many renders; the argument ``shape=False`` leaves it out. Where neither
+    image has noise beyond rounding in a block, the images must be equal. Such blocks do not enter the tests; unequal
+    ones are counted. Raises ValueError if the shapes differ or a pixel is not finite.
     """
     if first.mean.shape != second.mean.shape:
         raise ValueError(f"blocks of shape {first.mean.shape} cannot be compared with {second.mean.shape}")
@@ -194,12 +201,13 @@ def compare_pair(
 ) -> Agreement | None:
     """Return the outcome of a comparison of two single images; None if the images are too small for it.
 
-    Each image is a pair of arrays (H, W, C): the pixels and their variances. Means over blocks are compared. Blocks
-    have ``block`` pixels a side, or 2, 4, ... times as many where few pixels make the differences: otherwise some
-    blocks would have met no bright path, and would seem dark without noise. A block needs 40 degrees of freedom. It has
-    3 (sum d^2)^2 / sum d^4 of them, with d the differences of its pixels (Satterthwaite 1946); a single pixel has 3. At
-    most ``degrees`` degrees of freedom are used for a block. The normal deviates of the blocks are not tested for their
-    distribution.
+    Each of ``first`` and ``second`` is a pair of arrays (H, W, C): an image and the variances of its pixels. Means over
+    blocks are compared, by the tests of `compare` except ``shape``.
+
+    Blocks have ``block`` pixels a side, or 2, 4, ... times as many if few pixels make the difference of the images. In
+    smaller blocks without a bright path, both images would seem dark and free of noise. A block with the differences d
+    of its pixels has 3 (sum d^2)^2 / sum d^4 degrees of freedom (Satterthwaite 1946), but at most ``degrees``. Nearly
+    all blocks must have 40.
     """
     square = np.square(np.asarray(first[0], np.float64) - np.asarray(second[0], np.float64))
     while min(square.shape[:2]) >= _FEWEST_ALONG * block:
@@ -223,9 +231,9 @@ def _freedom(square: Array, block: int) -> Array:
 def equality_test(first: Iterable[ArrayLike], second: Iterable[ArrayLike], block: int = 8) -> float:
     """Return the p-value, in [0, 1], of the hypothesis that two sets of renders have the same expected image.
 
-    Each set (K, H, W, 3) needs at least two renders, with independent seeds. Means over blocks of ``block`` pixels a
-    side are compared. With few seeds the test is exact only as far as block means are normal: use eight or more for a
-    level of 1 %, 64 for 0.1 %.
+    The sets ``first`` and ``second`` have at least two renders each, (K, H, W, 3), with independent seeds. Means over
+    blocks of ``block`` pixels a side are compared. With few renders the p-value is exact only if block means are
+    normally distributed. Give each set eight renders or more for a test at the level of 1 %, and 64 for 0.1 %.
     """
     return compare(BlockMeans.of_seeds(first, block), BlockMeans.of_seeds(second, block)).p
 
@@ -246,11 +254,12 @@ def _look(channels: list[Array], shape: bool) -> dict[str, float]:
 
 
 def near_normal(first: ArrayLike, second: ArrayLike, block: int) -> bool:
-    """Tell whether the block means of two sets of images (K >= 3, H, W, C) are normal enough for `equality_test`.
+    """Tell whether the block means of two sets of images are near enough to normal for `equality_test`.
 
-    A block has ``block`` pixels a side. The answer is False if a block's noise comes from few pixels of few images, or
-    if one set has no noise where the other has some. In both cases the spread over repeats does not show how far a mean
-    is off. A set without any noise is taken as exact. Raises ValueError for fewer than 3 images.
+    The sets ``first`` and ``second`` have at least 3 images each, (K, H, W, C). A block has ``block`` pixels a side.
+    The answer is False if a block's noise comes from few pixels of few images, or if one set has no noise in a block
+    where the other has some. In both cases the spread over images does not show the error of the mean. A set without
+    noise in any block counts as exact. Raises ValueError for fewer than 3 images.
     """
     both = [_skewed(np.asarray(images, np.float64), block) for images in (first, second)]
     if any(skewed.any() for _, skewed in both):

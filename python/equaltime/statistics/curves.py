@@ -107,13 +107,14 @@ class Runs:
     biased: bool = False
     """Whether the strategy is biased, so that the error may stop falling; then nothing is extrapolated."""
     doubt: str = ""
-    """Reason, in words, why few rare events make most of the error of the final images (`equaltime.film.tails`); empty
-    if none was found."""
+    """Reason, in words, to think that a few rare bright paths make most of the error of the final images
+    (`equaltime.film.tails`). Empty if there is none."""
     missing: str = ""
-    """Reason, in words, why the true error may exceed the error of all repeats, so that upper ends do not hold; empty
-    if there is none."""
+    """Reason, in words, why the true error may exceed the error of all repeats: light that no repeat met. The upper
+    ends of intervals are then not valid. Empty if there is none."""
     unseen: float = 0.0
-    """Fraction of relMSE that light which no repeat met may add; 0 if no such light is expected."""
+    """Largest addition to the squared error by light that no repeat met, as a fraction of relMSE; 0 if no such light is
+    expected."""
     shared: float = 0.0
     """Standard error of relMSE due to the reference's noise, which all repeats share."""
 
@@ -139,7 +140,7 @@ class Runs:
     def law(self) -> bool:
         """Whether the error is known to fall as 1 / sqrt(time), so that curves may be extrapolated without a limit.
 
-        It is True for independent, unbiased samples if no rare event makes most of the error.
+        It is True for independent, unbiased samples, unless a few rare bright paths make most of the error (``tail``).
         """
         return self.independent and not self.biased and not self.tail
 
@@ -168,28 +169,31 @@ class Runs:
         return np.log(seconds[:end]), 0.5 * np.log(square[:end])
 
     def moved(self, errors: float) -> Runs:
-        """Return a copy with every relMSE changed as if the reference were off, to show the effect of its noise.
+        """Return a copy with every relMSE increased by ``errors`` times ``shared``.
 
-        ``errors`` times the standard error of relMSE due to the reference is added to every relMSE.
+        The copy shows the effect of the reference's noise: ``shared`` is the standard error of relMSE due to that
+        noise. A negative number of ``errors`` lowers relMSE.
         """
         return replace(self, relmse=self.relmse + errors * self.shared)
 
     def judged(self, error: Interval) -> Interval:
-        """Return an interval of the error of these runs, corrected for rare events.
+        """Return ``error``, an interval of the error of these runs, corrected for rare bright paths.
 
-        If few events make most of the error, or light is missing, the result is not trusted except for its lower end.
-        Otherwise the upper end is raised by the error that light which no repeat met may add (``unseen``).
+        If a few such paths make most of the error (``tail``), or light may be missing (``missing``), only the lower end
+        of the result stays valid. Otherwise the upper end is raised: light that no repeat met may add the fraction
+        ``unseen`` to the squared error.
         """
         if reason := join((self.tail, self.missing)):
             return error.bounded("low", reason).telling(_TELLING)
         return error.widened(math.sqrt(1.0 + self.unseen) - 1.0)
 
     def judged_time(self, time: Interval) -> Interval:
-        """Return an interval of a time to an error, in seconds, corrected for rare events.
+        """Return ``time``, an interval of the seconds until an error, corrected for rare bright paths.
 
-        The upper end is raised by the factor by which light that no repeat met may raise error², because errors fall at
-        least as fast as 1 / sqrt(time). If few events make most of the error, a note says so. If light is missing, the
-        result is not trusted except for its lower end.
+        If a few such paths make most of the error (``tail``), the field ``note`` says so. Otherwise the upper end is
+        raised by the factor 1 + ``unseen``, by which light that no repeat met may raise the squared error. The factor
+        is the same for the time, because errors fall at least as fast as 1 / sqrt(time). If light may be missing
+        (``missing``), only the lower end stays valid.
         """
         time = time.noted(f"{TYPICAL}; {tail}") if (tail := self.tail) else time.widened(self.unseen)
         return time.bounded("low", self.missing).telling(_TELLING) if self.missing else time
@@ -214,7 +218,7 @@ def interval_of(statistic: Callable[[Floats, float], float], repeats: int) -> In
 
 
 def falling(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Return the decreasing step function that fits y best (isotonic regression): mean x and mean y of each step.
+    """Return the decreasing step function that fits ``y`` best (isotonic regression): mean x and mean y of each step.
 
     ``x`` and ``y`` are arrays (N,), and ``x`` must be ascending.
     """
@@ -243,8 +247,8 @@ def _outside(runs: Runs, x: Floats, y: Floats, late: bool) -> float:
 def log_time(runs: Runs, target: float, kept: Floats) -> float:
     """Return the natural logarithm of the seconds after which the mean error of repeats falls to ``target``.
 
-    ``target`` is a relative error: 0.02 is 2 %. ``kept`` (K,) is the weight of each repeat. The result is ``inf`` if
-    the curve never falls so far, and NaN if the curve is too short to tell.
+    ``target`` is a relative error: 0.02 is 2 %. ``kept`` (K,) is the weight of each repeat in ``runs``. The result is
+    ``inf`` if the error never falls to ``target``, and NaN if there are too few checkpoints to tell.
     """
     curve = runs.points(kept)
     return _crossing(runs, target, curve, curve)
@@ -253,8 +257,9 @@ def log_time(runs: Runs, target: float, kept: Floats) -> float:
 def log_times(runs: Runs, target: float) -> Floats:
     """Return the natural logarithms of the seconds after which the error of each repeat falls to ``target``, (K,).
 
-    ``target`` is a relative error: 0.02 is 2 %. Beyond its end, a repeat's curve continues with the slope of the median
-    curve. A number is ``inf`` if the curve never falls so far, and NaN if the curve is too short to tell.
+    ``target`` is a relative error: 0.02 is 2 %. Beyond its last checkpoint, the curve of a repeat continues with the
+    slope of the curve of medians over all repeats in ``runs``. A number is ``inf`` if the error never falls to
+    ``target``, and NaN if there are too few checkpoints to tell.
     """
     typical = runs.typical(np.ones(runs.repeats))
     return np.array([_crossing(runs, target, runs.points(one), typical) for one in np.eye(runs.repeats)])
@@ -280,13 +285,18 @@ def _crossing(runs: Runs, target: float, curve: tuple[Floats, Floats], slopes: t
 
 
 def time_to_error(runs: Runs, target: float) -> Interval:
-    """Return the seconds until the relative error ``target`` is reached (0.02 is 2 %), as an interval.
+    """Return the seconds after which a strategy reaches the relative error ``target`` (0.02 is 2 %), as an interval.
 
-    Beyond the runs' end the curve is continued, and the note says so. The slope is -1/2 for independent samples, else
-    the slope of the curve's last three octaves. A fitted slope is used up to 100 times the longest run, and a biased
-    strategy is not extrapolated at all. Past these limits the value is ``inf``, and ``low`` is a time that is surely
-    not enough, or 0. Where few events make the error, the result is the median over repeats, and the note says so. The
-    value is NaN if the curve is too short, or if the error is below the reference's noise.
+    - The time is usually the one at which the mean error over repeats falls to ``target``. If a few rare bright paths
+      make most of the error (`Runs.tail`), it is the median of the times of the repeats. The field ``note`` of the
+      interval then says so.
+    - Beyond the measured times the error curve is extrapolated in log-log axes, which ``note`` says too. The slope is
+      -1/2 for independent samples without such paths. Otherwise it is fitted to the last three doublings of time, and
+      used up to 100 times the longest run. The curve of a biased strategy is not extrapolated to later times.
+    - The value is ``inf`` if the curve does not reach ``target`` within these limits. The field ``low`` is then a time
+      that is surely too short for ``target``; it is 0 if no such time is known.
+    - The value is NaN if there are too few checkpoints to extrapolate, or if the error is below the reference's noise
+      from the first checkpoint on.
     """
     whole = np.ones(runs.repeats)
     typical = bool(runs.tail)
@@ -314,8 +324,9 @@ def time_to_error(runs: Runs, target: float) -> Interval:
 def typical_interval(logs: Callable[[float], Floats], more: float) -> Interval:
     """Return the median over repeats of a logarithm, with an interval that includes the reference's uncertainty.
 
-    Use it for times of typical runs. ``logs`` takes an assumed error of the reference, in standard errors of relMSE,
-    and returns the logarithms of all repeats, (K,). ``more`` is the half width of a further independent uncertainty.
+    Use it for times of typical runs. ``logs`` is a function of an assumed error of the reference, in standard errors of
+    relMSE; it returns the logarithm for each repeat, (K,). ``more`` is the half width of another, independent 95 %
+    interval of the logarithm, which widens the result.
     """
     found = median_interval(logs(0.0))
     if not math.isfinite(found.value):
@@ -329,11 +340,12 @@ def typical_interval(logs: Callable[[float], Floats], more: float) -> Interval:
 
 
 def slope_doubt(runs: Runs, value: float) -> float:
-    """Return the half width of the 95 % interval of an extrapolated log time that is due to an uncertain slope.
+    """Return the half width of the 95 % interval of an extrapolated log time, as far as an uncertain slope causes it.
 
-    ``value`` is the log time, and the slope is that of the median curve. The result is 0 between the curve's ends. It
-    comes from the jackknife over repeats, and is too large on average, since the jackknife overestimates the variance
-    of a median.
+    ``value`` is the natural logarithm of the time. The slope is the one of the curve of medians over repeats in
+    ``runs``. The result is 0 if the time is within the curve, or if the slope is known (`Runs.law`). The slope's
+    uncertainty comes from the jackknife over repeats. It is too large on average, since the jackknife overestimates the
+    variance of a median.
     """
     x, _ = runs.typical(np.ones(runs.repeats))
     beyond = max(value - x[-1], x[0] - value, 0.0)
@@ -372,11 +384,12 @@ def _with_reach(found: Interval, value: float, begin: float, end: float, law: bo
 
 
 def error_at(runs: Runs, seconds: float) -> Interval:
-    """Return the relative error after ``seconds`` seconds, as an interval: the root mean square over repeats.
+    """Return the relative error of ``runs`` after ``seconds`` seconds, as an interval.
 
-    At the mean time of a checkpoint, the value is the error that was measured there. Between checkpoints, the
-    logarithms of error and time are interpolated. The error is extrapolated by the curve's slope up to twice the
-    longest time, and down to half of the shortest. Farther outside, or below the reference's noise, the value is NaN.
+    The error is the root mean square over repeats. At the mean time of a checkpoint, the value is the error that was
+    measured there. Between checkpoints, the logarithms of error and time are interpolated. The error is extrapolated by
+    the curve's slope up to twice the longest time, and down to half of the shortest. The value is NaN for times farther
+    outside, or if the error is below the reference's noise.
     """
     wanted = math.log(seconds)
 
@@ -422,7 +435,7 @@ def _is_below(runs: Runs) -> bool:
 
 
 def slope(runs: Runs) -> Interval:
-    """Return the slope of log error against log time over all checkpoints, as an interval.
+    """Return the slope of log error against log time over all checkpoints of ``runs``, as an interval.
 
     Independent samples have a slope of -0.5. The value is NaN if there are too few checkpoints.
     """
@@ -438,7 +451,7 @@ def slope(runs: Runs) -> Interval:
 
 
 def error_curve(runs: Runs) -> tuple[Interval, ...]:
-    """Return the relative error at each checkpoint, with its interval: a tuple of C intervals.
+    """Return the relative error at each of the C checkpoints of ``runs``, with its interval: a tuple of C intervals.
 
     The error is the root of the mean of relMSE over repeats.
     """
@@ -452,7 +465,7 @@ def error_curve(runs: Runs) -> tuple[Interval, ...]:
 def second_curve(runs: Runs) -> tuple[Interval, ...]:
     """Return the seconds from the first sample to each checkpoint, with intervals: the means over repeats.
 
-    The tuple has C intervals, one for each checkpoint. No end is below 0.
+    The tuple has C intervals, one for each checkpoint of ``runs``. Lower ends are at least 0.
     """
     means = (mean_interval(column) for column in runs.seconds.T)
     return tuple(replace(mean, low=max(mean.low, 0.0)) for mean in means)

@@ -69,18 +69,18 @@ def error_range(error: Interval) -> str:
 
 
 def time_range(seconds: Interval) -> str:
-    """Return a time with its interval, all in the unit of the value, such as ``5.8 min (4 to 12)``."""
+    """Return a number of ``seconds`` with its interval, in the unit that fits the number: ``5.8 min (4 to 12)``."""
     unit, size = time_unit(seconds.value)
     return _range(seconds, size, unit)
 
 
 def count(number: float) -> str:
-    """Return a number of samples per pixel as text: a whole number from 10 on, else with two digits."""
+    """Return ``number``, a count of samples per pixel, as text: a whole number from 10 on, else two digits."""
     return f"{number:,.0f}" if number >= 10.0 else f"{number:.2g}"
 
 
 def megabytes(size: float) -> str:
-    """Return a number of bytes as text in MB, or in GB from 1000 MB on."""
+    """Return ``size``, a number of bytes, as text in MB, or in GB from 1000 MB on."""
     return f"{rounded(size / 1e6)} MB" if size < 1e9 else f"{rounded(size / 1e9)} GB"
 
 

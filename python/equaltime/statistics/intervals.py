@@ -118,8 +118,8 @@ class Interval(Shown):
     def deciding(self) -> Interval:
         """Return a copy of this interval of a ratio, for the question which of the two numbers is larger.
 
-        If a single end is valid, it only stays valid if it excludes 1, because otherwise it does not decide the
-        question.
+        If only one end of the interval is valid, the copy keeps that end as valid only if it excludes 1. Otherwise the
+        end does not decide the question.
         """
         lost = (self.bound == "low" and not self.low > 1.0) or (self.bound == "high" and not self.high < 1.0)
         return replace(self, bound="") if lost else self
@@ -127,7 +127,8 @@ class Interval(Shown):
     def widened(self, more: float, end: Literal["low", "high"] = "high") -> Interval:
         """Return a copy of this interval of a positive number with one end moved outwards.
 
-        The upper end is multiplied by ``1 + more``; the lower end is divided by it if ``end`` is ``low``.
+        If ``end`` is ``high``, the upper end is multiplied by ``1 + more``. If it is ``low``, the lower end is divided
+        by ``1 + more``.
         """
         if end == "high":
             return replace(self, high=self.high * (1.0 + more))
@@ -138,7 +139,10 @@ class Interval(Shown):
         return replace(self, note=join((self.note, note)))
 
     def map(self, function: Callable[[float], float]) -> Interval:
-        """Return the interval of ``function(x)``, where x is this number; the function must be monotonic."""
+        """Return the interval of ``function(x)``, where x is this interval's number, from its value and its ends.
+
+        ``function`` must be monotonic. If it decreases, the ends change places.
+        """
         ends = function(self.low), function(self.high)
         turned: dict[str, Literal["", "low", "high"]] = {"": "", "low": "high", "high": "low"}
         bound = self.bound if ends[0] <= ends[1] else turned[self.bound]
@@ -288,10 +292,11 @@ def _between(outer: float, inner: float, weight: float) -> float:
 
 
 def ratio_interval(numerators: ArrayLike, denominators: ArrayLike) -> Interval:
-    """Return the ratio of the means of two paired sets of positive values, (N,) each, with its 95 % interval.
+    """Return the mean of ``numerators`` over the mean of ``denominators``, with the 95 % interval of this ratio.
 
-    The interval is formed on the logarithm. The pairs (one per repeat) may be correlated, which the jackknife over
-    pairs allows for. The ratio of means is used, since the mean of ratios is biased by the noise of the denominators.
+    Both are positive values (N,), one pair for each repeat. The values of a pair may be correlated; the jackknife over
+    pairs allows for that. The interval is formed on the logarithm. A mean of ratios would be biased by the noise of the
+    denominators.
     """
     top, bottom = np.asarray(numerators, np.float64), np.asarray(denominators, np.float64)
 

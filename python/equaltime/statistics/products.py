@@ -45,15 +45,15 @@ def covariance(products: Floats, kept: Floats) -> float:
 
 
 def pairs_variance(products: Floats) -> tuple[float, float]:
-    """Return the variance of `pairs_mean`, the mean of ``products`` (K, K) over pairs of different renders.
+    """Return the variance of ``pairs_mean(products, ...)`` over all K renders, and the variance's degrees of freedom.
 
-    The second number is the variance's degrees of freedom. A pair's product is decomposed as mean + a_r + a_s + e_rs
-    (Hoeffding 1948). The mean over pairs has the variance 4 var(a) / K + 2 var(e) / (K (K - 1)). The jackknife has the
-    first term right, but gives 4 var(e) / (K (K - 2)) for the second. That is more than twice the right value, which
-    matters where there is no bias, so that a is 0. With four renders or more, var(e) is estimated from the residuals of
-    a_r + a_s. With three, the jackknife's variance is returned, and with fewer, infinity. The degrees of freedom are by
-    Satterthwaite (1946). The first term is a difference and therefore noisier than others of its size, so its variance
-    is increased.
+    ``products`` (K, K) are means over pixels of products of two renders. A pair's product is decomposed as mean + a_r +
+    a_s + e_rs (Hoeffding 1948). The mean over pairs has the variance 4 var(a) / K + 2 var(e) / (K (K - 1)). The
+    jackknife has the first term right, but gives 4 var(e) / (K (K - 2)) for the second. That is more than twice the
+    right value, which matters where there is no bias, so that a is 0. With four renders or more, var(e) is estimated
+    from the residuals of a_r + a_s. With three, the jackknife's variance is returned, and with fewer, infinity. The
+    degrees of freedom are by Satterthwaite (1946). The first term is a difference and therefore noisier than others of
+    its size, so its variance is increased.
     """
     repeats = len(products)
     if repeats < 3:

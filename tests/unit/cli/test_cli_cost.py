@@ -104,7 +104,10 @@ def test_an_experiment_begins_and_ends_with_the_verdict(
 ) -> None:
     assert main(["cost", str(experiment), "-o", str(folder)]) == 0
     captured = capsys.readouterr()
-    assert captured.err == "references of up to 200 ms each, then 4 runs of 4 samples a pixel\n"
+    assert captured.err == (
+        "references of up to 200 ms each, then 4 runs of 4 samples a pixel; "
+        "with 2 repeats there are no intervals: --repeats 3 is the least, 6 are better\n"
+    )
     lines = captured.out.splitlines()
     assert lines[0] == lines[-1] == VERDICT
     assert [line.split()[0] for line in lines[1:4]] == ["strategy", "bsdf", "best"]
@@ -163,7 +166,7 @@ def test_a_wrong_experiment_is_told_line_by_line(
     assert main(["cost", str(path), "-o", str(folder)]) == 2
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 3
-    assert [line.partition(f"error: {path}:")[2].partition(":")[0] for line in lines] == ["1", "2", "1"]
+    assert [line.partition(f"error: {path}:")[2].partition(":")[0] for line in lines] == ["1", "1", "2"]
     assert not folder.exists()
 
 

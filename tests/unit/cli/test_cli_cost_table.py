@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from equaltime.cli.cost_table import print_summary
+from equaltime.cli.cost_table import every_row, legend, print_summary
 from equaltime.cli.messages import MOST_LINES
 from equaltime.experiments.model.summary import StrategyResult, Summary
 from equaltime.experiments.report.looks import looks
@@ -92,6 +92,44 @@ def test_a_narrow_terminal_shows_fewer_times_and_none_by_half(
         monkeypatch.setenv("COLUMNS", columns)
     head, row = printed(summary(tmp_path), tmp_path, capsys)[1:3]
     assert (head.count("time to"), row.count("("), row.count(")")) == (times, 1 + times, 1 + times)
+
+
+def test_first_images_later_than_the_budget_are_told_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    late = changed(summary(tmp_path), "naive", lambda one: replace(one, late=3.0))
+    assert printed(late, tmp_path, capsys)[5] == "note: the first image took longer than the budget of 2 s: naive (3 s)"
+    both = changed(late, "best", lambda one: replace(one, late=2.5))
+    lines = printed(both, tmp_path, capsys)
+    assert lines.count("note: first images took longer than the budget of 2 s: naive (3 s), best (2.5 s)") == 1
+
+
+def test_up_to_eight_strategies_are_all_shown_also_without_a_number(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    nothing = UNKNOWN.doubted("no repeats")
+    silent = changed(
+        summary(tmp_path),
+        "cut",
+        lambda one: replace(one, error_at_budget=nothing, time_to=dict.fromkeys(one.time_to, nothing)),
+    )
+    lines = printed(silent, tmp_path, capsys)
+    assert [text.split()[0] for text in lines[2:5]] == ["naive", "cut", "best"]
+    assert lines[5] == "-v shows why 1 error cannot be trusted"
+
+
+def test_the_legend_has_the_marks_of_its_table_and_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "120")
+    plain = changed(summary(tmp_path), "cut", lambda one: replace(one, biased=False))
+    assert legend(plain, every_row(plain)) == ["In brackets: 95 % intervals, or the error that was measured"]
+    far = changed(summary(tmp_path), "naive", lambda one: replace(one, time_to={**one.time_to, 0.02: HUGE}))
+    half = changed(
+        far, "best", lambda one: replace(one, error_at_budget=one.error_at_budget.bounded("low", "light is missing"))
+    )
+    assert legend(half, every_row(half))[1:] == [
+        "(biased) the strategy may converge to another picture",
+        "\N{GREATER-THAN OR EQUAL TO} at least, since the upper end of the interval cannot be trusted",
+        "* extrapolated beyond the runs",
+        "best: light is missing",
+    ]
 
 
 def test_names_with_brackets_are_shown_as_they_are(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

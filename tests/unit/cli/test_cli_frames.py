@@ -32,6 +32,7 @@ def test_every_frame_gets_a_file(scene: Path, capsys: pytest.CaptureFixture[str]
     said = capsys.readouterr().out.splitlines()
     assert [line.startswith("Done: ") for line in said] == [True, True, True, False]
     assert said[-1].startswith("3 frames in ")
+    assert not said[-1].endswith(" of this run")
 
 
 def test_a_frame_is_the_still_of_its_time(scene: Path) -> None:
@@ -40,9 +41,13 @@ def test_a_frame_is_the_still_of_its_time(scene: Path) -> None:
     assert (et.read(scene.parent / "f-3.exr").image == still.image).all()
 
 
-def test_an_animation_goes_on_where_it_was(scene: Path) -> None:
+def test_an_animation_goes_on_where_it_was(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert render(scene, "f.exr", "--frames", "0-1") == 0
+    capsys.readouterr()
     assert render(scene, "f.exr", "--frames", "0-2", "--spp", "8", "--resume") == 0
+    *each, together = capsys.readouterr().out.splitlines()
+    assert [" over 2 runs, " in line for line in each] == [True, True, False]
+    assert together.endswith(" of this run")
     assert [et.read(scene.parent / f"f_000{number}.exr").spp for number in range(3)] == [8, 8, 8]
 
 

@@ -114,13 +114,21 @@ def test_it_reads_a_render_of_before_and_refuses_the_picture_of_another(
     told = capsys.readouterr().out
     assert "seed 0: 6 spp, seed 1: 4 spp" in told
     assert "goes on   with merge;" in told
+    assert "but " not in told, "it does not tell how its parts ended, so that there is no command to comment"
     images.write_exr(tmp_path / "a.exr", np.zeros((2, 2, 3)))
     assert main(["info", str(tmp_path / "a.exr")]) == 2
     assert "was not rendered by equaltime" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
-    "options", [[], ["--size", "8x4"], ["--size", "6x6", "--crop", "1,1,3,3"], ["--max-depth", "3"]]
+    "options",
+    [
+        [],
+        ["--size", "8x4"],
+        ["--size", "6x6", "--crop", "1,1,3,3"],
+        ["--max-depth", "3"],
+        ["--without", "long_paths=3"],
+    ],
 )
 def test_it_says_that_a_scene_has_changed_since_only_if_it_has(
     options: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -225,12 +233,31 @@ def test_definitions_from_python_are_recorded_as_text() -> None:
     assert motion.with_(size=(8, 8)).defines == {"ball": "24.0"}
 
 
-def test_a_picture_is_not_said_to_have_an_exr_beside_it_that_is_not_there(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (picture := tmp_path / "a.png").touch()
-    assert main(["info", str(picture)]) == 2
-    assert "only -o FILE.exr keeps one" in capsys.readouterr().err
+@pytest.mark.parametrize("name", ["a.png", "a.jpg"])
+def test_it_tells_the_tags_of_a_picture(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The file with the record is named only if it exists."""
+    scene, picture = str(SCENES / "cornell-box.toml"), tmp_path / name
+    assert main(["render", scene, "-o", str(picture), "--size", "8x6", "--spp", "4", "-q"]) == 0
+    assert main(["info", str(picture)]) == 0
+    first, shows, _, record = capsys.readouterr().out.splitlines()
+    assert first.startswith(f"{picture}: 8x6, 4 spp, error ")
+    assert shows == f"shows     {scene}"
+    assert record == "record    only -o FILE.exr keeps one"
     (tmp_path / "a.exr").touch()
-    assert main(["info", str(picture)]) == 2
-    assert "a.exr beside it tells how it was made" in capsys.readouterr().err
+    assert main(["info", str(picture)]) == 0
+    assert f"record    equaltime info {tmp_path / 'a.exr'}\n" in capsys.readouterr().out
+    assert main(["info", str(picture), "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert (facts["scene"], facts["record"]) == (scene, str(tmp_path / "a.exr"))
+
+
+def test_a_picture_is_no_scene_for_other_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (picture := tmp_path / "a.png").touch()
+    assert main(["render", str(picture), "-o", str(tmp_path / "b.exr")]) == 2
+    assert "a picture, not a scene; if equaltime rendered it, `equaltime info` tells how" in capsys.readouterr().err
+
+
+def test_it_refuses_a_picture_of_another_program(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    images.write(tmp_path / "a.png", "png", [images.Layer(("R", "G", "B"), np.zeros((2, 2, 3), np.uint8), {})])
+    assert main(["info", str(tmp_path / "a.png")]) == 2
+    assert "a.png: was not rendered by equaltime" in capsys.readouterr().err

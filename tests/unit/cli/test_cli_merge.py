@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,9 @@ import equaltime as et
 from equaltime.cli import main
 from equaltime.film.focus import Focus
 
+from ..scene.test_frames import KEYS, STANDING
+
+CORNELL = str(Path(__file__).parents[3] / "scenes" / "cornell-box.toml")
 BALL = et.load_dict(
     {
         "type": "scene",
@@ -117,3 +121,58 @@ def test_a_file_that_cannot_hold_moments_is_refused(
     assert main(["merge", *files, "-o", str(tmp_path / output)]) == 2
     assert capsys.readouterr().err.endswith("; expected .exr\n")
     assert contents(tmp_path) == before
+
+
+def test_info_gives_the_commands_that_make_the_parts_anew(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They run as they are printed, and give the same picture."""
+    monkeypatch.chdir(tmp_path)
+    for seed, spp in ((3, 4), (8, 6)):
+        words = ["--size", "8x6", "--max-depth", "3", "-D", "light_scale=0.5", "--seed", str(seed), "--spp", str(spp)]
+        assert main(["render", CORNELL, "-o", f"{seed}.exr", *words, "-q"]) == 0
+    assert main(["merge", "3.exr", "8.exr", "-o", "both.exr"]) == 0
+    capsys.readouterr()
+    assert main(["info", "both.exr"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    commands = [line[10:] for line in lines if line[10:].startswith("equaltime ")]
+    assert [line[:10].strip() for line in lines if line[10:] in commands] == ["repeat", "", ""]
+    assert not any("but " in line for line in lines)
+    image = et.read("both.exr").image
+    Path("both.exr").unlink()
+    for command in commands:
+        assert main(shlex.split(command)[1:]) == 0
+    assert (et.read("both.exr").image == image).all()
+
+
+def test_info_gives_few_commands_of_many_parts(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    parts = [et.render(et.load(CORNELL).with_(size=(8, 6)), spp=2, seed=seed) for seed in range(6)]
+    monkeypatch.chdir(tmp_path)
+    et.merge([et.merge(parts[:2]), *parts[2:]]).save("all.exr")
+    assert main(["info", "all.exr"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) <= 12
+    assert [line[:16] for line in lines].count("          equalt") == 2
+    assert "          and so on for 3 more parts, then equaltime merge: -v shows all" in lines
+    assert main(["info", "all.exr", "-v"]) == 0
+    told = capsys.readouterr().out
+    assert all(f"-o part-{seed}.exr --spp 2 " in told for seed in range(6))
+    assert "equaltime merge part-0.exr " in told
+
+
+def test_a_frame_of_merged_renders_is_repeated_as_a_frame(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("scene.toml").write_text(STANDING + KEYS)
+    for seed in (0, 7):
+        words = ["--size", "8x6", "--spp", "2", "--frames", "1", "--seed", str(seed), "-q"]
+        assert main(["render", "scene.toml", "-o", f"{seed}-#.exr", *words]) == 0
+    assert main(["merge", "0-1.exr", "7-1.exr", "-o", "both.exr"]) == 0
+    capsys.readouterr()
+    assert main(["info", "both.exr"]) == 0
+    told = capsys.readouterr().out
+    assert "-o 'part-8_####.exr' --spp 2 --frames 1 --size 8x6 --seed 7" in told
+    assert "equaltime merge part-1_0001.exr part-8_0001.exr -o both.exr" in told

@@ -17,6 +17,7 @@ from equaltime.cli import main
 from equaltime.cli.messages import Written, doubts
 from equaltime.cli.render_outcome import details, outcome
 from equaltime.rendering.budget import Look, Stop
+from equaltime.words import duration
 
 SCENE = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
 
@@ -84,12 +85,54 @@ def test_a_render_that_was_small_enough_before_is_not_explained() -> None:
     assert [line for line in outcome(result, Written([Path("a.exr")]), None) if "looks" in line] == []
 
 
-@pytest.mark.parametrize(
-    ("name", "end", "told"), [("a.jpg", "interrupt", True), ("a.exr", "interrupt", False), ("a.jpg", "spp", False)]
-)
-def test_an_interrupted_picture_alone_is_said_to_be_lost_to_resume(name: str, end: str, told: bool) -> None:
-    result = replace(ended((2, 0.1, 0.2)), stopped_by=end)
-    assert any("cannot be continued" in line for line in outcome(result, Written([Path(name)]), None)) is told
+@pytest.mark.parametrize(("end", "spp", "told"), [("time", 1, True), ("time", 2, False), ("spp", 1, False)])
+def test_a_time_that_is_too_short_for_an_error_is_told(end: str, spp: int, told: bool) -> None:
+    result = et.render(et.load(SCENE).with_(size=(8, 8)), spp=spp, strategy="mis,sampler=independent")
+    stats = replace(result.stats, phases={**result.stats.phases, "render": 3.0})
+    lines = [*outcome(replace(result, stopped_by=end, stats=stats), Written([Path("a.exr")]), None)]
+    said = "the time was too short: an error takes 2 samples a pixel, about 6 s here"
+    assert (said in lines) is told
+
+
+@pytest.mark.parametrize(("options", "warned"), [([], True), (["--resume"], False), (["-q"], False)])
+def test_a_time_that_may_be_too_short_is_told_before_the_render(
+    options: list[str],
+    warned: bool,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """A resumed render has samples already."""
+    monkeypatch.setattr("equaltime.cli.render_picture.seconds_of_pilot", lambda *_: 7.3)
+    words = ["render", str(SCENE), "-o", str(tmp_path / "a.exr"), "--size", "8x8"]
+    assert main([*words, "--spp", "2"]) == 0
+    assert "too short" not in capsys.readouterr().err
+    assert main([*words, "--time", "20ms", *(options or ["--overwrite"])]) == 0
+    said = "warning: the time of 20 ms may be too short to know the error: 2 samples a pixel, which an error takes, "
+    assert (f"{said}take about 7 s\n" in capsys.readouterr().err) is warned
+
+
+def test_a_quote_of_too_short_a_time_has_no_error(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["quote", str(SCENE), "--size", "64x64", "--time", "0.01ms"]) == 0
+    first = capsys.readouterr().out.splitlines()[0]
+    assert first.startswith("In 0.01 ms: no error can be known: it takes 2 samples a pixel, which take ")
+
+
+def test_the_seconds_of_all_runs_and_of_this_one_are_told_apart(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["render", str(SCENE), "-o", str(tmp_path / "a.exr"), "--size", "32x32", "--time", "0.3s", "--resume"]
+    assert main(words) == 0
+    assert " runs" not in (said := capsys.readouterr().out)
+    assert "this run" not in said
+    assert main([*words, "-v"]) == 0
+    seconds = duration(et.read(tmp_path / "a.exr").stats.seconds)
+    said = capsys.readouterr().out
+    assert "Time is up: error " in said
+    assert said.count(f"{seconds} over 2 runs,") == 2, "in the first line, and in that of the phases"
+    assert " after 300 ms of this run," in said
+    assert main(["info", str(tmp_path / "a.exr")]) == 0
+    assert f" in {seconds} over 2 runs\n" in capsys.readouterr().out
 
 
 def test_a_limit_is_that_of_the_noise_unless_the_bias_was_measured(
@@ -161,6 +204,33 @@ def test_ctrl_c_in_any_command_is_told(monkeypatch: pytest.MonkeyPatch, capsys: 
     monkeypatch.setattr(import_module("equaltime.cli.quote"), "load_file", interrupted)
     assert main(["quote", str(SCENE), "--error", "5%"]) == 130
     assert capsys.readouterr().err == "error: interrupted\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "told"),
+    [
+        ("a.jpg", [], "a picture alone cannot be continued; a render with -o FILE.exr can, by --resume"),
+        ("a.png", [], "a picture alone cannot be continued; a render with -o FILE.exr can, by --resume"),
+        ("a.exr", ["--small"], "a small file cannot be continued; a render without --small can, by --resume"),
+        ("a.exr", [], None),
+    ],
+)
+def test_ctrl_c_tells_that_a_picture_cannot_be_continued(
+    name: str,
+    options: list[str],
+    told: str | None,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    result = et.render(et.load(SCENE).with_(size=(8, 8)), spp=4)
+    words = ["render", str(SCENE), "-o", str(tmp_path / name), "--size", "8x8", "--spp", "4", *options]
+    for end, code in (("interrupt", 130), ("spp", 0)):
+        ended = replace(result, stopped_by=end)
+        monkeypatch.setattr("equaltime.cli.render_picture.render", lambda *_, ended=ended, **__: ended)
+        assert main([*words, "--overwrite"]) == code
+        lines = [line for line in capsys.readouterr().out.splitlines() if "cannot be continued" in line]
+        assert lines == ([told] if told and end == "interrupt" else [])
 
 
 def test_a_render_whose_folder_is_gone_is_kept_elsewhere(

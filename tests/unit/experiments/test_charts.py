@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import pytest
 
 from equaltime.experiments.model.summary import SceneResult, Summary
 from equaltime.experiments.report import page
-from equaltime.experiments.report.charts import clearest, draw_dots, has_dots
+from equaltime.experiments.report.charts import clearest, curve_titles, draw_curves, draw_dots, has_dots
 from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.page import without_marks
 
@@ -44,6 +45,32 @@ def test_the_error_with_the_most_dots_is_shown_and_of_several_the_smallest(found
     times = {target: time if target > 0.015 else time.doubted("why") for target, time in naive.time_to.items()}
     changed = replace(scene, strategies=(replace(naive, time_to=times), *scene.strategies[1:]))
     assert clearest(replace(found, scenes=(changed,))) == 0.02
+
+
+def test_the_legend_of_curves_marks_a_strategy_with_another_picture(found: Summary) -> None:
+    scene = found.scenes[0]
+    naive, *others = scene.strategies
+    changed = replace(scene, strategies=(replace(naive, agreement_p=1e-6), *others))
+    legend = draw_curves(changed, TARGETS, LOOKS, (6.0, 4.0), legend=True).axes[0].get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == ["naive (another picture)", "cut (biased)", "best"]
+
+
+def test_an_error_that_the_table_does_not_trust_is_a_pale_point(found: Summary) -> None:
+    scene = found.scenes[0]
+    naive, *others = scene.strategies
+    first, second, *last = naive.curve.error
+    errors = (first.doubted("few repeats"), second.bounded("low", "heavy tail"), *last)
+    curve = replace(naive.curve, error=errors)
+    changed = replace(scene, strategies=(replace(naive, curve=curve), *others))
+    axes = draw_curves(changed, TARGETS, LOOKS, (6.0, 4.0), legend=True).axes[0]
+    sure, pale = (next(line for line in axes.lines if line.get_gid() == gid) for gid in ("curve-0", "curve-0-pale"))
+    assert [math.isnan(error) for error in sure.get_ydata()] == [True, True, False, False, False]
+    assert (pale.get_markevery(), sure.get_alpha()) == ([0, 1], None)
+    assert pale.get_alpha() < 0.5
+    assert axes.get_legend().get_texts()[-1].get_text() == "pale: not trusted"
+    titles = curve_titles(0, changed.strategies[0])
+    assert [len(titles[gid]) for gid in ("curve-0", "curve-0-pale")] == [3, 2]
+    assert titles["curve-0-pale"][0].startswith("naive: not trusted after ")
 
 
 def test_every_scene_has_a_row_and_what_lies_beyond_the_runs_is_hollow(found: Summary) -> None:
@@ -100,6 +127,21 @@ def test_strategies_without_a_mark_are_named_with_the_scenes(found: Summary) -> 
     assert without_marks(changed, 0.02) == sentence
     lows = [line for line in draw_dots(changed, 0.02, LOOKS, 6.0).axes[0].lines if line.get_marker() == ">"]
     assert not any(len(line.get_ydata()) for line in lows)
+
+
+def test_pale_points_have_an_entry_in_the_legend_of_the_page(
+    found: Summary, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(page, "write_figures", lambda *_: ())
+    first, second = found.scenes
+    naive, *others = first.strategies
+    doubtful = replace(naive.curve, error=tuple(error.doubted("few repeats") for error in naive.curve.error))
+    changed = replace(first, strategies=(replace(naive, curve=doubtful), *others))
+    text = page.write_report(replace(found, scenes=(changed, second)), tmp_path).read_text("utf-8")
+    assert text.count("pale: not trusted") == 1
+    pale = [svg for svg in text.split("<svg")[1:] if 'id="box0-wide-curve-0-pale"' in svg]
+    assert len(pale) == 1
+    assert sum(title.startswith("naive: not trusted") for title in pale[0].split("<title>")[1:]) == 5
 
 
 def test_the_page_has_a_chart_for_each_error_that_is_reached(

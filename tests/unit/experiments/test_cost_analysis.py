@@ -18,7 +18,7 @@ from equaltime.experiments.analysis.summarise import summarise
 from equaltime.experiments.model.experiment import Experiment
 from equaltime.experiments.model.summary import StrategyResult, Summary
 from equaltime.experiments.report.captions import mean_of_runs, this_run
-from equaltime.experiments.report.charts import point_titles
+from equaltime.experiments.report.charts import curve_titles
 from equaltime.experiments.report.gallery import kinds_of
 from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.own import other_renderers
@@ -141,6 +141,21 @@ def summary(recorded: tuple[Path, list[Row]]) -> Summary:
 @pytest.fixture(scope="module")
 def strategies(summary: Summary) -> Mapping[str, StrategyResult]:
     return {strategy.label: strategy for strategy in summary.scenes[0].strategies}
+
+
+def test_a_first_image_that_takes_longer_than_the_budget_is_told(recorded: tuple[Path, list[Row]]) -> None:
+    folder, rows = recorded
+    first = {label: np.mean([row.wall_s for row in rows if row.strategy == label and row.spp == 2]) for label in KINDS}
+    budget = 0.5 * first["naive"]
+    (scene,) = summarise(experiment().replace(budget=float(budget)), rows, folder).scenes
+    late = {strategy.label: strategy.late for strategy in scene.strategies if strategy.late is not None}
+    assert late == {label: pytest.approx(time) for label, time in first.items() if time > 1.1 * budget}
+    assert "naive" in late
+    assert "cut" not in late
+    for strategy in scene.strategies:
+        told = any("longer than the budget" in note for note in strategy.notes)
+        assert told == (strategy.label in late)
+    assert not any(one.late for one in summarise(experiment(), rows, folder).scenes[0].strategies)
 
 
 def test_the_summary_has_the_scene_and_its_strategies_in_order(summary: Summary) -> None:
@@ -324,7 +339,8 @@ def test_curve_table_caption_and_map_show_one_error_at_one_time(recorded: tuple[
     said = mean_of_runs(strategy)
     shown = said.removeprefix(f"the mean of {REPEATS} runs: ").partition(" after ")[0]
     assert shown != said
-    assert point_titles(strategy)[-1].startswith(f"{label}: {at_the_end} after ")
+    titles = [title for titles in curve_titles(0, strategy).values() for title in titles]
+    assert any(title.startswith(f"{label}: {at_the_end} after ") for title in titles)
     assert shown in str(at_the_end)
     number = float(re.findall(r"[\d.]+", str(at_budget) if "measured" not in str(at_budget) else shown)[0])
     assert number == pytest.approx(100.0 * measured, rel=0.01), "in the digits that its wider interval allows"

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from equaltime.experiments.analysis.combination import combination_verdict
 from equaltime.experiments.analysis.questions import bias_verdict, efficiency_verdict, samples_verdict
 from equaltime.experiments.analysis.strategy_runs import StrategyRuns, efficiency, fewer_samples
 from equaltime.experiments.analysis.summarise import _bias as bias_of
@@ -100,6 +101,50 @@ def with_efficiency(label: str, *numbers: float) -> StrategyResult:
     return replace(strategy(label), efficiency=Interval(*numbers) if numbers else UNKNOWN.doubted("few repeats"))
 
 
+def part(technique: str, fewer: Interval, gain: Interval) -> StrategyResult:
+    """Return a strategy of one technique; both ratios are the baseline's squared error over its own."""
+    return replace(strategy(technique, fewer=fewer), name=f"best,technique={technique}", efficiency=gain)
+
+
+def exactly(value: float) -> Interval:
+    return Interval(value, 0.9 * value, 1.1 * value)
+
+
+def test_a_combination_is_compared_with_the_better_of_its_parts_on_the_worst_scene() -> None:
+    smooth = scene(part("bsdf", exactly(1.2), exactly(1.5)), part("light", exactly(0.01), exactly(0.02)), name="smooth")
+    rough = scene(part("bsdf", exactly(0.1), exactly(0.2)), part("light", exactly(1.1), exactly(2.0)), name="rough")
+    assert combination_verdict([smooth, rough]) == (
+        "Compared with the better of bsdf and light, the squared error of right is at worst 1.2 times as large at "
+        "equal samples (1.08 to 1.32; bsdf on smooth) and 2 times as large at equal time (1.8 to 2.2; light on rough). "
+        "At equal time, bsdf alone has up to 5 times (on rough) and light alone has up to 50 times (on smooth) the "
+        "squared error of right."
+    )
+    assert verdict([smooth], [0.1], "combination") == (
+        "Compared with the better of bsdf and light, the squared error of right is 1.2 times as large at equal samples "
+        "(1.08 to 1.32; bsdf) and 1.5 times as large at equal time (1.35 to 1.65; bsdf). "
+        "At equal time, bsdf alone has 0.667 times and light alone has 50 times the squared error of right."
+    )
+
+
+def test_a_scene_where_the_better_part_is_open_does_not_count() -> None:
+    doubted = exactly(3.0).doubted("few repeats")
+    behind = exactly(0.2).bounded("high", "this: heavy")
+    known = scene(part("bsdf", exactly(1.2), behind), part("light", behind, behind), name="known")
+    unknown = scene(part("bsdf", doubted, doubted), part("light", exactly(9.0), exactly(9.0)), name="unknown")
+    found = combination_verdict([known, unknown])
+    assert "1.2 times as large at equal samples (1.08 to 1.32; bsdf on known; known on 1 of 2 scenes) and " in found
+    assert "at most 0.22 times as large at equal time (bsdf on known; known on 1 of 2 scenes). " in found
+    assert "time, bsdf alone has at least 4.55 times (on known) and light alone has at least 4.55 times (on kn" in found
+    assert "is not known at equal samples and not known at equal time." in combination_verdict([unknown])
+
+
+def test_only_strategies_of_one_technique_are_parts() -> None:
+    other = replace(part("bsdf", exactly(9.0), exactly(9.0)), renderer="mitsuba")
+    assert combination_verdict([scene(part("mixture", exactly(9.0), exactly(9.0)), other)]) == (
+        "right has no parts to compare with: no other strategy has the technique bsdf, light or uniform."
+    )
+
+
 def test_efficiency_is_told_over_all_scenes_the_standard_first() -> None:
     box = scene(with_efficiency("split", 1.0, 0.5, 2.0), with_efficiency("best", 4.0, 2.0, 8.0), name="box")
     ball = scene(with_efficiency("split"), with_efficiency("best", 0.25, 0.2, 0.5), name="ball")
@@ -158,7 +203,7 @@ def test_another_picture_is_told_whatever_the_question() -> None:
     other, same = strategy("other", 1e-9, fewer=Interval(2.0, 1.5, 2.5)), strategy("same", 0.4)
     cut = replace(strategy("cut", 1e-9), biased=True)
     other, dark = (replace(other, label=label, renderer=by) for label, by in (("other", "command"), ("dark", "core")))
-    for question in ("time", "samples", "efficiency"):
+    for question in ("time", "samples", "efficiency", "combination"):
         said = verdict([scene(other, same, cut)], (0.1,), question)
         assert said.endswith(" Not the picture of right: other (p < 0.0001).")
         said = verdict([scene(dark, same, cut)], (0.1,), question)
@@ -174,7 +219,7 @@ def test_a_renderer_that_failed_its_test_of_agreement_is_told_whatever_the_quest
     mine = replace(strategy("mine", fewer=Interval(2.0, 1.5, 2.5)), renderer="command", agreement_p=0.0, difference=OFF)
     told = "Not the picture of equaltime: mine is 9.9 % off (9.8 to 10). "
     told += "Its times to an error belong to another picture."
-    for question in ("time", "samples", "efficiency", "bias"):
+    for question in ("time", "samples", "efficiency", "combination", "bias"):
         assert verdict([scene(mine, strategy("same", 0.4))], (0.1,), question).endswith(f" {told}")
     assert bias_verdict([scene(mine)], LEVEL) == told
     unequal = replace(mine, equality_p=1e-9, unequal=True)

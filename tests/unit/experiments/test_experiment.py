@@ -120,23 +120,24 @@ def test_names_of_files_are_looked_for_beside_the_experiment(file: Callable[[str
     assert experiment.reference.file == path.parent / "r.exr"
 
 
-def test_every_problem_is_told_with_file_line_and_keys(file: Callable[[str], Path]) -> None:
+def test_every_problem_is_told_with_file_line_and_keys_in_order_of_lines(file: Callable[[str], Path]) -> None:
     path = file(
         'titel = "a"\nbaseline = "bset"\nrepeats = 0\n'
         '[[scenes]]\npath = "a.toml"\nsize = [0, 3]\n[[scenes]]\npth = "b.toml"\n'
         '[[strategies]]\nlabel = "best"\nstrategy = "bset"\n[[strategies]]\npeer = "mitsbua"\n[reference]\neror = 1'
     )
-    assert set(problems_of(lambda: read_experiment(path))) == {
+    assert problems_of(lambda: read_experiment(path)) == [
         f"{path}:1: titel: unknown key 'titel'; did you mean 'title'?",
         f"{path}:2: baseline: no strategy has the label 'bset'; did you mean 'best'?",
         f"{path}:3: repeats: must be at least 1, found 0",
+        f"{path}:5: scenes[0].path: there is no such file: {path.parent / 'a.toml'}",
         f"{path}:6: scenes[0].size[0]: must be at least 1, found 0",
-        f"{path}:8: scenes[1].pth: unknown key 'pth'; did you mean 'path'?",
         f"{path}:7: scenes[1]: a scene has either 'path', a scene file, or 'scene', the scene as a table",
+        f"{path}:8: scenes[1].pth: unknown key 'pth'; did you mean 'path'?",
         f"{path}:11: strategies[0].strategy: strategy 'bset': unknown strategy 'bset'; did you mean 'best'?",
         f"{path}:13: strategies[1].peer.renderer: expected 'mitsuba', found 'mitsbua'",
         f"{path}:15: reference.eror: unknown key 'eror'; did you mean 'error'?",
-    }
+    ]
 
 
 @pytest.mark.parametrize(
@@ -188,6 +189,8 @@ def test_entries_of_a_list_have_lines_of_their_own(file: Callable[[str], Path]) 
         'scenes = [\n  # two\n  { path = "a.toml" },\n  { path = "b.toml", sise = 3 },\n]\nstrategies = ["bset"]\n'
     )
     assert set(problems_of(lambda: read_experiment(path))) == {
+        f"{path}:3: scenes[0].path: there is no such file: {path.parent / 'a.toml'}",
+        f"{path}:4: scenes[1].path: there is no such file: {path.parent / 'b.toml'}",
         f"{path}:4: scenes[1].sise: unknown key 'sise'; did you mean 'size'?",
         f"{path}:6: strategies[0].strategy: strategy 'bset': unknown strategy 'bset'; did you mean 'best'?",
     }

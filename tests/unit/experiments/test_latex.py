@@ -52,8 +52,28 @@ def test_what_limits_a_number_stands_beside_it(tmp_path: Path) -> None:
     (row,) = [line for line in lines if line.startswith(first.label)]
     assert row.startswith(rf"{first.label} (biased) & $\ge$")
     assert row.count("$^*$") == sum(time.known and time.trusted for time in far.values())
-    (note,) = [line for line in lines if line.startswith(r"\multicolumn")]
-    assert f"{scene.size[0]}x{scene.size[1]} pixels, {first.repeats} repeats, " in note
+    conditions, *notes = [line for line in lines if line.startswith(r"\multicolumn")]
+    assert f"{scene.size[0]}x{scene.size[1]} pixels, {first.repeats} repeats, " in conditions
+    assert [note.partition(r"\footnotesize ")[2].partition(":")[0] for note in notes] == [
+        *("in brackets", "(biased)", r"$\ge$", "$^*$")
+    ]
+
+
+def test_notes_explain_only_the_marks_that_the_table_has(tmp_path: Path) -> None:
+    found = summary(tmp_path)
+    (scene,) = found.scenes
+    table = latex_table(replace(found, scenes=(replace(scene, strategies=scene.strategies[:1]),)))
+    assert table.endswith(
+        "\\bottomrule\n\\multicolumn{6}{l}{\\footnotesize in brackets: 95 \\% intervals} \\\\\n\\end{tabular}\n"
+    )
+
+
+def test_all_times_of_a_column_have_the_unit_of_its_heading(tmp_path: Path) -> None:
+    rows = latex_table(summary(tmp_path)).splitlines()
+    assert rows[3].startswith(r"box0 & error after 2\,s [\%] & time to 10\,\% [s] & ")
+    assert [row.partition(" & ")[0] for row in rows[5:8]] == ["naive", "cut (biased)", "best"]
+    assert rows[5].endswith(r" & 1,600 [1,440, 1,760] & 6,400 [5,760, 7,040] \\"), "96 to 117 minutes, in seconds"
+    assert r"\%" not in "".join(rows[5:8])
 
 
 def test_the_table_is_written_into_a_new_folder(tmp_path: Path) -> None:

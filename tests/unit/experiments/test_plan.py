@@ -27,6 +27,29 @@ def test_a_budget_tells_how_long_all_takes() -> None:
     assert planned(TWO.replace(spp=(4, 64))) == ("references of up to 10 s each, then 12 runs of 64 samples a pixel")
 
 
+@pytest.mark.parametrize(
+    ("repeats", "told"),
+    [
+        (1, "; with 1 repeat there are no intervals: --repeats 3 is the least, 6 are better"),
+        (
+            4,
+            "; with 4 repeats there are no trusted times where rare events make most of an error: "
+            "--repeats 6 is the least",
+        ),
+        (6, ""),
+    ],
+)
+def test_too_few_repeats_are_told_before_the_runs(repeats: int, told: str) -> None:
+    experiment = Experiment(
+        scenes=({"path": str(CORNELL)},),  # type: ignore[arg-type]
+        strategies=("best",),  # type: ignore[arg-type]
+        budget=2.0,
+        repeats=repeats,
+    )
+    assert planned(experiment).partition(" of 2 s")[2] == told
+    assert planned(experiment.replace(budget=None, spp=(4,))).partition(" samples a pixel")[2] == told
+
+
 def test_machines_divide_the_time_of_runs_and_of_nothing_else() -> None:
     assert planned(TWO, machines=5) == ("about 21 s: references of up to 10 s each, then 12 runs of 2 s on 5 machines")
     assert planned_seconds(TWO, machines=12) == 10 + 5 + 2 * 2, "repeats wait for the first one's counts"

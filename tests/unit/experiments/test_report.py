@@ -188,6 +188,26 @@ def test_a_page_of_small_images_is_small(folder: Path, page: Page) -> None:
 
 
 @pytest.mark.usefixtures("without_figures")
+def test_a_long_remark_is_said_once_and_every_mark_leads_to_it(tmp_path: Path) -> None:
+    plain = summary(tmp_path, scenes=2)
+    remark = f"6 of 6 renders: {'light that samples have not met ' * 6}"
+    scenes = tuple(
+        replace(
+            scene,
+            strategies=tuple(
+                replace(one, error_at_budget=one.error_at_budget.noted(remark)) for one in scene.strategies
+            ),
+        )
+        for scene in plain.scenes
+    )
+    page, _ = written(replace(plain, scenes=scenes), tmp_path)
+    assert page.visible.count(remark.strip()) == 1
+    marks = [link for link in page.all("a") if link.get("aria-label") == "note a"]
+    assert [link["href"] for link in marks] == ["#notes_a"] * 6
+    assert any(attributes.get("id") == "notes_a" for attributes in page.all("dt"))
+
+
+@pytest.mark.usefixtures("without_figures")
 def test_the_same_summary_gives_the_same_bytes(tmp_path: Path) -> None:
     first = written(summary(tmp_path), tmp_path)[1]
     assert written(summary(tmp_path), tmp_path)[1] == first

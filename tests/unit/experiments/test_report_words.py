@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from equaltime.experiments.model.summary import Summary
+from equaltime.experiments.report.footnotes import shared_remarks
 from equaltime.experiments.report.looks import DARK, LIGHT, MARKERS, looks
 from equaltime.experiments.report.tables import Table, TableRow
 from equaltime.experiments.report.words import (
@@ -168,7 +169,28 @@ def test_footnotes_are_said_once_and_those_that_differ_in_a_number_together() ->
     cells = [Cell("1", note=note) for note in notes]
     table = Table("slug", "caption", "corner", ("a",), tuple(TableRow("label", None, (), ((cell,),)) for cell in cells))
     assert table.footnotes == ("extrapolated 3.6 to 12 times", "heavy tail", "baseline: heavy tail")
-    assert [table.marks(cell) for cell in cells] == [(1,), (1, 2), (2, 3)]
+    assert [table.marks(cell) for cell in cells] == [("1",), ("1", "2"), ("2", "3")]
+
+
+def test_remarks_that_differ_in_several_numbers_are_one_footnote() -> None:
+    notes = ("5 of 6 renders: one in 10,000: 16 samples", "6 of 6 renders: one in 25: 8 samples")
+    cells = [Cell("1", note=note) for note in notes]
+    table = Table("slug", "caption", "corner", ("a",), tuple(TableRow("label", None, (), ((cell,),)) for cell in cells))
+    assert table.footnotes == ("5 to 6 of 6 renders: one in 25 to 10,000: 8 to 16 samples",)
+
+
+def test_a_long_remark_of_several_tables_has_a_letter_and_leaves_the_numbers_to_others() -> None:
+    long = f"{{}} renders: {'light is missing ' * 9}"
+    cells = [Cell("1", note=note) for note in (long.format(5), "heavy tail", f"{long.format(9)}; heavy tail")]
+    shared = shared_remarks([cells[:1], cells[1:]])
+    assert list(shared.values()) == [long.format("5 to 9")]
+    assert not shared_remarks([cells]), "one table has room for its own"
+    assert not shared_remarks([cells[1:2], cells[2:]]).keys() & {"heavy tail"}, "a short remark stands where it is used"
+    rows = tuple(TableRow("label", None, (), ((cell,),)) for cell in cells)
+    table = Table("slug", "caption", "corner", ("a",), rows, shared=tuple(shared))
+    assert table.footnotes == ("heavy tail",)
+    assert [table.marks(cell) for cell in cells] == [("a",), ("1",), ("1", "a")]
+    assert [table.address(mark) for mark in ("1", "a")] == ["slug-note-1", "notes_a"]
 
 
 def test_extrapolation_is_said_in_plain_words() -> None:

@@ -15,6 +15,7 @@ import equaltime as et
 from equaltime.cli import main
 from equaltime.quoting import noise_light as module
 from equaltime.quoting.law import fit
+from equaltime.quoting.light_parts import lamp
 from equaltime.quoting.noise_light import LEAST_PATHS, NoiseLight, noise_light
 from equaltime.quoting.pilot import Pilot
 from equaltime.rendering.core import split_light
@@ -171,3 +172,15 @@ def test_the_command_tells_which_light(capsys: pytest.CaptureFixture[str]) -> No
     assert 0.5 < light["indirect"]["low"] < light["indirect"]["value"] < light["indirect"]["high"]
     assert main([*command, "--no-why"]) == 0
     assert "which light" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("what", "name", "place"),
+    [
+        ("environment", "sky", ""),
+        ("light 0: sun (/tmp/scene.toml:12)", "sun", "scene.toml:12"),
+        ("shape 3: lamp", "lamp", ""),
+    ],
+)
+def test_a_light_has_its_name_without_an_article(what: str, name: str, place: str) -> None:
+    assert lamp(what) == (name, place)

@@ -50,6 +50,18 @@ def test_a_render_that_is_taken_up_has_the_bits_of_one_that_never_stopped(
     assert np.abs(sum(anew) / 40 - whole.image).max() > 1e-6, "the twin: the same numbers once more"
 
 
+def test_the_runs_of_a_render_are_counted_as_its_seconds_are(scene: et.Scene, tmp_path: Path) -> None:
+    files = [tmp_path / name for name in ("a.exr", "b.exr", "c.exr")]
+    first = et.render(scene, spp=2)
+    first.save(files[0])
+    et.render(scene, spp=4, resume=files[0]).save(files[1])
+    resumed = et.read(files[1]).stats
+    assert "runs" not in first.record
+    assert (resumed.runs, resumed.seconds > first.stats.seconds) == (2, True)
+    et.render(scene, spp=4, seed=1).save(files[2])
+    assert et.merge(files[1:]).record["runs"] == 3
+
+
 def test_a_render_that_ctrl_c_cut_within_a_pass_is_taken_up(scene: et.Scene, tmp_path: Path) -> None:
     def interrupt(progress: Progress) -> None:
         if progress.samples >= 4:

@@ -13,6 +13,8 @@ import equaltime as et
 from equaltime.cli import main
 from equaltime.images import image_files
 
+from ..scene.gltf_files import one_triangle
+
 SCENE = """
 [integrator]
 type = "path"
@@ -104,6 +106,19 @@ def test_the_ground_of_a_mesh_is_opaque_and_can_be_left_out(tmp_path: Path) -> N
         found = et.render(scene, spp=4).alpha
         assert found is not None
         assert found[0, 0] == alpha
+
+
+def test_the_words_say_that_the_ground_of_a_mesh_stays(tmp_path: Path) -> None:
+    mesh, told = tmp_path / "a.obj", "the ground is a surface, not background: it stays opaque and fills the picture; "
+    mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    clear = et.load(mesh).with_(transparent=True)
+    assert f"{told}-D ground=0 leaves it out" in clear.warnings
+    assert clear.with_(size=(8, 6), transparent=True).warnings == clear.warnings
+    assert not any("ground=0" in line for line in et.load(mesh).warnings)
+    assert not any("ground=0" in line for line in et.load(mesh, ground=0).with_(transparent=True).warnings)
+    model = one_triangle().glb(tmp_path / "a.glb")
+    assert not any("ground=0" in line for line in et.load(model).with_(transparent=True).warnings)
+    assert any("ground=0" in line for line in et.load(model, ground="0.5").with_(transparent=True).warnings)
 
 
 def test_the_picture_over_the_sky_is_the_picture_with_the_sky(file: Path) -> None:

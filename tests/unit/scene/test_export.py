@@ -297,6 +297,12 @@ def test_a_mesh_that_is_written_has_the_same_numbers(tmp_path: Path) -> None:
 # -- the command -----------------------------------------------------------------------------------------------------
 
 
+def test_a_scene_is_converted_in_silence_if_asked(with_mesh: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["convert", str(with_mesh / "scene.toml"), str(with_mesh / "quiet.xml"), "-q"]) == 0
+    assert capsys.readouterr() == ("", "")
+    assert (with_mesh / "quiet.xml").exists()
+
+
 def test_a_scene_is_converted_on_the_command_line(with_mesh: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = with_mesh / "new.xml"
     assert main(["convert", str(with_mesh / "scene.toml"), str(out)]) == 0

@@ -31,12 +31,14 @@ from equaltime.statistics.agreement import LEVEL, equality_test, near_normal, sh
 from equaltime.statistics.curves import Runs, error_at, error_curve, least_error_at, second_curve, slope, time_to_error
 from equaltime.statistics.in_words import probability
 from equaltime.statistics.intervals import FEWEST_REPEATS, UNKNOWN, Interval, signed_root, sound
-from equaltime.words import percent
+from equaltime.words import duration, percent
 
 __all__ = ["conclude", "concluded", "summarise"]
 
 Floats = NDArray[np.float64]
 
+_LATE = 1.1
+"""Times the budget from which a first image is told to be late; runs aim at the budget with about this accuracy."""
 _NO_COMMON_COUNT = "its repeats have no sample count in common, so that they cannot be joined"
 
 
@@ -249,8 +251,14 @@ class _Scene:
             samples=self._samples(strategy),
             variances=self._variances(strategy),
             reference=self._reference_file(strategy.label),
+            late=self._late(strategy),
             film=_existing(self.place.film(self.name, strategy.label)) if self.experiment.animate else None,
         )
+
+    def _late(self, strategy: StrategyRuns) -> float | None:
+        """Return the mean time of a strategy's first image in seconds if it clearly exceeds the budget; else None."""
+        first, budget = float(strategy.runs.seconds[:, 0].mean()), self.experiment.budget
+        return first if budget is not None and first > _LATE * budget else None
 
     def _notes(
         self, strategy: StrategyRuns, baseline: StrategyRuns, standard: str | None, equality: float | None
@@ -269,6 +277,9 @@ class _Scene:
             notes.append("some of its images have pixels that are not finite, and cannot be measured")
         if equality is not None and equality < self.level:
             notes.append(f"its picture differs from the picture of {standard} ({probability(equality)})")
+        if late := self._late(strategy):
+            budget = duration(self.experiment.budget or 0.0)
+            notes.append(f"its first image took {duration(late)}, longer than the budget: no image after {budget}")
         return notes
 
 

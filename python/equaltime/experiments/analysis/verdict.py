@@ -1,6 +1,7 @@
 """The verdict of an experiment: a plain sentence that answers its question, then what limits the answer.
 
-The verdict takes only numbers whose intervals can be trusted. `analysis.questions` has the questions other than time.
+The verdict takes only numbers whose intervals can be trusted. `analysis.questions` and `analysis.combination` have the
+questions other than time.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
+from equaltime.experiments.analysis.combination import combination_verdict
 from equaltime.experiments.analysis.pictures import other_pictures
 from equaltime.experiments.analysis.questions import bias_verdict, efficiency_verdict, samples_verdict
 from equaltime.experiments.analysis.sentences import compared, joined, less_time, where
@@ -49,6 +51,8 @@ def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Q
         return bias_verdict(scenes, LEVEL)
     if question == "samples":
         return samples_verdict(scenes) + other_pictures(scenes)
+    if question == "combination":
+        return combination_verdict(scenes) + other_pictures(scenes)
     if question == "efficiency":
         return efficiency_verdict(scenes) + other_pictures(scenes)
     return _answer_in_time(scenes, targets) + other_pictures(scenes)

@@ -65,9 +65,10 @@ Quantity = Literal[
 ``time of a sample`` are relative to the baseline. ``time`` and ``samples`` are those needed for an error. ``p`` is the
 p-value of the test whether the expected image is the standard strategy's."""
 
-Question = Literal["time", "bias", "samples", "efficiency"]
-"""An experiment's question: the ``time`` to an error, which strategies are biased (``bias``), the ``samples`` to an
-error, or the ``efficiency``: the inverse of squared error times time."""
+Question = Literal["time", "bias", "samples", "efficiency", "combination"]
+"""An experiment's question: ``time`` to an error, strategies with ``bias``, ``samples`` to an error, ``efficiency``
+(the inverse of squared error times time), or ``combination``. The last asks how far the baseline, a combination of
+techniques, is behind the better of its parts."""
 
 DEFAULT_BUDGET = 10.0
 MOST_REPEATS = 100_000
@@ -310,11 +311,13 @@ class Experiment(Value):
     animate: bool = False
     """Whether the report shows films of how the images converge, side by side at equal time."""
     question: Question = "time"
-    """Question that the verdict answers: ``time`` to an error, ``bias``, ``samples`` or ``efficiency``.
+    """Question that the verdict answers: ``time`` to an error, ``bias``, ``samples``, ``efficiency`` or
+    ``combination``.
 
     ``bias`` asks which strategies have another expected image than the standard strategy, which is ``best`` if that is
     unbiased. ``samples`` asks how many samples each strategy needs. ``efficiency`` asks by which factor squared error
-    times time is below the baseline's, over all scenes.
+    times time is below the baseline's, over all scenes. ``combination`` asks by which factor the baseline's squared
+    error exceeds that of the better of its parts, on the worst scene. The parts are the strategies of one technique.
     """
     reference: ReferenceWish = ReferenceWish()
     quick: QuickWish = QuickWish()

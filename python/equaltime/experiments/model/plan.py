@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from equaltime.experiments.model.experiment import DEFAULT_BUDGET, Experiment
+from equaltime.statistics.intervals import FEWEST_FOR_MEDIAN, FEWEST_REPEATS
 from equaltime.words import duration
 
 __all__ = ["PeerTimes", "planned", "planned_runs", "planned_seconds"]
@@ -36,7 +37,7 @@ def planned(experiment: Experiment, peers: PeerTimes = PeerTimes(), machines: in
     ``peers`` holds the measured times of other renderers, and ``machines`` is the number of machines that take runs.
     The time is mostly an upper limit: references may end earlier, and runs that a folder already holds are not
     repeated. Two times are not included: references of renderers whose images differ, which the sentence names, and the
-    measuring of errors.
+    measuring of errors. The sentence ends with a warning if there are too few repeats for trusted numbers.
     """
     runs = planned_runs(experiment)
     said = f"{runs} run{'s' * (runs != 1)}"
@@ -49,11 +50,23 @@ def planned(experiment: Experiment, peers: PeerTimes = PeerTimes(), machines: in
         first.append(f"references of up to {duration(references)} each")
     before = f"{', '.join(first)}, then " if first else ""
     differs = f"; up to {duration(experiment.reference.seconds)} more for each renderer whose picture differs"
-    after = differs if peers.tests else ""
+    after = (differs if peers.tests else "") + _too_few(experiment.repeats)
     if experiment.spp is not None:
         return f"{before}{said} of {experiment.spp[-1]:,} samples a pixel{on}{after}"
     seconds = _whole(_seconds(experiment, peers, machines))
     return f"about {duration(seconds)}: {before}{said} of {duration(experiment.budget or DEFAULT_BUDGET)}{on}{after}"
+
+
+def _too_few(repeats: int) -> str:
+    """Return the end of the sentence on the plan if repeats are too few for intervals or for medians; else empty."""
+    few = f"; with {repeats} repeat{'s' * (repeats != 1)} there are no"
+    if repeats < FEWEST_REPEATS:
+        return f"{few} intervals: --repeats {FEWEST_REPEATS} is the least, {FEWEST_FOR_MEDIAN} are better"
+    if repeats < FEWEST_FOR_MEDIAN:
+        return (
+            f"{few} trusted times where rare events make most of an error: --repeats {FEWEST_FOR_MEDIAN} is the least"
+        )
+    return ""
 
 
 def planned_seconds(experiment: Experiment, peers: PeerTimes = PeerTimes(), machines: int = 1) -> float | None:

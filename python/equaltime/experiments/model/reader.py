@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import os
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
@@ -169,7 +169,18 @@ def read_experiment(path: Path) -> Experiment:
         places = (_place(path, f"strategies[{number}]", lines) for number in range(len(experiment.strategies)))
         return experiment.replace(strategies=tuple(map(StrategyEntry.at, experiment.strategies, places)))
     except ExperimentError as error:
-        raise ExperimentError(tuple(Problem(_place(path, p.place, lines), p.message) for p in error.problems)) from None
+        problems = (*error.problems, *_missing_scenes(table, path.parent))
+        found = sorted(problems, key=lambda problem: nearest(lines, problem.place) or 0)
+        raise ExperimentError(tuple(Problem(_place(path, p.place, lines), p.message) for p in found)) from None
+
+
+def _missing_scenes(table: Mapping[str, Any], folder: Path) -> Iterator[Problem]:
+    """Find scene files that do not exist, to be told with the other problems of an experiment in ``folder``."""
+    scenes = table.get("scenes")
+    for number, entry in enumerate(scenes if isinstance(scenes, list) else ()):
+        name = entry.get("path") if isinstance(entry, Mapping) else None
+        if isinstance(name, str) and not os.path.exists(folder / name):
+            yield Problem(f"scenes[{number}].path", f"there is no such file: {folder / name}")
 
 
 def _place(path: Path, keys: str, lines: Mapping[str, int]) -> str:

@@ -16,7 +16,7 @@ from equaltime.experiments.model.experiment import Quantity, Question, Theirs
 from equaltime.extras import optional
 from equaltime.rendering.stated import other_depth
 from equaltime.statistics.intervals import UNKNOWN, Interval
-from equaltime.words import Shown
+from equaltime.words import Shown, duration
 
 if TYPE_CHECKING:
     import pandas
@@ -110,6 +110,8 @@ class StrategyResult:
     renderer reports none."""
     reference: Path | None = None
     """File of a reference for this strategy alone, if its renderer has another expected image; else None."""
+    late: float | None = None
+    """Mean time of the first image in seconds if it is more than a tenth above the experiment's budget; else None."""
     film: Path | None = None
     """File of a film that shows how the strategy's image converges (`equaltime.experiments.run.forming.read_film`);
     None if not wanted."""
@@ -125,10 +127,14 @@ class StrategyResult:
         return self.unequal or self.disagrees
 
     @property
+    def remark(self) -> str:
+        """``biased``, or ``another picture`` if a test found that the strategy's picture is another one; or empty."""
+        return "biased" if self.biased else "another picture" if self.another_picture else ""
+
+    @property
     def named(self) -> str:
-        """Label, with a remark if the strategy is biased or if a test found that its picture is another one."""
-        remark = " (biased)" if self.biased else " (another picture)" if self.another_picture else ""
-        return f"{self.label}{remark}"
+        """Label, with its `remark` in brackets."""
+        return f"{self.label} ({self.remark})" if self.remark else self.label
 
     @property
     def picture_p(self) -> float | None:
@@ -169,6 +175,13 @@ class SceneResult:
     """Strategies without results, since their runs have no sample count in common: pairs of label and reason."""
     reference_caveat: str = ""
     """Known limit of the reference besides its noise; empty if there is none."""
+
+    @property
+    def late(self) -> str:
+        """Sentence for reports on the strategies whose first image took longer than the budget; empty without any."""
+        told = [f"{one.label} ({duration(one.late)})" for one in self.strategies if one.late is not None]
+        took = "first images took" if len(told) > 1 else "the first image took"
+        return f"{took} longer than the budget of {duration(self.budget_s)}: {', '.join(told)}" if told else ""
 
     @property
     def other_depth(self) -> str:
@@ -221,9 +234,12 @@ class Summary(Shown):
     def to_frame(self) -> pandas.DataFrame:
         """Return the error curves as a pandas table, with a row for each point of each strategy's curve on each scene.
 
-        Columns: ``scene``, ``strategy``, ``biased``, ``spp``; ``seconds``, ``error`` and ``own_estimate``, each with
-        ``_low`` and ``_high`` (95 %). Times are in seconds; errors are relative (0.02 is 2 %). Raises `EqualtimeError`
-        without pandas.
+        The columns are ``scene``, ``strategy`` (its label), ``biased``, ``spp`` (samples per pixel), and three numbers.
+        ``seconds`` is the rendering time. ``error`` is the relative error measured against the reference: 0.02 is 2 %.
+        ``own_estimate`` is the relative error that the render states itself, without a reference. Each of the three has
+        two further columns with the ends of its 95 % interval, such as ``error_low`` and ``error_high``. A third one,
+        such as ``error_trusted``, tells whether the interval can be trusted. Raises `EqualtimeError` if pandas is not
+        installed.
         """
         rows = [
             {"scene": scene.name, "strategy": strategy.label, "biased": strategy.biased, "spp": spp, **point}
@@ -238,9 +254,10 @@ class Summary(Shown):
 def _points(curve: Curve) -> Iterator[dict[str, float]]:
     """Give the intervals of each checkpoint, by column."""
     names = ("seconds", "error", "own_estimate")
+    ends = {"": "value", "_low": "low", "_high": "high", "_trusted": "trusted"}
     for intervals in zip(*(getattr(curve, name) for name in names), strict=True):
         yield {
-            f"{name}{end}": value
+            f"{name}{end}": getattr(interval, attribute)
             for name, interval in zip(names, intervals, strict=True)
-            for end, value in (("", interval.value), ("_low", interval.low), ("_high", interval.high))
+            for end, attribute in ends.items()
         }

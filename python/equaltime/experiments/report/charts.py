@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["clearest", "curve_gid", "draw_curves", "draw_dots", "has_dots", "point_titles", "tick", "unmarked"]
+__all__ = ["clearest", "curve_titles", "draw_curves", "draw_dots", "has_dots", "has_pale_points", "tick", "unmarked"]
 
 
 def draw_curves(
@@ -31,8 +31,9 @@ def draw_curves(
     """Draw the error of all strategies of a scene against time, and return the figure.
 
     ``targets`` are errors, drawn as horizontal lines. ``looks`` gives colour, marker and line style by label of a
-    strategy. ``size`` is width and height in inches, and ``legend`` tells whether to draw a legend. In the SVG, each
-    curve is a group with the id that `curve_gid` returns.
+    strategy. ``size`` is width and height in inches, and ``legend`` tells whether to draw a legend. Points are
+    pale, and have no band, if a table prints no number with an interval for them. In the SVG, the points of each curve
+    are in the groups that `curve_titles` names.
     """
     figure: Figure = optional("matplotlib.figure").Figure(figsize=size, layout="constrained", facecolor="none")
     axes = figure.add_subplot(facecolor="none")
@@ -46,31 +47,51 @@ def draw_curves(
     axes.set_xlabel("time, first sample to image", color=INK)
     axes.set_ylabel("error (root mean square)", color=INK)
     if legend:
-        _add_legend(axes)
+        _add_legend(axes, has_pale_points(scene))
     return figure
 
 
-def curve_gid(order: int) -> str:
-    """Return the id of the SVG group that holds one strategy's curve, to attach tooltips to its points.
+def curve_titles(order: int, strategy: StrategyResult) -> dict[str, list[str]]:
+    """Return a tooltip for each drawn point of a strategy's curve: error, time and samples per pixel.
 
-    ``order`` is the index of the strategy in the scene's results.
+    ``order`` is the index of the strategy in the scene's results. The tooltips are by the id of the SVG group that
+    holds their points: one group for the points with a trusted interval, one for the others.
     """
-    return f"curve-{order}"
-
-
-def point_titles(strategy: StrategyResult) -> list[str]:
-    """Return a tooltip for each drawn point of a strategy's curve: error, time and samples per pixel."""
     curve = strategy.curve
-    return [
+    titles = [
         f"{strategy.label}: {measured_cell(curve.error[i])} after {seconds(curve.seconds[i].value)}, {curve.spp[i]} spp"
         for i in _drawn(strategy)
     ]
+    return {
+        _curve_gid(order, pale): [titles[place] for place in _places(strategy, pale=pale)] for pale in (False, True)
+    }
+
+
+def has_pale_points(scene: SceneResult) -> bool:
+    """Tell whether `draw_curves` draws any pale point: one whose interval cannot be trusted."""
+    return any(_places(strategy, pale=True) for strategy in scene.strategies)
+
+
+def _curve_gid(order: int, pale: bool = False) -> str:
+    """Return the id of the SVG group of one strategy's points, trusted or ``pale``."""
+    return f"curve-{order}-pale" if pale else f"curve-{order}"
 
 
 def _drawn(strategy: StrategyResult) -> list[int]:
     """Return the indices of checkpoints with positive time and error, which logarithmic axes can show."""
     pairs = zip(strategy.curve.seconds, strategy.curve.error, strict=True)
     return [i for i, (time, error) in enumerate(pairs) if _positive(time.value) and _positive(error.value)]
+
+
+def _places(strategy: StrategyResult, pale: bool) -> list[int]:
+    """Return the places, in the list of drawn points, of those with a trusted interval or of the ``pale`` others."""
+    errors = (strategy.curve.error[i] for i in _drawn(strategy))
+    return [place for place, error in enumerate(errors) if _is_pale(error) == pale]
+
+
+def _is_pale(error: Interval) -> bool:
+    """Tell whether a table prints a limit of this error, or no number, instead of a number with its interval."""
+    return measured_cell(error).state != "trusted"
 
 
 def _positive(value: float) -> bool:
@@ -89,28 +110,26 @@ def _draw_curve(axes: Axes, strategy: StrategyResult, look: Style, order: int) -
         color=look.light,
         alpha=0.18,
         linewidth=0,
-        gid=f"{curve_gid(order)}-band",
+        gid=f"{_curve_gid(order)}-band",
     )
-    axes.plot(
-        times,
-        [error.value for error in errors],
-        color=look.light,
-        marker=look.marker,
-        linestyle="--" if strategy.biased and look.line == "-" else look.line,
-        markerfacecolor="none" if strategy.biased else look.light,
-        markersize=5.5,
-        linewidth=1.8,
-        label=f"{_SHOWN}{strategy.label} (biased)" if strategy.biased else f"{_SHOWN}{strategy.label}",
-        gid=curve_gid(order),
-        zorder=3,
-    )
+    values = [error.value for error in errors]
+    sure = [math.nan if _is_pale(error) else error.value for error in errors]  # the line has a gap at each NaN
+    style: dict[str, Any] = {
+        "color": look.light,
+        "marker": look.marker,
+        "linestyle": "--" if strategy.biased and look.line == "-" else look.line,
+        "markerfacecolor": "none" if strategy.biased else look.light,
+        "markersize": 5.5,
+        "linewidth": 1.8,
+    }
+    axes.plot(times, sure, **style, label=f"{_SHOWN}{strategy.named}", gid=_curve_gid(order), zorder=3)
+    if pale := _places(strategy, pale=True):
+        axes.plot(times, values, **style, markevery=pale, alpha=_PALE, gid=_curve_gid(order, pale=True), zorder=2.9)
 
 
 def _band(error: Interval) -> tuple[float, float]:
-    """Return the ends of the band at one point; the band of an untrusted interval has zero width."""
-    if not (error.trusted and math.isfinite(error.high)):
-        return error.value, error.value
-    return max(error.low, 0.2 * error.value), error.high
+    """Return the ends of the band at one point; the band of a pale point has zero width."""
+    return (error.value, error.value) if _is_pale(error) else (max(error.low, 0.2 * error.value), error.high)
 
 
 def _scale(axes: Axes, scene: SceneResult) -> None:
@@ -181,9 +200,15 @@ def tick(axis: Any, words: Callable[[float], str], most: float = 8.0) -> None:
 
 _SHOWN = "curve "
 """Prefix of labels in Matplotlib, which omits labels with a leading underscore from legends."""
+_PALE = 0.35
+"""Opacity of points whose interval cannot be trusted."""
 
 
-def _add_legend(axes: Axes) -> None:
+def _add_legend(axes: Axes, pale: bool) -> None:
+    if pale:
+        axes.plot(
+            [], [], color=MUTED, marker="o", markersize=5.5, linestyle="none", alpha=_PALE, label="pale: not trusted"
+        )
     legend = axes.legend(frameon=False, labelcolor=INK, fontsize=9)
     for text in legend.get_texts():
         text.set_text(text.get_text().removeprefix(_SHOWN))

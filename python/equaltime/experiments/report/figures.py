@@ -16,7 +16,7 @@ import numpy as np
 
 from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.captions import short_caption
-from equaltime.experiments.report.charts import curve_gid, draw_curves, draw_dots, point_titles
+from equaltime.experiments.report.charts import curve_titles, draw_curves, draw_dots
 from equaltime.experiments.report.gallery import Window
 from equaltime.experiments.report.looks import GRID, INK, LIGHT, MUTED, Style
 from equaltime.experiments.report.pictures import Pictures
@@ -48,7 +48,7 @@ _KINDS = {"pdf": {"CreationDate": None}, "png": {}}
 """File types and their metadata; without a date, so that equal figures give equal files."""
 _FRAMES = ("#e69f00", "#56b4e9", "#009e73", "#cc79a7")
 _FONT = re.compile(r"font(-family|-size)?:[^;]*;?")
-_CURVE = re.compile(r"curve-(\d+)(?:-band)?")
+_CURVE = re.compile(r"curve-(\d+)(?:-band|-pale)?")
 _FONT_SIZE = re.compile(r"(\d+(?:\.\d+)?)px")
 
 
@@ -138,7 +138,9 @@ def chart(
     ``targets`` are errors, drawn as horizontal lines. ``looks`` gives colour, marker and line style by label of a
     strategy. ``size`` is width and height in inches.
     """
-    titles = {curve_gid(order): point_titles(strategy) for order, strategy in enumerate(scene.strategies)}
+    titles: dict[str, list[str]] = {}
+    for order, strategy in enumerate(scene.strategies):
+        titles |= curve_titles(order, strategy)
     labels = ", ".join(strategy.label for strategy in scene.strategies)
     description = (
         f"Error against time on {scene.name}, both logarithmic, one curve each for {labels}; "

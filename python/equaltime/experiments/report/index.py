@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from equaltime.experiments.model.summary import Summary
-from equaltime.experiments.report.charts import clearest
+from equaltime.experiments.report.charts import clearest, has_pale_points
 from equaltime.experiments.report.figures import SMALL, chart, dots
 from equaltime.experiments.report.looks import Style, looks
 from equaltime.experiments.report.own import other_renderers
@@ -106,7 +106,8 @@ def _chart(summary: Summary, prefix: str, look: Mapping[str, Style]) -> tuple[An
     wanted = summary.beside[0].scene if summary.beside else ""
     scene = next((scene for scene in summary.scenes if scene.name == wanted), summary.scenes[0])
     where = f", {scene.name}" if len(summary.scenes) > 1 else ""
-    return chart(scene, prefix, summary.targets, look, SMALL), f"Error against time{where}", look
+    pale = "; pale points cannot be trusted" if has_pale_points(scene) else ""
+    return chart(scene, prefix, summary.targets, look, SMALL), f"Error against time{where}{pale}", look
 
 
 def _facts(summary: Summary) -> str:

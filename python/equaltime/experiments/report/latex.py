@@ -2,15 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.telling import DASH
-from equaltime.experiments.report.words import Cell, measured_cell, percent, seconds, seconds_cell
+from equaltime.experiments.report.words import (
+    ERROR_UNIT,
+    EXTRAPOLATED,
+    Cell,
+    Unit,
+    column_unit,
+    meanings,
+    measured_cell,
+    percent,
+    seconds,
+    seconds_cell,
+)
 from equaltime.files import replacing
-from equaltime.statistics.intervals import UNKNOWN
+from equaltime.statistics.intervals import UNKNOWN, Interval
 
 __all__ = ["latex_table", "write_latex"]
 
@@ -34,19 +46,25 @@ _BOUNDS: Final = "\N{GREATER-THAN OR EQUAL TO}\N{LESS-THAN OR EQUAL TO}"
 def latex_table(summary: Summary) -> str:
     """Return a table with a row for each strategy of each scene: error at equal time, and the time to each target.
 
-    Numbers have their 95 % intervals in brackets, as in the report. A star marks times that are extrapolated beyond the
-    runs. If only one end of an interval can be trusted, it stands as a bound; a dash stands for a number that is not
-    known. Biased strategies, and those with another picture than the standard's, say so. A note below each scene gives
-    its size, its repeats and the error of its reference.
+    All errors are in per cent, and all times of a column are in the unit that its heading has. Numbers have their 95 %
+    intervals in brackets, as in the report. If only one end of an interval can be trusted, it stands as a bound; a dash
+    stands for a number that is not known. A row below each scene gives its size, its repeats and the error of its
+    reference. Notes below the table explain the marks that it has, such as the star of extrapolated times.
     """
+    columns = 2 + len(summary.targets)
+    units = {target: column_unit(_times(summary, target)) for target in summary.targets}
+    told = [cell for scene in summary.scenes for row in _rows(scene, units) for cell in row]
     lines = [
         f"% {summary.title}: error after the same time, and time to an error, with 95 % intervals",
-        rf"\begin{{tabular}}{{l{'r' * (1 + len(summary.targets))}}}",
+        rf"\begin{{tabular}}{{l{'r' * (columns - 1)}}}",
         r"\toprule",
     ]
-    for scene in summary.scenes:
-        lines += _rows(scene, summary.targets)
-    return "\n".join([*lines[:-1], r"\bottomrule", r"\end{tabular}", ""])
+    for number, scene in enumerate(summary.scenes):
+        lines += [r"\midrule"] * (number > 0)
+        lines += [_row(_titles(scene, units)), r"\midrule", *map(_row, _rows(scene, units))]
+        lines.append(_across(_conditions(scene), columns))
+    notes = (_across(note, columns) for note in _notes(told))
+    return "\n".join([*lines, r"\bottomrule", *notes, r"\end{tabular}", ""])
 
 
 def write_latex(summary: Summary, path: Path) -> None:
@@ -56,34 +74,27 @@ def write_latex(summary: Summary, path: Path) -> None:
         part.write_text(latex_table(summary), encoding="utf-8")
 
 
-def _rows(scene: SceneResult, targets: tuple[float, ...]) -> Iterator[str]:
-    titles = (
-        scene.name,
-        f"error after {seconds(scene.budget_s)}",
-        *(f"time to {percent(target)}" for target in targets),
-    )
-    yield _row(titles)
-    yield r"\midrule"
+def _times(summary: Summary, target: float) -> list[Interval]:
+    """Return the times to the error ``target`` of all strategies on all scenes, in seconds."""
+    return [one.time_to.get(target, UNKNOWN) for scene in summary.scenes for one in scene.strategies]
+
+
+def _titles(scene: SceneResult, units: Mapping[float, Unit]) -> tuple[str, ...]:
+    times = (f"time to {percent(target)} [{unit.symbol.strip()}]" for target, unit in units.items())
+    return (scene.name, f"error after {seconds(scene.budget_s)} [%]", *times)
+
+
+def _rows(scene: SceneResult, units: Mapping[float, Unit]) -> Iterator[tuple[str, ...]]:
+    """Yield the cells of each strategy; ``units`` has the unit of the times to each target."""
     for strategy in scene.strategies:
-        yield _row((strategy.named, *_cells(strategy, targets)))
-    yield _note(scene, 2 + len(targets))
-    yield r"\midrule"
+        error = _text(measured_cell(strategy.error_at_budget)).replace(ERROR_UNIT.symbol, "")
+        yield strategy.named, error, *(_time(strategy, target, unit) for target, unit in units.items())
 
 
-def _note(scene: SceneResult, columns: int) -> str:
-    """Return a row with the conditions of the scene's runs, over all columns."""
-    reference = f"reference {percent(scene.reference_error)} off" if scene.reference_error > 0.0 else "exact reference"
-    repeats = max((strategy.repeats for strategy in scene.strategies), default=0)
-    said = f"{scene.size[0]}x{scene.size[1]} pixels, {repeats} repeats, {reference}"
-    return rf"\multicolumn{{{columns}}}{{l}}{{\footnotesize {_escaped(said)}; $^*$: extrapolated}} \\"
-
-
-def _cells(strategy: StrategyResult, targets: tuple[float, ...]) -> Iterator[str]:
-    yield _text(measured_cell(strategy.error_at_budget))
-    for target in targets:
-        time = strategy.time_to.get(target, UNKNOWN)
-        text = _text(seconds_cell(time))
-        yield text + _STAR * (text != DASH and time.known and time.reach > 1.0)
+def _time(strategy: StrategyResult, target: float, unit: Unit) -> str:
+    time = strategy.time_to.get(target, UNKNOWN)
+    text = _text(seconds_cell(time, replace(unit, symbol="")))
+    return text + EXTRAPOLATED * (text != DASH and time.known and time.reach > 1.0)
 
 
 def _text(cell: Cell) -> str:
@@ -91,9 +102,30 @@ def _text(cell: Cell) -> str:
     return str(cell) if told else DASH
 
 
+def _conditions(scene: SceneResult) -> str:
+    """Return the conditions of a scene's runs: size, number of repeats and error of the reference."""
+    reference = f"reference {percent(scene.reference_error)} off" if scene.reference_error > 0.0 else "exact reference"
+    repeats = max((strategy.repeats for strategy in scene.strategies), default=0)
+    return f"{scene.size[0]}x{scene.size[1]} pixels, {repeats} repeats, {reference}"
+
+
+def _notes(texts: Sequence[str]) -> Iterator[str]:
+    """Yield a note on the numbers in brackets, and one on each mark that the cells with these ``texts`` have."""
+    measured = any("(measured" in text for text in texts)
+    yield f"in brackets: 95 % intervals{', or the error that was measured' if measured else ''}"
+    yield from (f"{mark}: {meaning}" for mark, meaning in meanings(texts).items())
+    if DASH in texts:
+        yield f"{DASH}: these runs cannot tell"
+
+
+def _across(text: str, columns: int) -> str:
+    """Return a row in small print over all columns."""
+    return rf"\multicolumn{{{columns}}}{{l}}{{\footnotesize {_escaped(text)}}} \\"
+
+
 def _row(texts: tuple[str, ...]) -> str:
     return " & ".join(map(_escaped, texts)) + r" \\"
 
 
 def _escaped(text: str) -> str:
-    return "".join(_LATEX.get(character, character) for character in text)
+    return "".join(_LATEX.get(character, character) for character in text.replace(EXTRAPOLATED, _STAR))

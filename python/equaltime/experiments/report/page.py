@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from equaltime.experiments.analysis.verdict import verdict
 from equaltime.experiments.model.summary import SceneResult, Summary
-from equaltime.experiments.report.charts import has_dots, unmarked
+from equaltime.experiments.report.charts import has_dots, has_pale_points, unmarked
 from equaltime.experiments.report.figures import NARROW, WIDE, chart, dots, write_figures
 from equaltime.experiments.report.films import FilmView, film_view, write_animation
+from equaltime.experiments.report.footnotes import letter, shared_remarks
 from equaltime.experiments.report.gallery import Crop, Series, kinds_of
 from equaltime.experiments.report.latex import write_latex
 from equaltime.experiments.report.links import next_links
@@ -24,6 +25,7 @@ from equaltime.experiments.report.own import other_renderers
 from equaltime.experiments.report.pictures import Bar, Pictures, load_pictures
 from equaltime.experiments.report.rays import rays_view
 from equaltime.experiments.report.tables import (
+    PAGE_NOTE,
     Table,
     TableRow,
     beside_table,
@@ -65,6 +67,8 @@ class SceneView:
     narrow_chart: str
     """Chart of the error curves for a phone: an ``<svg>`` element that needs no escaping."""
     legend: tuple[TableRow, ...]
+    has_pale_points: bool
+    """Whether the charts have points whose interval cannot be trusted."""
     hidden: str
     """Sentence on error curves that lie beneath others in the chart; empty if all can be seen."""
     tables: tuple[tuple[str, Table], ...]
@@ -103,6 +107,11 @@ class SceneView:
         """
         heights = sum(crop.window[3] / crop.window[2] for crop in crops) or 2.0
         return f"{heights * self.size[0] / self.size[1]:.3f}fr"
+
+    def sharing(self, shared: tuple[str, ...]) -> SceneView:
+        """Return a copy whose tables leave the remarks of these shapes to the notes of the page."""
+        tables = tuple((heading, replace(table, shared=shared)) for heading, table in self.tables)
+        return replace(self, tables=tables, points=replace(self.points, shared=shared))
 
     def place(self, window: tuple[int, int, int, int]) -> str:
         """Return CSS that places a window over the image, with position and size in % of the image.
@@ -248,6 +257,8 @@ def write_report(summary: Summary, folder: Path, told: Callable[[float], object]
         views.append(_scene_view(scene, name, summary, look, folder, longest))
         told(len(views) / len(summary.scenes))
     overview = overview_views(summary, look) if len(summary.scenes) > 1 else ()
+    claim = beside_table("experiment", summary)
+    shared = shared_remarks(table.every_cell for table in _every_table(views, overview, claim))
     write_latex(summary, folder / "figures" / "table.tex")
     return write_page(
         "report.html",
@@ -260,18 +271,41 @@ def write_report(summary: Summary, folder: Path, told: Callable[[float], object]
         commands=commands(summary),
         description=summary.description,
         theirs=summary.theirs,
-        beside=beside_table("experiment", summary),
-        overview=overview,
+        beside=claim and replace(claim, shared=tuple(shared)),
+        overview=[replace(view, table=replace(view.table, shared=tuple(shared))) for view in overview],
         looks=look,
         rays=rays_view(summary, folder),
-        scenes=views,
+        scenes=[view.sharing(tuple(shared)) for view in views],
+        notes={letter(number): note for number, note in enumerate(shared.values())},
+        note_id=PAGE_NOTE,
         links=next_links(folder),
         spread=spread_sentence(summary),
         provenance=provenance_groups(summary),
     )
 
 
-_OWN_IDS = ("content", "pictures", "lesson", "claim", "overview", "directions", "reading", "next", "provenance")
+def _every_table(views: Iterable[SceneView], overview: Iterable[OverviewView], claim: Table | None) -> Iterator[Table]:
+    """Yield all tables of a page: of the published claim, of all scenes, and of each scene."""
+    if claim is not None:
+        yield claim
+    yield from (view.table for view in overview)
+    for view in views:
+        yield view.points
+        yield from (table for _, table in view.tables)
+
+
+_OWN_IDS = (
+    "content",
+    "pictures",
+    "lesson",
+    "claim",
+    "overview",
+    "directions",
+    "notes",
+    "reading",
+    "next",
+    "provenance",
+)
 
 
 def longest_side(summary: Summary) -> int:
@@ -300,6 +334,7 @@ def _scene_view(
         wide_chart=chart(scene, f"{name}-wide", summary.targets, look, WIDE),
         narrow_chart=chart(scene, f"{name}-narrow", summary.targets, look, NARROW),
         legend=tuple(label_row(scene, strategy, look[strategy.label]) for strategy in scene.strategies),
+        has_pale_points=has_pale_points(scene),
         hidden=hidden_curves(scene),
         tables=_tables(name, scene, summary, look),
         points=point_table(name, scene, look).telling(is_quick(summary)),

@@ -38,18 +38,22 @@ _LIGHT = LIGHT[1]
 
 @dataclass(frozen=True)
 class RaysView:
-    """Pictures of rays drawn by uniform and by BSDF sampling for a page, and a table of each technique's efficiency.
+    """Pictures of directions that were sampled uniformly and from the BSDF, and a table of each technique's efficiency.
 
-    The table has the effective share of the samples: 1 if all have equal weights.
+    All are for an experiment's page. The pictures show the sampled directions as rays that leave a surface. The table
+    gives the effective share of the samples: the effective sample size over the number of samples. It is 100 % if all
+    samples have equal weights.
     """
 
     wide: Any
-    """Picture for a desktop: an ``<svg>`` element that needs no escaping."""
+    """Picture for wide screens, with all scenes side by side: an ``<svg>`` element that needs no escaping."""
     narrow: Any
-    """Picture for a phone: an ``<svg>`` element that needs no escaping."""
+    """Picture for narrow screens (phones), with two scenes side by side: an ``<svg>`` element that needs no escaping.
+    """
     rows: tuple[tuple[str, str, str], ...]
     """Rows of the table: scene, and the effective share of uniform and of BSDF samples as text."""
     files: tuple[str, ...]
+    """Names of the files (PDF and PNG) that hold the wide picture."""
 
 
 def rays_view(summary: Summary, folder: Path) -> RaysView | None:

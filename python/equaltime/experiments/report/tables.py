@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from equaltime.experiments.model.experiment import Quantity
 from equaltime.experiments.model.summary import Beside, SceneResult, StrategyResult, Summary
+from equaltime.experiments.report.footnotes import grouped, letter, merged, remarks, shape
 from equaltime.experiments.report.looks import Style
 from equaltime.experiments.report.telling import DASH, column_says_something, is_quick, says_slower, silenced, unsaid
 from equaltime.experiments.report.words import (
@@ -27,6 +27,7 @@ from equaltime.experiments.report.words import (
 from equaltime.statistics.intervals import UNKNOWN, Interval, product_mean
 
 __all__ = [
+    "PAGE_NOTE",
     "Table",
     "TableRow",
     "beside_table",
@@ -38,6 +39,9 @@ __all__ = [
     "time_table",
 ]
 
+PAGE_NOTE = "notes_"
+"""Beginning of the id of a note for the whole page; the id of a scene has no underscore."""
+
 
 @dataclass(frozen=True)
 class TableRow:
@@ -47,7 +51,7 @@ class TableRow:
     look: Style | None
     """Colour, marker and line style of the strategy; None for a row without one."""
     tags: tuple[str, ...]
-    """Words beside the label: baseline, biased, or the name of another renderer."""
+    """Words beside the label: baseline, biased, another picture, or the name of another renderer."""
     cells: tuple[tuple[Cell, ...], ...]
     """Cells of each column: one number, or two numbers one below the other."""
     title: str = ""
@@ -66,6 +70,8 @@ class Table:
     rows: tuple[TableRow, ...]
     unsaid: str = ""
     """Sentence on columns that are left out and on dashes; empty if there are none."""
+    shared: tuple[str, ...] = ()
+    """Shapes of the remarks that the page says once for all of its tables."""
 
     def telling(self, quick: bool, all_columns: bool = False) -> Table:
         """Return the table without columns that hold no answer, and with dashes in other cells that hold none.
@@ -77,76 +83,34 @@ class Table:
         columns = range(len(self.columns))
         kept = [i for i in columns if all_columns or column_says_something(row.cells[i] for row in self.rows)]
         rows = tuple(replace(row, cells=tuple(silenced(row.cells[i]) for i in kept)) for row in self.rows)
-        dashes = any(cell.state == "silent" for row in rows for cells in row.cells for cell in cells)
         left_out = [name for i, name in enumerate(self.columns) if i not in kept]
-        everything = [cell for row in self.rows for cells in row.cells for cell in cells]
-        said = unsaid(left_out, dashes, quick, everything)
-        return replace(self, columns=tuple(self.columns[i] for i in kept), rows=rows, unsaid=said)
+        told = replace(self, columns=tuple(self.columns[i] for i in kept), rows=rows)
+        dashes = any(cell.state == "silent" for cell in told.every_cell)
+        return replace(told, unsaid=unsaid(left_out, dashes, quick, self.every_cell))
+
+    @property
+    def every_cell(self) -> Iterator[Cell]:
+        """All cells of the table in reading order."""
+        return (cell for row in self.rows for cells in row.cells for cell in cells)
 
     @property
     def footnotes(self) -> tuple[str, ...]:
-        """Footnotes of all cells as text, each once, in reading order; a note's number is its position from 1.
+        """Footnotes below the table, each once, in reading order; a note's number is its position from 1.
 
-        Remarks that differ only in their first number become one footnote with the smallest and the largest number.
+        Remarks that differ only in their numbers become one footnote with the smallest and the largest numbers.
         """
-        return tuple(_merged(same) for same in self._groups.values())
+        return tuple(merged(same) for key, same in grouped(self.every_cell).items() if key not in self.shared)
 
-    def marks(self, cell: Cell) -> tuple[int, ...]:
-        """Return the numbers of the footnotes that a cell refers to, counted from 1, in rising order."""
-        order = list(self._groups)
-        return tuple(sorted({order.index(_shape(remark)) + 1 for remark in _remarks(cell)}))
+    def marks(self, cell: Cell) -> tuple[str, ...]:
+        """Return the marks of the footnotes that a cell refers to: numbers from 1, then letters of the page's notes."""
+        own = [key for key in grouped(self.every_cell) if key not in self.shared]
+        keys = {shape(remark) for remark in remarks(cell)}
+        numbers = (str(number) for number, key in enumerate(own, 1) if key in keys)
+        return (*numbers, *(letter(number) for number, key in enumerate(self.shared) if key in keys))
 
-    @property
-    def _groups(self) -> dict[str, list[str]]:
-        groups: dict[str, list[str]] = {}
-        for row in self.rows:
-            for cells in row.cells:
-                for cell in cells:
-                    for remark in _remarks(cell):
-                        groups.setdefault(_shape(remark), []).append(remark)
-        return groups
-
-
-_NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
-_POWER = re.compile(r"\d+(?:\.\d+)?e\+\d+")
-
-
-_OUTSIDE = re.compile(r"extrapolated (\S+) times (beyond|before) .*")
-
-
-def _remarks(cell: Cell) -> list[str]:
-    """Split the note of a cell into remarks in plain words, without the prefix "this: "; a silent cell has none."""
-    if cell.state == "silent":
-        return []
-    return [_OUTSIDE.sub(_extrapolated, remark.removeprefix("this: ")) for remark in cell.note.split("; ") if remark]
-
-
-def _extrapolated(found: re.Match[str]) -> str:
-    """Say in plain words how far a time lies outside the runs."""
-    if found[2] == "before":
-        return f"extrapolated before the first measurement, which was {found[1]} times later"
-    return f"extrapolated beyond the longest run, {found[1]} times as long"
-
-
-def _shape(remark: str) -> str:
-    """Return the remark with its first number replaced by #; remarks that begin with a scene's name are unchanged.
-
-    Remarks that differ only in their first number thus have one shape.
-    """
-    return remark if remark.startswith("on ") else _NUMBER.sub("#", remark, count=1)
-
-
-def _merged(remarks: Sequence[str]) -> str:
-    numbers = [found.group() for remark in remarks if (found := _NUMBER.search(remark))]
-    if len(set(numbers)) < 2:
-        return _spelt(remarks[0])
-    least, most = min(numbers, key=float), max(numbers, key=float)
-    return _spelt(_NUMBER.sub(f"{least} to {most}", remarks[0], count=1))
-
-
-def _spelt(remark: str) -> str:
-    """Write numbers with powers of ten in full."""
-    return _POWER.sub(lambda found: f"{float(found.group()):,.0f}", remark)
+    def address(self, mark: str) -> str:
+        """Return the id of the note that a mark refers to, below this table or on the page."""
+        return f"{self.slug}-note-{mark}" if mark.isdecimal() else f"{PAGE_NOTE}{mark}"
 
 
 _CELLS: Mapping[Quantity, Callable[[Interval], Cell]] = {
@@ -199,10 +163,10 @@ def label_row(
 
     ``cells`` are the cells of each column. ``look`` is the strategy's colour, marker and line style.
     """
-    tags = ["baseline"] * (strategy.label == scene.baseline) + ["biased"] * strategy.biased
-    if strategy.renderer != "core":
-        tags.append(strategy.renderer)
-    return TableRow(strategy.label, look, tuple(tags), tuple(map(tuple, cells)), strategy.name)
+    baseline = "baseline" if strategy.label == scene.baseline else ""
+    renderer = strategy.renderer if strategy.renderer != "core" else ""
+    tags = tuple(filter(None, (baseline, strategy.remark, renderer)))
+    return TableRow(strategy.label, look, tags, tuple(map(tuple, cells)), strategy.name)
 
 
 def time_table(slug: str, scene: SceneResult, targets: Sequence[float], looks: Mapping[str, Style]) -> Table:
@@ -285,7 +249,7 @@ def point_table(slug: str, scene: SceneResult, looks: Mapping[str, Style]) -> Ta
                 [measured_cell(curve.error[i])],
                 [_own_estimate((own,), strategy.biased)],
             ]
-            tags = ("biased",) * strategy.biased
+            tags = tuple(filter(None, (strategy.remark,)))
             rows.append(TableRow(strategy.label, looks[strategy.label], tags, tuple(map(tuple, cells)), strategy.name))
     columns = ["samples a pixel", "time", "error", "own estimate"]
     return Table(f"{slug}-points", "The points of the curves", "strategy", tuple(columns), tuple(rows))

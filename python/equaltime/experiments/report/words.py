@@ -14,10 +14,15 @@ from equaltime.statistics.in_words import probability
 from equaltime.statistics.intervals import Interval
 
 __all__ = [
+    "ERROR_UNIT",
+    "EXTRAPOLATED",
     "Cell",
+    "Unit",
+    "column_unit",
     "error_cell",
     "factor_cell",
     "facts",
+    "meanings",
     "measured_cell",
     "percent",
     "plain_cell",
@@ -40,6 +45,17 @@ _THIN = "\N{NARROW NO-BREAK SPACE}"
 
 _TIMES = "\N{MULTIPLICATION SIGN}"
 
+EXTRAPOLATED = f"{_THIN}*"
+"""Mark after a time that lies beyond the runs; the space keeps it apart from a star in a label."""
+
+_MEANINGS: Mapping[str, str] = {
+    "(biased)": "the strategy may converge to another picture",
+    "(another picture)": "a test found that the strategy's expected picture is not the standard's",
+    _AT_LEAST: "at least, since the upper end of the interval cannot be trusted",
+    _AT_MOST: "at most, since the lower end of the interval cannot be trusted",
+    EXTRAPOLATED: "extrapolated beyond the runs",
+}
+
 
 @dataclass(frozen=True)
 class Cell:
@@ -60,25 +76,27 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class _Unit:
+class Unit:
     """A unit to print numbers in: ``number * scale`` and the symbol after it."""
 
     scale: float
     symbol: str
+    """Space and symbol of the unit; empty for a table whose heading has the unit."""
 
 
-_ERROR = _Unit(100.0, f"{_THIN}%")
+ERROR_UNIT = Unit(100.0, f"{_THIN}%")
+"""Unit of relative errors: per cent."""
 
-_FACTOR = _Unit(1.0, _TIMES)
+_FACTOR = Unit(1.0, _TIMES)
 
-_PLAIN = _Unit(1.0, "")
+_PLAIN = Unit(1.0, "")
 
-_SAMPLES = _Unit(1.0, f"{_THIN}spp")
+_SAMPLES = Unit(1.0, f"{_THIN}spp")
 
 
 def error_cell(interval: Interval) -> Cell:
     """Return a table cell with a relative error (0.02 is 2 %) and its interval in per cent."""
-    return _cell(interval, _ERROR)
+    return _cell(interval, ERROR_UNIT)
 
 
 def measured_cell(interval: Interval) -> Cell:
@@ -135,18 +153,34 @@ def same_cell(p: float | None, unequal: bool) -> Cell:
     return Cell("no" if unequal else "yes", f"({probability(p)})")
 
 
-def seconds_cell(interval: Interval) -> Cell:
+def seconds_cell(interval: Interval, unit: Unit | None = None) -> Cell:
     """Return a table cell with a duration in ms, s, min, h or d; an infinite duration is printed as "not reached".
 
-    ``interval`` is in seconds.
+    ``interval`` is in seconds. ``unit`` is the unit to print; None takes the one that suits the duration.
     """
     if math.isinf(interval.value):
         return Cell("not reached", note=interval.note, state="unknown")
-    shown = {"low": interval.low, "high": interval.high}.get(interval.bound, interval.value)
-    return _cell(interval, _time_unit(shown))
+    return _cell(interval, unit or _time_unit(_shown(interval)))
 
 
-def _cell(interval: Interval, unit: _Unit) -> Cell:
+def column_unit(intervals: Iterable[Interval]) -> Unit:
+    """Return one unit for a column of durations, ``intervals`` in seconds: the unit that suits their median."""
+    shown = sorted(number for interval in intervals if 0.0 < (number := _shown(interval)) < math.inf)
+    return _time_unit(shown[len(shown) // 2] if shown else 1.0)
+
+
+def _shown(interval: Interval) -> float:
+    """Return the number that a cell shows: the end of the interval that can be trusted if there is only one."""
+    return {"low": interval.low, "high": interval.high}.get(interval.bound, interval.value)
+
+
+def meanings(texts: Iterable[str]) -> dict[str, str]:
+    """Return the marks that the ``texts`` of a table have, in a fixed order, each with its meaning."""
+    every = list(texts)
+    return {mark: meaning for mark, meaning in _MEANINGS.items() if any(mark in text for text in every)}
+
+
+def _cell(interval: Interval, unit: Unit) -> Cell:
     """Format an interval; an untrusted one is printed as its valid end or "not trusted", with the reason as note."""
     if not interval.known:
         return Cell("unknown", note=interval.note, state="unknown")
@@ -166,7 +200,7 @@ def _cell(interval: Interval, unit: _Unit) -> Cell:
 
 def percent(value: float) -> str:
     """Return a relative error (0.02 is 2 %) as text in per cent, with up to three digits."""
-    return _short(100.0 * value) + _ERROR.symbol
+    return _short(100.0 * value) + ERROR_UNIT.symbol
 
 
 def seconds(value: float) -> str:
@@ -188,15 +222,15 @@ def slug(name: str, taken: Iterable[str] = ()) -> str:
     return result
 
 
-def _time_unit(value: float) -> _Unit:
+def _time_unit(value: float) -> Unit:
     size = abs(value)
     if size < 0.1:
-        return _Unit(1e3, f"{_THIN}ms")
+        return Unit(1e3, f"{_THIN}ms")
     if not math.isfinite(size) or size < 600.0:
-        return _Unit(1.0, f"{_THIN}s")
+        return Unit(1.0, f"{_THIN}s")
     if size < 36000.0:
-        return _Unit(1.0 / 60.0, f"{_THIN}min")
-    return _Unit(1.0 / 3600.0, f"{_THIN}h") if size < 864000.0 else _Unit(1.0 / 86400.0, f"{_THIN}d")
+        return Unit(1.0 / 60.0, f"{_THIN}min")
+    return Unit(1.0 / 3600.0, f"{_THIN}h") if size < 864000.0 else Unit(1.0 / 86400.0, f"{_THIN}d")
 
 
 def _decimals(value: float, low: float, high: float) -> int:

@@ -34,14 +34,14 @@ _MOST = 60000.0
 
 @dataclass(frozen=True, eq=False)
 class Film:
-    """Film of one run that shows how its image converges: K pictures in order of time."""
+    """Film (animation) of one run that shows how its image converges: K frames in order of rendering time."""
 
     frames: NDArray[np.float16]
     """(K, H, W, 3): linear RGB; large images are averaged over blocks of pixels."""
     spp: NDArray[np.int64]
-    """(K,): samples per pixel."""
+    """(K,): samples per pixel in each frame."""
     seconds: NDArray[np.float64]
-    """(K,): seconds since the first sample."""
+    """(K,): rendering time of each frame, in seconds since the first sample."""
     error: NDArray[np.float64]
     """(K,): measured relative error; NaN if the reference's noise exceeds it."""
 
@@ -83,9 +83,10 @@ class Studio:
 
 
 def moments(samples: float) -> tuple[int, ...]:
-    """Return the samples per pixel at each picture of a film: rising even numbers, the last near ``samples``.
+    """Return the samples per pixel at each frame of a film, the animation that shows an image converge.
 
-    ``samples`` is the count per pixel that a run of the strategy reaches.
+    The counts ascend. The last one is near ``samples``, the count per pixel that a run of the strategy reaches. Counts
+    are even, so that the two halves of a pixel's samples are of equal size.
     """
     wanted = (2 * round(0.5 * samples * (k / FRAMES) ** 2) for k in range(1, FRAMES + 1))
     return tuple(sorted({max(2, count) for count in wanted}))

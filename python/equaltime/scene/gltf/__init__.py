@@ -19,7 +19,8 @@ COLOR_0                    `mesh_attribute`, times the base colour; for unlit ma
 nodes                      ``to_world``. A scale of 0 along one axis counts as 1e-8 times the largest; meshes scaled to
                            a line or a point are left out. ``-D shutter=`` plays animations
 cameras                    `perspective`, `orthographic`: the first camera, or the one named by ``-D camera=`` (name or
-                           number). Without a camera in the file, a camera that sees the whole scene is added
+                           number). Without a camera in the file, or with ``-D view=``, a camera that sees the whole
+                           scene is added
 metallic-roughness         `principled`. Metals reflect as much as in glTF, within 1 % up to roughness 0.5, *up to 21 %
                            less at roughness 1*. Other materials reflect 3 to 10 % more, *28 % more if rough and at
                            grazing angles*

@@ -18,7 +18,7 @@ MOST_ZEROS: Final = 1 << 19
 
 
 def floats(document: Document, index: int, *types: str) -> NDArray[np.float64]:
-    """Return the values of accessor `index` as floats (count, components).
+    """Return the values of accessor `index` of `document` as floats (count, components).
 
     Normalised integers become numbers in [0, 1] or [-1, 1]. Raises `Malformed` if the data is not in the file, or if
     the accessor's type, such as ``VEC3``, is not in `types`.
@@ -33,7 +33,7 @@ def floats(document: Document, index: int, *types: str) -> NDArray[np.float64]:
 
 
 def integers(document: Document, index: int, *types: str) -> NDArray[np.uint32]:
-    """Return the values of accessor `index`, which must be unsigned integers, as an array (count, components).
+    """Return the values of accessor `index` of `document`, which must be unsigned integers, as (count, components).
 
     Raises `Malformed` if the data is not in the file, or if the accessor's type, such as ``SCALAR``, is not in `types`.
     """

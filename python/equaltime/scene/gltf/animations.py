@@ -70,7 +70,7 @@ def _slerp(a: Array, b: Array, u: float) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Clip:
-    """The section of a glTF animation while the shutter is open; it gives properties of nodes at any time."""
+    """The section of a glTF animation while the shutter is open, with the properties of nodes at any time."""
 
     times: tuple[float, ...]
     """Times at which transforms are evaluated, in seconds, from opening to closing of the shutter."""
@@ -99,7 +99,8 @@ class Clip:
     def morphing(self, node: int) -> tuple[float, ...]:
         """Return the times, in seconds, at which to evaluate the morph targets of node `node`.
 
-        The tuple is empty if the weights are not animated. It has one time if the animated weights are constant.
+        The tuple is empty if the weights of the morph targets are not animated. It has one time if the animated weights
+        are constant.
         """
         channel, begin, end = self._channels.get((node, "weights")), self.times[0], self.times[-1]
         if channel is None:
@@ -111,7 +112,7 @@ class Clip:
 
 
 def played(document: Document, number: int, shutter: tuple[float, float] | None) -> Clip:
-    """Return the section of animation `number` while the shutter is open, as a `Clip`.
+    """Return the section of animation `number` of `document` while the shutter is open, as a `Clip`.
 
     The pair `shutter` has the times of opening and closing, in seconds; for a still they are equal. None stands for the
     whole animation. Raises `Malformed` if the data of the animation is not valid.

@@ -31,10 +31,10 @@ _BITMAP: Final = re.compile(r"/materials/(\d{1,9})/([a-z_]+)")
 
 
 def split(filename: str) -> tuple[str, str | None]:
-    """Split the name of a mesh or bitmap in a glTF file at ``#``, and return the pair (file name, fragment).
+    """Split `filename`, the name of a mesh or bitmap, at ``#``, and return the pair (file name, fragment).
 
-    For example, ``model.glb#/meshes/0/primitives/1`` has the fragment ``/meshes/0/primitives/1``. All other names are
-    returned unchanged, with None as fragment.
+    For example, ``model.glb#/meshes/0/primitives/1`` has the fragment ``/meshes/0/primitives/1``. A name that does not
+    point into a glTF file is returned unchanged, with None as fragment.
     """
     match = _NAME.fullmatch(filename)
     return (match[1], match[2]) if match else (filename, None)
@@ -47,7 +47,10 @@ class Contents:
     """
 
     def __init__(self, path: Path, locate: Callable[[str], Path]) -> None:
-        """Read `path`; `locate` returns the paths of files that the document names. Raises ValueError."""
+        """Read the glTF file `path`; raise ValueError if it is malformed.
+
+        `locate` is a function that returns the path of a file, given the name by which the glTF file refers to it.
+        """
         self._path = path
         with self._told():
             self._document: Document = parse(path.name, path.read_bytes(), locate)
@@ -83,10 +86,10 @@ class Contents:
     def mesh(self, fragment: str) -> Triangles:
         """Return the mesh that `fragment` names.
 
-        ``/meshes/M/primitives/P`` is primitive P of mesh M, and ``/nodes/N/primitives/P`` the same as deformed by node
-        N. The prefix ``/animations/A/T`` selects the pose at time T (seconds) of animation A. The suffix ``/mirrored``
-        selects the triangles on which textures appear mirrored, and ``/unmirrored`` all others. Raises ValueError if
-        the primitive does not exist or is malformed.
+        ``/meshes/M/primitives/P`` is primitive P of mesh M. ``/nodes/N/primitives/P`` is primitive P of the mesh of
+        node N, deformed by that node. The prefix ``/animations/A/T`` selects the pose at time T (seconds) of animation
+        A. The suffix ``/mirrored`` selects the triangles on which textures appear mirrored, and ``/unmirrored`` all
+        others. Raises ValueError if the primitive does not exist or is malformed.
         """
         with self._told():
             return self._mesh(fragment)

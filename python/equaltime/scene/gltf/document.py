@@ -60,11 +60,11 @@ class Document:
     size: int
     """Size of the file, in bytes."""
     notes: dict[str, dict[str, None]] = field(default_factory=dict)
-    """Notes on parts of the file that are changed or not used, in order of discovery; each has its paths in the
-    JSON."""
+    """Notes for the user on parts of the file that are changed or not used, in order of discovery. The keys are the
+    notes; each value has the paths of the parts in the JSON as keys."""
     uses: dict[int, dict[str, int]] = field(default_factory=dict)
-    """Uses of each image, by its index: a dict from the names of material parameters decoded from it to numbers of
-    texels."""
+    """Uses of each image, by the image's index: a dict from the names of the material parameters that need the image to
+    their numbers of texels."""
     _buffers: dict[int, memoryview] = field(default_factory=dict)
 
     @property
@@ -77,7 +77,7 @@ class Document:
         return {name: MAPPING.get(name, NOT_USED) for name in used}
 
     def note(self, message: str, place: str) -> None:
-        """Add a note for the user about `place`, a path in the JSON such as ``nodes[2]``.
+        """Add the note `message` for the user about `place`, a path in the JSON such as ``nodes[2]``.
 
         Equal messages become one note with several paths.
         """
@@ -109,7 +109,7 @@ class Document:
         return self._buffers[index]
 
     def resource(self, uri: str, place: str) -> bytes:
-        """Return the content of a data URI, or of a file beside the document.
+        """Return the content of `uri`, which is a data URI or the name of a file beside the document.
 
         Raises `Malformed` if the content cannot be read. `place` is the path in the JSON that the error names.
         """

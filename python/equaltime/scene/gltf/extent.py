@@ -28,9 +28,10 @@ attribute of a copy, a rotation of four bytes, has this size."""
 
 
 def check_extent(document: Document) -> None:
-    """Raise `Malformed` if primitives use too many elements, or nodes have too many copies, for the file's size.
+    """Raise `Malformed` if `document` uses more elements of accessors, or copies of nodes, than its size allows.
 
-    A copy is an instance made by EXT_mesh_gpu_instancing.
+    An element counts once for each primitive that uses it. A copy of a node is an instance made by the extension
+    EXT_mesh_gpu_instancing. The limits are in proportion to the size of the file.
     """
     size = _bytes(document)
     elements = zeros = copies = 0

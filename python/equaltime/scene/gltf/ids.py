@@ -19,9 +19,9 @@ class Ids:
         self._asked: Counter[str] = Counter()  # how often each was taken: no number is tried twice
 
     def take(self, name: str) -> str:
-        """Return an id that was not given before: ``name``, or with ``_2``, ``_3`` and so on after it.
+        """Return an id that was not given before: ``name``, with the suffix ``_2``, ``_3`` and so on if needed.
 
-        Characters that cannot be printed, which XML and terminals cannot have, become underscores.
+        Characters that cannot be printed become underscores, because neither XML nor terminals can show them.
         """
         name = "".join(letter if letter.isprintable() else "_" for letter in name[:_LONGEST])
         found = name

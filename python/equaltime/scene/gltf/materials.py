@@ -42,7 +42,16 @@ class Variant:
 class GltfMaterials:
     """Converter of a document's materials to BSDFs, media and emitters. Each BSDF and medium is created once.
 
-    The methods take a material's index in the file, or None for the default material.
+    The methods have the parameter `material`, a material's index in the file, or None for the default material.
+
+    Parameters
+    ----------
+    document
+        The glTF file.
+    place
+        Position of the glTF file in the scene's description, for messages.
+    ids
+        Maker of the ids of all objects in the scene.
     """
 
     def __init__(self, document: Document, place: Place, ids: Ids) -> None:
@@ -79,15 +88,16 @@ class GltfMaterials:
         return str(self._media[material].id)
 
     def look(self, material: int | None) -> SurfaceLook:
-        """Return the parameters of a material's BSDF, emitter and medium, read from the file at the first call."""
+        """Return the parameters of the BSDF, emitter and medium of `material`, converted at the first call."""
         if material not in self._looks:
             self._looks[material] = look(None if material is None else self._document.gltf.materials[material])
         return self._looks[material]
 
     def bsdf(self, material: int | None, variant: Variant) -> str:
-        """Return the id of the BSDF that a material has on certain meshes; the BSDF is created at the first call.
+        """Return the id of the BSDF of `material` on meshes with the properties `variant`.
 
-        ``variant`` says whether these meshes have vertex colours, vertex opacities and mirrored textures.
+        The properties are vertex colours, vertex opacities and mirrored textures. The BSDF is created at the first
+        call.
         """
         key = (material, variant)
         if key not in self._bsdfs:
@@ -95,14 +105,14 @@ class GltfMaterials:
         return str(self._bsdfs[key].id)
 
     def shines(self, material: int | None) -> bool:
-        """Tell whether surfaces with a material emit light."""
+        """Tell whether surfaces with the material `material` emit light."""
         return "radiance" in self.look(material).slots
 
     def emitter(self, material: int | None, variant: Variant) -> Object | None:
-        """Return the area light that a material has on certain meshes, or None if the material does not emit.
+        """Return the area light of `material` on meshes with the properties `variant`; None if it emits no light.
 
-        ``variant`` says whether these meshes have vertex colours, vertex opacities and mirrored textures. If an unlit
-        material has no texture, vertices with colours emit these colours.
+        The properties are vertex colours, vertex opacities and mirrored textures. If an unlit material has no texture,
+        vertices with colours emit these colours.
         """
         seen = self.look(material)
         slot = seen.slots.get("radiance")

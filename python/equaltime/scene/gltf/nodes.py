@@ -34,11 +34,12 @@ class Placed:
 
 
 def placed(document: Document, scene: int | None, clip: Clip | None = None, hidden: bool = False) -> Iterator[Placed]:
-    """Iterate over the nodes of scene `scene`, each node before its children, with their transforms to world space.
+    """Iterate over the nodes of a scene in `document`, with their transforms to world space.
 
-    If `scene` is None, the roots are all nodes without a parent. `clip` is the animation that moves nodes, if any;
-    `Placed.to_world` is then the transform at the first of its times. Hidden nodes are left out, unless `hidden` is
-    true. Raises `Malformed` if the hierarchy is not valid, for example if a node has two parents.
+    Each node comes before its children. `scene` is the index of the scene in the file; if it is None, the roots are all
+    nodes without a parent. `clip` is the animation that moves nodes, if any; `Placed.to_world` is then the transform at
+    the first of its times. Hidden nodes are left out, unless `hidden` is true. Raises `Malformed` if the hierarchy is
+    not valid, for example if a node has two parents.
     """
     nodes = document.gltf.nodes
     roots = _roots(document, scene, _parents(nodes))

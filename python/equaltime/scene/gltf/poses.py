@@ -50,7 +50,7 @@ class Pose:
 
 
 def at_time(document: Document, animation: int, time: float) -> Pose:
-    """Return the pose of animation `animation` at `time`, in seconds.
+    """Return the pose of `document` that its animation number `animation` gives at `time`, in seconds.
 
     Raises `Malformed` if the animation does not exist or the time is not finite.
     """
@@ -61,10 +61,11 @@ def at_time(document: Document, animation: int, time: float) -> Pose:
 
 @np.errstate(over="ignore", invalid="ignore")  # non-finite values are reported with the mesh
 def skinned(pose: Pose, node: int, primitive: Any, vertices: Array, normals: Array | None) -> tuple[Array, Any]:
-    """Return `vertices` (N, 3) and `normals` (N, 3) in world space, deformed by the skin of node `node`.
+    """Return `vertices` (N, 3) and `normals` (N, 3) of `primitive` in world space, deformed by the skin of node `node`.
 
-    If `normals` is None, the returned normals are None, too. The transform of the node itself has no effect, as the
-    specification says. Raises `Malformed` if the data of the skin is not valid.
+    `pose` gives the transforms of the skin's joints. If `normals` is None, the returned normals are None, too. The
+    transform of the node itself has no effect, as the specification says. Raises `Malformed` if the data of the skin is
+    not valid.
     """
     document = pose.document
     joints, weights = _influences(document, primitive, len(vertices), f"nodes[{node}]")

@@ -60,7 +60,7 @@ class Triangles:
 def triangles(
     document: Document, mesh: int, primitive: int, uv_set: int, weights: Sequence[float] | None = None
 ) -> Triangles:
-    """Return primitive `primitive` of mesh `mesh` as triangles.
+    """Return primitive `primitive` of mesh `mesh` of `document` as triangles.
 
     Texture coordinates come from the set with index `uv_set`. Morph targets are added with `weights`, or with the
     weights of the mesh if `weights` is None. A primitive without normals keeps None as normals; its shape has flat
@@ -123,7 +123,7 @@ def _positions(document: Document, mesh: int, primitive: int, weights: Sequence[
 
 
 def mirrored_uvs(mesh: Triangles) -> NDArray[np.bool_]:
-    """Return one boolean per triangle (M,): True if a texture appears mirrored, as seen from the front.
+    """Return one boolean per triangle of `mesh`, (M,): True if a texture appears mirrored, as seen from the front.
 
     The corners are drawn in a plane with u to the right and v upwards. Unmirrored triangles then run clockwise, because
     v points downwards in glTF. Without texture coordinates, all are False.
@@ -218,7 +218,7 @@ class Source:
 
 
 def read(pose: Pose, source: Source) -> Triangles | None:
-    """Return a primitive as triangles, deformed as in `pose`, or None if the primitive does not exist.
+    """Return the primitive at `source` as triangles, deformed as in `pose`, or None if there is no such primitive.
 
     Vertex colours are multiplied by the material's constant base colour, and vertex opacities by the constant opacity.
     If a texture gives the base colour or the opacity, the bitmap of that texture includes the constant factor. Raises
@@ -263,7 +263,7 @@ def _mesh(document: Document, source: Source) -> int | None:
 
 
 def box(document: Document, source: Source) -> Array | None:
-    """Return the corners (8, 3) of the bounding box of a primitive's triangles.
+    """Return the corners (8, 3) of the bounding box of the primitive at `source` in `document`.
 
     Returns None if the primitive cannot be read or has no finite vertices.
     """

@@ -188,7 +188,8 @@ def walk(rule: Rule, value: Any, place: str = "") -> Iterator[tuple[Rule | None,
     """Iterate over the leaves of a JSON value that follows `rule`, to find properties that are not read.
 
     Each leaf comes as a triple (rule, leaf, path in the JSON). A leaf is a value whose rule has no smaller rules for
-    parts of the value. Properties that no `table` lists are leaves, too, with None as their rule.
+    parts of the value. Properties that no `table` lists are leaves, too, with None as their rule. `place` is the path
+    of `value` in the JSON.
     """
     if isinstance(rule, _Every):
         for i, entry in enumerate(value):

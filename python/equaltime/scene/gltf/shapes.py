@@ -58,7 +58,21 @@ class _Copy:
 
 
 class GltfShapes:
-    """Converter of a document's meshes to shapes. It also keeps the transform of each shape, for bounding boxes."""
+    """Converter of a document's meshes to shapes. It also keeps the transform of each shape, for bounding boxes.
+
+    Parameters
+    ----------
+    document
+        The glTF file.
+    place
+        Position of the glTF file in the scene's description, for messages.
+    materials
+        Converter of the file's materials.
+    ids
+        Maker of the ids of all objects in the scene.
+    clip
+        Animation that deforms meshes while the shutter is open; None if there is none.
+    """
 
     def __init__(
         self, document: Document, place: Place, materials: GltfMaterials, ids: Ids, clip: Clip | None = None
@@ -75,8 +89,8 @@ class GltfShapes:
     def of(self, nodes: list[Placed]) -> list[Object]:
         """Return the shapes of all `nodes`: one shape for each primitive of each copy of a mesh.
 
-        A primitive becomes two shapes if its normal map appears mirrored on some of its triangles only. Many copies of
-        a large mesh become instances of one shape group instead. Shape groups come first in the list.
+        A primitive becomes two shapes if its normal map appears mirrored on some but not all of its triangles. Many
+        copies of a large mesh become instances of one shape group instead. Shape groups come first in the list.
         """
         copies = [copy for at in nodes if at.node.mesh is not None for copy in self._copies(at)]
         counts = Counter(copy.mesh for copy in copies if copy.bent is None)
@@ -105,8 +119,8 @@ class GltfShapes:
     def reach(self, nodes: Iterable[Placed]) -> Array:
         """Return the corners (N, 3), in world space, of the boxes of all meshes at all times of an animation.
 
-        ``nodes`` are the nodes with their transforms at these times. Meshes with a skin count with the pose that is
-        stored in the file. Use the corners to place a camera that sees the whole motion.
+        `nodes` are the nodes with their transforms at these times. The box of a mesh with a skin is the box of its pose
+        in the file. Use the corners to place a camera that sees the whole motion.
         """
         found = [np.zeros((0, 3))]
         for at in nodes:

@@ -30,9 +30,13 @@ class TextureUse:
     """A textureInfo object of glTF: how a material uses a texture, with a transform of the texture coordinates."""
 
     index: int
+    """Index of the texture in the file."""
     uv_set: int = 0
+    """Index of the set of texture coordinates."""
     offset: tuple[float, float] = (0.0, 0.0)
+    """Offset of the texture coordinates u and v."""
     rotation: float = 0.0
+    """Rotation of the texture coordinates, in radians."""
     scale: tuple[float, float] = (1.0, 1.0)
     """Scale of the texture coordinates u and v."""
     strength: float = 1.0
@@ -102,7 +106,7 @@ class Slot:
 
     @property
     def plain(self) -> bool:
-        """True if the texture's channels are the parameter's value: all factors are 1, without curve and cutoff."""
+        """Whether the texture's channels are the parameter's value: all factors are 1, without curve and cutoff."""
         return self.curve is None and self.cutoff is None and all(f == 1.0 for f in self.factor)
 
     @property

@@ -32,10 +32,10 @@ NEAREST: Final = 9728
 
 
 def bake(document: Document, material: int, name: str) -> Texels:
-    """Return the bitmap of the parameter `name` of material `material`.
+    """Return the bitmap of the parameter `name` of material `material` in `document`.
 
-    For a normal map, the suffix ``_mirrored`` of `name` inverts the green channel. Raises `Malformed` if the image is
-    not valid, and KeyError if the parameter does not exist or has no texture.
+    If `name` has the suffix ``_mirrored``, as for normal maps, the green channel is inverted. Raises `Malformed` if the
+    image is not valid, and KeyError if the parameter does not exist or has no texture.
     """
     slot = look(document.gltf.materials[material]).slots[name.removesuffix(MIRRORED)]
     if slot.texture is None:
@@ -67,9 +67,10 @@ def _source(document: Document, texture: int) -> int:
 
 
 def bitmap_parameters(document: Document, slot: Slot) -> dict[str, Any]:
-    """Return the parameters of the plugin `bitmap` for a material's parameter with a texture.
+    """Return the parameters of the plugin `bitmap` for `slot`, a material's parameter with a texture.
 
-    The file name is not among the returned parameters.
+    The file name is not among the returned parameters. If the texture's wrap modes cannot be kept, `document` gets a
+    note for the user.
     """
     use = slot.texture
     assert use is not None, "only textured parameters are given as bitmaps"

@@ -27,9 +27,10 @@ TURNED: Final[Array] = np.diag([-1.0, 1.0, -1.0, 1.0])
 
 
 def sensor(document: Document, at: Placed, place: Place, times: tuple[float, ...] = ()) -> Object:
-    """Return the camera of the node `at` as a sensor of the scene tree.
+    """Return the camera of the node `at` in `document` as a sensor of the scene tree.
 
-    If the node moves, the sensor is animated with one key for each of the `times`.
+    If the node moves, the sensor is animated with one key for each of the `times`, in seconds. `place` is the position
+    of the file in the scene's description, for messages.
     """
     camera = document.gltf.cameras[at.node.camera]
     place = place.key("cameras").key(at.node.camera)
@@ -78,8 +79,9 @@ def _orthographic(view: Any, at: Placed, place: Place, times: tuple[float, ...])
 def light(document: Document, at: Placed, place: Place, ids: Ids) -> Object | None:
     """Return the light of the node `at` (KHR_lights_punctual) as an emitter, or None if the node has no light.
 
-    A spot light whose cone has no width also gives None. Candela and lux are taken as W/sr and W/m² per channel,
-    because only ratios of lights are visible in an image.
+    Returns None also for a spot light whose cone has no width. Numbers in candela and lux are used as W/sr and W/m² per
+    channel, because only ratios of lights are visible in an image. `document` is the glTF file, `place` its position in
+    the scene's description, and `ids` the maker of the scene's ids.
     """
     extension = (at.node.extensions or {}).get("KHR_lights_punctual")
     if extension is None:

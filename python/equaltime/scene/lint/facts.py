@@ -75,7 +75,8 @@ UNCERTAIN: Final = 1e-2
 class MeshFacts:
     """Facts about a mesh, from which lint finds hazards such as gaps or a wrong orientation.
 
-    They are counts of bad triangles, area, volume, closedness, and hashes for comparison with other meshes.
+    They are the numbers of triangles with each hazard, the area and the volume, and whether the mesh is closed. Hashes
+    of the triangles serve to compare the mesh with other meshes.
     """
 
     degenerate: int
@@ -103,9 +104,11 @@ class MeshFacts:
 
 
 def facts(part: Part) -> MeshFacts:
-    """Return counts of bad triangles, area, volume and closedness of the mesh of `part`, the surface of a shape.
+    """Return facts about the mesh of `part`, the surface of a shape, for lint to find hazards.
 
-    All are computed in one pass over the triangles. `part` must have a mesh.
+    The facts are the mesh's area and volume, whether it is closed, and how many of its triangles have a hazard. Such
+    triangles have no area, are slivers, or have shading normals that point to the back. All facts are computed in one
+    pass over the triangles. `part` must have a mesh.
     """
     mesh = part.mesh
     assert mesh is not None

@@ -43,7 +43,7 @@ FLAT = 1e-4
 
 
 def check_lights(world: LintScene) -> Iterator[Finding]:
-    """Yield findings for emitters whose light is missing or hard to find.
+    """Yield findings for emitters of `world` whose light is missing or hard to find.
 
     Reported emitters have no power, are very dim beside others, face away from the scene, or are enclosed by opaque
     shapes. Point, spot and directional lights are also reported in scenes with smooth glass or mirrors: no sampling

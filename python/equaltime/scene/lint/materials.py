@@ -28,7 +28,7 @@ WHITE: Final = 0.999
 
 
 def check_materials(world: LintScene) -> Iterator[Finding]:
-    """Yield findings for surfaces that reflect nearly all light, and for textures with values out of range.
+    """Yield findings for surfaces of `world` that reflect nearly all light, and for textures with values out of range.
 
     Such surfaces are reported only if the scene sets no limit on the path length. The range is that of the parameter
     that uses the texture.

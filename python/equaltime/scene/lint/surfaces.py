@@ -24,7 +24,7 @@ STEPS: Final = 1000.0
 
 
 def check_surfaces(world: LintScene) -> Iterator[Finding]:
-    """Yield findings for the surfaces of the scene.
+    """Yield findings for the surfaces of the scene `world`.
 
     The findings report triangles without area, slivers, shading normals that face backwards, and coincident triangles.
     They also report shapes turned inside out, one-sided shapes around the camera, refracting shapes with gaps, and

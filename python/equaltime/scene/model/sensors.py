@@ -46,32 +46,47 @@ class Jittered(SamplerPlugin):
 
 
 class Independent(SamplerPlugin):
-    """Mitsuba's sampler of independent random numbers; only ``sample_count`` has an effect."""
+    """Mitsuba's sampler of independent random numbers. Only its ``sample_count`` is used.
+
+    The `Strategy` of a render decides how samples are drawn, so they need not be independent.
+    """
 
     type: Literal["independent"] = "independent"
 
 
 class Stratified(Jittered):
-    """Mitsuba's stratified sampler; only ``sample_count`` has an effect."""
+    """Mitsuba's stratified sampler. Only its ``sample_count`` is used.
+
+    The `Strategy` of a render decides how samples are drawn, so they need not be stratified.
+    """
 
     type: Literal["stratified"] = "stratified"
 
 
 class MultiJitter(Jittered):
-    """Mitsuba's correlated multi-jittered sampler; only ``sample_count`` has an effect."""
+    """Mitsuba's correlated multi-jittered sampler. Only its ``sample_count`` is used.
+
+    The `Strategy` of a render decides how samples are drawn.
+    """
 
     type: Literal["multijitter"] = "multijitter"
 
 
 class Orthogonal(Jittered):
-    """Mitsuba's orthogonal array sampler; only ``sample_count`` has an effect."""
+    """Mitsuba's orthogonal array sampler. Only its ``sample_count`` is used.
+
+    The `Strategy` of a render decides how samples are drawn.
+    """
 
     type: Literal["orthogonal"] = "orthogonal"
     strength: PositiveInt = 2
 
 
 class LdSampler(SamplerPlugin):
-    """Mitsuba's low-discrepancy sampler; only ``sample_count`` has an effect."""
+    """Mitsuba's low-discrepancy sampler. Only its ``sample_count`` is used.
+
+    The `Strategy` of a render decides how samples are drawn, so they need not be of low discrepancy.
+    """
 
     type: Literal["ldsampler"] = "ldsampler"
 

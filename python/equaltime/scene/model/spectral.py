@@ -38,9 +38,10 @@ class SpectrumPlugin(Plugin):
 
     @property
     def meaning(self) -> Color | SpectralCurve:
-        """Value of the spectrum: a colour in linear sRGB, or a curve over wavelengths.
+        """Value of the spectrum: a colour in linear sRGB, or a curve over wavelengths if its colour depends on the use.
 
-        A curve has one colour as emission and another colour as reflectance.
+        Mitsuba converts the curve of an emitter to another colour than the same curve as a reflectance. The reader
+        therefore converts a curve only when it knows where the scene uses the spectrum.
         """
         raise NotImplementedError
 

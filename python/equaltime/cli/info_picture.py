@@ -1,0 +1,52 @@
+"""Summary of a PNG or JPEG file that equaltime wrote, from the tags in the file."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TypedDict
+
+from equaltime.errors import ImageError
+from equaltime.images import image_files, preview
+
+__all__ = ["PictureFacts", "picture_facts", "picture_summary"]
+
+
+class PictureFacts(TypedDict):
+    """JSON data on a picture; None stands for what the file does not tell."""
+
+    file: str
+    scene: str | None
+    """The scene's file, as an absolute path."""
+    description: str | None
+    """Size, samples, error and strategy of the render, in words."""
+    software: str
+    record: str | None
+    """The EXR file beside the picture, with the whole record."""
+
+
+def picture_facts(path: Path) -> PictureFacts:
+    """Return the tags of the picture at ``path``; raises `ImageError` if equaltime did not write the file."""
+    tags = image_files.read_attributes(path)
+    software = tags.get("Software", "")
+    if not software.startswith("equaltime "):
+        raise ImageError(f"{path}: was not rendered by equaltime")
+    saved = path.with_suffix(".exr")
+    return {
+        "file": str(path),
+        "scene": tags.get(preview.SOURCE),
+        "description": tags.get("ImageDescription"),
+        "software": software,
+        "record": str(saved) if saved.exists() else None,
+    }
+
+
+def picture_summary(facts: PictureFacts) -> Iterator[str]:
+    """Yield four lines on a picture: its error, its scene, the program, and where the whole record is."""
+    yield f"{facts['file']}: {facts['description'] or 'a picture without a description'}"
+    yield f"shows     {facts['scene'] or 'a scene made in memory'}"
+    yield f"made by   {facts['software']}"
+    saved = facts["record"]
+    where = "only -o FILE.exr keeps one" if saved is None else f"equaltime info {shlex.quote(saved)}"
+    yield f"record    {where}"

@@ -1,0 +1,147 @@
+"""``equaltime replay OUT.exr`` traces the samples of a saved render again, by its record."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import equaltime as et
+from equaltime.cli import main
+from equaltime.images import image_files as images
+
+from ..scene.test_frames import KEYS, STANDING
+
+TEXT = """
+[default]
+light = 0.3
+[sensor]
+type = "thinlens"
+aperture_radius = 0.2
+focus_distance = 4
+fov = 40
+to_world = [{ look_at = { origin = [0, 0, 5], target = [0, 0, 0], up = [0, 1, 0] } }]
+film = { type = "hdrfilm", width = 6, height = 4 }
+[ball]
+type = "sphere"
+[lamp]
+type = "point"
+position = [3, 3, 3]
+[sky]
+type = "constant"
+radiance = "$light"
+"""
+"""A ball under a lamp and a sky of the radiance ``light``, through a lens."""
+PIXEL = ("--pixel", "3,2")
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    path = tmp_path / "scene.toml"
+    path.write_text(TEXT)
+    return path
+
+
+def rendered(scene: Path, *options: str, name: str = "a.exr") -> Path:
+    """Render the scene by the command line, 4 samples a pixel, into a file beside it; return the file."""
+    output = scene.parent / name
+    assert main(["render", str(scene), "-o", str(output), "--spp", "4", "-q", *options]) == 0
+    return output
+
+
+def replayed(capsys: pytest.CaptureFixture[str], file: Path, *words: str) -> dict[str, Any]:
+    """Return what the command tells of a sample of the pixel 3,2."""
+    capsys.readouterr()
+    assert main(["replay", str(file), *PIXEL, *words, "--json"]) == 0
+    data: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return data
+
+
+def refused(capsys: pytest.CaptureFixture[str], file: Path, *words: str) -> str:
+    """Return why the command refuses to replay a sample."""
+    assert main(["replay", str(file), *(words if "--pixel" in words else (*PIXEL, *words))]) == 2
+    return capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["-D", "light=0.7", "--seed", "7", "--strategy", "mis,roulette=none"],
+        ["--size", "12x8", "--crop", "2,1,5,4", "--max-depth", "3"],
+        ["--transparent", "--strategy", "best,adaptive=none"],
+        ["--without", "lens", "--without", "long_paths=3", "--strategy", "best,adaptive=none"],
+    ],
+)
+def test_the_samples_of_a_pixel_make_the_saved_picture(
+    options: list[str], scene: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = rendered(scene, *options)
+    paths = [replayed(capsys, file, "--sample", str(index)) for index in range(4)]
+    result = et.read(file)
+    mean = np.mean([path["radiance"] for path in paths], axis=0)
+    window = result.origin.window
+    np.testing.assert_allclose(mean, result.image[2 - window.y, 3 - window.x], rtol=1e-5)
+    brightest = replayed(capsys, file)
+    assert brightest["brightest"]["samples"] == 4, "those of the render, not the 64 of a scene"
+    assert sum(brightest["radiance"]) == max(sum(path["radiance"]) for path in paths)
+
+
+def test_a_frame_is_replayed_at_its_time(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene = tmp_path / "moving.toml"
+    scene.write_text(STANDING + KEYS)
+    rendered(scene, "--size", "8x6", "--frames", "0-1", "--fps", "2", "--seed", "5", name="f.exr")
+    still = et.load(scene).with_(size=(8, 6), shutter=(0.5, 0.5))
+    path = et.replay(still, pixel=(3, 2), sample=1, seed=6)
+    told = replayed(capsys, tmp_path / "f_0001.exr", "--sample", "1")
+    assert (told["seed"], told["radiance"]) == (6, list(path.radiance))
+    assert told["vertices"][0]["surface"] == json.loads(json.dumps(path.vertices[0]["surface"]))
+    scene.write_text(STANDING + KEYS.replace("[4, 0, 5]", "[5, 0, 5]"))
+    assert "moving.toml, has changed since" in refused(capsys, tmp_path / "f_0001.exr")
+
+
+def test_of_a_merged_render_the_seed_chooses_the_part(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    parts = [rendered(scene, "--seed", str(seed), name=f"{seed}.exr") for seed in (3, 8)]
+    both = scene.parent / "both.exr"
+    assert main(["merge", *map(str, parts), "-o", str(both)]) == 0
+    assert "was rendered with the seeds 3, 8: choose one by --seed" in refused(capsys, both)
+    assert "was rendered with the seeds 3, 8: choose one by --seed" in refused(capsys, both, "--seed", "0")
+    assert replayed(capsys, both, "--seed", "8") == replayed(capsys, parts[1])
+    assert "was rendered with the seed 8, not 3" in refused(capsys, parts[1], "--seed", "3")
+
+
+def test_a_scene_that_has_changed_or_is_gone_is_told(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = rendered(scene, "-D", "light=0.7", "--size", "8x6", "--crop", "2,1,5,4", "--seed", "9")
+    scene.write_text(TEXT.replace("[3, 3, 3]", "[3, 4, 3]"))
+    told = refused(capsys, file)
+    assert "scene.toml, has changed since" in told
+    command = shlex.split(told.partition("; as it is now: ")[2])
+    assert command[:2] == ["equaltime", "replay"]
+    assert {"--size", "8x6", "light=0.7", "9"} <= {*command}
+    assert main(command[1:]) == 0
+    scene.unlink()
+    assert f"its scene, {scene}, is not there" in refused(capsys, file)
+
+
+def test_samples_that_were_not_rendered_are_refused(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = rendered(scene)
+    assert "--sample: the render has samples 0 to 3 of pixel 3,2" in refused(capsys, file, "--sample", "4")
+    assert "pixel 9,9 is not on the film, 6x4 from 0,0" in refused(capsys, file, "--pixel", "9,9")
+
+
+def test_options_that_the_record_tells_are_refused(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    told = refused(capsys, rendered(scene), "--max-depth", "3")
+    assert "--max-depth: " in told
+    assert "tells this option itself: leave it out, or give the scene file instead" in told
+
+
+def test_pictures_without_paths_are_refused(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    images.write_exr(scene.parent / "b.exr", np.zeros((4, 6, 3)))
+    assert "b.exr: was not rendered by equaltime" in refused(capsys, scene.parent / "b.exr")
+    et.render(et.load_dict({"type": "scene", "sensor": {"type": "perspective"}}).with_(size=(6, 4)), spp=1).save(
+        scene.parent / "c.exr"
+    )
+    assert "c.exr: its scene was made in memory: replay it in Python" in refused(capsys, scene.parent / "c.exr")
