@@ -1,0 +1,96 @@
+#include "equaltime/build/build_media.h"
+
+#include <algorithm>
+#include <iomanip>
+#include <limits>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+#include "equaltime/base/index.h"
+
+namespace equaltime {
+
+namespace {
+
+/// Mean free path over the extent of the scene down to which media are rendered: below, float32 leaves the edges of
+/// shapes and the points of lights many mean free paths from where they are.
+constexpr double kShortestFreePath = 1e-7;
+
+/// The lobes that there are, each once; `fail` throws for numbers that make no sense.
+template <class Fail>
+std::vector<PhaseLobeDescription> distinct(const MediumDescription& d, const Fail& fail) {
+  if (d.lobes.empty()) return {{1, d.g, false}};
+  std::vector<PhaseLobeDescription> kept;
+  for (const PhaseLobeDescription& lobe : d.lobes) {
+    if (!(lobe.weight >= 0 && lobe.weight <= 1)) fail("the weight of a phase function lies in [0, 1]");
+    if (!(lobe.g > -1 && lobe.g < 1)) fail("g lies between -1 and 1");
+    if (!(lobe.weight > 0)) continue;
+    const auto same = std::ranges::find_if(kept, [&](const PhaseLobeDescription& other) {
+      return lobe.rayleigh == other.rayleigh && (lobe.rayleigh || lobe.g == other.g);
+    });
+    if (same == kept.end())
+      kept.push_back(lobe);
+    else
+      same->weight += lobe.weight;
+  }
+  if (kept.empty()) fail("one of the phase functions needs a weight above 0");
+  if (kept.size() > BlendedPhase::kMostLobes) fail("a blend has at most 8 phase functions");
+  return kept;
+}
+
+Bsdf make_phase(const std::vector<PhaseLobeDescription>& lobes, const Spectrum& albedo) {
+  if (lobes.size() == 1 && !lobes[0].rayleigh) return Phase{static_cast<float>(lobes[0].g), albedo};
+  double total = 0;
+  for (const PhaseLobeDescription& lobe : lobes) total += lobe.weight;
+  BlendedPhase blend;
+  blend.single_albedo = albedo;
+  for (const PhaseLobeDescription& lobe : lobes)
+    blend.lobes[blend.count++] = {static_cast<float>(lobe.weight / total), static_cast<float>(lobe.g), lobe.rayleigh};
+  return blend;
+}
+
+/// Says what is wrong with a medium that is denser than the scene can be rendered with; empty if it is not.
+std::string too_dense(const Spectrum& sigma_t, const Normalization& normalization) {
+  const Bounds& bounds = normalization.bounds();
+  const double extent = bounds.empty() ? 0 : max_component(bounds.extent());
+  const double share = 1 / (static_cast<double>(sigma_t.max_component()) * extent);
+  if (share >= kShortestFreePath) return {};
+  std::ostringstream message;
+  message << std::setprecision(3) << "its mean free path is " << share << " of the scene's extent, and the shortest is "
+          << kShortestFreePath << "; lower sigma_t or scale, or make the shape opaque";
+  return message.str();
+}
+
+}  // namespace
+
+std::uint32_t Media::at(const std::optional<std::uint32_t>& described) const {
+  if (!described) return kNone;
+  if (*described >= index.size()) throw std::invalid_argument("no medium " + std::to_string(*described));
+  return index[*described];
+}
+
+Media make_media(const std::vector<MediumDescription>& descriptions, const Normalization& normalization) {
+  Media media;
+  const double per_length = normalization.world_length(1);
+  for (const MediumDescription& d : descriptions) {
+    const auto fail = [&](const char* what) {
+      throw std::invalid_argument("medium " + std::to_string(media.index.size()) + ": " + what);
+    };
+    const auto in = [](const Vec3d& v, double most) {
+      return v.x >= 0 && v.y >= 0 && v.z >= 0 && v.x <= most && v.y <= most && v.z <= most;
+    };
+    if (!in(d.sigma_t, std::numeric_limits<double>::max())) fail("extinction is finite and not negative");
+    if (!in(d.albedo, 1)) fail("an albedo lies in [0, 1]");
+    const Spectrum sigma_t = spectrum(d.sigma_t * per_length), albedo = spectrum(d.albedo);
+    if (!(d.g > -1 && d.g < 1)) fail("g lies between -1 and 1");
+    if (!sigma_t.is_finite()) fail("extinction is too large for the size of the scene");
+    if (const std::string dense = too_dense(sigma_t, normalization); !dense.empty()) fail(dense.c_str());
+    const Bsdf phase = make_phase(distinct(d, fail), albedo);
+    media.index.push_back(sigma_t.is_black() ? kNone : static_cast<std::uint32_t>(media.dense.size()));
+    if (!sigma_t.is_black()) media.dense.push_back({sigma_t, sigma_t * albedo}), media.phases.push_back(phase);
+  }
+  return media;
+}
+
+}  // namespace equaltime

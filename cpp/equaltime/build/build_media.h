@@ -1,0 +1,28 @@
+// Media, from their description to normalised space.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "equaltime/bsdfs/bsdf.h"
+#include "equaltime/build/description.h"
+#include "equaltime/math/normalization.h"
+#include "equaltime/media/medium.h"
+
+namespace equaltime {
+
+/// The media of a description. Those of no extinction are folded into vacuum.
+struct Media {
+  std::vector<Medium> dense;
+  std::vector<Bsdf> phases;          // of each of these, its phase function
+  std::vector<std::uint32_t> index;  // of each of the description, in `dense`; kNone if it is vacuum
+
+  /// Throws std::invalid_argument if there is none of that number.
+  [[nodiscard]] std::uint32_t at(const std::optional<std::uint32_t>& described) const;
+};
+
+/// Throws std::invalid_argument for numbers that make no sense.
+[[nodiscard]] Media make_media(const std::vector<MediumDescription>& descriptions, const Normalization& normalization);
+
+}  // namespace equaltime

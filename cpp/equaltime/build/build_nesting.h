@@ -1,0 +1,39 @@
+// Nesting: the ranks of bodies that overlap, and those that the camera is in, found as a scene is built.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "equaltime/build/description.h"
+#include "equaltime/scene/nesting.h"
+
+namespace equaltime {
+
+class CameraMotion;
+struct Geometries;
+struct Material;
+struct MovingInstanceGeometry;
+struct SetOfShapes;
+
+/// The shapes of a scene while it is built.
+struct ShapesToNest {
+  const std::vector<Material>& materials;
+  const Geometries& top;
+  const std::vector<Geometries>& groups;
+  const std::vector<Instance>& instances;
+  const std::vector<MovingInstanceGeometry>& moving;
+  const std::optional<CameraMotion>& camera_motion;
+  const SetOfShapes& top_set;
+  const std::vector<SetOfShapes>& group_sets;
+  const std::vector<std::optional<std::size_t>>& only_instances;  // of each group
+  const std::vector<std::uint32_t>&mesh_shapes, &sphere_shapes;
+};
+
+/// Gives ranks to the surfaces of shapes that have a priority and touch another that has, and finds where the camera
+/// is, which stands at `camera` if it does not move. Throws std::invalid_argument that names a shape that cannot have a
+/// priority.
+[[nodiscard]] Nesting make_nesting(const SceneDescription& description, const ShapesToNest& shapes, const Vec3d& camera,
+                                   std::uint32_t camera_medium, std::vector<Surface>& surfaces);
+
+}  // namespace equaltime
