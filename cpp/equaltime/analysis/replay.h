@@ -42,7 +42,7 @@ struct TracedScattering {
 /// A ray, and what happens where it ends.
 struct TracedVertex {
   Ray ray;
-  Arrival made;
+  PreviousVertex made;
   Spectrum beta, L;               // on arrival: throughput, and what the path has gathered before
   std::optional<Interaction> it;  // none: the ray escapes
   std::optional<Point2f> place;   // on the primitive, where that is known; see place_on

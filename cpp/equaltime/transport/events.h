@@ -8,14 +8,14 @@
 namespace equaltime {
 
 /// How the ray to the current vertex was made; see transport/gather.h.
-struct Arrival;
+struct PreviousVertex;
 
 namespace event {
 
 /// A ray is sent, with the throughput that it carries and what the path has gathered so far.
 struct Sends {
   const Ray& ray;
-  const Arrival& made;
+  const PreviousVertex& made;
   Spectrum beta, L;
 };
 

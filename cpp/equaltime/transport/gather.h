@@ -20,7 +20,7 @@ struct MixedRay {
 };
 
 /// How the ray to the current vertex was made: what the MIS weight of an emitter that it meets depends on.
-struct Arrival {
+struct PreviousVertex {
   Receiver from{};    // the vertex that it left
   float pdf = 0;      // of the BSDF, per solid angle
   bool alone = true;  // no other technique can make this ray: camera rays and discrete directions
@@ -28,7 +28,7 @@ struct Arrival {
 };
 
 /// The weight of an emitter met by a scattered ray, given the density of light sampling for the same direction.
-[[nodiscard]] EQUALTIME_INLINE float emitter_weight(const Settings& s, const Arrival& ray, std::uint32_t light,
+[[nodiscard]] EQUALTIME_INLINE float emitter_weight(const Settings& s, const PreviousVertex& ray, std::uint32_t light,
                                                     float light_pdf) noexcept {
   if (ray.alone || !aims_at_lights(s.technique)) return 1;
   if (s.technique == Technique::light) return light_pdf > 0 ? 0.0F : 1.0F;
@@ -40,10 +40,11 @@ struct Arrival {
   return twice_density > 0 ? ray.mixed.twice_density / twice_density : 0.0F;
 }
 
-/// Radiance that the surface itself sends back along the ray.
+/// Radiance that the surface itself sends back along the ray. Given a copy, as the next: by reference it would hold all
+/// of the path in memory.
 template <Effects E, class Probe>
 [[nodiscard]] EQUALTIME_INLINE Spectrum emitted(const Scene& scene, const Settings& settings, const Interaction& it,
-                                                const Arrival& ray, Probe& probe) noexcept(!Probe::allocates) {
+                                                PreviousVertex ray, Probe& probe) noexcept(!Probe::allocates) {
   if (scene.surfaces[it.shape].first_light == kNone || !it.front) return {};
   const std::uint32_t light = scene.light_of(it);
   float light_pdf = 0;
@@ -54,12 +55,12 @@ template <Effects E, class Probe>
 }
 
 template <Effects E>
-[[nodiscard]] Spectrum escaped(const Scene& scene, const Settings& settings, const Ray& ray,
-                               const Arrival& made) noexcept {
+[[nodiscard]] Spectrum escaped(const Scene& scene, const Settings& settings, Vec3f direction,
+                               PreviousVertex made) noexcept {
   if constexpr (E.environment) {
     if (!scene.lights.environment()) return {};
     const LightValue value =
-        scene.lights.environment_towards(settings.lights, settings.environment, made.from, ray.direction);
+        scene.lights.environment_towards(settings.lights, settings.environment, made.from, direction);
     return value.radiance * emitter_weight(settings, made, scene.lights.size() - 1, value.pdf);
   }
   return {};

@@ -8,134 +8,168 @@
 
 #include "equaltime/base/effects.h"
 #include "equaltime/scene/scene.h"
-#include "equaltime/transport/forks.h"
-#include "equaltime/transport/hidden.h"
+#include "equaltime/transport/path_copies.h"
+#include "equaltime/transport/path_state.h"
 #include "equaltime/transport/uncommon.h"
 
 namespace equaltime {
 
-/// Returns the path's radiance. After a fork: the radiance of all copies traced so far.
+/// What a path does where its ray has come to.
+enum class Arrival : std::uint8_t { ends, crosses, scatters };
+
+/// Adds what the ray has met that shines: a surface, or the environment if it has met nothing.
 template <Effects E, class Probe>
-[[nodiscard]] EQUALTIME_INLINE Spectrum trace_branch(const Scene& scene, const Settings& settings,
-                                                     const Ray& camera_ray, NumbersOf<E> sampler, Forks<E>& forks,
-                                                     Probe& probe) noexcept(!Probe::allocates) {
-  Ray ray = camera_ray;
-  Spectrum L, beta(1);
-  float radiance_scale = 1;  // of beta, by refraction: no reason to end a path
-  Arrival made;
-  PathSurroundings<E> within(scene, ray, probe.time);
-  std::uint32_t crossed = 0;  // surfaces that are no vertices
-  int depth = 1;
-  StraightAhead<E> straight(true);
-  if constexpr (E.forks)
-    if (const Departure<E>* copy = forks.taken()) {
-      L = forks.gathered(), ray = copy->ray, made = copy->made, within = copy->within, sampler = copy->sampler;
-      beta = copy->beta, radiance_scale = copy->radiance_scale, depth = copy->depth, crossed = copy->crossed;
-      straight = StraightAhead<E>(false);
-      probe.scatters(forks.bsdf());
-      if constexpr (Probe::listens) probe.note(event::Resumes{});
-    }
-  for (;; ++depth) {
-    const std::uint32_t bounce = static_cast<std::uint32_t>(depth - 1) + crossed;
-    if (bounce % kLongPath == kLongPath - 1 && probe.gives_up()) [[unlikely]]
-      return L;
-    VertexNumbers u = sampler.vertex(bounce);  // made while the ray is on its way
-    if constexpr (Probe::listens) probe.note(event::Sends{ray, made, beta, L});
-    auto meeting = probe.template intersect<E>(scene, ray);
-    const Bsdf* phase = within.follow(scene, ray, sampler, bounce, beta, meeting);
-    Optional<Interaction>& it = surface(meeting);
-    if constexpr (Probe::listens) probe.note(event::Flies{it ? &*it : nullptr, phase != nullptr, beta});
-    if constexpr (E.media || E.hidden_emitters)
-      if (phase == nullptr && it && (within.here().hides(scene, *it) || straight.looks_through(scene, *it, depth))) {
-        ray = it->spawn(-it->wo, false);
-        within.leave(scene, *it, false);
-        --depth, ++crossed;
-        continue;
-      }
-    std::uint32_t material = kNone;
-    if (phase == nullptr) {
-      if (!it && straight.sees_no_environment(scene)) return L;
-      if (!it) return L + probe.met(beta * escaped<E>(scene, settings, ray, made), scene.lights.last(), depth);
-      L += probe.met(beta * emitted<E>(scene, settings, *it, made, probe), scene.light_of(*it), depth);
-      material = scene.material(*it);
-    }
-    const bool crosses = E.masks && !scene.crossings_are_vertices;  // what is nothing, however long the path is
-    if ((depth >= settings.max_depth && !crosses) || (phase == nullptr && material == kNone)) return L;
-    if constexpr (E.masks) {
-      if (phase == nullptr)
-        material = scene.picked(material, *it, sampler.get_1d_precise(slot(BounceDimension::material, bounce)));
-      if (phase == nullptr && scene.materials[material].kind == Material::Kind::nothing) {
-        ray = it->spawn(-it->wo, false);  // goes on as it arrived
-        within.leave(scene, *it, false);
-        if (!scene.crossings_are_vertices) --depth, ++crossed;
-        continue;
-      }
-    }
-    std::optional<Bsdf> own;
-    const Bsdf* bsdf = phase != nullptr
-                           ? phase
-                           : &within.here().beside(scene, *it, scene.bsdf<E>(material, *it, own, probe.time), own);
-    const bool may_cross = crosses && std::holds_alternative<ThinDielectric>(*bsdf);  // and is a vertex if it reflects
-    if (E.masks && depth >= settings.max_depth && !may_cross) return L;
-    probe.scatters(*bsdf);
-    Optional<Scattering> scattered;
-    if (is_delta<E>(*bsdf)) {
-      scattered = sample_bsdf<E>(*it, *bsdf, sampler, bounce, {});
-    } else if (is_uncommon(settings.technique)) [[unlikely]] {
-      const Vertex vertex =
-          uncommon_vertex<E>(scene, settings, *it, *bsdf, within.here(), sampler, bounce, depth, u, probe);
-      L += probe.lit(beta * vertex.direct, depth + 1);
-      scattered = vertex.scattered;
-      made.mixed = vertex.mixed;
-    } else {
-      if constexpr (!E.forks) scattered = sample_bsdf<E>(*it, *bsdf, sampler, bounce, u.bsdf_direction);
-      const Spectrum direct =
-          direct_light<E>(scene, settings, *it, *bsdf, within.here(), sampler, bounce, depth, u.light_point, probe);
-      L += probe.lit(beta * direct, depth + 1);
-      if constexpr (E.forks) {
-        if (forks.due()) {
-          Departure<E> path{ray, beta, radiance_scale, made, within, depth, crossed, sampler};
-          forks.fork(scene, *it, *bsdf, bounce, path);
-          beta = path.beta, radiance_scale = path.radiance_scale, sampler = path.sampler, u = sampler.vertex(bounce);
-          if constexpr (Probe::listens) probe.note(event::Forks{});
-        }
-        scattered = sample_bsdf<E>(*it, *bsdf, sampler, bounce, u.bsdf_direction);
-      }
-    }
-    if constexpr (Probe::listens) probe.note(event::Scatters{*it, material, *bsdf, scattered});
-    if (!scattered) return L;
-    if (may_cross && !scattered->above) --depth, ++crossed;
-    if (E.masks && depth >= settings.max_depth) return L;
-    beta *= scattered->weight;
-    radiance_scale *= scattered->radiance_scale;
-    if (!(0 < beta.sum() && beta.sum() < std::numeric_limits<float>::infinity())) [[unlikely]] {
-      if (beta.is_black()) return L;
-      if (!beta.is_finite()) return L + beta;  // The sample is not finite, and no roulette would end its path.
-    }
-    if (depth >= settings.roulette_depth) {
-      float survival = survival_probability(settings.roulette, settings.survival, beta * (1 / radiance_scale),
-                                            [&]() noexcept { return albedo<E>(*it, *bsdf); });
-      if (depth >= kEndlessDepth && settings.max_depth == kUnlimitedDepth) [[unlikely]]
-        survival *= survival_of_endless(depth);
-      if constexpr (Probe::listens) probe.note(event::Survives{survival});
-      if (survival < 1 && sampler.get_1d_precise(slot(BounceDimension::roulette, bounce)) >= survival) return L;
-      beta *= 1 / survival;
-    }
-    made.from = receiver_at<E>(*it, *bsdf), made.pdf = scattered->pdf, made.alone = scattered->delta;
-    ray = it->spawn(scattered->wi, scattered->above);
-    within.leave(scene, *it, scattered->above);
-    straight.scatters(*bsdf, scattered->above);
-  }
+EQUALTIME_INLINE void add_emission(const Scene& scene, const Settings& settings, PathState<E>& path,
+                                   const Optional<Interaction>& it, Probe& probe) noexcept(!Probe::allocates) {
+  if (it)
+    path.L +=
+        probe.met(path.beta * emitted<E>(scene, settings, *it, path.previous, probe), scene.light_of(*it), path.depth);
+  else if (!path.straight.sees_no_environment(scene))
+    path.L += probe.met(path.beta * escaped<E>(scene, settings, path.ray.direction, path.previous), scene.lights.last(),
+                        path.depth);
 }
 
-/// All of a path.
+/// Follows the ray through its medium to the next vertex, and adds what shines there. `own` keeps the vertex's BSDF
+/// where that is no other's.
 template <Effects E, class Probe>
-[[nodiscard]] Spectrum trace_path(const Scene& scene, const Settings& settings, const Ray& camera_ray,
-                                  const Sampler& sampler, Forks<E> forks, Probe& probe) noexcept(!Probe::allocates) {
-  Spectrum L = trace_branch<E>(scene, settings, camera_ray, sampler, forks, probe);
-  if constexpr (E.forks)
-    while (forks.take(L)) L = trace_branch<E>(scene, settings, camera_ray, sampler, forks, probe);
-  return L;
+[[nodiscard]] EQUALTIME_INLINE Arrival arrive(const Scene& scene, const Settings& settings, PathState<E>& path,
+                                              MeetingOf<E>& meeting, Vertex& v, std::optional<Bsdf>& own,
+                                              Probe& probe) noexcept(!Probe::allocates) {
+  const std::uint32_t segment = path.segment();
+  const Bsdf* phase = path.within.follow(scene, path.ray, path.sampler, segment, path.beta, meeting);
+  Optional<Interaction>& it = surface(meeting);
+  if constexpr (Probe::listens) probe.note(event::Flies{it ? &*it : nullptr, phase != nullptr, path.beta});
+  if constexpr (E.media || E.hidden_emitters)
+    if (phase == nullptr && it &&
+        (path.within.here().hides(scene, *it) || path.straight.looks_through(scene, *it, path.depth))) {
+      path.cross(scene, *it, false);
+      return Arrival::crosses;
+    }
+  if (phase == nullptr) {
+    add_emission<E>(scene, settings, path, it, probe);
+    if (!it) return Arrival::ends;
+    v.material = scene.material(*it);
+  }
+  const bool crosses = E.masks && !scene.crossings_are_vertices;  // what is nothing, however long the path is
+  if ((path.depth >= settings.max_depth && !crosses) || (phase == nullptr && v.material == kNone)) return Arrival::ends;
+  if constexpr (E.masks) {
+    if (phase == nullptr)
+      v.material = scene.picked(v.material, *it, path.sampler.get_1d_precise(slot(BounceDimension::material, segment)));
+    if (phase == nullptr && scene.materials[v.material].kind == Material::Kind::nothing) {
+      path.cross(scene, *it, scene.crossings_are_vertices);
+      return Arrival::crosses;
+    }
+  }
+  v.bsdf = phase != nullptr
+               ? phase
+               : &path.within.here().beside(scene, *it, scene.bsdf<E>(v.material, *it, own, probe.time), own);
+  v.may_cross = crosses && std::holds_alternative<ThinDielectric>(*v.bsdf);
+  if (E.masks && path.depth >= settings.max_depth && !v.may_cross) return Arrival::ends;
+  return Arrival::scatters;
+}
+
+/// Adds the light that reaches the vertex from a sampled light, and draws the direction in which the path goes on, if
+/// it does.
+template <Effects E, class Probe>
+[[nodiscard]] EQUALTIME_INLINE Optional<Scattering> scatter(const Scene& scene, const Settings& settings,
+                                                            PathState<E>& path, const Interaction& it, const Vertex& v,
+                                                            VertexNumbers u, PathCopies<E>& copies,
+                                                            Probe& probe) noexcept(!Probe::allocates) {
+  const std::uint32_t segment = path.segment();
+  Optional<Scattering> scattered;
+  if (is_delta<E>(*v.bsdf)) {
+    scattered = sample_bsdf<E>(it, *v.bsdf, path.sampler, segment, {});
+  } else if (is_uncommon(settings.technique)) [[unlikely]] {
+    const TurnedVertex turned = uncommon_vertex<E>(scene, settings, it, *v.bsdf, path.within.here(), path.sampler,
+                                                   segment, path.depth, u, probe);
+    path.L += probe.lit(path.beta * turned.direct, path.depth + 1);
+    path.previous.mixed = turned.mixed;
+    scattered = turned.scattered;
+  } else {
+    if constexpr (!E.forks) scattered = sample_bsdf<E>(it, *v.bsdf, path.sampler, segment, u.bsdf_direction);
+    const Spectrum direct = direct_light<E>(scene, settings, it, *v.bsdf, path.within.here(), path.sampler, segment,
+                                            path.depth, u.light_point, probe);
+    path.L += probe.lit(path.beta * direct, path.depth + 1);
+    if constexpr (E.forks) {
+      if (copies.due()) {
+        copies.split(scene, it, *v.bsdf, path);
+        u = path.sampler.vertex(segment);
+        if constexpr (Probe::listens) probe.note(event::Forks{});
+      }
+      scattered = sample_bsdf<E>(it, *v.bsdf, path.sampler, segment, u.bsdf_direction);
+    }
+  }
+  return scattered;
+}
+
+/// Whether Russian roulette lets the path live at the vertex.
+template <Effects E, class Probe>
+[[nodiscard]] EQUALTIME_INLINE bool survives(const Settings& settings, PathState<E>& path, const Interaction& it,
+                                             const Bsdf& bsdf, Probe& probe) noexcept(!Probe::allocates) {
+  if (path.depth < settings.roulette_depth) return true;
+  float survival = survival_probability(settings.roulette, settings.survival, path.beta * (1 / path.radiance_scale),
+                                        [&]() noexcept { return albedo<E>(it, bsdf); });
+  if (path.depth >= kEndlessDepth && settings.max_depth == kUnlimitedDepth) [[unlikely]]
+    survival *= survival_of_endless(path.depth);
+  if constexpr (Probe::listens) probe.note(event::Survives{survival});
+  if (survival < 1 && path.sampler.get_1d_precise(slot(BounceDimension::roulette, path.segment())) >= survival)
+    return false;
+  path.beta *= 1 / survival;
+  return true;
+}
+
+/// Leaves the vertex in the drawn direction; false if the path ends all the same.
+template <Effects E, class Probe>
+[[nodiscard]] EQUALTIME_INLINE bool depart(const Scene& scene, const Settings& settings, PathState<E>& path,
+                                           const Interaction& it, const Vertex& v, const Scattering& scattered,
+                                           Probe& probe) noexcept(!Probe::allocates) {
+  if (v.may_cross && !scattered.above) --path.depth, ++path.crossed;
+  if (E.masks && path.depth >= settings.max_depth) return false;
+  path.beta *= scattered.weight;
+  path.radiance_scale *= scattered.radiance_scale;
+  if (!(0 < path.beta.sum() && path.beta.sum() < std::numeric_limits<float>::infinity())) [[unlikely]] {
+    if (path.beta.is_black()) return false;
+    if (!path.beta.is_finite()) {  // The sample is not finite, and no roulette would end its path.
+      path.L += path.beta;
+      return false;
+    }
+  }
+  if (!survives<E>(settings, path, it, *v.bsdf, probe)) return false;
+  path.previous.from = receiver_at<E>(it, *v.bsdf);
+  path.previous.pdf = scattered.pdf, path.previous.alone = scattered.delta;
+  path.ray = it.spawn(scattered.wi, scattered.above);
+  path.within.leave(scene, it, scattered.above);
+  path.straight.scatters(*v.bsdf, scattered.above);
+  ++path.depth;
+  return true;
+}
+
+/// The radiance of a path that begins with a camera ray, and of all its copies.
+template <Effects E, class Probe>
+[[nodiscard]] EQUALTIME_INLINE Spectrum trace_path(const Scene& scene, const Settings& settings, const Ray& camera_ray,
+                                                   const Sampler& sampler, PathCopies<E> copies,
+                                                   Probe& probe) noexcept(!Probe::allocates) {
+  PathState<E> path{camera_ray, sampler, PathSurroundings<E>(scene, camera_ray, probe.time)};
+  for (;;) {
+    if (path.segment() % kLongPath == kLongPath - 1 && probe.gives_up()) [[unlikely]]
+      return path.L;
+    const VertexNumbers u = path.sampler.vertex(path.segment());  // made while the ray is on its way
+    if constexpr (Probe::listens) probe.note(event::Sends{path.ray, path.previous, path.beta, path.L});
+    const Ray ray = path.ray;  // a copy: by reference it would hold all of the path in memory
+    auto meeting = probe.template intersect<E>(scene, ray);
+    Vertex v;
+    std::optional<Bsdf> own;
+    const Arrival arrival = arrive<E>(scene, settings, path, meeting, v, own, probe);
+    bool goes_on = arrival == Arrival::crosses;
+    if (arrival == Arrival::scatters) [[likely]] {
+      const Interaction& it = *surface(meeting);
+      probe.scatters(*v.bsdf);
+      const Optional<Scattering> scattered = scatter<E>(scene, settings, path, it, v, u, copies, probe);
+      if constexpr (Probe::listens) probe.note(event::Scatters{it, v.material, *v.bsdf, scattered});
+      goes_on = scattered && depart<E>(scene, settings, path, it, v, *scattered, probe);
+    }
+    if (!goes_on && !copies.pop(path, probe)) return path.L;
+  }
 }
 
 }  // namespace equaltime

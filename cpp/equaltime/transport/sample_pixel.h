@@ -39,7 +39,7 @@ EQUALTIME_INLINE Spectrum sample_film_pixel(const BlockTask& task, std::uint64_t
   probe.begin(begin.offset.weight);
   if constexpr (E.motion) probe.time = begin.time<E>();
   const Ray ray = begin.ray<E>(task.scene, px, py, probe.time);
-  return trace_path<E>(task.scene, task.settings, ray, begin.sampler, Forks<E>(task.settings, px, py), probe) *
+  return trace_path<E>(task.scene, task.settings, ray, begin.sampler, PathCopies<E>(task.settings, px, py), probe) *
          begin.offset.weight;
 }
 

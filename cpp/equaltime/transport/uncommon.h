@@ -8,7 +8,7 @@
 namespace equaltime {
 
 /// What a vertex sends back by itself, and how the path goes on.
-struct Vertex {
+struct TurnedVertex {
   Spectrum direct;
   Optional<Scattering> scattered;
   MixedRay mixed{};
@@ -19,16 +19,16 @@ struct Vertex {
 /// Of emitters that the ray then meets, emitter_weight says which count, by the density of the one that is met. A light
 /// without directions, such as a point, is aimed at as ever, and leaves every turn to the BSDF.
 template <Effects E, class Probe>
-[[nodiscard]] Vertex mixture_vertex(const Scene& scene, const Settings& settings, const Interaction& it,
-                                    const Bsdf& bsdf, Surroundings<E> within, const Sampler& sampler,
-                                    std::uint32_t bounce, int depth, VertexNumbers u,
-                                    Probe& probe) noexcept(!Probe::allocates) {
+[[nodiscard]] TurnedVertex mixture_vertex(const Scene& scene, const Settings& settings, const Interaction& it,
+                                          const Bsdf& bsdf, Surroundings<E> within, const Sampler& sampler,
+                                          std::uint32_t bounce, int depth, VertexNumbers u,
+                                          Probe& probe) noexcept(!Probe::allocates) {
   const Receiver receiver = receiver_at<E>(it, bsdf);
   const auto picked = scene.lights.pick(settings.lights, receiver, sampler, bounce);
   if constexpr (Probe::listens) probe.note(event::PicksLight{picked});
   const bool has_directions = picked && scene.lights.has_directions<E>(picked->light, receiver, probe.time);
   const bool lights_turn = sampler.get_1d(slot(BounceDimension::technique, bounce)) < 0.5F;
-  Vertex vertex;
+  TurnedVertex vertex;
   if (lights_turn && has_directions) {
     const auto light = scene.lights.sample<E>(LightPick{picked->light, 1}, settings.environment, receiver, sampler,
                                               bounce, u.light_point, probe.time);
@@ -61,10 +61,10 @@ template <Effects E, class Probe>
 /// Out of line, and given copies: inlined, what others do not use cost them 4 %, and by reference it held their values
 /// in memory, at 6 %.
 template <Effects E, class Probe>
-[[nodiscard, gnu::noinline]] Vertex uncommon_vertex(const Scene& scene, const Settings& settings, Interaction it,
-                                                    const Bsdf& bsdf, Surroundings<E> within, Sampler sampler,
-                                                    std::uint32_t bounce, int depth, VertexNumbers u,
-                                                    Probe& probe) noexcept(!Probe::allocates) {
+[[nodiscard, gnu::noinline]] TurnedVertex uncommon_vertex(const Scene& scene, const Settings& settings, Interaction it,
+                                                          const Bsdf& bsdf, Surroundings<E> within, Sampler sampler,
+                                                          std::uint32_t bounce, int depth, VertexNumbers u,
+                                                          Probe& probe) noexcept(!Probe::allocates) {
   if (settings.technique == Technique::mixture)
     return mixture_vertex<E>(scene, settings, it, bsdf, within, sampler, bounce, depth, u, probe);
   return {direct_light<E>(scene, settings, it, bsdf, within, sampler, bounce, depth, u.light_point, probe),

@@ -1,0 +1,83 @@
+// Path splitting where a path is scattered first, into as many copies as its pixel's are worth (efficiency.h). What the
+// camera's ray and the light sampled from there cost is shared by all copies. Each goes on in a direction of its own,
+// with an equal share of the throughput, and with numbers that are together those of as many more samples. Of no size,
+// and nothing to do, in kernels whose paths are not split.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "equaltime/base/effects.h"
+#include "equaltime/transport/efficiency.h"
+#include "equaltime/transport/path_state.h"
+
+namespace equaltime {
+
+/// The copies of a path that are still to be followed.
+template <Effects E>
+class PathCopies {
+ public:
+  PathCopies(const Settings&, std::uint64_t, std::uint64_t) noexcept {}
+  template <class Probe>
+  [[nodiscard]] static constexpr bool pop(PathState<E>&, Probe&) noexcept {
+    return false;
+  }
+};
+
+template <Effects E>
+requires(E.forks) class PathCopies<E> {
+ public:
+  /// Of a path through this pixel of the full film.
+  PathCopies(const Settings& settings, std::uint64_t x, std::uint64_t y) noexcept
+      : log2_copies_(settings.efficiency != nullptr ? settings.efficiency->log2_copies(x, y) : 0) {}
+
+  /// Whether the path is split where it is scattered now.
+  [[nodiscard]] bool due() const noexcept { return log2_copies_ > 0 && !bsdf_; }
+
+  /// Splits: `path` becomes the first copy, still at the vertex, and the others are kept. No roulette ends them here.
+  void split(const Scene& scene, const Interaction& it, const Bsdf& bsdf, PathState<E>& path) noexcept {
+    bsdf_.emplace(bsdf);
+    const std::uint32_t segment = path.segment();
+    const float share = 1 / static_cast<float>(1U << log2_copies_);
+    path.beta *= share;
+    path.radiance_scale *= share;  // a share is no reason to end a path
+    const Sampler whole = path.sampler;
+    for (std::uint32_t copy = (1U << log2_copies_) - 1; copy > 0; --copy) {
+      path.sampler = whole.copy(copy, log2_copies_);
+      if (const auto scattered =
+              sample_bsdf<E>(it, bsdf, path.sampler, segment, path.sampler.vertex(segment).bsdf_direction))
+        keep(scene, it, *scattered, path);
+    }
+    path.sampler = whole.copy(0, log2_copies_);
+  }
+
+  /// Puts the next copy into `path`, which keeps what it has gathered; false if there is none.
+  template <class Probe>
+  [[nodiscard]] bool pop(PathState<E>& path, Probe& probe) noexcept(!Probe::allocates) {
+    if (waiting_ == 0) return false;
+    const Spectrum gathered = path.L;
+    path = *copies_[--waiting_];
+    path.L = gathered;
+    probe.scatters(*bsdf_);
+    if constexpr (Probe::listens) probe.note(event::Resumes{});
+    return true;
+  }
+
+ private:
+  void keep(const Scene& scene, const Interaction& it, const Scattering& s, const PathState<E>& path) noexcept {
+    PathState<E>& copy = copies_[waiting_++].emplace(path);
+    copy.ray = it.spawn(s.wi, s.above);
+    copy.beta *= s.weight;
+    copy.radiance_scale *= s.radiance_scale;
+    copy.previous = {receiver_at<E>(it, *bsdf_), s.pdf, s.delta, {}};
+    copy.within.leave(scene, it, s.above);
+    copy.straight = StraightAhead<E>(false);
+    ++copy.depth;
+  }
+
+  std::uint32_t log2_copies_, waiting_ = 0;
+  std::optional<Bsdf> bsdf_;  // where the path was split
+  std::array<std::optional<PathState<E>>, (1U << Efficiency::kMostLog2) - 1> copies_;
+};
+
+}  // namespace equaltime

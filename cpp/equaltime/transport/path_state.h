@@ -1,0 +1,48 @@
+// PathState: a path between two rays. Plain data: splitting copies it.
+#pragma once
+
+#include <cstdint>
+#include <type_traits>
+
+#include "equaltime/base/effects.h"
+#include "equaltime/scene/scene.h"
+#include "equaltime/transport/gather.h"
+#include "equaltime/transport/hidden.h"
+
+namespace equaltime {
+
+/// The numbers of a path, which change where it is split.
+template <Effects E>
+using NumbersOf = std::conditional_t<E.forks, Sampler, const Sampler&>;
+
+template <Effects E>
+struct PathState {
+  Ray ray;  // to be traced next
+  NumbersOf<E> sampler;
+  PathSurroundings<E> within;       // the media and bodies that the ray is in
+  StraightAhead<E> straight{true};  // so far
+  Spectrum L{}, beta{1};            // radiance gathered; throughput
+  float radiance_scale = 1;         // the part of beta that is refraction's: no reason to end a path
+  PreviousVertex previous{};
+  int depth = 1;              // of the vertex that the ray goes to, as max_depth counts them
+  std::uint32_t crossed = 0;  // surfaces so far that do not count
+
+  /// The number of the ray, which is that of its random numbers.
+  [[nodiscard]] std::uint32_t segment() const noexcept { return static_cast<std::uint32_t>(depth - 1) + crossed; }
+
+  /// Goes straight on through a surface, which counts as a vertex or not.
+  EQUALTIME_INLINE void cross(const Scene& scene, const Interaction& it, bool counts) noexcept {
+    ray = it.spawn(-it.wo, false);
+    within.leave(scene, it, false);
+    counts ? static_cast<void>(++depth) : static_cast<void>(++crossed);
+  }
+};
+
+/// What scatters a path where its ray has come to.
+struct Vertex {
+  const Bsdf* bsdf = nullptr;      // or the phase function of a medium
+  std::uint32_t material = kNone;  // kNone in a medium
+  bool may_cross = false;          // thin glass that counts as a vertex only if it reflects
+};
+
+}  // namespace equaltime
