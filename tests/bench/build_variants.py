@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from builds import Variant, build
+from builds import ONE_ROW, Variant, build
 from measuring import SHIPPED, arguments, noise, print_conditions, ratio, rounds, text
 from workers import Worker
 
@@ -39,7 +39,7 @@ SQUARED_MIS = (
 VARIANTS = {
     "v3": Variant({"EQUALTIME_ISA": "v3"}),
     "v4": Variant({"EQUALTIME_ISA": "v4"}),
-    "one-kernel": Variant({}, [("cpp/equaltime/transport/kernels.cpp", r"\n *row<(?!kAllEffects>).*>\(\),", "")]),
+    "one-kernel": Variant(ONE_ROW),
     "near-lights": Variant({}, [("cpp/equaltime/lights/area_lights.h", r"(kNearSquared) = 1;", r"\1 = 4;")]),
     "fast-rays": Variant({}, [FAST_RAYS]),
     "float-hits": Variant({}, [FLOAT_HITS]),

@@ -16,8 +16,16 @@ from pathlib import Path
 Edit = tuple[str, str, str]
 
 REPOSITORY = Path(__file__).resolve().parents[2]
-KERNELS = "cpp/equaltime/transport/kernels.cpp"
-TWO_ROWS: Edit = (KERNELS, r"\n *row<(?!kAllEffects>|Effects\{\}>).*>\(\),", "")
+KERNEL_TABLE = "cpp/equaltime/transport/kernel_rows.h"
+KERNELS = "cpp/equaltime/transport/kernel_row.h"
+"""What the files of all kernels include, and no other file."""
+_rows = re.search(r"kKernelRows = (\d+)", (REPOSITORY / KERNEL_TABLE).read_text())
+assert _rows is not None
+ROWS = int(_rows[1])
+"""Number of kernels."""
+ONE_ROW: Mapping[str, str] = {"EQUALTIME_KERNEL_ROWS": str(ROWS - 1)}
+"""Only the kernel for all effects."""
+TWO_ROWS: Mapping[str, str] = {"EQUALTIME_KERNEL_ROWS": f"0;{ROWS - 1}"}
 """Only the kernel for no effect, and the one for all: minutes of compiling less."""
 
 

@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
-from builds import KERNELS, REPOSITORY, TWO_ROWS, Edit, Variant, build, rebuild, stamp_of
+from builds import KERNEL_TABLE, KERNELS, REPOSITORY, TWO_ROWS, Edit, Variant, build, rebuild, stamp_of
 from instructions import PATHS, count
 from measuring import SHIPPED, arguments, print_conditions, ratio, rounds, text
 from workers import Worker
@@ -42,7 +42,7 @@ def main() -> None:
     options = parser.parse_args()
     print_conditions(options)
     known = re.findall(r"\n    \{&Effects::(\w+), ", (REPOSITORY / EFFECTS).read_text())
-    less = (TWO_ROWS,) if options.repeats else (TWO_ROWS, *UNCOUNTED)
+    less = () if options.repeats else UNCOUNTED
     with tempfile.TemporaryDirectory() as temporary:
         here, without = builds(options.builds or Path(temporary), options.fields or known, less)
         if options.build_only:
@@ -54,9 +54,9 @@ def main() -> None:
 
 def builds(folder: Path, fields: list[str], less: tuple[Edit, ...]) -> tuple[str, dict[str, str]]:
     """Return the core of this source, and those without a field each; what is in the folder is not built again."""
-    whole = Variant({}, less)
+    whole = Variant(TWO_ROWS, less)
     here = kept(folder / f"{stamp_of(whole)}.so", lambda: build(whole, folder / "whole"))
-    variants = {field: Variant({}, (*removal(field), *less)) for field in fields}
+    variants = {field: Variant(TWO_ROWS, (*removal(field), *less)) for field in fields}
     return here, {
         field: kept(folder / f"{stamp_of(variant)}.so", lambda v=variant: rebuild(v, folder / "whole", KERNELS))
         for field, variant in variants.items()
@@ -105,8 +105,8 @@ def removal(field: str) -> Iterator[Edit]:
     yield EFFECTS, rf"(bool {field} = false;)", r"bool nothing = false;\n  static constexpr \1"
     yield EFFECTS, rf"&Effects::{field}\b", "&Effects::nothing"
     for pattern in (rf"&Effects::{field}\b(,\s*)?", rf"\.{field} = true(, )?"):
-        if re.search(pattern, (REPOSITORY / KERNELS).read_text()):
-            yield KERNELS, pattern, ""
+        if re.search(pattern, (REPOSITORY / KERNEL_TABLE).read_text()):
+            yield KERNEL_TABLE, pattern, ""
 
 
 if __name__ == "__main__":
