@@ -1,4 +1,4 @@
-"""Makes the vector of the sampler `lattice`: cpp/equaltime/sampling/lattice_vector.h, or compares one with other constructions.
+"""Makes the vector of the sampler `lattice` (cpp/equaltime/sampling/lattice_vector.h), or compares it with others.
 
 An embedded rank-1 lattice in base 2 (Cools, Kuo and Nuyens 2006, "Constructing embedded lattice rules for multivariable
 integration"). The vector is built component by component: of all odd numbers the one is taken whose worst ratio, over

@@ -171,7 +171,7 @@ def test_the_library_prints_nothing() -> None:
 
 def top_level() -> Iterator[str]:
     """Yield what stands at the top level but dot-files and what git is told to ignore."""
-    ignored = [line.rstrip("/") for line in (ROOT / ".gitignore").read_text().splitlines() if line]
+    ignored = [line.strip("/") for line in (ROOT / ".gitignore").read_text().splitlines() if line]
     for path in ROOT.iterdir():
         if not path.name.startswith(".") and not any(fnmatch.fnmatch(path.name, pattern) for pattern in ignored):
             yield path.name

@@ -1,4 +1,4 @@
-"""The example of cpp/equaltime/sampling/README.md: a roulette rule as a patch that stays small, applies, and is unbiased."""
+"""The example of cpp/equaltime/sampling/README.md: a roulette rule as a patch that is small and unbiased."""
 
 from __future__ import annotations
 

@@ -22,11 +22,11 @@ namespace {
 constexpr float kSpecularDensity = 100;
 /// A chain of more vertices carries little light.
 constexpr int kLongestChain = 16;
-/// Chains of a pixel: at least to tell whether it sees a lamp, at least and at most to tell what it sees.
+/// Chains a pixel: least that tell whether it sees a lamp; least and most that tell what it sees.
 constexpr std::uint64_t kScouts = 4, kFewest = 16, kMost = 4096;
-/// One chain tells for a square of pixels whether its first vertex is specular; so many squares, of at most that side.
+/// Number of squares of the film, in which one chain finds the kind of the first vertex; largest side in pixels.
 constexpr std::size_t kSquares = 4096, kLargestSquare = 4;
-/// A film of more pixels than so many times the chains that are asked for gets more chains.
+/// A large film gets a chain for this number of pixels.
 constexpr std::uint64_t kPixelsPerChain = 4;
 constexpr std::size_t kChunk = 16;  // pixels that a worker takes at once
 
@@ -97,7 +97,7 @@ class ChainProbe {
 using FocusProbe = ChainProbe<Leaves::at_specular>;
 using MirrorProbe = ChainProbe<Leaves::at_other>;
 
-/// Chains aim at no light, so kernels for them need none without extent, which only aiming finds.
+/// Lights without extent are left out: only samples of lights find them, and chains take none.
 constexpr Effects kChainEffects = [] {
   Effects effects = kAllEffects;
   effects.point_lights = false;
@@ -154,7 +154,7 @@ void for_each(std::size_t count, unsigned threads, const Work& work) {
 using Pixels = std::vector<std::uint32_t>;  // y * width + x of the crop, ascending
 using Found = std::map<std::uint32_t, LampsOfPixel>;
 
-/// Pixels of squares whose first vertex is specular, as one chain from the middle of each tells.
+/// Returns the pixels whose first vertex is specular. One chain from the middle of a square decides for its pixels.
 Pixels mirrors_of(const Chains& chains) {
   const std::size_t width = chains.scene.film.crop_width, height = chains.scene.film.crop_height;
   const auto fitting = static_cast<std::size_t>(std::sqrt(chains.pixels() / kSquares));
@@ -164,7 +164,7 @@ Pixels mirrors_of(const Chains& chains) {
   for_each<MirrorProbe>(specular.size(), chains.threads, [&](std::size_t i, MirrorProbe& probe) {
     const std::size_t x = std::min(i % columns * side + side / 2, width - 1);
     const std::size_t y = std::min(i / columns * side + side / 2, height - 1);
-    (void)chains.sample(y * width + x, kMost, probe);  // a sample that is none of those of lamps
+    (void)chains.sample(y * width + x, kMost, probe);  // no search for lamps uses this sample
     specular[i] = probe.specular() ? 1 : 0;
   });
   Pixels mirrors;
@@ -173,7 +173,8 @@ Pixels mirrors_of(const Chains& chains) {
   return mirrors;
 }
 
-/// Lamps that the pixels see, by `all` chains in all from sample `first` on; none by fewer than `least` a pixel.
+/// Returns the lamps that pixels see, found by `all` chains from sample `first` on. The pixels share the chains evenly;
+/// with fewer than `least` a pixel, nothing is found.
 Found lamps_in(const Chains& chains, const Pixels& pixels, std::uint64_t all, std::uint64_t least,
                std::uint64_t first) {
   const std::uint64_t each = pixels.empty() ? 0 : std::min(all / pixels.size(), kMost);
@@ -192,7 +193,7 @@ Found lamps_in(const Chains& chains, const Pixels& pixels, std::uint64_t all, st
   return found;
 }
 
-/// The pixels of `found` and those around each.
+/// Returns the pixels of `found` with the eight pixels around each.
 Pixels with_neighbours(const Chains& chains, const Found& found) {
   const std::size_t width = chains.scene.film.crop_width, height = chains.scene.film.crop_height;
   std::set<std::uint32_t> all;
@@ -250,8 +251,8 @@ std::map<std::uint32_t, LampsOfPixel> mirrored_lamps(const Scene& scene, const S
   const Chains chains(scene, settings, options);
   const std::uint64_t half = std::max<std::uint64_t>(samples, chains.pixels() / kPixelsPerChain) / 2;
   const Found scouted = lamps_in(chains, mirrors_of(chains), half, kScouts, 0);
-  // Few of the pixels that see a mirror see a lamp in it. They and their neighbours share the other half of the chains,
-  // and what these find does not depend on what the first found.
+  // Few pixels with a mirror see a lamp in it. They and their neighbours share the other half of the chains. These use
+  // samples of their own, so the choice of pixels does not bias what they find.
   return lamps_in(chains, with_neighbours(chains, scouted), half, kFewest, kMost + 1);
 }
 

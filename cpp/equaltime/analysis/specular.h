@@ -23,10 +23,10 @@ struct FocusedLight {
 [[nodiscard]] FocusedLight focused_light(const Scene& scene, const Settings& settings, const RenderOptions& options,
                                          std::uint64_t paths, bool whole_film = false);
 
-/// Emitters that pixels (y * width + x of the crop) see by specular chains. Half of `samples` chains search the pixels
-/// whose first vertex is specular, and the other half looks again at those that see an emitter, and their neighbours. A
-/// large film gets more: one chain for four pixels. None are found if the first half is fewer than 4 a pixel, or the
-/// second fewer than 16, or if emitters are hidden.
+/// Returns the emitters that pixels (y * width + x of the crop) see by specular chains. Half of `samples` chains search
+/// the pixels whose first vertex is specular. The other half looks again at pixels that see an emitter, and at their
+/// neighbours. A large film gets more chains: one for four pixels. Nothing is found if the first half has fewer than 4
+/// chains a pixel, if the second has fewer than 16, or if emitters are hidden.
 [[nodiscard]] std::map<std::uint32_t, LampsOfPixel> mirrored_lamps(const Scene& scene, const Settings& settings,
                                                                    const RenderOptions& options, std::uint64_t samples);
 

@@ -9,7 +9,7 @@
 namespace equaltime {
 
 struct ThinDielectricDescription {
-  double ior = 1.5;  // of the sheet over that of what is round it
+  double ior = 1.5;  // sheet over surroundings
   Vec3d specular_reflectance{1, 1, 1}, specular_transmittance{1, 1, 1};
 };
 

@@ -8,11 +8,11 @@
 
 namespace equaltime {
 
-/// One a BSDF of the description. A texture of one colour becomes a constant of the leaf.
-/// Lengths are scaled by `length_scale`. Throws std::invalid_argument if something is named that is not there.
+/// Returns a material for each BSDF of the description. A texture of one colour becomes a constant of the leaf.
+/// `length_scale` takes lengths to the scene's space. Throws std::invalid_argument for an index that is out of range.
 [[nodiscard]] std::vector<Material> make_materials(const SceneDescription& description,
                                                    const std::vector<Texture>& textures, double length_scale);
-/// One a texture of the description; those of one colour keep no texels.
+/// Returns the textures of the description. A texture of one colour keeps no texels.
 [[nodiscard]] std::vector<Texture> make_textures(std::vector<TextureDescription> descriptions);
 
 }  // namespace equaltime

@@ -18,7 +18,7 @@ struct Media {
   std::vector<Bsdf> phases;          // of each of these, its phase function
   std::vector<std::uint32_t> index;  // of each of the description, in `dense`; kNone if it is vacuum
 
-  /// Throws std::invalid_argument if there is none of that number.
+  /// Throws std::invalid_argument if the description has no medium of this number.
   [[nodiscard]] std::uint32_t at(const std::optional<std::uint32_t>& described) const;
 };
 

@@ -8,8 +8,8 @@
 
 namespace equaltime {
 
-/// The sensor of a scene, in its own space if it moves. Throws std::invalid_argument for numbers that are none, and for
-/// a camera too far away for float64.
+/// Returns the sensor of a scene; one that moves is in a space of its own. Throws std::invalid_argument for
+/// numbers that make no sense, and for a camera too far away for float64.
 [[nodiscard]] Sensor make_sensor(const SceneDescription& scene, const Normalization& normalization);
 [[nodiscard]] std::optional<CameraMotion> make_camera_motion(const SceneDescription& scene,
                                                              const Normalization& normalization);

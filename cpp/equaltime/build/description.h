@@ -44,8 +44,8 @@ struct TextureBinding {
   std::optional<std::uint32_t> times = {};  // another texture that multiplies it
 };
 
-/// What a texture does to the shading normal of a BSDF that is no mixture: a bump map is a height, in the author's
-/// units of length; a normal map is (n + 1) / 2 in the frame whose first axis follows u.
+/// A texture changes the shading normal of a BSDF that is no mixture. A bump map is a height, in the author's units of
+/// length. A normal map is (n + 1) / 2 in the frame whose first axis follows u.
 struct BendDescription {
   std::uint32_t bsdf, texture;
   bool bump = false;

@@ -6,8 +6,9 @@
 
 namespace equaltime {
 
+/// The space of a scene: the camera's place in the geometry's bounds is its origin.
 [[nodiscard]] Normalization normalization_of(const SceneDescription& description);
-/// Of a group's own space: its origin is the middle of its shapes.
+/// The space of a group: the middle of its shapes is its origin.
 [[nodiscard]] Normalization normalization_of(const GroupDescription& group);
 
 }  // namespace equaltime

@@ -13,9 +13,9 @@ namespace equaltime {
 class Normalization {
  public:
   Normalization() = default;
-  /// Of geometry within these bounds, seen from near an origin.
+  /// The space with this origin, scaled so that the bounds of the geometry have an extent near 2^10.
   Normalization(const Vec3d& origin, const Bounds& world);
-  /// Of a camera's own space, as large as the world's; it knows of no geometry.
+  /// Returns a camera's own space: it has the scale of this one, and no geometry.
   [[nodiscard]] Normalization of_camera() const noexcept {
     Normalization own;
     own.length_scale_ = length_scale_, own.radiance_scale_ = radiance_scale_;

@@ -27,10 +27,10 @@ const Bsdf& Material::at(const std::vector<Texture>& textures, const TexturePlac
                          std::optional<Bsdf>& made) const noexcept {
   // The model alone is copied: a Bsdf is as large as the largest of them, which is mostly another.
   const auto as_textures_have_it = [&](auto leaf) noexcept -> const Bsdf& {
-    for (const auto& [parameter, texture, times] : bindings) {
-      Spectrum value = value_for(parameter, textures[texture], place);
-      if (times != kNone) value *= value_for(parameter, textures[times], place);
-      if constexpr (requires { leaf.set(parameter, value); }) leaf.set(parameter, value);
+    for (const Binding& b : bindings) {
+      Spectrum value = value_for(b.parameter, textures[b.texture], place);
+      if (b.times != kNone) value *= value_for(b.parameter, textures[b.times], place);
+      if constexpr (requires { leaf.set(b.parameter, value); }) leaf.set(b.parameter, value);
     }
     return made.emplace(leaf);
   };

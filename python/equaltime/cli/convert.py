@@ -1,4 +1,4 @@
-"""The commands ``equaltime convert`` (scene to another format) and ``equaltime schema`` (JSON schema of scenes)."""
+"""The commands ``equaltime convert`` (scene or render to another format) and ``equaltime schema`` (JSON schema)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,11 @@ from typing import Annotated
 import typer
 
 from equaltime.cli.messages import print_warnings
-from equaltime.cli.options import Define, Substitute, parse_definitions
+from equaltime.cli.options import Define, ExposureStops, Substitute, parse_definitions
+from equaltime.errors import ImageError
+from equaltime.images import preview
+from equaltime.images.exposure import Exposure
+from equaltime.rendering.saved import read
 from equaltime.scene import load_file
 from equaltime.scene.schema import scene_schema
 from equaltime.strict_json import json_text
@@ -29,10 +33,20 @@ def schema() -> int:
 
 def convert(
     scene: Annotated[
-        Path, typer.Argument(metavar="IN", help="Scene file: TOML, Mitsuba XML, or glTF.", show_default=False)
+        Path,
+        typer.Argument(
+            metavar="IN",
+            help="Scene file: TOML, Mitsuba XML, glTF, OBJ or PLY. Or a render: FILE.exr that equaltime saved.",
+            show_default=False,
+        ),
     ],
     output: Annotated[
-        Path, typer.Argument(metavar="OUT", help="A new file: .toml, or .xml for Mitsuba 3.", show_default=False)
+        Path,
+        typer.Argument(
+            metavar="OUT",
+            help="A new file: .toml, or .xml for Mitsuba 3. Of a render: .png or .jpg.",
+            show_default=False,
+        ),
     ],
     define: Define = None,
     substitute: Substitute = False,
@@ -40,17 +54,33 @@ def convert(
         bool,
         typer.Option("--copy", help="Copy meshes and images into a folder beside OUT, instead of referring to them."),
     ] = False,
+    exposure: ExposureStops = "auto",
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> int:
-    """Write a scene to a file of another format.
+    """Write a scene, or the picture of a saved render, to a file of another format.
 
-    Renders of the new file equal renders of the old one bit by bit. No file is overwritten. Variables are replaced by
-    their values, spectra by colours in linear sRGB, and outdated parameter names by current ones.
+    Renders of the new scene file equal renders of the old one bit by bit. No file is overwritten. Variables are
+    replaced by their values, spectra by colours in linear sRGB, and outdated parameter names by current ones.
+
+    `equaltime convert a.exr a.jpg` writes the picture of a saved render, in sRGB, as `render -o a.jpg` would.
     """
+    if scene.suffix.lower() == ".exr":
+        return _picture_of(scene, output, exposure, quiet)
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
     if not quiet:
         print_warnings(loaded)
     written = loaded.write(output, copy=copy)
     if not quiet:
         print(f"wrote {', '.join(map(str, written))}")
+    return 0
+
+
+def _picture_of(saved: Path, output: Path, exposure: Exposure, quiet: bool) -> int:
+    if output.suffix.lower() not in preview.EXTENSIONS:
+        raise ImageError(f"{output}: the picture of a render is a file {' or '.join(preview.EXTENSIONS)}")
+    if output.exists():
+        raise ImageError(f"{output}: exists already, and no file is overwritten")
+    (written,) = read(saved).save(output, exposure=exposure)
+    if not quiet:
+        print(f"wrote {written}")
     return 0

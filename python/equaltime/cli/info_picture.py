@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TypedDict
 
@@ -23,7 +23,7 @@ class PictureFacts(TypedDict):
     """Size, samples, error and strategy of the render, in words."""
     software: str
     record: str | None
-    """The EXR file beside the picture, with the whole record."""
+    """The EXR file of the same render beside the picture, with the whole record."""
 
 
 def picture_facts(path: Path) -> PictureFacts:
@@ -32,14 +32,23 @@ def picture_facts(path: Path) -> PictureFacts:
     software = tags.get("Software", "")
     if not software.startswith("equaltime "):
         raise ImageError(f"{path}: was not rendered by equaltime")
-    saved = path.with_suffix(".exr")
     return {
         "file": str(path),
         "scene": tags.get(preview.SOURCE),
         "description": tags.get("ImageDescription"),
         "software": software,
-        "record": str(saved) if saved.exists() else None,
+        "record": _record_beside(path, tags),
     }
+
+
+def _record_beside(path: Path, tags: Mapping[str, str]) -> str | None:
+    """Return the EXR file beside a picture if it is of the same render: one that has the same description."""
+    saved = path.with_suffix(".exr")
+    try:
+        of_render = image_files.read_attributes(saved).get("ImageDescription", "")
+    except ImageError:
+        return None
+    return str(saved) if of_render and tags.get("ImageDescription", "").startswith(of_render) else None
 
 
 def picture_summary(facts: PictureFacts) -> Iterator[str]:

@@ -65,20 +65,25 @@ def _numbers(found: Quote, asked: Asked) -> Iterator[str]:
         error = law.error_at(spp.value) if several else found.error
         said = f"{number.noun} {error_range(error)}{number.of_paths}, about {count(spp.value)} samples a pixel"
         if spp.value < FEWEST:
-            least = law.seconds_for(Interval(FEWEST, FEWEST, FEWEST))
-            said = f"no {number.noun} can be known: it takes {FEWEST} samples a pixel, which take {time_range(least)}"
+            said = _too_few(found)
         yield f"In {duration(asked.seconds)}: {said}"
     if asked.spp is not None:
         error = law.error_at(asked.spp) if several else found.error
         seconds = law.seconds_for(Interval(asked.spp, asked.spp, asked.spp)) if several else found.seconds
-        said = f"{number.noun} {error_range(error)}{number.of_paths}"
+        said = f"{number.noun} {error_range(error)}{number.of_paths}" if asked.spp >= FEWEST else _too_few(found)
         samples = f"{count(asked.spp)} sample{'s' * (asked.spp != 1)}"
-        yield f"With {samples} a pixel: {said} after {time_range(seconds)}"
+        yield f"With {samples} a pixel: {said}" + (f" after {time_range(seconds)}" if asked.spp >= FEWEST else "")
     if asked.error is not None:
         spp = law.samples_until(asked.error) if several else found.spp
         seconds = law.seconds_for(spp) if several else found.seconds
         said = f"{number.noun}{number.of_paths} surely below {percent(asked.error)} after {time_range(seconds)}"
         yield f"{said[0].upper()}{said[1:]}, about {count(spp.value)} samples a pixel"
+
+
+def _too_few(found: Quote) -> str:
+    least = found.law.seconds_for(Interval(FEWEST, FEWEST, FEWEST))
+    noun = stated(found.origin).noun
+    return f"no {noun} can be known: it takes {FEWEST} samples a pixel, which take {time_range(least)}"
 
 
 def _biased(found: Quote) -> Iterator[str]:

@@ -133,10 +133,21 @@ def _count_missed(stop: Stop | None) -> str:
 
 
 def _price(result: Result, quote: Quote) -> Iterator[str]:
-    """Yield the time to the next smaller error of the quote, if the render ended before it."""
-    low = 0.9 * result.error.value
-    if result.stopped_by in ("time", "interrupt", "spp") and result.bias is None:
-        for target, seconds in quote.prices.items():
-            if target < low and seconds.value > result.stats.seconds:
-                yield f"{percent(target)} takes {time_range(seconds)} in all: --resume --error {100.0 * target:g}%"
-                return
+    """Yield the time to the next smaller error of the quote, if the render ended before it.
+
+    If the render's error is above all that the quote expected, bright paths came later, and no time can be told.
+    """
+    if result.stopped_by not in ("time", "interrupt", "spp") or result.bias is not None:
+        return
+    smaller = [(target, seconds) for target, seconds in quote.prices.items() if target < 0.9 * result.error.value]
+    if smaller and result.spp >= FEWEST and result.error.value > quote.law.error_at(result.spp).high:
+        target = smaller[0][0]
+        yield (
+            f"how long {percent(target)} takes cannot be told, since a few bright paths make most of the error: "
+            f"--resume --error {100.0 * target:g}%"
+        )
+        return
+    for target, seconds in smaller:
+        if seconds.value > result.stats.seconds:
+            yield f"{percent(target)} takes {time_range(seconds)} in all: --resume --error {100.0 * target:g}%"
+            return

@@ -10,10 +10,10 @@ Definition: ``error² = mean over pixels and RGB of Var(I) / (R² + (0.1 m)²)``
 the pixel, ``R`` its reference and ``m`` the mean of the image. The reference should be the truth. A render has only its
 own image, in which a pixel that has met a rare bright path is too bright and has a large variance at once. Divided by
 its own mean, such a pixel would hide its error. So there are three references, which lie between the pixel's value and
-its 7x7 local mean (cpp/equaltime/analysis/error_parts.cpp). The lenient reference includes the pixel and is for the lower limit. The
-cautious reference excludes the pixel and is for the upper limit. The estimate itself uses a weighted geometric mean of
-both denominators. No reference is below the light of lamps that are known to be in the pixel. All arrays are float64
-here, indexed ``[y, x, channel]``, in the units of the image.
+its 7x7 local mean (cpp/equaltime/analysis/error_parts.cpp). The lenient reference includes the pixel and is for the
+lower limit. The cautious reference excludes the pixel and is for the upper limit. The estimate itself uses a weighted
+geometric mean of both denominators. No reference is below the light of lamps that are known to be in the pixel. All
+arrays are float64 here, indexed ``[y, x, channel]``, in the units of the image.
 """
 
 from __future__ import annotations

@@ -2,9 +2,9 @@
 
 In large pictures a pixel's samples are one net (`equaltime.rendering.core.nets`): two nets of half the size would have
 5 to 20 % more squared error (tests/bench/sampler_noise.py). But then the replicates are the halves of one net
-(`Sharing` in cpp/equaltime/film/film.h), which are not independent. The difference of the halves shows where the noise is, and
-its size except for a factor. The true variance is between half of the variance from the halves and all of it, depending
-on the scene and the count.
+(`Sharing` in cpp/equaltime/film/film.h), which are not independent. The difference of the halves shows where the noise
+is, and its size except for a factor. The true variance is between half of the variance from the halves and all of it,
+depending on the scene and the count.
 
 So some pixels, drawn at random, have a second net with its own random numbers. Its samples are not in the image. In
 these pixels two variances are known: ``V``, from the halves of a net, and the true variance, from the difference of the

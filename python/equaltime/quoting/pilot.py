@@ -22,6 +22,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from equaltime.errors import RenderError
 from equaltime.film.adaptive import PILOT
 from equaltime.film.error import load_quantiles
@@ -34,7 +36,7 @@ from equaltime.rendering.passes import ESTIMATE_SECONDS_A_PIXEL
 from equaltime.rendering.session import Session
 from equaltime.rendering.stated import stated
 from equaltime.scene.model import MOST_SAMPLES
-from equaltime.statistics.intervals import Interval
+from equaltime.statistics.intervals import UNKNOWN, Interval
 from equaltime.strategy import Strategy
 from equaltime.strict_json import fields_to_json
 from equaltime.words import Shown, percent
@@ -350,7 +352,10 @@ class Pilot:
             foretold = foretold.doubted(last.doubt)
         if session.passes.samples < self._usual:  # few samples do not show how fast the error falls
             foretold = foretold.doubted(f"a pilot of {session.passes.samples} samples a pixel may be far off")
-        error = session.error() if spp.high <= session.passes.samples else foretold
+        if spp.value < FEWEST:
+            foretold = replace(UNKNOWN, note=f"an error takes {FEWEST} samples a pixel")
+        ended = spp.low == spp.high == session.passes.samples  # the pilot is all of the render
+        error = session.error() if ended else foretold
         return Quote(
             seconds=seconds,
             spp=self._in_the_film(spp),
@@ -374,7 +379,9 @@ class Pilot:
         session = self._session
         if session.passes.samples < PILOT:  # the shares are not chosen yet
             return ordered
-        value, low, high = (n * float(session.rates(n).mean()) for n in (ordered.value, ordered.low, ordered.high))
+        counts = np.array([ordered.value, ordered.low, ordered.high])
+        share = float(session.rates(math.inf).mean())
+        value, low, high = np.where(counts > PILOT, PILOT + share * (counts - PILOT), counts).tolist()
         if value == ordered.value:
             return ordered
         return replace(ordered, value=value, low=float(math.floor(low)), high=float(math.ceil(high)))

@@ -235,7 +235,7 @@ def test_definitions_from_python_are_recorded_as_text() -> None:
 
 @pytest.mark.parametrize("name", ["a.png", "a.jpg"])
 def test_it_tells_the_tags_of_a_picture(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The file with the record is named only if it exists."""
+    """The file with the record is named only if it is of the same render."""
     scene, picture = str(SCENES / "cornell-box.toml"), tmp_path / name
     assert main(["render", scene, "-o", str(picture), "--size", "8x6", "--spp", "4", "-q"]) == 0
     assert main(["info", str(picture)]) == 0
@@ -243,7 +243,13 @@ def test_it_tells_the_tags_of_a_picture(name: str, tmp_path: Path, capsys: pytes
     assert first.startswith(f"{picture}: 8x6, 4 spp, error ")
     assert shows == f"shows     {scene}"
     assert record == "record    only -o FILE.exr keeps one"
-    (tmp_path / "a.exr").touch()
+    command = ["render", scene, "-o", str(tmp_path / "a.exr"), "--size", "8x6", "--spp", "4", "-q"]
+    assert main([*command, "--seed", "1"]) == 0
+    assert main([*command[:3], str(picture), *command[4:]]) == 0
+    assert main(["info", str(picture)]) == 0
+    assert "record    only -o FILE.exr keeps one\n" in capsys.readouterr().out  # that one is of another render
+    (tmp_path / "a.exr").unlink()
+    assert main(command) == 0
     assert main(["info", str(picture)]) == 0
     assert f"record    equaltime info {tmp_path / 'a.exr'}\n" in capsys.readouterr().out
     assert main(["info", str(picture), "--json"]) == 0

@@ -259,3 +259,15 @@ def test_an_error_without_an_upper_limit_is_told() -> None:
     assert doubts(known) == []
     assert [line for line in doubts(endless) if line.startswith("the error has no upper limit yet")] == doubts(endless)
     assert len(doubts(endless)) == 1
+
+
+def test_no_time_is_told_where_bright_paths_came_after_the_quote() -> None:
+    scene = et.load(SCENE).with_(size=(32, 32))
+    result, quote = et.render(scene, spp=16), et.quote(scene, spp=16)
+    told = [line for line in outcome(result, Written([Path("a.exr")]), quote) if "--resume --error 10%" in line]
+    assert [line.split(" takes ")[0] for line in told] == ["10 %"]
+    brighter = replace(result.error, value=2.0 * quote.error.high, high=math.inf)
+    met = replace(result, error=brighter)
+    assert [line for line in outcome(met, Written([Path("a.exr")]), quote) if "--resume" in line] == [
+        "how long 20 % takes cannot be told, since a few bright paths make most of the error: --resume --error 20%"
+    ]

@@ -66,6 +66,24 @@ def test_a_quote_holds_what_the_render_then_takes() -> None:
     assert quote.error.low <= result.error.value <= quote.error.high
 
 
+@pytest.mark.parametrize("spp", [2, 4, 6])
+def test_fewer_samples_than_the_pilots_have_a_larger_error(spp: int) -> None:
+    """The pilot has 8 samples a pixel, and 4 have one and a half times its error."""
+    scene = et.load(SCENE).with_(size=(96, 96))
+    quote, result, pilots = (et.quote(scene, spp=spp), et.render(scene, spp=spp), et.quote(scene, spp=8))
+    assert quote.error.low <= result.error.value <= quote.error.high
+    assert quote.error.value > 1.1 * pilots.error.value
+    assert quote.spp == Interval(spp, spp, spp)
+
+
+def test_one_sample_has_no_error(capsys: pytest.CaptureFixture[str]) -> None:
+    scene = et.load(SCENE).with_(size=(48, 48))
+    assert not et.quote(scene, spp=1).error.known
+    assert main(["quote", str(SCENE), "--size", "48x48", "--spp", "1"]) == 0
+    first = capsys.readouterr().out.splitlines()[0]
+    assert first.startswith("With 1 sample a pixel: no error can be known: it takes 2 samples a pixel, which take ")
+
+
 @pytest.mark.parametrize("spp", [26, 82])
 def test_a_quote_tells_the_samples_that_adaptive_counts_take(spp: int) -> None:
     """Adaptive counts are 26.3 and 83.2 samples a pixel here; even ones are those ordered."""

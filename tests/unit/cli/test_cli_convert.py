@@ -1,0 +1,36 @@
+"""The command ``equaltime convert`` on saved renders: their pictures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from equaltime.cli import main
+
+SCENE = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
+
+
+@pytest.fixture
+def saved(tmp_path: Path) -> Path:
+    path = tmp_path / "a.exr"
+    assert main(["render", str(SCENE), "-o", str(path), "--size", "8x6", "--spp", "4", "--seed", "1", "-q"]) == 0
+    return path
+
+
+@pytest.mark.parametrize("name", ["b.jpg", "b.png"])
+def test_the_picture_of_a_saved_render_is_that_of_a_render_to_the_picture(name: str, saved: Path) -> None:
+    assert main(["convert", str(saved), str(saved.with_name(name)), "--exposure", "1", "-q"]) == 0
+    words = ["--size", "8x6", "--spp", "4", "--seed", "1", "--exposure", "1", "-q"]
+    assert main(["render", str(SCENE), "-o", str(saved.with_name(f"c{name}")), *words]) == 0
+    assert saved.with_name(name).read_bytes() == saved.with_name(f"c{name}").read_bytes()
+
+
+def test_a_picture_overwrites_no_file_and_is_png_or_jpeg(saved: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name, problem in (
+        ("a.png", "exists already, and no file is overwritten"),
+        ("a.toml", "is a file .png or .jpg"),
+    ):
+        assert main(["convert", str(saved), str(saved.with_name(name))]) == 2
+        assert problem in capsys.readouterr().err
+    assert not saved.with_name("a.toml").exists()
