@@ -1,7 +1,5 @@
 #include "equaltime/analysis/replay.h"
 
-#include <iterator>
-
 #include "equaltime/base/effects.h"
 #include "equaltime/base/floating_point.h"
 #include "equaltime/render/splitting.h"
@@ -11,12 +9,6 @@
 namespace equaltime {
 
 namespace {
-
-/// By the order of the variant.
-constexpr const char* kBsdfNames[] = {"diffuse",        "roughconductor", "conductor",    "dielectric",
-                                      "thindielectric", "plastic",        "roughplastic", "roughdielectric",
-                                      "principled",     "phase",          "blendphase"};
-static_assert(std::size(kBsdfNames) == std::variant_size_v<Bsdf>, "a BSDF has no name");
 
 /// Barycentric coordinates on a triangle; elsewhere uv, known only where a texture looks at them.
 std::optional<Point2f> place_on(const Scene& scene, const Interaction& it, float time) noexcept {
@@ -120,7 +112,7 @@ class PathTracer {
     const HeldExceptions held;
     TracedScattering& scattering = current().scattering.emplace();
     scattering = {
-        kBsdfNames[scatters.bsdf.index()], scatters.it, albedo<kAllEffects>(scatters.it, scatters.bsdf), {}, {}};
+        Bsdfs::names[scatters.bsdf.index()], scatters.it, albedo<kAllEffects>(scatters.it, scatters.bsdf), {}, {}};
     if (scatters.scattered) scattering.scattered = *scatters.scattered;
   }
   void note(const event::Survives& survives) { current().scattering->survival = survives.probability; }

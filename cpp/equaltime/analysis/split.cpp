@@ -11,17 +11,14 @@ namespace equaltime {
 namespace {
 
 constexpr const char* kWayNames[SplitParts::kWays] = {"seen", "met", "aimed"};
-constexpr const char* kBsdfNames[SplitParts::kBsdfs] = {
-    "none",    "diffuse",      "roughconductor",  "conductor",  "dielectric", "thindielectric",
-    "plastic", "roughplastic", "roughdielectric", "principled", "phase",      "blendphase",
-};
 
 }  // namespace
 
 SplitParts::SplitParts(const Scene& scene) : light_part_(scene.lights.size()) {
   for (std::uint32_t i = 1; i <= kLengths; ++i) names_.push_back({"length", std::to_string(i)});
   for (const char* way : kWayNames) names_.push_back({"way", way});
-  for (const char* bsdf : kBsdfNames) names_.push_back({"bsdf", bsdf});
+  names_.push_back({"bsdf", "none"});
+  for (const char* bsdf : Bsdfs::names) names_.push_back({"bsdf", bsdf});
   name_lights(scene);
 }
 

@@ -20,7 +20,7 @@ class SplitParts {
  public:
   static constexpr std::uint32_t kLengths = 16;  // the last has all that are longer
   static constexpr std::uint32_t kWays = 3;      // seen by the camera, met by a scattered ray, aimed at
-  static constexpr std::uint32_t kBsdfs = 1 + std::variant_size_v<Bsdf>;  // none, then by their place in the variant
+  static constexpr std::uint32_t kBsdfs = 1 + Bsdfs::size;  // none, then by their place in the variant
   static constexpr std::uint32_t kMostLights = 24;                        // told apart; the last has all the others
 
   explicit SplitParts(const Scene& scene);

@@ -1,6 +1,7 @@
 // Smooth conductor: a mirror whose colour is the Fresnel reflectance of a complex index.
 #pragma once
 
+#include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
 #include "equaltime/bsdfs/bsdf_types.h"
 #include "equaltime/bsdfs/fresnel.h"
@@ -13,6 +14,8 @@ struct ConductorDescription {
 };
 
 struct Conductor {
+  static constexpr const char* name = "conductor";
+  static constexpr bool Effects::*needs = &Effects::specular;
   static constexpr bool is_delta = true;
   static constexpr bool transmits = false;
   static constexpr bool picks_lobe = false;

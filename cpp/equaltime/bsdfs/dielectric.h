@@ -1,6 +1,7 @@
 // Smooth dielectric: reflects and refracts, one of the two at random by the Fresnel reflectance.
 #pragma once
 
+#include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
 #include "equaltime/bsdfs/bsdf_types.h"
 #include "equaltime/bsdfs/fresnel.h"
@@ -14,6 +15,8 @@ struct DielectricDescription {
 };
 
 struct Dielectric {
+  static constexpr const char* name = "dielectric";
+  static constexpr bool Effects::*needs = &Effects::specular;
   static constexpr bool is_delta = true;
   static constexpr bool transmits = true;
   static constexpr bool picks_lobe = true;

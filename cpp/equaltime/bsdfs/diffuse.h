@@ -12,6 +12,7 @@ struct DiffuseDescription {
 };
 
 struct Diffuse {
+  static constexpr const char* name = "diffuse";
   static constexpr bool is_delta = false;
   static constexpr bool transmits = false;
   static constexpr bool picks_lobe = false;

@@ -2,6 +2,7 @@
 // interface, part of it only after it was reflected back into the body, once or more often. Mitsuba's model.
 #pragma once
 
+#include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
 #include "equaltime/bsdfs/bsdf_types.h"
 #include "equaltime/bsdfs/fresnel.h"
@@ -26,6 +27,8 @@ struct PlasticDescription {
 }
 
 struct Plastic {
+  static constexpr const char* name = "plastic";
+  static constexpr bool Effects::*needs = &Effects::layered;
   static constexpr bool is_delta = false;
   static constexpr bool transmits = false;
   static constexpr bool picks_lobe = true;

@@ -4,6 +4,7 @@
 // behind only the glass is seen. As Mitsuba has it, facets whose index is 1 reflect nothing at all, not even as metal.
 #pragma once
 
+#include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
 #include "equaltime/bsdfs/bsdf_types.h"
 #include "equaltime/bsdfs/facets.h"
@@ -20,6 +21,8 @@ struct PrincipledDescription {
 };
 
 struct Principled {
+  static constexpr const char* name = "principled";
+  static constexpr bool Effects::*needs = &Effects::principled;
   static constexpr bool is_delta = false;
   static constexpr bool picks_lobe = true;
   bool transmits;

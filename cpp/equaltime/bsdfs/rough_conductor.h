@@ -2,6 +2,7 @@
 // f·cosθi = F·D·G / (4 cosθo), G the product of both directions' Smith terms.
 #pragma once
 
+#include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
 #include "equaltime/bsdfs/bsdf_types.h"
 #include "equaltime/bsdfs/fresnel.h"
@@ -16,6 +17,8 @@ struct RoughConductorDescription {
 };
 
 struct RoughConductor {
+  static constexpr const char* name = "roughconductor";
+  static constexpr bool Effects::*needs = &Effects::rough_conductors;
   static constexpr bool is_delta = false;
   static constexpr bool transmits = false;
   static constexpr bool picks_lobe = false;

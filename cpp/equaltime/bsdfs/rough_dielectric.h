@@ -2,6 +2,7 @@
 // normal that is drawn among the visible ones.
 #pragma once
 
+#include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
 #include "equaltime/bsdfs/bsdf_types.h"
 #include "equaltime/bsdfs/facets.h"
@@ -16,6 +17,8 @@ struct RoughDielectricDescription {
 };
 
 struct RoughDielectric {
+  static constexpr const char* name = "roughdielectric";
+  static constexpr bool Effects::*needs = &Effects::rough_dielectrics;
   static constexpr bool is_delta = false;
   static constexpr bool transmits = true;
   static constexpr bool picks_lobe = true;

@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
 #include "equaltime/bsdfs/bsdf_types.h"
 #include "equaltime/bsdfs/facets.h"
@@ -44,6 +45,8 @@ class RoughTransmittance {
 };
 
 struct RoughPlastic {
+  static constexpr const char* name = "roughplastic";
+  static constexpr bool Effects::*needs = &Effects::layered;
   static constexpr bool is_delta = false;
   static constexpr bool transmits = false;
   static constexpr bool picks_lobe = true;

@@ -2,6 +2,7 @@
 // Both sides are alike: outside is on either.
 #pragma once
 
+#include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
 #include "equaltime/bsdfs/bsdf_types.h"
 #include "equaltime/bsdfs/fresnel.h"
@@ -14,6 +15,8 @@ struct ThinDielectricDescription {
 };
 
 struct ThinDielectric {
+  static constexpr const char* name = "thindielectric";
+  static constexpr bool Effects::*needs = &Effects::specular;
   static constexpr bool is_delta = true;
   static constexpr bool transmits = true;
   static constexpr bool picks_lobe = true;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "equaltime/base/effects.h"
 #include "equaltime/media/phase.h"
 
 namespace equaltime {
@@ -17,6 +18,8 @@ struct PhaseLobe {
 };
 
 struct BlendedPhase {
+  static constexpr const char* name = "blendphase";
+  static constexpr bool Effects::*needs = &Effects::phase_blends;
   static constexpr bool is_delta = false;
   static constexpr bool transmits = true;
   static constexpr bool picks_lobe = true;

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
 #include "equaltime/sampling/scattering.h"
 #include "equaltime/sampling/warps.h"
@@ -11,6 +12,8 @@
 namespace equaltime {
 
 struct Phase {
+  static constexpr const char* name = "phase";
+  static constexpr bool Effects::*needs = &Effects::media;
   static constexpr bool is_delta = false;
   static constexpr bool transmits = true;
   static constexpr bool picks_lobe = false;

@@ -1,0 +1,57 @@
+// TypeList: a closed set of models, and the one dispatch over it. What a kernel's effects leave out costs nothing.
+#pragma once
+
+#include <array>
+#include <cassert>
+#include <cstddef>
+#include <type_traits>
+#include <variant>
+
+#include "equaltime/base/effects.h"
+
+namespace equaltime {
+
+/// Models of one kind, of which every kernel has the first. Each other says by `needs` which effect it is part of.
+template <class First, class... Others>
+struct TypeList {
+  using Variant = std::variant<First, Others...>;
+  static constexpr std::size_t size = 1 + sizeof...(Others);
+  static constexpr std::array<const char*, size> names{First::name, Others::name...};
+
+  /// Calls f with std::type_identity of each model, in the order of the list.
+  template <class F>
+  static constexpr void for_each(F&& f) {
+    f(std::type_identity<First>{});
+    (f(std::type_identity<Others>{}), ...);
+  }
+};
+
+namespace detail {
+
+/// The model that `v` is known to hold. Flattened, or compilers call a function for it where much is inlined.
+template <std::size_t I, class... Models>
+[[nodiscard, gnu::always_inline, gnu::flatten]] inline const auto& held(const std::variant<Models...>& v) noexcept {
+  assert(v.index() == I);
+  return *std::get_if<I>(&v);
+}
+
+template <Effects E, std::size_t I, class... Models, class F>
+[[nodiscard, gnu::always_inline]] inline auto visit_from(const std::variant<Models...>& v, F&& f) noexcept {
+  if constexpr (I == sizeof...(Models)) {
+    return f(held<0>(v));
+  } else {
+    if constexpr (E.*(std::variant_alternative_t<I, std::variant<Models...>>::needs))
+      if (v.index() == I) return f(held<I>(v));
+    return visit_from<E, I + 1>(v, f);
+  }
+}
+
+}  // namespace detail
+
+/// Calls f with the model that `v` holds, of those that a kernel for the effects can meet.
+template <Effects E, class... Models, class F>
+[[nodiscard, gnu::always_inline]] inline auto visit(const std::variant<Models...>& v, F&& f) noexcept {
+  return detail::visit_from<E, 1>(v, f);
+}
+
+}  // namespace equaltime
