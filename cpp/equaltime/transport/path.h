@@ -146,10 +146,11 @@ template <Effects E, class Probe>
 
 /// The radiance of a path that begins with a camera ray, and of all its copies.
 template <Effects E, class Probe>
-[[nodiscard]] EQUALTIME_INLINE Spectrum trace_path(const Scene& scene, const Settings& settings, const Ray& camera_ray,
+[[nodiscard]] Spectrum trace_path(const Scene& scene, const Settings& settings, const Ray& camera_ray,
                                                    const Sampler& sampler, PathCopies<E> copies,
                                                    Probe& probe) noexcept(!Probe::allocates) {
   PathState<E> path{camera_ray, sampler, PathSurroundings<E>(scene, camera_ray, probe.time)};
+  std::optional<Bsdf> own;  // of the vertex; here, since it is large and is cleared where it is made
   for (;;) {
     if (path.segment() % kLongPath == kLongPath - 1 && probe.gives_up()) [[unlikely]]
       return path.L;
@@ -158,7 +159,6 @@ template <Effects E, class Probe>
     const Ray ray = path.ray;  // a copy: by reference it would hold all of the path in memory
     auto meeting = probe.template intersect<E>(scene, ray);
     Vertex v;
-    std::optional<Bsdf> own;
     const Arrival arrival = arrive<E>(scene, settings, path, meeting, v, own, probe);
     bool goes_on = arrival == Arrival::crosses;
     if (arrival == Arrival::scatters) [[likely]] {
