@@ -18,10 +18,10 @@ namespace equaltime {
 /// The parts of a scene's light, numbered: lengths of paths, ways to find light, BSDFs, lights.
 class SplitParts {
  public:
-  static constexpr std::uint32_t kLengths = 16;  // the last has all that are longer
-  static constexpr std::uint32_t kWays = 3;      // seen by the camera, met by a scattered ray, aimed at
+  static constexpr std::uint32_t kLengths = 16;             // the last has all that are longer
+  static constexpr std::uint32_t kWays = 3;                 // seen by the camera, met by a scattered ray, aimed at
   static constexpr std::uint32_t kBsdfs = 1 + Bsdfs::size;  // none, then by their place in the variant
-  static constexpr std::uint32_t kMostLights = 24;                        // told apart; the last has all the others
+  static constexpr std::uint32_t kMostLights = 24;          // told apart; the last has all the others
 
   explicit SplitParts(const Scene& scene);
 

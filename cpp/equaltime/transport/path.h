@@ -147,8 +147,8 @@ template <Effects E, class Probe>
 /// The radiance of a path that begins with a camera ray, and of all its copies.
 template <Effects E, class Probe>
 [[nodiscard]] Spectrum trace_path(const Scene& scene, const Settings& settings, const Ray& camera_ray,
-                                                   const Sampler& sampler, PathCopies<E> copies,
-                                                   Probe& probe) noexcept(!Probe::allocates) {
+                                  const Sampler& sampler, PathCopies<E> copies,
+                                  Probe& probe) noexcept(!Probe::allocates) {
   PathState<E> path{camera_ray, sampler, PathSurroundings<E>(scene, camera_ray, probe.time)};
   std::optional<Bsdf> own;  // of the vertex; here, since it is large and is cleared where it is made
   for (;;) {
