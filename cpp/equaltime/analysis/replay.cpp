@@ -22,59 +22,20 @@ std::optional<Point2f> place_on(const Scene& scene, const Interaction& it, float
 }
 
 /// Keeps what it sees. Embree is asked nothing that the render does not ask, but for what blocks a light.
-class PathTracer {
+class PathTracer : public PathObserver {
  public:
-  static constexpr bool listens = true;
   static constexpr bool allocates = true;
+  using Guard = HeldExceptions;
 
   PathTracer(const Scene& scene, const Settings& settings, Replay& replay)
       : scene_(scene), settings_(settings), replay_(replay) {}
 
-  template <Effects E>
-  [[nodiscard]] MeetingOf<E> intersect(const Scene& scene, const Ray& ray) {
-    const auto meeting = scene.intersect<E, HeldExceptions>(ray, time);
-    const HeldExceptions held;
-    TracedVertex& vertex = current();
-    if (const auto& it = surface(meeting)) {
-      vertex.it = *it;
-      vertex.place = place_on(scene, *it, time);
-    } else if (scene.lights.environment()) {
-      const LightValue value =
-          scene.lights.environment_towards(settings_.lights, settings_.environment, vertex.made.from, ray.direction);
-      meets(scene.lights.last(), value.radiance, value.pdf);
-    }
-    return meeting;
-  }
-  template <Effects E>
-  [[nodiscard]] bool occluded(const Scene& scene, const Ray& ray) {
-    const HeldExceptions held;
-    const bool blocked = scene.occluded<E>(ray, time);
-    if (blocked) block(ray);
-    return blocked;
-  }
-  template <Effects E>
-  [[nodiscard]] MeetingOf<E> blocker(const Scene& scene, const Ray& ray) {
-    const auto meeting = scene.intersect<E, HeldExceptions>(ray, time);
-    if (const auto& it = surface(meeting)) current().light->blocker = *it;
-    return meeting;
-  }
-
-  void begin(float weight) noexcept { replay_.filter_weight = weight; }
-  static void scatters(const Bsdf&) noexcept {}
-  static void aims(const LightSample&) noexcept {}
-  const Spectrum& met(const Spectrum& L, std::uint32_t, int) noexcept {
-    if (current().emitter) current().emitter->gathered = L;
-    return L;
-  }
-  const Spectrum& lit(const Spectrum& L, int) noexcept {
-    if (current().light) current().light->gathered = L;
-    return L;
-  }
-
-  void note(const event::Sends& sends) {
+  void on(const event::PathStarted& path) noexcept { replay_.filter_weight = path.filter_weight; }
+  void on(const event::RayTraced& traced) {
+    time_ = traced.time;
     const int faults = take_faults();
     if (!replay_.vertices.empty()) current().faults = faults;
-    replay_.vertices.push_back({sends.ray, sends.made, sends.beta, sends.L, {}, {}, {}, {}, {}});
+    replay_.vertices.push_back({traced.ray, traced.previous, traced.beta, traced.L, {}, {}, {}, {}, {}});
     if (replay_.vertices.size() == 1) early_faults_ = faults;
     const std::size_t own = replay_.vertices.size() - 1;
     if (own == 0) return;
@@ -82,48 +43,69 @@ class PathTracer {
     current().length = replay_.vertices[*current().from].length + 1;
     resumes_ = false;
   }
-  void note(const event::Forks&) noexcept { forked_ = replay_.vertices.size() - 1; }
-  void note(const event::Resumes&) noexcept { resumes_ = true; }
-  void note(const event::Flies& flies) {
+  void on(const event::RayMet& met) {
+    const HeldExceptions held;
     TracedVertex& vertex = current();
-    vertex.left = flies.beta;
-    if (!flies.scattered) return;
-    vertex.it = *flies.it, vertex.in_medium = true;
+    if (met.it) {
+      vertex.it = *met.it;
+      vertex.place = place_on(scene_, *met.it, time_);
+    } else if (scene_.lights.environment()) {
+      const LightValue value = scene_.lights.environment_towards(settings_.lights, settings_.environment,
+                                                                 vertex.made.from, met.ray.direction);
+      meets(scene_.lights.last(), value.radiance, value.pdf);
+    }
+  }
+  void on(const event::EmissionAdded& added) noexcept {
+    if (current().emitter) current().emitter->gathered = added.L;
+  }
+  void on(const event::ShadowRayTraced& shadow) {
+    const HeldExceptions held;
+    if (shadow.blocked) block(shadow.ray);
+  }
+  void on(const event::ShadowRayMet& shadow) {
+    if (shadow.it) current().light->blocker = *shadow.it;
+  }
+  void on(const event::DirectLightAdded& added) noexcept {
+    if (current().light) current().light->gathered = added.L;
+  }
+  void on(const event::PathSplit&) noexcept { forked_ = replay_.vertices.size() - 1; }
+  void on(const event::CopyResumed&) noexcept { resumes_ = true; }
+  void on(const event::DistanceSampled& sampled) {
+    TracedVertex& vertex = current();
+    vertex.left = sampled.beta;
+    if (!sampled.scattered) return;
+    vertex.it = *sampled.it, vertex.in_medium = true;
     vertex.place.reset(), vertex.emitter.reset();
   }
-  void note(const event::MeetsEmitter& met) {
+  void on(const event::EmitterMet& met) {
     const HeldExceptions held;
     meets(met.light, scene_.radiance<kAllEffects>(*current().it), met.light_pdf);
   }
-  void note(const event::PicksLight& picks) {
-    if (picks.pick) current().light = TracedLight{*picks.pick, {}, {}, 0, 0, {}, {}};
+  void on(const event::LightPicked& picked) {
+    if (picked.pick) current().light = TracedLight{*picked.pick, {}, {}, 0, 0, {}, {}};
   }
-  void note(const event::SamplesLight& samples) {
-    current().light->sample = samples.light;
-    current().light->bsdf = samples.bsdf;
+  void on(const event::LightSampled& sampled) {
+    current().light->sample = sampled.light;
+    current().light->bsdf = sampled.bsdf;
     const HeldExceptions held;
-    current().light->radiance = scene_.radiance_of(samples.light, time);
+    current().light->radiance = scene_.radiance_of(sampled.light, time_);
   }
-  void note(const event::Receives& receives) {
-    current().light->weight = receives.weight;
-    current().light->share = receives.share;
+  void on(const event::LightReceived& received) {
+    current().light->weight = received.weight;
+    current().light->share = received.share;
   }
-  void note(const event::Scatters& scatters) {
+  void on(const event::Scattered& at) {
     const HeldExceptions held;
     TracedScattering& scattering = current().scattering.emplace();
-    scattering = {
-        Bsdfs::names[scatters.bsdf.index()], scatters.it, albedo<kAllEffects>(scatters.it, scatters.bsdf), {}, {}};
-    if (scatters.scattered) scattering.scattered = *scatters.scattered;
+    scattering = {Bsdfs::names[at.bsdf.index()], at.it, albedo<kAllEffects>(at.it, at.bsdf), {}, {}};
+    if (at.scattered) scattering.scattered = *at.scattered;
   }
-  void note(const event::Survives& survives) { current().scattering->survival = survives.probability; }
-  static bool gives_up() noexcept { return false; }
+  void on(const event::RouletteSurvived& survived) { current().scattering->survival = survived.probability; }
   /// The path is at its end.
   void finish() {
     current().faults = take_faults();
     replay_.vertices.front().faults |= early_faults_;
   }
-
-  float time = 0;  // as RayCounter's
 
  private:
   TracedVertex& current() noexcept { return replay_.vertices.back(); }
@@ -133,13 +115,14 @@ class PathTracer {
     vertex.emitter = TracedEmitter{light, radiance, light_pdf, weight, {}};
   }
   void block(const Ray& ray) {
-    const auto meeting = scene_.intersect<kAllEffects>(ray, time);
+    const auto meeting = scene_.intersect<kAllEffects>(ray, time_);
     if (const auto& it = surface(meeting)) current().light->blocker = *it;
   }
 
   const Scene& scene_;
   const Settings& settings_;
   Replay& replay_;
+  float time_ = 0;          // of the path
   int early_faults_ = 0;    // before the first ray
   std::size_t forked_ = 0;  // the vertex where the path forked
   bool resumes_ = false;    // from there, with its next ray

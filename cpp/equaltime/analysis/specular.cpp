@@ -33,51 +33,34 @@ constexpr std::size_t kChunk = 16;  // pixels that a worker takes at once
 enum class Vertex : std::uint8_t { specular, straight, other };
 
 /// The kind of a vertex, by where the path goes on; thin glass that is passed straight is as good as none.
-Vertex kind_of(const event::Scatters& at) noexcept {
+Vertex kind_of(const event::Scattered& at) noexcept {
   if (!at.scattered) return Vertex::other;
   if (std::holds_alternative<ThinDielectric>(at.bsdf) && !at.scattered->above) return Vertex::straight;
   return at.scattered->delta || at.scattered->pdf > kSpecularDensity ? Vertex::specular : Vertex::other;
 }
 
-/// Where a probe leaves a path: at its first specular vertex, or at its first vertex of another kind.
+/// Where an observer leaves a path: at its first specular vertex, or at its first vertex of another kind.
 enum class Leaves : std::uint8_t { at_specular, at_other };
 
-/// Follows a path until it leaves it; then the path meets nothing any more. Sees emitters that are met beyond a
-/// specular vertex, and no light that is aimed at.
-template <Leaves leaves>
-class ChainProbe {
+/// Follows a path until it leaves it. Gathers the light of emitters that are met beyond a specular vertex.
+template <Leaves where>
+class ChainObserver : public PathObserver {
  public:
-  static constexpr bool listens = true;
-  static constexpr bool allocates = false;
-
-  template <Effects E>
-  [[nodiscard]] MeetingOf<E> intersect(const Scene& scene, const Ray& ray) noexcept {
-    return left_ ? MeetingOf<E>{} : scene.intersect<E>(ray, time);
+  void on(const event::PathStarted& path) noexcept {
+    left_ = specular_ = false, density_ = 0, radiance_ = {}, weight_ = path.filter_weight;
   }
-  template <Effects E>
-  [[nodiscard]] static bool occluded(const Scene&, const Ray&) noexcept {
-    return true;
+  void on(const event::RayTraced& traced) noexcept { time_ = traced.time; }
+  void on(const event::EmissionAdded& added) noexcept {
+    if (specular_) radiance_ += added.L;
   }
-  template <Effects E>
-  [[nodiscard]] MeetingOf<E> blocker(const Scene& scene, const Ray& ray) noexcept {
-    return scene.intersect<E>(ray, time);
-  }
-  void begin(float) noexcept { left_ = specular_ = false, density_ = 0; }
-  static void scatters(const Bsdf&) noexcept {}
-  static void aims(const LightSample&) noexcept {}
-  Spectrum met(const Spectrum& L, std::uint32_t, int) const noexcept { return !left_ && specular_ ? L : Spectrum(); }
-  static Spectrum lit(const Spectrum&, int) noexcept { return {}; }
-  static bool gives_up() noexcept { return false; }
-
-  template <class Event>
-  static void note(const Event&) noexcept {}
-  void note(const event::Scatters& at) noexcept {
+  void on(const event::Scattered& at) noexcept {
     const Vertex kind = kind_of(at);
     specular_ = specular_ || kind == Vertex::specular;
-    left_ = kind == (leaves == Leaves::at_specular ? Vertex::specular : Vertex::other);
+    left_ = kind == (where == Leaves::at_specular ? Vertex::specular : Vertex::other);
     place_ = at.it.anchor.p;
     density_ = kind == Vertex::specular && !at.scattered->delta ? at.scattered->pdf : 0;
   }
+  [[nodiscard]] bool leaves() const noexcept { return left_; }
 
   /// Whether the path has met a specular vertex, and where it was left.
   [[nodiscard]] bool specular() const noexcept { return specular_; }
@@ -86,16 +69,20 @@ class ChainProbe {
   /// discrete.
   [[nodiscard]] float density() const noexcept { return density_; }
 
-  float time = 0;  // as RayCounter's
+  [[nodiscard]] float time() const noexcept { return time_; }
+  /// Of the lamps, with the weight of the path's place under the pixel filter.
+  [[nodiscard]] Spectrum radiance() const noexcept { return radiance_ * weight_; }
 
  private:
   bool left_ = false, specular_ = false;
+  Spectrum radiance_;
+  float weight_ = 1, time_ = 0;
   Vec3f place_;
   float density_ = 0;
 };
 
-using FocusProbe = ChainProbe<Leaves::at_specular>;
-using MirrorProbe = ChainProbe<Leaves::at_other>;
+using FocusObserver = ChainObserver<Leaves::at_specular>;
+using MirrorObserver = ChainObserver<Leaves::at_other>;
 
 /// Lights without extent are left out: only samples of lights find them, and chains take none.
 constexpr Effects kChainEffects = [] {
@@ -127,27 +114,27 @@ struct Chains {
   [[nodiscard]] std::size_t pixels() const noexcept {
     return std::size_t{scene.film.crop_width} * scene.film.crop_height;
   }
-  template <class Probe>
-  Spectrum sample(std::size_t pixel, std::uint64_t index, Probe& probe) const {
+  template <Observer O>
+  void sample(std::size_t pixel, std::uint64_t index, O& observer) const {
     const std::size_t x = pixel % scene.film.crop_width, y = pixel / scene.film.crop_width;
-    return film_sample(x + scene.film.crop_x, y + scene.film.crop_y, index, probe);
+    film_sample(x + scene.film.crop_x, y + scene.film.crop_y, index, observer);
   }
   /// Traces one sample of a pixel, whose place is in the whole film.
-  template <class Probe>
-  Spectrum film_sample(std::size_t x, std::size_t y, std::uint64_t index, Probe& probe) const {
+  template <Observer O>
+  void film_sample(std::size_t x, std::size_t y, std::uint64_t index, O& observer) const {
     const BlockTask task{scene, settings, seed, {}, 0, 1, 1};
-    return sample_film_pixel<kChainEffects>(task, x, y, index, probe);
+    (void)sample_film_pixel<kChainEffects>(task, x, y, index, observer);
   }
 };
 
-/// work(i, probe) for all i below `count`, on so many threads.
-template <class Probe, class Work>
+/// Calls work(i, observer) for all i below `count`, on so many threads.
+template <Observer O, class Work>
 void for_each(std::size_t count, unsigned threads, const Work& work) {
   std::atomic<std::size_t> next{0};
   on_threads(threads, [&](unsigned) {
-    Probe probe;
+    O observer;
     for (std::size_t from = next.fetch_add(kChunk); from < count; from = next.fetch_add(kChunk))
-      for (std::size_t i = from; i < std::min(from + kChunk, count); ++i) work(i, probe);
+      for (std::size_t i = from; i < std::min(from + kChunk, count); ++i) work(i, observer);
   });
 }
 
@@ -161,11 +148,11 @@ Pixels mirrors_of(const Chains& chains) {
   const std::size_t side = std::clamp<std::size_t>(fitting, 1, kLargestSquare);
   const std::size_t columns = (width + side - 1) / side, rows = (height + side - 1) / side;
   std::vector<std::uint8_t> specular(columns * rows);
-  for_each<MirrorProbe>(specular.size(), chains.threads, [&](std::size_t i, MirrorProbe& probe) {
+  for_each<MirrorObserver>(specular.size(), chains.threads, [&](std::size_t i, MirrorObserver& observer) {
     const std::size_t x = std::min(i % columns * side + side / 2, width - 1);
     const std::size_t y = std::min(i / columns * side + side / 2, height - 1);
-    (void)chains.sample(y * width + x, kMost, probe);  // no search for lamps uses this sample
-    specular[i] = probe.specular() ? 1 : 0;
+    chains.sample(y * width + x, kMost, observer);  // no search for lamps uses this sample
+    specular[i] = observer.specular() ? 1 : 0;
   });
   Pixels mirrors;
   for (std::size_t i = 0; i < chains.pixels(); ++i)
@@ -181,9 +168,10 @@ Found lamps_in(const Chains& chains, const Pixels& pixels, std::uint64_t all, st
   if (each < least) return {};
   const double scale = chains.scene.normalization.world_radiance_scale(), share = 1.0 / static_cast<double>(each);
   std::vector<LampsOfPixel> lamps(pixels.size());
-  for_each<MirrorProbe>(pixels.size(), chains.threads, [&](std::size_t i, MirrorProbe& probe) {
+  for_each<MirrorObserver>(pixels.size(), chains.threads, [&](std::size_t i, MirrorObserver& observer) {
     for (std::uint64_t index = 0; index < each; ++index) {
-      const Spectrum L = chains.sample(pixels[i], first + index, probe);
+      chains.sample(pixels[i], first + index, observer);
+      const Spectrum L = observer.radiance();
       if (!L.is_black()) lamps[i].add(L, scale, share);
     }
   });
@@ -217,22 +205,22 @@ FocusedLight focused_light(const Scene& scene, const Settings& settings, const R
     double once = 0, squared = 0;
   };
   std::vector<Seen> seen(paths);
-  for_each<FocusProbe>(paths, chains.threads, [&](std::size_t i, FocusProbe& probe) {
+  for_each<FocusObserver>(paths, chains.threads, [&](std::size_t i, FocusObserver& observer) {
     const std::size_t pixel = i * (whole_film ? film_pixels : chains.pixels()) / paths;
     if (whole_film)
-      (void)chains.film_sample(pixel % width, pixel / width, i, probe);
+      chains.film_sample(pixel % width, pixel / width, i, observer);
     else
-      (void)chains.sample(pixel, i, probe);
-    if (!probe.specular()) return;
+      chains.sample(pixel, i, observer);
+    if (!observer.specular()) return;
     const Sampler sampler = Sampler::at(SamplerKind::independent, chains.seed, pixel, i, 1);
     const Point2f u = sampler.get_2d(slot(BounceDimension::light_point, 0));
     const auto light = scene.lights.sample<kAllEffects>(chains.settings.lights, chains.settings.environment,
-                                                        {probe.place(), {}, false}, sampler, 0, u, probe.time);
+                                                        {observer.place(), {}, false}, sampler, 0, u, observer.time());
     seen[i].vertex = true;
     if (!light || !(light->pdf > 0)) return;
     const auto L = static_cast<double>(light->radiance.luminance()), pdf = static_cast<double>(light->pdf);
     // a narrow lobe makes a light without extent as large as itself; a discrete direction never meets such a light
-    const double density = light->delta ? static_cast<double>(probe.density()) : 1;
+    const double density = light->delta ? static_cast<double>(observer.density()) : 1;
     if (density > 0) seen[i].once = L / pdf, seen[i].squared = L * L / pdf * density;
   });
   FocusedLight found;

@@ -45,7 +45,7 @@ void SplitParts::name_lights(const Scene& scene) {
   }
 }
 
-void SplitProbe::add(const Spectrum& L, int depth, std::uint32_t way, std::uint32_t light) noexcept {
+void SplitObserver::add(const Spectrum& L, int depth, std::uint32_t way, std::uint32_t light) noexcept {
   const std::uint32_t last = parts_.count() - 1;
   for (const std::uint32_t part : {SplitParts::length(depth), SplitParts::way(way), SplitParts::bsdf(bsdf_),
                                    light == kNone ? last : parts_.light(light)}) {
@@ -67,14 +67,14 @@ Split split_light(std::shared_ptr<const Scene> scene, const Settings& settings, 
   const double scale = scene->normalization.world_radiance_scale() / static_cast<double>(samples);
   for_each_block(renderer.blocks(), renderer.threads(), poll, [&] {
     // The sums are of one pixel: what is kept of it is rounded once.
-    return [&, probe = SplitProbe(split.parts),
+    return [&, observer = SplitObserver(split.parts, scene->crossings_are_vertices),
             sums = std::vector<double>(3 * std::size_t{split.parts.count()})](const PixelBlock& block) mutable {
       const BlockTask task{*scene, learnt, options.seed, block, 0, samples, options.nets};
       for (std::uint32_t y = block.y0; y < block.y1; ++y)
         for (std::uint32_t x = block.x0; x < block.x1; ++x) {
           std::ranges::fill(sums, 0.0);
-          probe.at(sums, scale);
-          for (std::uint64_t s = 0; s < samples; ++s) (void)sample_pixel<kAllEffects>(task, x, y, s, probe);
+          observer.at(sums, scale);
+          for (std::uint64_t s = 0; s < samples; ++s) (void)sample_pixel<kAllEffects>(task, x, y, s, observer);
           std::ranges::transform(std::span(sums).first(row), &split.means[row * (std::size_t{y} * split.width + x)],
                                  [](double sum) { return static_cast<float>(sum); });
         }

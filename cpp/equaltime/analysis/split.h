@@ -11,7 +11,7 @@
 
 #include "equaltime/base/effects.h"
 #include "equaltime/render/renderer.h"
-#include "equaltime/transport/probe.h"
+#include "equaltime/transport/observer.h"
 
 namespace equaltime {
 
@@ -47,53 +47,38 @@ class SplitParts {
 };
 
 /// Adds what each path brings to the parts of its pixel.
-class SplitProbe {
+class SplitObserver : public PathObserver {
  public:
-  static constexpr bool listens = false;
-  static constexpr bool allocates = false;
-
-  explicit SplitProbe(const SplitParts& parts) noexcept : parts_(parts) {}
+  SplitObserver(const SplitParts& parts, bool crossings_are_vertices) noexcept
+      : parts_(parts), crossings_are_vertices_(crossings_are_vertices) {}
 
   /// Where the parts of the pixel are added up: three channels each.
   void at(std::span<double> pixel, double scale) noexcept { pixel_ = pixel, scale_ = scale; }
 
-  template <Effects E>
-  [[nodiscard]] MeetingOf<E> intersect(const Scene& scene, const Ray& ray) noexcept {
-    return scene.intersect<E>(ray, time);
+  void on(const event::PathStarted& path) noexcept {
+    weight_ = scale_ * static_cast<double>(path.filter_weight), bsdf_ = 0;
   }
-  template <Effects E>
-  [[nodiscard]] bool occluded(const Scene& scene, const Ray& ray) noexcept {
-    return scene.occluded<E>(ray, time);
-  }
-  template <Effects E>
-  [[nodiscard]] MeetingOf<E> blocker(const Scene& scene, const Ray& ray) noexcept {
-    if (scene.crossings_are_vertices) ++crossed_;
-    return scene.intersect<E>(ray, time);
-  }
-
-  void begin(float weight) noexcept { weight_ = scale_ * static_cast<double>(weight), bsdf_ = 0; }
-  void scatters(const Bsdf& bsdf) noexcept { bsdf_ = 1 + static_cast<std::uint32_t>(bsdf.index()); }
-  void aims(const LightSample& light) noexcept {
-    aimed_at_ = light.infinite && !light.delta ? kNone : light.light;
+  void on(const event::VertexReached& at) noexcept { bsdf_ = 1 + static_cast<std::uint32_t>(at.bsdf.index()); }
+  void on(const event::CopyResumed& at) noexcept { bsdf_ = 1 + static_cast<std::uint32_t>(at.bsdf.index()); }
+  void on(const event::LightSampled& sampled) noexcept {
+    aimed_at_ = sampled.light.infinite && !sampled.light.delta ? kNone : sampled.light.light;
     crossed_ = -1;
   }
-  Spectrum met(const Spectrum& L, std::uint32_t light, int depth) noexcept {
-    if (!L.is_black()) add(L, depth, bsdf_ == 0 ? 0 : 1, light);
-    return L;
+  void on(const event::ShadowRayMet&) noexcept {
+    if (crossings_are_vertices_) ++crossed_;
   }
-  /// `depth` is that of the light, if the way to it crosses no surface.
-  Spectrum lit(const Spectrum& L, int depth) noexcept {
-    if (!L.is_black()) add(L, depth + std::max(crossed_, 0), 2, aimed_at_);
-    return L;
+  void on(const event::EmissionAdded& added) noexcept {
+    if (!added.L.is_black()) add(added.L, added.depth, bsdf_ == 0 ? 0 : 1, added.light);
   }
-  static bool gives_up() noexcept { return false; }
-
-  float time = 0;  // as RayCounter's
+  void on(const event::DirectLightAdded& added) noexcept {
+    if (!added.L.is_black()) add(added.L, added.depth + std::max(crossed_, 0), 2, aimed_at_);
+  }
 
  private:
   void add(const Spectrum& L, int depth, std::uint32_t way, std::uint32_t light) noexcept;
 
   const SplitParts& parts_;
+  bool crossings_are_vertices_;
   std::span<double> pixel_;
   double scale_ = 1, weight_ = 1;
   std::uint32_t bsdf_ = 0, aimed_at_ = kNone;  // kNone: the environment

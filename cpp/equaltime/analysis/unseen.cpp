@@ -14,31 +14,8 @@ namespace {
 constexpr std::size_t kChunk = 64;  // pixels that a worker takes at once
 
 /// Sees surfaces where rays meet them, but nothing on the way to a light.
-class UnshadowedProbe {
- public:
-  static constexpr bool listens = false;
-  static constexpr bool allocates = false;
-
-  template <Effects E>
-  [[nodiscard]] MeetingOf<E> intersect(const Scene& scene, const Ray& ray) noexcept {
-    return scene.intersect<E>(ray, time);
-  }
-  template <Effects E>
-  [[nodiscard]] static bool occluded(const Scene&, const Ray&) noexcept {
-    return false;
-  }
-  template <Effects E>
-  [[nodiscard]] static MeetingOf<E> blocker(const Scene&, const Ray&) noexcept {
-    return {};
-  }
-  static void begin(float) noexcept {}
-  static void scatters(const Bsdf&) noexcept {}
-  static void aims(const LightSample&) noexcept {}
-  static Spectrum met(Spectrum L, std::uint32_t, int) noexcept { return L; }
-  static Spectrum lit(Spectrum L, int) noexcept { return L; }
-  static bool gives_up() noexcept { return false; }
-
-  float time = 0;  // as RayCounter's
+struct WithoutShadows : PathObserver {
+  static constexpr bool sees_shadows = false;
 };
 
 }  // namespace
@@ -54,12 +31,12 @@ std::vector<double> unshadowed(std::shared_ptr<const Scene> scene, Settings sett
   std::vector<double> found(3 * pixels.size());
   std::atomic<std::size_t> next{0};
   on_threads(renderer.threads(), [&](unsigned) {
-    UnshadowedProbe probe;
+    WithoutShadows observer;
     for (std::size_t from = next.fetch_add(kChunk); from < pixels.size(); from = next.fetch_add(kChunk))
       for (std::size_t i = from; i < std::min(from + kChunk, pixels.size()); ++i) {
         const std::uint32_t x = pixels[i] % width, y = pixels[i] / width;
         const BlockTask task{*scene, settings, options.seed, {x, y, x + 1, y + 1}, 0, 1, options.nets};
-        const Spectrum L = sample_pixel<kAllEffects>(task, x, y, 0, probe);
+        const Spectrum L = sample_pixel<kAllEffects>(task, x, y, 0, observer);
         const float channels[3] = {L.r, L.g, L.b};
         for (std::size_t c = 0; c < 3; ++c) found[3 * i + c] = std::max(0.0, static_cast<double>(channels[c]) * scale);
       }

@@ -63,7 +63,7 @@ const Bsdf& bsdf_at(const Scene& scene, std::size_t index) {
   return index < materials ? scene.materials[index].bsdf : scene.phases[index - materials];
 }
 
-py::dict eval_bsdf(const Scene& scene, std::size_t index, const Array& wo, const Array& wi, bool front) {
+py::dict bsdf_values(const Scene& scene, std::size_t index, const Array& wo, const Array& wi, bool front) {
   const Bsdf& bsdf = bsdf_at(scene, index);
   const py::ssize_t n = count(wo, 3, "wo");
   require(count(wi, 3, "wi") == n, "as many wi as wo");
@@ -75,7 +75,7 @@ py::dict eval_bsdf(const Scene& scene, std::size_t index, const Array& wo, const
   return py::dict("f"_a = out.value, "pdf"_a = out.pdf);
 }
 
-py::dict sample_bsdf(const Scene& scene, std::size_t index, const Array& wo, const Array& u, bool front) {
+py::dict bsdf_samples(const Scene& scene, std::size_t index, const Array& wo, const Array& u, bool front) {
   const Bsdf& bsdf = bsdf_at(scene, index);
   const py::ssize_t n = count(wo, 3, "wo");
   require(count(u, 3, "u") == n, "as many u as wo");
@@ -269,8 +269,8 @@ py::array_t<double> sample_numbers(const std::string& kind, std::uint64_t seed, 
 
 void bind_sampling(py::module_& m) {
   py::module_ parts = m.def_submodule("parts", "The parts of the estimator by themselves, over arrays, for tests.");
-  parts.def("eval_bsdf", &eval_bsdf, "scene"_a, "bsdf"_a, "wo"_a, "wi"_a, "front"_a = true);
-  parts.def("sample_bsdf", &sample_bsdf, "scene"_a, "bsdf"_a, "wo"_a, "u"_a, "front"_a = true);
+  parts.def("eval_bsdf", &bsdf_values, "scene"_a, "bsdf"_a, "wo"_a, "wi"_a, "front"_a = true);
+  parts.def("sample_bsdf", &bsdf_samples, "scene"_a, "bsdf"_a, "wo"_a, "u"_a, "front"_a = true);
   parts.def("sample_lights", &sample_lights, "scene"_a, "lights"_a, "receivers"_a, "seed"_a, "normals"_a = py::none(),
             "environment"_a = "plain");
   parts.def("eval_lights", &eval_lights, "scene"_a, "lights"_a, "receivers"_a, "wi"_a, "normals"_a = py::none(),

@@ -94,7 +94,7 @@ Effects both(Effects a, const Effects& b) noexcept {
 
 /// One worker's counters, logs and block copy during a pass.
 struct Renderer::Worker {
-  RayCounter probe;
+  RayCounter counter;
   BlockBefore before;
   SampleLog<NonFinite> nonfinite;
   SampleLog<FaultySample> faulty;
@@ -262,26 +262,26 @@ void Renderer::take_up(const Counters& so_far, const Position& position) {
 
 bool Renderer::add_samples(const BlockTask& task, Worker& worker) {
   std::uint64_t* rays = task.pixel_rays;
-  const Counters counters = worker.probe.counters;
+  const Counters counters = worker.counter.counters;
   const std::size_t logged = worker.nonfinite.size(), faults_logged = worker.faulty.size();
   const auto undo = [&]() noexcept {
     worker.before.put_back(task.block, film_, second_, rays);
-    worker.probe.counters = counters;
+    worker.counter.counters = counters;
     worker.nonfinite.shrink(logged);
     worker.faulty.shrink(faults_logged);
   };
   try {
     worker.before.keep(task.block, film_, second_, rays);
     if (options_.traps == Traps::ignore)
-      kernel_->render(task, film_, worker.probe, worker.nonfinite);
+      kernel_->render(task, film_, worker.counter, worker.nonfinite);
     else
-      render_checked(task, options_.traps, film_, worker.probe, worker.nonfinite, worker.faulty);
+      render_checked(task, options_.traps, film_, worker.counter, worker.nonfinite, worker.faulty);
   } catch (...) {
     undo();
     throw;
   }
-  if (worker.probe.gave_up) undo();
-  return !worker.probe.gave_up;
+  if (worker.counter.gave_up) undo();
+  return !worker.counter.gave_up;
 }
 
 void Renderer::run_pass(Stop& stop) {
@@ -297,7 +297,7 @@ void Renderer::run_pass(Stop& stop) {
   const auto take_blocks = [&] {
     const Present here(at_work);
     Worker worker;
-    worker.probe.stop = &stops;
+    worker.counter.stop = &stops;
     for (bool first = true; !stop.now() && (first || !stop.pauses()); first = false) {
       const std::size_t n = next.fetch_add(1, std::memory_order_relaxed);
       if (n >= tasks) break;
@@ -324,7 +324,7 @@ void Renderer::run_pass(Stop& stop) {
       if (error) failure = error;
     }
     const std::lock_guard lock(merge);
-    counters_ += worker.probe.counters;
+    counters_ += worker.counter.counters;
     nonfinite_.add(worker.nonfinite);
     faulty_.add(worker.faulty);
   };

@@ -27,40 +27,19 @@ using Rgb = std::array<double, 3>;
 
 /// Counts rays and keeps apart what a path brings: light that the camera sees, light found before the path forks, and
 /// what each copy finds afterwards.
-class PilotProbe {
+class PilotObserver : public PathObserver {
  public:
-  static constexpr bool listens = true;
-  static constexpr bool allocates = false;
-
-  template <Effects E>
-  [[nodiscard]] MeetingOf<E> intersect(const Scene& scene, const Ray& ray) noexcept {
-    ++rays;
-    return scene.intersect<E>(ray, time);
-  }
-  template <Effects E>
-  [[nodiscard]] bool occluded(const Scene& scene, const Ray& ray) noexcept {
-    ++shadow_rays;
-    return scene.occluded<E>(ray, time);
-  }
-  template <Effects E>
-  [[nodiscard]] MeetingOf<E> blocker(const Scene& scene, const Ray& ray) noexcept {
-    ++shadow_rays;
-    return scene.intersect<E>(ray, time);
-  }
-
-  void begin(float filter_weight) noexcept {
-    weight_ = filter_weight, copy_ = 0, forked_ = false, seen_ = {}, before_ = {}, after_ = {};
+  void on(const event::PathStarted& path) noexcept {
+    weight_ = path.filter_weight, copy_ = 0, forked_ = false, seen_ = {}, before_ = {}, after_ = {};
     at_begin_ = rays + shadow_rays;
   }
-  static void scatters(const Bsdf&) noexcept {}
-  static void aims(const LightSample&) noexcept {}
-  Spectrum met(const Spectrum& L, std::uint32_t, int depth) noexcept { return depth == 1 ? seen_ += L, L : add(L); }
-  Spectrum lit(const Spectrum& L, int) noexcept { return add(L); }
-  template <class Event>
-  void note(const Event&) noexcept {}
-  void note(const event::Forks&) noexcept { forked_ = true, at_fork_ = rays + shadow_rays; }
-  void note(const event::Resumes&) noexcept { ++copy_; }
-  static bool gives_up() noexcept { return false; }
+  void on(const event::RayTraced&) noexcept { ++rays; }
+  void on(const event::ShadowRayTraced&) noexcept { ++shadow_rays; }
+  void on(const event::ShadowRayMet&) noexcept { ++shadow_rays; }
+  void on(const event::EmissionAdded& added) noexcept { added.depth == 1 ? void(seen_ += added.L) : add(added.L); }
+  void on(const event::DirectLightAdded& added) noexcept { add(added.L); }
+  void on(const event::PathSplit&) noexcept { forked_ = true, at_fork_ = rays + shadow_rays; }
+  void on(const event::CopyResumed&) noexcept { ++copy_; }
 
   /// Rays of the last path before it forked, and after.
   [[nodiscard]] double rays_before() const noexcept {
@@ -80,14 +59,10 @@ class PilotProbe {
   /// What a copy brought after the fork, as if all were like it.
   [[nodiscard]] Rgb alone(std::size_t copy) const noexcept { return weighted(after_[copy] * kCopies); }
 
-  float time = 0;  // as RayCounter's
   std::uint64_t rays = 0, shadow_rays = 0;
 
  private:
-  Spectrum add(const Spectrum& L) noexcept {
-    (forked_ ? after_[copy_] : before_) += L;
-    return L;
-  }
+  void add(const Spectrum& L) noexcept { (forked_ ? after_[copy_] : before_) += L; }
   [[nodiscard]] Rgb weighted(const Spectrum& L) const noexcept {
     return {static_cast<double>(L.r) * weight_, static_cast<double>(L.g) * weight_, static_cast<double>(L.b) * weight_};
   }
@@ -124,29 +99,29 @@ struct Sums {
 };
 
 /// Adds the copies' variance of the last path, as that of the mean of the pixel's samples.
-void add_within(const PilotProbe& probe, Rgb& within) noexcept {
+void add_within(const PilotObserver& pilot, Rgb& within) noexcept {
   constexpr double count = kCopies;
   for (int c = 0; c < 3; ++c) {
     double sum = 0, squares = 0;
-    for (std::size_t k = 0; k < kCopies; ++k) sum += probe.alone(k)[c], squares += square(probe.alone(k)[c]);
+    for (std::size_t k = 0; k < kCopies; ++k) sum += pilot.alone(k)[c], squares += square(pilot.alone(k)[c]);
     within[c] += std::max(0.0, squares - sum * sum / count) / ((count - 1) * kPaths * kPaths);
   }
 }
 
 /// Renders one pixel with one copy and with all of them. None if a sample is not finite: it says nothing.
 std::optional<RawPixel> render_pixel(const BlockTask& plain, const BlockTask& split, std::uint64_t x, std::uint64_t y,
-                                     PilotProbe& probe) {
+                                     PilotObserver& pilot) {
   RawPixel pixel{static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y)};
   Sums seen, one, all;
   for (std::uint64_t i = 0; i < kReplicates * kSamples; ++i) {
     const std::size_t replicate = i % kReplicates;
-    if (!sample_film_pixel<kAllEffects>(plain, x, y, i, probe).is_finite()) return {};
-    one.add(replicate, probe.scattered());
-    if (!sample_film_pixel<kAllEffects>(split, x, y, i, probe).is_finite()) return {};
-    all.add(replicate, probe.scattered()), seen.add(replicate, probe.seen());
-    add_within(probe, pixel.within);
-    pixel.rays_shared += probe.rays_before() / kPaths;
-    pixel.rays_copy += probe.rays_after() / (kPaths * kCopies);
+    if (!sample_film_pixel<kAllEffects>(plain, x, y, i, pilot).is_finite()) return {};
+    one.add(replicate, pilot.scattered());
+    if (!sample_film_pixel<kAllEffects>(split, x, y, i, pilot).is_finite()) return {};
+    all.add(replicate, pilot.scattered()), seen.add(replicate, pilot.seen());
+    add_within(pilot, pixel.within);
+    pixel.rays_shared += pilot.rays_before() / kPaths;
+    pixel.rays_copy += pilot.rays_after() / (kPaths * kCopies);
   }
   for (int c = 0; c < 3; ++c) pixel.mean[c] = seen.mean(c) + (one.mean(c) + all.mean(c)) / 2;
   pixel.seen = seen.variance(), pixel.one = one.variance(), pixel.all = all.variance();
@@ -191,7 +166,7 @@ SplittingPilot render_splitting_pilot(const Scene& scene, const Settings& given,
   std::atomic<std::size_t> next{0};
   std::atomic<std::uint64_t> rays{0}, shadow_rays{0};
   on_threads(threads, [&](unsigned) {
-    PilotProbe probe;
+    PilotObserver observer;
     for (std::size_t i = next++; i < squares.size(); i = next++) {
       const std::uint64_t place = mix64(kSeed + i) % (wide * high), x0 = place % wide * kSide,
                           y0 = place / wide * kSide;
@@ -199,9 +174,9 @@ SplittingPilot render_splitting_pilot(const Scene& scene, const Settings& given,
           all{scene, split, kSeed + i, {}, 0, 0, kReplicates};
       for (std::uint64_t y = y0; y < std::min(y0 + kSide, height); ++y)
         for (std::uint64_t x = x0; x < std::min(x0 + kSide, width); ++x)
-          if (const auto pixel = render_pixel(one, all, x, y, probe)) squares[i].push_back(*pixel);
+          if (const auto pixel = render_pixel(one, all, x, y, observer)) squares[i].push_back(*pixel);
     }
-    rays += probe.rays, shadow_rays += probe.shadow_rays;
+    rays += observer.rays, shadow_rays += observer.shadow_rays;
   });
   pilot.rays = rays, pilot.shadow_rays = shadow_rays;
   double sum = 0, count = 0;

@@ -1,5 +1,4 @@
-// Events: what the estimator tells a probe that listens, in the order in which it happens. For one that does not, they
-// are not even compiled, so that a kernel has no instruction of them.
+// Events: what the estimator tells its observer, in the order in which it happens.
 #pragma once
 
 #include "equaltime/base/optional.h"
@@ -12,50 +11,97 @@ struct PreviousVertex;
 
 namespace event {
 
-/// A ray is sent, with the throughput that it carries and what the path has gathered so far.
-struct Sends {
+/// A path begins, at a place that the pixel filter gives this weight.
+struct PathStarted {
+  float filter_weight;
+};
+
+/// A ray of the path is about to be traced, at a time from 0 to 1, with the throughput that it carries and what the
+/// path has gathered so far.
+struct RayTraced {
   const Ray& ray;
-  const PreviousVertex& made;
+  float time;
+  const PreviousVertex& previous;
   Spectrum beta, L;
+};
+
+/// The ray has met this surface, or nothing.
+struct RayMet {
+  const Ray& ray;
+  const Interaction* it;  // null: nothing
 };
 
 /// The ray has come through its medium, which leaves this of its throughput, to the surface that it met or, if the
 /// medium scattered it, to a vertex before.
-struct Flies {
+struct DistanceSampled {
   const Interaction* it;  // null: met nothing
   bool scattered;
   Spectrum beta;
 };
 
 /// The ray has met a surface that emits towards it; light sampling has this density for its direction.
-struct MeetsEmitter {
+struct EmitterMet {
   std::uint32_t light;
   float light_pdf;
 };
 
+/// What the path gathers from the emitter that its ray met, the path's depth-th vertex.
+struct EmissionAdded {
+  Spectrum L;
+  std::uint32_t light;
+  int depth;
+};
+
+/// The path is scattered by this BSDF.
+struct VertexReached {
+  const Bsdf& bsdf;
+};
+
 /// A light was picked, or none may reach the vertex.
-struct PicksLight {
+struct LightPicked {
   Optional<LightPick> pick;
 };
 
 /// A point or a direction of it was sampled, towards which the BSDF has this value.
-struct SamplesLight {
+struct LightSampled {
   const LightSample& light;
   BsdfValue bsdf;
 };
 
-/// Of the sampled light: the weight of MIS, and the share that nothing blocks.
-struct Receives {
+/// Whether anything stands on a ray to a light.
+struct ShadowRayTraced {
+  const Ray& ray;
+  float time;
+  bool blocked;
+};
+
+/// The nearest surface on a ray to a light, which may let it pass.
+struct ShadowRayMet {
+  const Ray& ray;
+  float time;
+  const Interaction* it;  // null: nothing
+};
+
+/// The sampled light's weight in MIS, and the share of it that nothing blocks.
+struct LightReceived {
   float weight, share;
 };
 
-/// At a vertex, the path has become the first of its copies.
-struct Forks {};
-/// The next copy leaves it.
-struct Resumes {};
+/// What the path gathers from the sampled light, which would be its depth-th vertex if the way crosses no surface.
+struct DirectLightAdded {
+  Spectrum L;
+  int depth;
+};
 
-/// Going on from a vertex; nothing, if the path ends there.
-struct Scatters {
+/// At a vertex, the path has become the first of its copies.
+struct PathSplit {};
+/// The next copy leaves the vertex.
+struct CopyResumed {
+  const Bsdf& bsdf;
+};
+
+/// How the path goes on from a vertex; nothing, if it ends there.
+struct Scattered {
   const Interaction& it;
   std::uint32_t material;
   const Bsdf& bsdf;
@@ -63,7 +109,7 @@ struct Scatters {
 };
 
 /// Roulette lets the path live with this probability.
-struct Survives {
+struct RouletteSurvived {
   float probability;
 };
 

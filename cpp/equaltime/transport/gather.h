@@ -5,7 +5,7 @@
 #include "equaltime/base/optional.h"
 #include "equaltime/scene/scene.h"
 #include "equaltime/scene/shading.h"
-#include "equaltime/transport/events.h"
+#include "equaltime/transport/observer.h"
 #include "equaltime/transport/settings.h"
 #include "equaltime/transport/shadow.h"
 #include "equaltime/transport/volume.h"
@@ -42,15 +42,15 @@ struct PreviousVertex {
 
 /// Radiance that the surface itself sends back along the ray. Given a copy, as the next: by reference it would hold all
 /// of the path in memory.
-template <Effects E, class Probe>
+template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE Spectrum emitted(const Scene& scene, const Settings& settings, const Interaction& it,
-                                                PreviousVertex ray, Probe& probe) noexcept(!Probe::allocates) {
+                                                PreviousVertex ray, float time, O& observer) noexcept(!O::allocates) {
   if (scene.surfaces[it.shape].first_light == kNone || !it.front) return {};
   const std::uint32_t light = scene.light_of(it);
   float light_pdf = 0;
   if (!ray.alone && aims_at_lights(settings.technique))
-    light_pdf = scene.lights.area_pdf<E>(settings.lights, light, ray.from, -it.wo, it.anchor.p, probe.time);
-  if constexpr (Probe::listens) probe.note(event::MeetsEmitter{light, light_pdf});
+    light_pdf = scene.lights.area_pdf<E>(settings.lights, light, ray.from, -it.wo, it.anchor.p, time);
+  tell<event::EmitterMet>(observer, light, light_pdf);
   return scene.radiance<E>(it) * emitter_weight(settings, ray, light, light_pdf);
 }
 
@@ -67,45 +67,44 @@ template <Effects E>
 }
 
 /// Light that reaches the vertex, the path's depth-th, straight from a sampled light, scattered towards wo.
-template <Effects E, class Probe>
+template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE Spectrum light_along(const Scene& scene, const Settings& settings, const Interaction& it,
                                                     const Bsdf& bsdf, Surroundings<E> within, const LightSample& light,
-                                                    int depth, Probe& probe) noexcept(!Probe::allocates) {
+                                                    int depth, float time, O& observer) noexcept(!O::allocates) {
   auto [value, above] = eval_bsdf<E>(it, bsdf, light.wi);
-  if constexpr (Probe::listens) probe.note(event::SamplesLight{light, value});
+  tell<event::LightSampled>(observer, light, value);
   if (value.f.is_black()) return {};
   const bool shared = settings.technique != Technique::light && !light.delta;
   const float weight = shared ? mis_weight(settings.heuristic, light.pdf, value.pdf) : 1.0F;
   Spectrum radiance = light.radiance;
-  if constexpr (E.textures) radiance = E.motion ? scene.radiance_of(light, probe.time) : scene.radiance_of(light);
-  probe.aims(light);
+  if constexpr (E.textures) radiance = E.motion ? scene.radiance_of(light, time) : scene.radiance_of(light);
   Spectrum unoccluded = value.f * radiance * (weight / light.pdf);
   if constexpr (E.masks || E.media) {
     const int crossings = scene.crossings_are_vertices ? settings.max_depth - depth - 1 : kUnlimitedDepth;
-    const Spectrum left = transmitted<E>(scene, it, above, within, light, crossings, probe);
-    if constexpr (Probe::listens) probe.note(event::Receives{weight, left.max_component()});
+    const Spectrum left = transmitted<E>(scene, it, above, within, light, crossings, time, observer);
+    tell<event::LightReceived>(observer, weight, left.max_component());
     return left.is_black() ? Spectrum() : unoccluded * left;
   }
-  const float share = unblocked<E>(scene, it, above, light, probe);
-  if constexpr (Probe::listens) probe.note(event::Receives{weight, share});
+  const float share = unblocked<E>(scene, it, above, light, time, observer);
+  tell<event::LightReceived>(observer, weight, share);
   return share > 0 ? unoccluded * share : Spectrum();
 }
 
 /// The same from one light, picked and sampled by the strategy.
-template <Effects E, class Probe>
+template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE Spectrum direct_light(const Scene& scene, const Settings& settings,
                                                      const Interaction& it, const Bsdf& bsdf, Surroundings<E> within,
                                                      const Sampler& sampler, std::uint32_t bounce, int depth, Point2f u,
-                                                     Probe& probe) noexcept(!Probe::allocates) {
+                                                     float time, O& observer) noexcept(!O::allocates) {
   // Where only scattered rays look for light, all that they cannot find are point lights.
   const bool aims = aims_at_lights(settings.technique);
   if (!E.point_lights && !aims) return {};
-  if constexpr (Probe::listens)
-    probe.note(event::PicksLight{scene.lights.pick(settings.lights, receiver_at<E>(it, bsdf), sampler, bounce)});
-  auto light = scene.lights.sample<E>(settings.lights, settings.environment, receiver_at<E>(it, bsdf), sampler, bounce,
-                                      u, probe.time);
+  if constexpr (Observes<O, event::LightPicked>)
+    observer.on(event::LightPicked{scene.lights.pick(settings.lights, receiver_at<E>(it, bsdf), sampler, bounce)});
+  auto light =
+      scene.lights.sample<E>(settings.lights, settings.environment, receiver_at<E>(it, bsdf), sampler, bounce, u, time);
   if (!light || (!aims && !light->delta)) return {};
-  return light_along<E>(scene, settings, it, bsdf, within, *light, depth, probe);
+  return light_along<E>(scene, settings, it, bsdf, within, *light, depth, time, observer);
 }
 
 }  // namespace equaltime

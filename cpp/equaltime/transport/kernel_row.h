@@ -9,17 +9,17 @@ namespace equaltime {
 namespace detail {
 
 template <Effects E>
-void render_block(const BlockTask& task, Film& film, RayCounter& probe, SampleLog<NonFinite>& nonfinite) {
-  render_samples(task, film, probe, nonfinite, [&](std::uint32_t x, std::uint32_t y, std::uint64_t i) {
-    return sample_pixel<E>(task, x, y, i, probe);
+void render_block(const BlockTask& task, Film& film, RayCounter& counter, SampleLog<NonFinite>& nonfinite) {
+  render_samples(task, film, counter, nonfinite, [&](std::uint32_t x, std::uint32_t y, std::uint64_t i) {
+    return sample_pixel<E>(task, x, y, i, counter);
   });
 }
 
 template <Effects E>
-void record_block(const BlockTask& task, RayRecorder& probe) {
+void record_block(const BlockTask& task, RayRecorder& recorder) {
   for (std::uint32_t y = task.block.y0; y < task.block.y1; ++y)
     for (std::uint32_t x = task.block.x0; x < task.block.x1; ++x)
-      for (std::uint64_t i = task.first; i < task.last; ++i) (void)sample_pixel<E>(task, x, y, i, probe);
+      for (std::uint64_t i = task.first; i < task.last; ++i) (void)sample_pixel<E>(task, x, y, i, recorder);
 }
 
 }  // namespace detail

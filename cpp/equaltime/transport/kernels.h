@@ -10,7 +10,7 @@
 #include "equaltime/film/sample_log.h"
 #include "equaltime/film/schedule.h"
 #include "equaltime/film/second_nets.h"
-#include "equaltime/transport/probe.h"
+#include "equaltime/transport/observer.h"
 #include "equaltime/transport/settings.h"
 
 namespace equaltime {

@@ -18,8 +18,8 @@ template <Effects E>
 class PathCopies {
  public:
   PathCopies(const Settings&, std::uint64_t, std::uint64_t) noexcept {}
-  template <class Probe>
-  [[nodiscard]] static constexpr bool pop(PathState<E>&, Probe&) noexcept {
+  template <Observer O>
+  [[nodiscard]] static constexpr bool pop(PathState<E>&, O&) noexcept {
     return false;
   }
 };
@@ -52,14 +52,13 @@ requires(E.forks) class PathCopies<E> {
   }
 
   /// Puts the next copy into `path`, which keeps what it has gathered; false if there is none.
-  template <class Probe>
-  [[nodiscard]] bool pop(PathState<E>& path, Probe& probe) noexcept(!Probe::allocates) {
+  template <Observer O>
+  [[nodiscard]] bool pop(PathState<E>& path, O& observer) noexcept(!O::allocates) {
     if (waiting_ == 0) return false;
     const Spectrum gathered = path.L;
     path = *copies_[--waiting_];
     path.L = gathered;
-    probe.scatters(*bsdf_);
-    if constexpr (Probe::listens) probe.note(event::Resumes{});
+    tell<event::CopyResumed>(observer, *bsdf_);
     return true;
   }
 

@@ -17,7 +17,8 @@ using NumbersOf = std::conditional_t<E.forks, Sampler, const Sampler&>;
 
 template <Effects E>
 struct PathState {
-  Ray ray;  // to be traced next
+  Ray ray;     // to be traced next
+  float time;  // of all of the path, from 0 to 1, where anything moves
   NumbersOf<E> sampler;
   PathSurroundings<E> within;       // the media and bodies that the ray is in
   StraightAhead<E> straight{true};  // so far

@@ -32,28 +32,28 @@ struct FilmSample {
 };
 
 /// One sample of a pixel of the full film: its path's radiance with the weight.
-template <Effects E, class Probe>
+template <Effects E, Observer O>
 EQUALTIME_INLINE Spectrum sample_film_pixel(const BlockTask& task, std::uint64_t px, std::uint64_t py,
-                                            std::uint64_t index, Probe& probe) {
+                                            std::uint64_t index, O& observer) {
   const FilmSample begin(task, px, py, index);
-  probe.begin(begin.offset.weight);
-  if constexpr (E.motion) probe.time = begin.time<E>();
-  const Ray ray = begin.ray<E>(task.scene, px, py, probe.time);
-  return trace_path<E>(task.scene, task.settings, ray, begin.sampler, PathCopies<E>(task.settings, px, py), probe) *
+  tell<event::PathStarted>(observer, begin.offset.weight);
+  const float time = begin.time<E>();
+  return trace_path<E>(task.scene, task.settings, begin.ray<E>(task.scene, px, py, time), time, begin.sampler,
+                       PathCopies<E>(task.settings, px, py), observer) *
          begin.offset.weight;
 }
 
 /// The same of a pixel of the crop.
-template <Effects E, class Probe>
+template <Effects E, Observer O>
 EQUALTIME_INLINE Spectrum sample_pixel(const BlockTask& task, std::uint32_t x, std::uint32_t y, std::uint64_t index,
-                                       Probe& probe) {
-  return sample_film_pixel<E>(task, x + task.scene.film.crop_x, y + task.scene.film.crop_y, index, probe);
+                                       O& observer) {
+  return sample_film_pixel<E>(task, x + task.scene.film.crop_x, y + task.scene.film.crop_y, index, observer);
 }
 
 /// Adds the samples of a block, made by `sample(x, y, index)`, to the film: finite ones, in ascending order. Then those
 /// of the second net, where a pixel has one, to a film of their own. Ends early where a path was given up.
 template <class Sample>
-EQUALTIME_INLINE void render_samples(const BlockTask& task, Film& film, RayCounter& probe,
+EQUALTIME_INLINE void render_samples(const BlockTask& task, Film& film, RayCounter& counter,
                                      SampleLog<NonFinite>& nonfinite, Sample&& sample) {
   const double scale = task.scene.normalization.world_radiance_scale();
   static_cast<void>(Accel::refused_ray());  // of what was traced before is nothing here
@@ -62,21 +62,21 @@ EQUALTIME_INLINE void render_samples(const BlockTask& task, Film& film, RayCount
       const std::size_t pixel = std::size_t{y} * film.width() + x;
       const std::uint64_t first = task.schedule ? task.schedule->count(pixel, task.first) : task.first;
       const std::uint64_t last = task.schedule ? task.schedule->count(pixel, task.last) : task.last;
-      const std::uint64_t rays = probe.counters.rays + probe.counters.shadow_rays;
+      const std::uint64_t rays = counter.counters.rays + counter.counters.shadow_rays;
       bool beside = false;  // in the second net; one loop serves both, since a path is too much code to be there twice
       for (std::uint64_t i = first, end = last; i < end; ++i) {
         const Spectrum L = sample(x, y, i);
-        if (probe.gave_up) [[unlikely]]
+        if (counter.gave_up) [[unlikely]]
           return;
         const bool whole = !Accel::refused_ray();
         if (whole && L.is_finite()) {
           beside ? task.second->add(x, y, i - kSecondNet, L, scale) : film.add(x, y, i, L, scale);
         } else {
-          ++probe.counters.nonfinite;
+          ++counter.counters.nonfinite;
           nonfinite.add({x, y, i});
         }
         if (i + 1 == last) {
-          if (task.pixel_rays) task.pixel_rays[pixel] += probe.counters.rays + probe.counters.shadow_rays - rays;
+          if (task.pixel_rays) task.pixel_rays[pixel] += counter.counters.rays + counter.counters.shadow_rays - rays;
           if (task.second && task.second->has(x, y)) beside = true, i = kSecondNet + first - 1, end = kSecondNet + last;
         }
       }

@@ -6,6 +6,7 @@
 #include "equaltime/scene/lights.h"
 #include "equaltime/scene/scene.h"
 #include "equaltime/scene/shading.h"
+#include "equaltime/transport/observer.h"
 
 namespace equaltime {
 
@@ -15,10 +16,11 @@ namespace equaltime {
 }
 
 /// 1 if the light reaches the vertex, 0 if not; `above` tells on which side of the vertex the light is.
-template <Effects E, class Probe>
+template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE float unblocked(const Scene& scene, const Interaction& vertex, bool above,
-                                               const LightSample& light, Probe& probe) noexcept(!Probe::allocates) {
-  return probe.template occluded<E>(scene, shadow_ray(vertex, above, light)) ? 0.0F : 1.0F;
+                                               const LightSample& light, float time,
+                                               O& observer) noexcept(!O::allocates) {
+  return occluded<E>(scene, shadow_ray(vertex, above, light), time, observer) ? 0.0F : 1.0F;
 }
 
 /// Whether thin glass lets the light through to where it is aimed at from. Lights that a ray can meet are found by the

@@ -18,20 +18,20 @@ struct TurnedVertex {
 /// density and of that light's, so that each pick by itself is unbiased and no other light is asked for its density.
 /// Of emitters that the ray then meets, emitter_weight says which count, by the density of the one that is met. A light
 /// without directions, such as a point, is aimed at as ever, and leaves every turn to the BSDF.
-template <Effects E, class Probe>
+template <Effects E, Observer O>
 [[nodiscard]] TurnedVertex mixture_vertex(const Scene& scene, const Settings& settings, const Interaction& it,
                                           const Bsdf& bsdf, Surroundings<E> within, const Sampler& sampler,
-                                          std::uint32_t bounce, int depth, VertexNumbers u,
-                                          Probe& probe) noexcept(!Probe::allocates) {
+                                          std::uint32_t bounce, int depth, VertexNumbers u, float time,
+                                          O& observer) noexcept(!O::allocates) {
   const Receiver receiver = receiver_at<E>(it, bsdf);
   const auto picked = scene.lights.pick(settings.lights, receiver, sampler, bounce);
-  if constexpr (Probe::listens) probe.note(event::PicksLight{picked});
-  const bool has_directions = picked && scene.lights.has_directions<E>(picked->light, receiver, probe.time);
+  tell<event::LightPicked>(observer, picked);
+  const bool has_directions = picked && scene.lights.has_directions<E>(picked->light, receiver, time);
   const bool lights_turn = sampler.get_1d(slot(BounceDimension::technique, bounce)) < 0.5F;
   TurnedVertex vertex;
   if (lights_turn && has_directions) {
     const auto light = scene.lights.sample<E>(LightPick{picked->light, 1}, settings.environment, receiver, sampler,
-                                              bounce, u.light_point, probe.time);
+                                              bounce, u.light_point, time);
     if (!light) return vertex;
     const auto [value, above] = eval_bsdf<E>(it, bsdf, light->wi);
     vertex.mixed = {picked->light, value.pdf + light->pdf};
@@ -41,16 +41,16 @@ template <Effects E, class Probe>
   }
   if (picked && !has_directions) {
     const auto point =
-        scene.lights.sample<E>(*picked, settings.environment, receiver, sampler, bounce, u.light_point, probe.time);
-    if (point) vertex.direct = light_along<E>(scene, settings, it, bsdf, within, *point, depth, probe);
+        scene.lights.sample<E>(*picked, settings.environment, receiver, sampler, bounce, u.light_point, time);
+    if (point) vertex.direct = light_along<E>(scene, settings, it, bsdf, within, *point, depth, time, observer);
   }
   auto scattered = sample_bsdf<E>(it, bsdf, sampler, bounce, u.bsdf_direction);
   if (!scattered) return vertex;
   float light_pdf = scattered->pdf;  // where both turns are the BSDF's
   if (has_directions) {
-    light_pdf = scattered->delta ? 0.0F
-                                 : scene.lights.pdf_towards<E>(picked->light, settings.environment, receiver,
-                                                               scattered->wi, probe.time);
+    light_pdf = scattered->delta
+                    ? 0.0F
+                    : scene.lights.pdf_towards<E>(picked->light, settings.environment, receiver, scattered->wi, time);
     scattered->weight *= scattered->delta ? 2.0F : 2 * mis_weight(Heuristic::balance, scattered->pdf, light_pdf);
   }
   vertex.scattered = scattered;
@@ -60,14 +60,14 @@ template <Effects E, class Probe>
 
 /// Out of line, and given copies: inlined, what others do not use cost them 4 %, and by reference it held their values
 /// in memory, at 6 %.
-template <Effects E, class Probe>
+template <Effects E, Observer O>
 [[nodiscard, gnu::noinline]] TurnedVertex uncommon_vertex(const Scene& scene, const Settings& settings, Interaction it,
                                                           const Bsdf& bsdf, Surroundings<E> within, Sampler sampler,
-                                                          std::uint32_t bounce, int depth, VertexNumbers u,
-                                                          Probe& probe) noexcept(!Probe::allocates) {
+                                                          std::uint32_t bounce, int depth, VertexNumbers u, float time,
+                                                          O& observer) noexcept(!O::allocates) {
   if (settings.technique == Technique::mixture)
-    return mixture_vertex<E>(scene, settings, it, bsdf, within, sampler, bounce, depth, u, probe);
-  return {direct_light<E>(scene, settings, it, bsdf, within, sampler, bounce, depth, u.light_point, probe),
+    return mixture_vertex<E>(scene, settings, it, bsdf, within, sampler, bounce, depth, u, time, observer);
+  return {direct_light<E>(scene, settings, it, bsdf, within, sampler, bounce, depth, u.light_point, time, observer),
           sample_uniform<E>(it, bsdf, sampler, bounce, u.bsdf_direction)};
 }
 

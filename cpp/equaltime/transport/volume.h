@@ -185,9 +185,10 @@ requires(E.media) class PathSurroundings<E> {
 
 /// The part of a light's radiance that gets through to the vertex, by colour, with at most so many surfaces crossed;
 /// `above` tells on which side of the vertex the light is.
-template <Effects E, class Probe>
+template <Effects E, Observer O>
 [[nodiscard]] Spectrum transmitted(const Scene& scene, const Interaction& vertex, bool above, Surroundings<E> within,
-                                   const LightSample& light, int crossings, Probe& probe) noexcept(!Probe::allocates) {
+                                   const LightSample& light, int crossings, float time,
+                                   O& observer) noexcept(!O::allocates) {
   const bool glass_passes = shines_through_glass(scene, light);
   // within media it also counts how far surfaces are, to more digits than Embree tells
   const bool may_pass = scene.lets_light_pass || (E.media && !scene.media.empty());
@@ -196,11 +197,11 @@ template <Effects E, class Probe>
   for (;;) {
     within.leave(scene, from, above);
     const Ray shadow = shadow_ray(from, above, light);
-    if (!may_pass && probe.template occluded<E>(scene, shadow)) return {};
-    auto meeting = may_pass ? probe.template blocker<E>(scene, shadow) : MeetingOf<E>();
+    if (!may_pass && occluded<E>(scene, shadow, time, observer)) return {};
+    auto meeting = may_pass ? blocker<E>(scene, shadow, time, observer) : MeetingOf<E>();
     const Optional<Interaction>& it = surface(meeting);
     if constexpr (E.media) {
-      share *= within.follow_shadow(scene, shadow, meeting, light, probe.time);
+      share *= within.follow_shadow(scene, shadow, meeting, light, time);
       if (!it && !scene.nesting.bodies.empty() && !light.infinite && !light.delta)
         if (within.hides(scene.surfaces[scene.emitters[light.light].shape])) return {};
     }
@@ -210,7 +211,7 @@ template <Effects E, class Probe>
     if (within.hides(scene, *it)) continue;
     const std::uint32_t material = scene.material(*it);
     if (crossings-- <= 0 || material == kNone) return {};
-    share *= passing<E>(scene, material, *it, glass_passes, probe.time);
+    share *= passing<E>(scene, material, *it, glass_passes, time);
     if (share.is_black()) return {};
   }
 }

@@ -7,19 +7,11 @@ namespace {
 
 using namespace equaltime;
 
-struct QueryCounter : RayCounter {
+struct QueryCounter : PathObserver {
   int nearest = 0, any = 0;
 
-  template <Effects E>
-  [[nodiscard]] bool occluded(const Scene& scene, const Ray& ray) noexcept {
-    ++any;
-    return RayCounter::occluded<E>(scene, ray);
-  }
-  template <Effects E>
-  [[nodiscard]] MeetingOf<E> blocker(const Scene& scene, const Ray& ray) noexcept {
-    ++nearest;
-    return RayCounter::blocker<E>(scene, ray);
-  }
+  void on(const event::ShadowRayTraced&) noexcept { ++any; }
+  void on(const event::ShadowRayMet&) noexcept { ++nearest; }
 };
 
 QueryCounter queries_of(SceneDescription description) {

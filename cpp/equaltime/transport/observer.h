@@ -1,0 +1,110 @@
+// Observers: who watches a path while it is traced. An observer has `on(event)` for every event that it asks for; the
+// others are not even made, so that a kernel holds no instruction of them. It changes nothing of the path but what its
+// constants say.
+#pragma once
+
+#include <concepts>
+#include <functional>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "equaltime/base/effects.h"
+#include "equaltime/base/floating_point.h"
+#include "equaltime/film/counters.h"
+#include "equaltime/scene/scene.h"
+#include "equaltime/transport/events.h"
+
+namespace equaltime {
+
+/// What an observer is unless it says otherwise.
+struct PathObserver {
+  static constexpr bool allocates = false;    // memory while it watches: the estimator may throw std::bad_alloc
+  static constexpr bool sees_shadows = true;  // if not, nothing stands between vertices and lights
+  using Guard = Unguarded;                    // lives while Embree searches
+  static constexpr bool leaves() noexcept { return false; }     // whether the path ends here for it
+  static constexpr bool cancelled() noexcept { return false; }  // whether a long path is to be given up
+};
+
+static_assert(std::is_empty_v<PathObserver>);
+
+template <class T>
+concept Observer = std::derived_from<T, PathObserver>;
+template <class T, class Event>
+concept Observes = requires(T& observer, const Event& event) {
+  observer.on(event);
+};
+
+/// Tells the observer of an event, if it asks for it.
+template <class Event, Observer O, class... Parts>
+EQUALTIME_INLINE void tell(O& observer, Parts&&... parts) noexcept(!O::allocates) {
+  if constexpr (Observes<O, Event>) observer.on(Event{std::forward<Parts>(parts)...});
+}
+
+/// The nearest surface that a ray meets.
+template <Effects E, Observer O>
+[[nodiscard]] EQUALTIME_INLINE MeetingOf<E> closest(const Scene& scene, const Ray& ray, float time, O&) noexcept {
+  return scene.intersect<E, typename O::Guard>(ray, time);
+}
+
+/// Whether anything stands on a shadow ray.
+template <Effects E, Observer O>
+[[nodiscard]] bool occluded(const Scene& scene, const Ray& ray, float time, O& observer) noexcept(!O::allocates) {
+  if constexpr (!O::sees_shadows) return false;
+  const bool blocked = [&]() noexcept {
+    [[maybe_unused]] const typename O::Guard guard;
+    return scene.occluded<E>(ray, time);
+  }();
+  tell<event::ShadowRayTraced>(observer, ray, time, blocked);
+  return blocked;
+}
+
+/// The nearest surface on a shadow ray, where surfaces may let it pass.
+template <Effects E, Observer O>
+[[nodiscard]] MeetingOf<E> blocker(const Scene& scene, const Ray& ray, float time,
+                                   O& observer) noexcept(!O::allocates) {
+  if constexpr (!O::sees_shadows) return {};
+  auto meeting = scene.intersect<E, typename O::Guard>(ray, time);
+  const Optional<Interaction>& it = surface(meeting);
+  tell<event::ShadowRayMet>(observer, ray, time, it ? &*it : nullptr);
+  return meeting;
+}
+
+/// Counts paths and rays.
+class RayCounter : public PathObserver {
+ public:
+  EQUALTIME_INLINE void on(const event::PathStarted&) noexcept { ++counters.paths; }
+  EQUALTIME_INLINE void on(const event::RayTraced&) noexcept { ++counters.rays; }
+  EQUALTIME_INLINE void on(const event::ShadowRayTraced&) noexcept { ++counters.shadow_rays; }
+  EQUALTIME_INLINE void on(const event::ShadowRayMet&) noexcept { ++counters.shadow_rays; }
+
+  /// Whether a long path is to be given up, because the render ends: what has come of it counts for nothing then.
+  [[gnu::noinline]] bool cancelled() noexcept {
+    gave_up = gave_up || (stop && (*stop)());
+    return gave_up;
+  }
+
+  Counters counters;
+  const std::function<bool()>* stop = nullptr;  // whether the render is to end; throws nothing
+  bool gave_up = false;
+};
+
+struct RecordedRay {
+  Ray ray;
+  bool shadow;
+  float time;
+};
+
+/// Keeps the rays, so that Embree alone can be timed on the very same ones (analysis/limit.h).
+class RayRecorder : public PathObserver {
+ public:
+  static constexpr bool allocates = true;
+
+  void on(const event::RayTraced& traced) { rays.push_back({traced.ray, false, traced.time}); }
+  void on(const event::ShadowRayTraced& traced) { rays.push_back({traced.ray, true, traced.time}); }
+  void on(const event::ShadowRayMet& met) { rays.push_back({met.ray, false, met.time}); }
+
+  std::vector<RecordedRay> rays;
+};
+
+}  // namespace equaltime

@@ -1,0 +1,151 @@
+// The steps of a path, in the order in which trace_path (path.h) takes them: arrive at a vertex, scatter there, depart.
+#pragma once
+
+#include <limits>
+
+#include "equaltime/base/effects.h"
+#include "equaltime/scene/scene.h"
+#include "equaltime/transport/path_copies.h"
+#include "equaltime/transport/path_state.h"
+#include "equaltime/transport/uncommon.h"
+
+namespace equaltime {
+
+/// What a path does where its ray has come to.
+enum class Arrival : std::uint8_t { ends, crosses, scatters };
+
+/// Adds what the ray has met that shines: a surface, or the environment if it has met nothing.
+template <Effects E, Observer O>
+EQUALTIME_INLINE void add_emission(const Scene& scene, const Settings& settings, PathState<E>& path,
+                                   const Optional<Interaction>& it, O& observer) noexcept(!O::allocates) {
+  if (!it && path.straight.sees_no_environment(scene)) return;
+  const Spectrum L = path.beta * (it ? emitted<E>(scene, settings, *it, path.previous, path.time, observer)
+                                     : escaped<E>(scene, settings, path.ray.direction, path.previous));
+  tell<event::EmissionAdded>(observer, L, it ? scene.light_of(*it) : scene.lights.last(), path.depth);
+  path.L += L;
+}
+
+/// Follows the ray through its medium to the next vertex, and adds what shines there. `own` keeps the vertex's BSDF
+/// where that is no other's.
+template <Effects E, Observer O>
+[[nodiscard]] EQUALTIME_INLINE Arrival arrive(const Scene& scene, const Settings& settings, PathState<E>& path,
+                                              MeetingOf<E>& meeting, Vertex& v, std::optional<Bsdf>& own,
+                                              O& observer) noexcept(!O::allocates) {
+  const std::uint32_t segment = path.segment();
+  const Bsdf* phase = path.within.follow(scene, path.ray, path.sampler, segment, path.beta, meeting);
+  Optional<Interaction>& it = surface(meeting);
+  tell<event::DistanceSampled>(observer, it ? &*it : nullptr, phase != nullptr, path.beta);
+  if constexpr (E.media || E.hidden_emitters)
+    if (phase == nullptr && it &&
+        (path.within.here().hides(scene, *it) || path.straight.looks_through(scene, *it, path.depth))) {
+      path.cross(scene, *it, false);
+      return Arrival::crosses;
+    }
+  if (phase == nullptr) {
+    add_emission<E>(scene, settings, path, it, observer);
+    if (!it) return Arrival::ends;
+    v.material = scene.material(*it);
+  }
+  const bool crosses = E.masks && !scene.crossings_are_vertices;  // what is nothing, however long the path is
+  if ((path.depth >= settings.max_depth && !crosses) || (phase == nullptr && v.material == kNone)) return Arrival::ends;
+  if constexpr (E.masks) {
+    if (phase == nullptr)
+      v.material = scene.picked(v.material, *it, path.sampler.get_1d_precise(slot(BounceDimension::material, segment)));
+    if (phase == nullptr && scene.materials[v.material].kind == Material::Kind::nothing) {
+      path.cross(scene, *it, scene.crossings_are_vertices);
+      return Arrival::crosses;
+    }
+  }
+  v.bsdf = phase != nullptr
+               ? phase
+               : &path.within.here().beside(scene, *it, scene.bsdf<E>(v.material, *it, own, path.time), own);
+  v.may_cross = crosses && std::holds_alternative<ThinDielectric>(*v.bsdf);
+  if (E.masks && path.depth >= settings.max_depth && !v.may_cross) return Arrival::ends;
+  return Arrival::scatters;
+}
+
+template <Effects E, Observer O>
+EQUALTIME_INLINE void add_direct_light(PathState<E>& path, const Spectrum& direct,
+                                       O& observer) noexcept(!O::allocates) {
+  const Spectrum L = path.beta * direct;
+  tell<event::DirectLightAdded>(observer, L, path.depth + 1);
+  path.L += L;
+}
+
+/// Adds the light that reaches the vertex from a sampled light, and draws the direction in which the path goes on, if
+/// it does.
+template <Effects E, Observer O>
+[[nodiscard]] EQUALTIME_INLINE Optional<Scattering> scatter(const Scene& scene, const Settings& settings,
+                                                            PathState<E>& path, const Interaction& it, const Vertex& v,
+                                                            VertexNumbers u, PathCopies<E>& copies,
+                                                            O& observer) noexcept(!O::allocates) {
+  const std::uint32_t segment = path.segment();
+  Optional<Scattering> scattered;
+  if (is_delta<E>(*v.bsdf)) {
+    scattered = sample_bsdf<E>(it, *v.bsdf, path.sampler, segment, {});
+  } else if (is_uncommon(settings.technique)) [[unlikely]] {
+    const TurnedVertex turned = uncommon_vertex<E>(scene, settings, it, *v.bsdf, path.within.here(), path.sampler,
+                                                   segment, path.depth, u, path.time, observer);
+    add_direct_light<E>(path, turned.direct, observer);
+    path.previous.mixed = turned.mixed;
+    scattered = turned.scattered;
+  } else {
+    if constexpr (!E.forks) scattered = sample_bsdf<E>(it, *v.bsdf, path.sampler, segment, u.bsdf_direction);
+    const Spectrum direct = direct_light<E>(scene, settings, it, *v.bsdf, path.within.here(), path.sampler, segment,
+                                            path.depth, u.light_point, path.time, observer);
+    add_direct_light<E>(path, direct, observer);
+    if constexpr (E.forks) {
+      if (copies.due()) {
+        copies.split(scene, it, *v.bsdf, path);
+        u = path.sampler.vertex(segment);
+        tell<event::PathSplit>(observer);
+      }
+      scattered = sample_bsdf<E>(it, *v.bsdf, path.sampler, segment, u.bsdf_direction);
+    }
+  }
+  return scattered;
+}
+
+/// Whether Russian roulette lets the path live at the vertex.
+template <Effects E, Observer O>
+[[nodiscard]] EQUALTIME_INLINE bool survives(const Settings& settings, PathState<E>& path, const Interaction& it,
+                                             const Bsdf& bsdf, O& observer) noexcept(!O::allocates) {
+  if (path.depth < settings.roulette_depth) return true;
+  float survival = survival_probability(settings.roulette, settings.survival, path.beta * (1 / path.radiance_scale),
+                                        [&]() noexcept { return albedo<E>(it, bsdf); });
+  if (path.depth >= kEndlessDepth && settings.max_depth == kUnlimitedDepth) [[unlikely]]
+    survival *= survival_of_endless(path.depth);
+  tell<event::RouletteSurvived>(observer, survival);
+  if (survival < 1 && path.sampler.get_1d_precise(slot(BounceDimension::roulette, path.segment())) >= survival)
+    return false;
+  path.beta *= 1 / survival;
+  return true;
+}
+
+/// Leaves the vertex in the drawn direction; false if the path ends all the same.
+template <Effects E, Observer O>
+[[nodiscard]] EQUALTIME_INLINE bool depart(const Scene& scene, const Settings& settings, PathState<E>& path,
+                                           const Interaction& it, const Vertex& v, const Scattering& scattered,
+                                           O& observer) noexcept(!O::allocates) {
+  if (v.may_cross && !scattered.above) --path.depth, ++path.crossed;
+  if (E.masks && path.depth >= settings.max_depth) return false;
+  path.beta *= scattered.weight;
+  path.radiance_scale *= scattered.radiance_scale;
+  if (!(0 < path.beta.sum() && path.beta.sum() < std::numeric_limits<float>::infinity())) [[unlikely]] {
+    if (path.beta.is_black()) return false;
+    if (!path.beta.is_finite()) {  // The sample is not finite, and no roulette would end its path.
+      path.L += path.beta;
+      return false;
+    }
+  }
+  if (!survives<E>(settings, path, it, *v.bsdf, observer)) return false;
+  path.previous.from = receiver_at<E>(it, *v.bsdf);
+  path.previous.pdf = scattered.pdf, path.previous.alone = scattered.delta;
+  path.ray = it.spawn(scattered.wi, scattered.above);
+  path.within.leave(scene, it, scattered.above);
+  path.straight.scatters(*v.bsdf, scattered.above);
+  ++path.depth;
+  return true;
+}
+
+}  // namespace equaltime
