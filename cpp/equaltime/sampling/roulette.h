@@ -26,7 +26,7 @@ template <class Albedo>
     case Roulette::albedo:
       return std::min(1.0F, albedo().max_component());
     case Roulette::throughput:
-    case Roulette::efficiency:  // which splits paths besides (transport/forks.h)
+    case Roulette::efficiency:  // which splits paths besides (transport/path_copies.h)
     case Roulette::automatic:   // either of these, once a pilot has decided (render/splitting.h)
       return std::min(1.0F, beta.max_component());
   }
