@@ -196,6 +196,23 @@ def test_independent_samples_are_extrapolated_by_their_law(strategies: Mapping[s
     assert "slope -1/2" not in strategies["best"].time_to[0.01].note
 
 
+def test_a_command_that_starts_anew_is_extrapolated_by_its_samples(recorded: tuple[Path, list[Row]]) -> None:
+    """Its start of 60 s makes its errors fall steeply with time; a sample takes a second all the same."""
+    rows = changed(
+        recorded[1],
+        "best",
+        renderer=lambda _: "command",
+        name=lambda _: "mine",
+        wall_s=lambda row: 60.0 + row.wall_s,
+    )
+    mine = summarise(experiment(("naive", "best")).replace(targets=(0.06,)), rows, recorded[0]).scenes[0].strategies[1]
+    truth = 60.0 + 1.05 / (0.06**2 * 1.01)
+    assert holds(mine.time_to[0.06], truth)
+    assert mine.time_to[0.06].value == pytest.approx(truth, rel=0.05)
+    assert "each render takes 60 s beside its samples" in mine.time_to[0.06].note
+    assert mine.curve.slope.value == pytest.approx(-0.5, abs=0.03)
+
+
 def test_a_bias_is_measured_and_told(strategies: Mapping[str, StrategyResult]) -> None:
     cut = strategies["cut"]
     assert cut.bias is not None
