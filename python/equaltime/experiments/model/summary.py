@@ -21,7 +21,10 @@ from equaltime.words import Shown, duration
 if TYPE_CHECKING:
     import pandas
 
-__all__ = ["Beside", "Curve", "SceneResult", "StrategyResult", "Summary"]
+__all__ = ["DISAGREES", "Beside", "Curve", "SceneResult", "StrategyResult", "Summary"]
+
+DISAGREES = "disagrees with the reference"
+"""Words in the note of a number that a renderer does not get, because its picture is another one."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +102,8 @@ class StrategyResult:
     agreement_p: float | None = None
     """P-value of the test of agreement with equaltime that another renderer failed; None if it passed or had none.
 
-    Its errors are measured against ``reference``, so its times to an error belong to another picture."""
+    Its errors are measured against ``reference``. Those that are not much larger than ``difference`` are left out, and
+    so are times to them (`equaltime.experiments.analysis.disagreement`)."""
     difference: Interval | None = None
     """Relative distance of the expected image from the scene's reference, if ``agreement_p`` is given; else None."""
     samples: Path | None = None

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from equaltime.experiments.model.summary import SceneResult, Summary
+from equaltime.experiments.model.summary import DISAGREES, SceneResult, Summary
 from equaltime.statistics.in_words import probability
 from equaltime.statistics.intervals import Interval
 
@@ -48,9 +48,12 @@ _TIMES = "\N{MULTIPLICATION SIGN}"
 EXTRAPOLATED = f"{_THIN}*"
 """Mark after a time that lies beyond the runs; the space keeps it apart from a star in a label."""
 
+_DISAGREES = "disagrees"
+
 _MEANINGS: Mapping[str, str] = {
     "(biased)": "the strategy may converge to another picture",
     "(another picture)": "a test found that the strategy's expected picture is not the standard's",
+    _DISAGREES: "no number, since the renderer's picture is not that of the reference",
     _AT_LEAST: "at least, since the upper end of the interval cannot be trusted",
     _AT_MOST: "at most, since the lower end of the interval cannot be trusted",
     EXTRAPOLATED: "extrapolated beyond the runs",
@@ -181,7 +184,12 @@ def meanings(texts: Iterable[str]) -> dict[str, str]:
 
 
 def _cell(interval: Interval, unit: Unit) -> Cell:
-    """Format an interval; an untrusted one is printed as its valid end or "not trusted", with the reason as note."""
+    """Format an interval; an untrusted one is printed as its valid end or "not trusted", with the reason as note.
+
+    A number that a renderer with another picture does not get is printed as "disagrees".
+    """
+    if DISAGREES in interval.note and not interval.known:
+        return Cell(_DISAGREES, note=interval.note, state="untrusted")
     if not interval.known:
         return Cell("unknown", note=interval.note, state="unknown")
     if not interval.trusted:
