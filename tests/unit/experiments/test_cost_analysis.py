@@ -21,7 +21,9 @@ from equaltime.experiments.model.summary import StrategyResult, Summary
 from equaltime.experiments.report.captions import mean_of_runs, this_run
 from equaltime.experiments.report.charts import curve_titles
 from equaltime.experiments.report.gallery import kinds_of
+from equaltime.experiments.report.latex import latex_table
 from equaltime.experiments.report.looks import looks
+from equaltime.experiments.report.losing import losing
 from equaltime.experiments.report.own import other_renderers
 from equaltime.experiments.report.pictures import Pictures, load_pictures
 from equaltime.experiments.report.tables import check_table, time_table
@@ -250,6 +252,12 @@ def test_a_renderer_that_failed_its_test_of_agreement_is_told_with_its_differenc
     numbers = (*mine.time_to.values(), *mine.ratio.values(), *mine.curve.error, mine.curve.slope, mine.efficiency)
     assert not any(number.known for number in (*numbers, mine.fewer_samples, mine.error_at_budget))
     assert mine.image_error is None
+    assert mine.bias == mine.difference, "against its own reference it would have none"
+    assert r"cut (another picture) & disagrees & disagrees" in latex_table(summary)
+    pictures = load_pictures(scene)
+    assert isinstance(pictures, Pictures)
+    views, _ = losing(scene, pictures, looks(["naive", "cut"], "naive"), 64)
+    assert not any("than naive" in " ".join(view.sentences) for view in views)
     assert summary.to_frame().query("strategy == 'cut'")["error"].isna().all()
     look = looks(["naive", "cut"], "naive")
     cells = [cell for cells in time_table("box", scene, TARGETS, look).rows[1].cells for cell in cells]

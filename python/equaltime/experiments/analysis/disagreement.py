@@ -48,8 +48,8 @@ def reason(difference: Interval | None) -> str:
 def withheld(result: StrategyResult, baseline: Interval | None) -> StrategyResult:
     """Return the result without the errors, times and ratios that a difference of picture spoils.
 
-    Numbers that are left out are unknown, with `reason` as their note. ``baseline`` is the difference of the baseline,
-    which spoils ratios; None if it has none.
+    Numbers that are left out are unknown, with `reason` as their note. The bias is the difference. ``baseline`` is
+    the difference of the baseline, which spoils ratios; None if it has none.
     """
     own, theirs = result.difference, baseline
     least = least_error(own)
@@ -70,6 +70,7 @@ def withheld(result: StrategyResult, baseline: Interval | None) -> StrategyResul
     ratios_spoilt = last < least_ratio
     return replace(
         result,
+        bias=result.bias if own is None else own,
         curve=replace(
             curve,
             error=tuple(map(kept, curve.error)),

@@ -117,11 +117,24 @@ def _own_renderers(scenes: Sequence[SceneResult], target: float) -> str:
     beside = [one for one in scene.strategies if one.label in (scene.baseline, scene.standard)]
     said = ""
     for strategy in own if len(own) <= _MOST_OWN else ():
-        ratios = {other.label: _quotient(strategy.time_to[target], other.time_to[target]) for other in beside}
+        ratios = {other.label: _times_as_long(scene, strategy, other, target) for other in beside}
         told = [f"{about(ratio)} times as long as {label} {span(ratio)}" for label, ratio in ratios.items() if ratio]
         if told:
             said += f" {strategy.label} needs {' and '.join(told)} for {percent(target)}."
     return said
+
+
+def _times_as_long(
+    scene: SceneResult, strategy: StrategyResult, other: StrategyResult, target: float
+) -> Interval | None:
+    """Return a strategy's time to ``target`` over another's; None if it is not known.
+
+    Beside the baseline it is the inverse of the speed-up that tables show, which compares paired repeats.
+    """
+    ratio = strategy.ratio.get(target)
+    if other.label == scene.baseline and ratio is not None and sound(ratio):
+        return ratio.map(lambda speed_up: 1.0 / speed_up)
+    return _quotient(strategy.time_to[target], other.time_to[target])
 
 
 def _quotient(time: Interval, other: Interval) -> Interval | None:

@@ -14,6 +14,7 @@ from equaltime.statistics.in_words import probability
 from equaltime.statistics.intervals import Interval
 
 __all__ = [
+    "DISAGREEING",
     "ERROR_UNIT",
     "EXTRAPOLATED",
     "Cell",
@@ -48,12 +49,13 @@ _TIMES = "\N{MULTIPLICATION SIGN}"
 EXTRAPOLATED = f"{_THIN}*"
 """Mark after a time that lies beyond the runs; the space keeps it apart from a star in a label."""
 
-_DISAGREES = "disagrees"
+DISAGREEING = "disagrees"
+"""Text of a number that a renderer does not get, because its picture is another one."""
 
 _MEANINGS: Mapping[str, str] = {
     "(biased)": "the strategy may converge to another picture",
     "(another picture)": "a test found that the strategy's expected picture is not the standard's",
-    _DISAGREES: "no number, since the renderer's picture is not that of the reference",
+    DISAGREEING: "no number, since the renderer's picture is not that of the reference",
     _AT_LEAST: "at least, since the upper end of the interval cannot be trusted",
     _AT_MOST: "at most, since the lower end of the interval cannot be trusted",
     EXTRAPOLATED: "extrapolated beyond the runs",
@@ -189,7 +191,7 @@ def _cell(interval: Interval, unit: Unit) -> Cell:
     A number that a renderer with another picture does not get is printed as "disagrees".
     """
     if DISAGREES in interval.note and not interval.known:
-        return Cell(_DISAGREES, note=interval.note, state="untrusted")
+        return Cell(DISAGREEING, note=interval.note, state="untrusted")
     if not interval.known:
         return Cell("unknown", note=interval.note, state="unknown")
     if not interval.trusted:
@@ -201,9 +203,11 @@ def _cell(interval: Interval, unit: Unit) -> Cell:
     if not (math.isfinite(low) and math.isfinite(high)):
         return Cell("not trusted", note=interval.note or "its interval has no end", state="untrusted")
     digits = _decimals(value, low, high)
-    return Cell(
-        _fixed(value, digits) + unit.symbol, f"[{_fixed(low, digits)}, {_fixed(high, digits)}]", note=interval.note
-    )
+    if 0.0 < 10.0 * low <= high:  # over powers of ten: decimals that suit the upper end would turn the lower one into 0
+        shown, least = _fixed(value, max(digits, -_exponent(value))), _fixed(low, max(digits, 1 - _exponent(low)))
+    else:
+        shown, least = _fixed(value, digits), _fixed(low, digits)
+    return Cell(shown + unit.symbol, f"[{least}, {_fixed(high, digits)}]", note=interval.note)
 
 
 def percent(value: float) -> str:
@@ -262,7 +266,7 @@ def _fixed(value: float, decimals: int) -> str:
         return "unknown" if math.isnan(value) else f"{_MINUS if value < 0.0 else ''}\N{INFINITY}"
     if abs(value) >= 1e9:
         return f"{value:.2g}".replace("e+", "e")
-    text = f"{value:,.{decimals}f}"
+    text = f"{value:,.{min(decimals, 9)}f}"
     return text.replace("-", _MINUS) if float(text.replace(",", "")) else text.lstrip("-")
 
 
