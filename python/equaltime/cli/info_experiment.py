@@ -46,7 +46,8 @@ def folder_summary(stored: StoredExperiment, verbose: bool = False) -> Iterator[
     yield _verdict(stored)
     look = " (a first look, --quick)" if is_quick(summary) else ""
     yield f"experiment  {experiment.title or stored.folder.resolve().name}{look}"
-    yield f"scenes      {_listed(stored.identity['scenes'])}{_size(stored.identity['scenes'].values())}"
+    names = [entry.name for entry in experiment.scenes]
+    yield f"scenes      {_listed(names)}{_size(stored.identity['scenes'][name] for name in names)}"
     yield f"strategies  {_strategies(experiment)}"
     if summary.scenes:
         yield f"error       {_errors(summary)}"
@@ -54,6 +55,8 @@ def folder_summary(stored: StoredExperiment, verbose: bool = False) -> Iterator[
     yield f"ran         {runs}" + (
         f", {duration(stored.seconds)} of rendering, begun {stored.begun[:10]}" if done else ""
     )
+    if stored.earlier:
+        yield f"earlier     records of {_listed(stored.earlier)} remain that the last command did not ask for"
     if machines := _measured_on(summary, "machines"):
         yield f"machine     {machines}, {_many(stored.identity.get('threads', 0), 'thread')}"
     if builds := _measured_on(summary, "builds"):
@@ -166,6 +169,7 @@ def folder_facts(stored: StoredExperiment) -> dict[str, Any]:
         "complete": stored.complete,
         "runs": len(stored.runs),
         "planned_runs": stored.planned,
+        "earlier": list(stored.earlier),
         "seconds": stored.seconds,
         "commands": list(stored.commands),
         "changes": [{"path": str(path), "state": state} for path, state in stored.changes.items()],

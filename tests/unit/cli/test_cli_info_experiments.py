@@ -182,6 +182,26 @@ def test_strategies_and_repeats_that_were_added_later_are_told(
     assert line(lines, "repeat").endswith("--strategies bsdf,best,light (and 1 command before; see -v)")
 
 
+def test_a_folder_tells_the_experiment_that_was_run_last(
+    copy: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The file has another title, description and targets, and no longer asks for bsdf: its records remain."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(copy.parent / "cache"))
+    assert not any(text.startswith("earlier") for text in told(capsys, str(copy)))
+    later = EXPERIMENT.replace('"Boxes"', '"Lamps"\ndescription = "New words."\ntargets = [0.3]')
+    (file := copy.with_suffix(".toml")).write_text(later.replace('["bsdf", "best"]', '["light", "best"]'))
+    assert main(["cost", str(file), "-o", str(copy)]) == 0
+    lines = told(capsys, str(copy))
+    assert line(lines, "experiment") == "Lamps"
+    assert line(lines, "strategies") == "2: light, best; compared with light"
+    assert line(lines, "earlier") == "records of strategy bsdf remain that the last command did not ask for"
+    assert line(lines, "ran").startswith("all 4 runs, ")
+    data = json.loads("\n".join(told(capsys, str(copy), "--json")))
+    assert (data["title"], data["description"], data["targets"]) == ("Lamps", "New words.", [0.3])
+    assert data["earlier"] == ["strategy bsdf"]
+    assert {strategy["label"] for strategy in data["scenes"][0]["strategies"]} == {"best", "light"}
+
+
 def test_json_has_the_summary_and_what_has_run(measured: tuple[Path, str], capsys: pytest.CaptureFixture[str]) -> None:
     folder, verdict = measured
     data = json.loads("\n".join(told(capsys, str(folder), "--json")))
