@@ -29,7 +29,8 @@ class StoredExperiment:
 
     folder: Path
     experiment: Experiment
-    """The experiment of the last call. Only the names and crops of its scenes are known, so it cannot be rendered."""
+    """The experiment of the last call. Only the names, crops and defines of its scenes are known, so it cannot be
+    rendered."""
     identity: Mapping[str, Any] = field(hash=False)
     """All settings that affect records, as JSON data; a continued experiment must have the same."""
     runs: tuple[Row, ...]
@@ -145,9 +146,10 @@ def _named(stored: object, identity: Mapping[str, Any]) -> object:
 
 def _scenes(stored: Mapping[str, Any], identity: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     entries = stored.get("scenes")
-    crops = {entry.get("name"): entry.get("crops") for entry in entries if isinstance(entry, dict)} if entries else {}
-    for name in [name for name in crops if name in identity["scenes"]] or identity["scenes"]:
-        yield {"name": name, "path": name, "crops": crops.get(name)}
+    known = {entry.get("name"): entry for entry in entries if isinstance(entry, dict)} if entries else {}
+    for name in [name for name in known if name in identity["scenes"]] or identity["scenes"]:
+        entry = known.get(name, {})
+        yield {"name": name, "path": name, "crops": entry.get("crops"), "define": entry.get("define") or {}}
 
 
 def _strategies(stored: Mapping[str, Any], identity: Mapping[str, Any]) -> Iterator[object]:
