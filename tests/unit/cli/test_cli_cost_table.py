@@ -46,6 +46,24 @@ def test_a_time_that_was_not_measured_is_marked(tmp_path: Path, capsys: pytest.C
     assert below == "* extrapolated beyond the runs"
 
 
+def test_the_table_has_the_error_of_the_verdict_and_a_line_says_why_it_is_this_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Most strategies have trusted times to all errors; the table would show the smallest two."""
+    found = replace(summary(tmp_path), headline_target=0.1)
+    lines = printed(found, tmp_path, capsys)
+    assert [" ".join(part.split()) for part in lines[1].split("time to ")[1:]] == ["10 %", "1 %"]
+    why = (
+        "Why 10 %: it is the smallest target whose times can be trusted; times within the runs come before extrapolated"
+    )
+    assert lines[5] == f"{why} ones."
+    assert f"{why} ones." in legend(found, every_row(found))
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", "66")
+    assert "time to 10" in printed(found, tmp_path, capsys)[1], "the only one on a narrow terminal"
+    assert not any("Why" in line for line in printed(summary(tmp_path), tmp_path, capsys))
+
+
 def test_a_row_of_another_picture_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     wrong = changed(summary(tmp_path), "best", lambda one: replace(one, agreement_p=1e-9))
     naive, cut, best = printed(wrong, tmp_path, capsys)[2:5]

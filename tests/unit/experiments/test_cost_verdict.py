@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from equaltime.experiments.analysis.verdict import pick_standard, verdict
+from equaltime.experiments.analysis.verdict import headline_target, pick_standard, verdict
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.tables import time_table
@@ -66,6 +66,16 @@ def test_the_answer_is_a_plain_sentence_with_its_interval() -> None:
 def test_the_smallest_error_within_the_runs_comes_first() -> None:
     assert ": 5 % error in " in said((TIME, TIME), (RATIO, RATIO))
     assert ": 10 % error in " in said((TIME, FAR), (RATIO, RATIO))
+
+
+def test_the_error_of_the_sentence_is_known_to_tables() -> None:
+    for times, target in (((TIME, TIME), 0.05), ((TIME, FAR), 0.1), ((UNKNOWN, UNKNOWN), None)):
+        scenes = [scene(times, (RATIO, RATIO))]
+        assert headline_target(scenes, TARGETS, "time") == target
+        assert (target is None) != (f": {100 * (target or 0):g} % error in" in verdict(scenes, TARGETS))
+        assert headline_target(scenes, TARGETS, "samples") is None
+    alone = [scene((TIME, TIME), (UNKNOWN, UNKNOWN))]
+    assert headline_target(alone, TARGETS, "time") == 0.05
 
 
 def test_a_measured_time_beats_one_beyond_the_runs_even_if_the_baseline_is() -> None:

@@ -20,7 +20,7 @@ from equaltime.experiments import report
 from equaltime.experiments.analysis.beside import beside
 from equaltime.experiments.analysis.disagreement import withheld
 from equaltime.experiments.analysis.strategy_runs import StrategyRuns, efficiency, fewer_samples, speed_up
-from equaltime.experiments.analysis.verdict import pick_standard, verdict
+from equaltime.experiments.analysis.verdict import headline_target, pick_standard, verdict
 from equaltime.experiments.model.experiment import LEAST_CROP, Experiment, Window
 from equaltime.experiments.model.summary import Curve, SceneResult, StrategyResult, Summary
 from equaltime.experiments.run.folder import OWN_DEPTHS, ExperimentFolder
@@ -103,6 +103,7 @@ def summarise(experiment: Experiment, rows: Sequence[Row], folder: Path) -> Summ
         facts,
         answer,
         experiment.question,
+        headline_target=headline_target(scenes, targets, experiment.question),
         directions=_existing(place.directions) if "directions" in experiment.figures else None,
     )
 

@@ -21,7 +21,7 @@ from equaltime.statistics.in_words import about, figure, in_time, span
 from equaltime.statistics.intervals import Interval, product_mean, sound, sound_below
 from equaltime.words import percent
 
-__all__ = ["pick_standard", "verdict"]
+__all__ = ["headline_target", "pick_standard", "verdict"]
 
 
 def pick_standard(labels: Sequence[str], biased: Sequence[bool], errors: Sequence[float]) -> str | None:
@@ -55,19 +55,25 @@ def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Q
         return combination_verdict(scenes) + other_pictures(scenes)
     if question == "efficiency":
         return efficiency_verdict(scenes) + other_pictures(scenes)
-    return _answer_in_time(scenes, targets) + other_pictures(scenes)
+    return _answer_in_time(scenes, targets)[0] + other_pictures(scenes)
 
 
-def _answer_in_time(scenes: Sequence[SceneResult], targets: Sequence[float]) -> str:
-    """Return the answer to the question ``time``."""
+def headline_target(scenes: Sequence[SceneResult], targets: Sequence[float], question: Question) -> float | None:
+    """Return the error whose time the verdict gives; None if it gives none or answers another question than time."""
+    return _answer_in_time(scenes, targets)[1] if question == "time" else None
+
+
+def _answer_in_time(scenes: Sequence[SceneResult], targets: Sequence[float]) -> tuple[str, float | None]:
+    """Return the answer to the question ``time``, and the error whose time it gives (None if it gives none)."""
     for all_scenes in (True, False):
         for ratio_is_good in (sound, sound_below):
             for reach in _REACHES:
                 for target in sorted(targets):
                     found = [one for scene in scenes if (one := _at(scene, target, reach, ratio_is_good)) is not None]
                     if found and (len(found) == len(scenes) or not all_scenes):
-                        return _speed_up(found, target, len(scenes)) + _own_renderers(scenes, target)
-    return _without_ratio(scenes, targets)
+                        return _speed_up(found, target, len(scenes)) + _own_renderers(scenes, target), target
+    alone = _time_alone(scenes, targets)
+    return _without_ratio(scenes, alone), None if alone is None else alone[2]
 
 
 _Found = tuple[SceneResult, StrategyResult]
@@ -145,9 +151,12 @@ def _quotient(time: Interval, other: Interval) -> Interval | None:
     return square.map(lambda root: root**2)
 
 
-def _without_ratio(scenes: Sequence[SceneResult], targets: Sequence[float]) -> str:
-    """Return a line with the efficiency of typical runs and the first trusted time, or why both are missing."""
-    alone, typical = _time_alone(scenes, targets), _typical(scenes)
+def _without_ratio(scenes: Sequence[SceneResult], alone: tuple[SceneResult, StrategyResult, float] | None) -> str:
+    """Return a line with the efficiency of typical runs and a trusted time, or why both are missing.
+
+    ``alone`` is the result of `_time_alone`: the first trusted time.
+    """
+    typical = _typical(scenes)
     if alone is None:
         reason = _reason(scenes)
         if typical:
