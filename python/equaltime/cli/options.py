@@ -341,7 +341,7 @@ OnCluster = Annotated[
         metavar="WHERE",
         show_default=False,
         help="Let other processes take the samples: local:N for N processes here, or the address of Dask's scheduler "
-        "such as tcp://node1:8786. The picture has the same bits.",
+        "such as tcp://node1:8786. The picture has the same bits. Needs Dask: pip install '.[cluster]' in a checkout.",
     ),
 ]
 
@@ -392,6 +392,6 @@ OnMachines = Annotated[
         metavar="WHERE",
         show_default=False,
         help="Let machines like this one take the runs, one at a time each: the address of Dask's scheduler such as "
-        "tcp://node1:8786, or local:1.",
+        "tcp://node1:8786, or local:1. Needs Dask: pip install '.[cluster]' in a checkout.",
     ),
 ]

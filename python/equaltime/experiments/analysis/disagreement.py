@@ -2,7 +2,7 @@
 
 A renderer that fails the test of agreement is measured against a reference of its own, which tells its noise alone. Its
 error against the common reference is at least its difference. So errors that are not much larger than the difference
-mean nothing beside those of other strategies.
+mean nothing beside errors of other strategies.
 """
 
 from __future__ import annotations

@@ -178,8 +178,8 @@ class ExperimentFolder:
         """Write the ``identity`` of an experiment to the folder, or check that it matches the identity written before.
 
         The identity is every setting that affects records. The folder must be locked. Scenes and strategies may be
-        added or dropped; their records stay in the folder. The experiment is written anew at each call, so that its
-        title, description and targets are those of the last. A scene or strategy with a recorded name must be
+        added or dropped; their records stay in the folder. The experiment is written anew at each call, with
+        its present title, description and targets. A scene or strategy with a recorded name must be
         unchanged, and so must all other settings. A folder without a finished run takes any experiment.
 
         Parameters

@@ -137,7 +137,7 @@ def _sums(stored: object, place: str) -> Mapping[str, str]:
 def _named(stored: object, identity: Mapping[str, Any]) -> object:
     """Return the stored values with scenes that have a name alone.
 
-    Scenes and strategies are those of the identity if the stored values lack them.
+    Scenes and strategies come from the identity if the stored values lack them.
     """
     if not isinstance(stored, Mapping):
         return stored
