@@ -24,12 +24,14 @@ from equaltime.scene.obj_materials import GREY, ObjMaterials, file_beside
 from equaltime.scene.report import Account, Report, told_once
 from equaltime.scene.search import Search
 from equaltime.scene.studio import (
+    NOT_FRAMED,
     SUN_ANGLE,
     UPS,
     VIEWS,
     Z_UP,
     choice,
     default_camera,
+    framed,
     ground,
     number_of,
     sky,
@@ -98,7 +100,7 @@ def read_mesh(
         return None
     try:
         options = _Options.of({"face_normals": _wants_flat_faces(content, parts.values()), **defines})
-        around = _studio([mesh.vertices for mesh in parts.values()], options, place)
+        around = _studio([mesh.vertices for mesh in parts.values()], options, place, account)
     except ValueError as error:
         report.add(place, str(error))
         return None
@@ -165,16 +167,22 @@ def _wants_flat_faces(content: bytes, parts: Collection[MeshData]) -> bool:
     return all(group[1].strip() in (b"0", b"off") for group in groups)
 
 
-def _studio(vertices: list[NDArray[np.floating[Any]]], options: _Options, place: Place) -> list[Object]:
-    """Return camera, ground, sky and sun around a mesh with vertices (N, 3)."""
-    points = np.concatenate(vertices).astype(np.float64)
+def _studio(
+    vertices: list[NDArray[np.floating[Any]]], options: _Options, place: Place, account: Account
+) -> list[Object]:
+    """Return camera, ground, sky and sun around a mesh; each of its parts has ``vertices`` (N, 3)."""
+    parts = [part.astype(np.float64) for part in vertices]
     if options.up == "z":
-        points = points @ Z_UP[:3, :3].T
+        parts = [part @ Z_UP[:3, :3].T for part in parts]
+    points = np.concatenate(parts)
     bounds = np.stack([points.min(axis=0), points.max(axis=0)])
     if not np.abs(bounds).max() <= _LARGEST:
         raise ValueError(f"the mesh reaches to {np.abs(bounds).max():.3g}; no coordinate may be beyond {_LARGEST:g}")
+    seen = framed(parts)
+    if len(seen) < len(parts):
+        account.tell(NOT_FRAMED, Path(place.file).name)
     added = (
-        default_camera(points, place, options.view),
+        default_camera(np.concatenate(seen), place, options.view),
         ground(options.ground, bounds, place) if options.ground > 0.0 else None,
         sky(options.sky, place),
         soft_sun(options.sun, bounds, place, options.view, options.sun_angle),

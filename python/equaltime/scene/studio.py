@@ -19,6 +19,7 @@ from equaltime.words import nearest, shortened
 
 __all__ = [
     "ASPECT",
+    "NOT_FRAMED",
     "SKY",
     "SUN",
     "SUN_ANGLE",
@@ -28,6 +29,7 @@ __all__ = [
     "choice",
     "default_camera",
     "film",
+    "framed",
     "ground",
     "number_of",
     "sky",
@@ -72,6 +74,14 @@ _GAP: Final = 1e-4
 """Distance from the model down to the ground, in diagonals of the model: surfaces must not coincide."""
 
 
+NOT_FRAMED: Final = "the model's own ground is far wider than all else: the camera frames all else"
+_FLAT: Final = 0.01
+"""Largest height of a ground, in widths of it."""
+_WIDER: Final = 3.0
+"""Smallest width of a ground that is not framed, in widths of all else: around less, the model still fills a third of
+the picture."""
+
+
 def film(aspect: float, place: Place) -> Object:
     """Return a film of the given ratio of width to height."""
     width, height = (LONG_SIDE, LONG_SIDE / aspect) if aspect >= 1.0 else (LONG_SIDE * aspect, LONG_SIDE)
@@ -97,6 +107,24 @@ def default_camera(points: Array, place: Place, view: str = "front") -> Object:
     origin = target + (distance or 1.0) * back
     to_world = transforms.look_at(origin.tolist(), target.tolist(), (0.0, 1.0, 0.0))
     return plant("sensor", "perspective", place, to_world=to_world, fov=_FOV, fov_axis="y", film=film(ASPECT, place))
+
+
+def framed(parts: Sequence[Array]) -> list[Array]:
+    """Return the parts of a model that the default camera frames: all, except a flat ground far wider than all else.
+
+    A part is a set of points (N, 3), such as the corners of a mesh's box. A ground lies below the middle of the parts
+    that are not flat; without such parts, all parts are framed.
+    """
+    boxes = np.array([[part.min(axis=0), part.max(axis=0)] for part in parts]).reshape(-1, 2, 3)
+    sizes = boxes[:, 1] - boxes[:, 0]
+    widths = np.hypot(sizes[:, 0], sizes[:, 2])
+    flat = sizes[:, 1] <= _FLAT * widths
+    if flat.all():
+        return [*parts]
+    low, high = boxes[~flat, 0].min(axis=0), boxes[~flat, 1].max(axis=0)
+    below = boxes[:, 1, 1] <= 0.5 * low[1] + 0.5 * high[1]
+    wide = widths > _WIDER * math.hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2])
+    return [part for part, left_out in zip(parts, flat & below & wide, strict=True) if not left_out]
 
 
 def _nearest(x: Array, z: Array, half: float) -> tuple[float, float]:

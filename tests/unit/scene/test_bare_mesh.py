@@ -128,6 +128,13 @@ def test_everything_is_in_view_and_lit(tmp_path: Path) -> None:
     assert max(seen.any(axis=0).mean(), seen.any(axis=1).mean()) > 0.9
 
 
+def test_a_wide_ground_of_the_mesh_is_not_framed(tmp_path: Path) -> None:
+    wide = "v -50 0 50\nv 50 0 50\nv 0 0 -50\nusemtl wood\nf 8 9 10\n"
+    scene = et.load(written(tmp_path, SQUARES + wide))
+    assert scene.model.sensor == et.load(written(tmp_path)).model.sensor
+    assert any(line.endswith("the camera frames all else") for line in scene.warnings)
+
+
 @pytest.mark.parametrize("view", studio.VIEWS)
 def test_the_sun_casts_a_soft_shadow_on_an_even_ground(view: str, tmp_path: Path) -> None:
     """In the open, the ground sends out what sky and sun send to it, its reflectance of both; shadows are darker."""

@@ -143,6 +143,19 @@ def test_an_added_camera_has_everything_in_view(tmp_path: Path, size: float, mid
     assert filled > 0.7
 
 
+@pytest.mark.parametrize(("width", "height", "framed"), [(40.0, 0.0, False), (4.0, 0.0, True), (40.0, 3.0, True)])
+def test_a_wide_ground_of_the_file_is_not_framed(width: float, height: float, framed: bool, tmp_path: Path) -> None:
+    """A ground twice as wide as the model counts, and so does a wide plane above it, such as a ceiling."""
+    builder = Builder()
+    builder.node(mesh=builder.mesh([(-1, 0, 0), (1, 0, 0), (0, 2, 0)]))
+    alone = loaded(builder, tmp_path).model.sensor
+    w = width / 2
+    builder.node(mesh=builder.mesh([(-w, height, w), (w, height, w), (w, height, -w)]))
+    scene = loaded(builder, tmp_path, view="front")
+    assert (scene.model.sensor == alone) is not framed
+    assert any("own ground is far wider" in line for line in scene.warnings) is not framed
+
+
 def test_vertices_that_no_triangle_uses_are_not_in_view(tmp_path: Path) -> None:
     views = []
     for stray in ([], [[1e6, -1e6, 1e6]]):

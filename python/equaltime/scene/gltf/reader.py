@@ -21,7 +21,19 @@ from equaltime.scene.gltf.shapes import GltfShapes
 from equaltime.scene.gltf.views import light, sensor
 from equaltime.scene.report import Report
 from equaltime.scene.search import Search
-from equaltime.scene.studio import SKY, SUN, VIEWS, choice, default_camera, ground, number_of, sky, sun
+from equaltime.scene.studio import (
+    NOT_FRAMED,
+    SKY,
+    SUN,
+    VIEWS,
+    choice,
+    default_camera,
+    framed,
+    ground,
+    number_of,
+    sky,
+    sun,
+)
 from equaltime.scene.tree import Child, Object, Place, add, plant
 from equaltime.words import shortened, suggestion
 
@@ -142,7 +154,11 @@ class _GltfScene:
             whole = played(self._document, self._clip.number, None)
             corners = self._shapes.reach(placed(self._document, self._chosen_scene(), whole))
         view = self._defined(partial(choice, name="view", among=VIEWS), "view", "front")
-        return default_camera(corners, self._place, view)
+        boxes = list(corners.reshape(-1, 8, 3))
+        seen = framed(boxes)
+        if len(seen) < len(boxes):
+            self._document.note(NOT_FRAMED, "")
+        return default_camera(np.concatenate(seen) if seen else corners, self._place, view)
 
     def _daylight(self, lights: list[Object], shapes: list[Object]) -> list[Object]:
         """Return the requested sky and sun, or default ones if the file has no lights.
