@@ -1,7 +1,8 @@
 """A studio for models that bring no camera, no lights or no ground.
 
 glTF files without a camera or without lights get a camera, a sky and a directional sun. A bare mesh (OBJ, PLY) also
-gets a matt ground, and its sun is a far sphere, whose shadows are soft.
+gets a matt ground, and its sun is a far sphere, whose shadows are soft. A glTF file gets such a ground and such a sun
+on demand.
 """
 
 from __future__ import annotations
@@ -138,18 +139,25 @@ def sky(radiance: float, place: Place, name: str = "sky") -> Object | None:
     return plant("emitter", "constant", place, name, radiance=radiance) if radiance > 0.0 else None
 
 
-def sun(irradiance: float, place: Place, name: str = "sun") -> Object | None:
+def sun(irradiance: float, place: Place, name: str = "sun", view: str = "front") -> Object | None:
     """Return a directional light with irradiance `irradiance` in W/m², or None if the irradiance is 0.
 
-    The light comes from above, from the front (+z) and slightly from the left.
+    The light comes from above the left shoulder of the camera of ``view``.
     """
     if irradiance <= 0.0:
         return None
-    return plant("emitter", "directional", place, name, irradiance=irradiance, direction=_SUNLIGHT)
+    return plant(
+        "emitter", "directional", place, name, irradiance=irradiance, direction=tuple(_turned(_SUNLIGHT, view).tolist())
+    )
 
 
 def soft_sun(
-    irradiance: float, bounds: Array, place: Place, view: str = "front", angle: float = SUN_ANGLE
+    irradiance: float,
+    bounds: Array,
+    place: Place,
+    view: str = "front",
+    angle: float = SUN_ANGLE,
+    name: str = "sun",
 ) -> Object | None:
     """Return a far, emitting sphere that gives the model ``irradiance`` in W/m²; None if ``irradiance`` is 0.
 
@@ -162,9 +170,7 @@ def soft_sun(
     center = middle - _FAR * size * _turned(_SUNLIGHT, view) / math.hypot(*_SUNLIGHT)
     sine = math.sin(math.radians(angle))
     lamp = plant("emitter", "area", place, radiance=irradiance / (math.pi * sine**2))
-    return plant(
-        "shape", "sphere", place, "sun", center=tuple(center.tolist()), radius=_FAR * size * sine, emitter=lamp
-    )
+    return plant("shape", "sphere", place, name, center=tuple(center.tolist()), radius=_FAR * size * sine, emitter=lamp)
 
 
 def ground(reflectance: float, bounds: Array, place: Place, name: str = "ground") -> Object:
