@@ -27,6 +27,7 @@ from equaltime.rendering.decision import Decision
 from equaltime.rendering.film_picture import ALPHA
 from equaltime.rendering.origin import Origin
 from equaltime.rendering.output_files import AovPicture, check_output, keep_work
+from equaltime.rendering.picture_tag import to_repeat
 from equaltime.rendering.render_file import FORMAT, RenderFile
 from equaltime.rendering.stated import paths_up_to, stated
 from equaltime.statistics.intervals import Interval
@@ -292,7 +293,8 @@ class Result:
         if paths.exr is not None:
             kept = keep_work(paths.exr, self.record)
             self.file.write(paths.exr, description, small)
-        preview.write(paths.preview, self.image, description, self.origin.scene, self._alpha, stops)
+        repeat = to_repeat(self.record, stops)
+        preview.write(paths.preview, self.image, description, self.origin.scene, self._alpha, stops, repeat)
         if paths.variance is not None and variance is not None:
             variance_picture.write_variance(paths.variance, variance, description, self.origin.scene)
         return paths.all if kept is None else (*paths.all, kept)
