@@ -47,6 +47,11 @@ _OF_RECORD: Final = ("size", "max_depth", "strategy", "define", "substitute", "t
 """Parameters of the command that the record of a saved render tells."""
 _AIMING: Final = ("light", "mis")
 """Techniques that aim at a light at every vertex; others pick one without aiming at it, except at point lights."""
+_LEGEND: Final = (
+    "the camera's ray begins between camera and scene, where no surface is nearer to the camera; other rays begin just "
+    "off the surface that they leave, clear of its rounding error",
+    "primitive: the number of the triangle in its shape, from 0 (a rectangle has two); u v: the texture coordinates",
+)
 
 
 def replay(
@@ -170,7 +175,8 @@ def _told(path: Replay, strategy: Strategy) -> Iterator[str]:
     goes_on = Counter(vertex["from"] for vertex in path.vertices)
     for number, vertex in enumerate(path.vertices):
         yield ""
-        yield f"{number + 1}. from {_numbers(vertex['origin'])} along {_numbers(vertex['direction'])}"
+        whose = "the camera's ray, " if vertex["from"] is None else ""
+        yield f"{number + 1}. {whose}from {_numbers(vertex['origin'])} along {_numbers(vertex['direction'])}"
         if vertex["from"] not in (None, number - 1):
             yield f"   another copy of the path, split off at vertex {vertex['from'] + 1}"
         yield f"   throughput {_numbers(vertex['throughput'])}"
@@ -182,6 +188,7 @@ def _told(path: Replay, strategy: Strategy) -> Iterator[str]:
     yield f"the sum of what is added, times the filter weight {path.filter_weight:.9g}, is {agrees}"
     yield "a picked light adds throughput · radiance · BSDF·cos · MIS weight · visible / pdf"
     yield "each pdf is per steradian; the pdf of a picked light contains the probability of the pick"
+    yield from _LEGEND
     if (found := path.first_nonfinite) is not None:
         yield f"the first number that is not finite: at vertex {found[0] + 1}, {found[1].replace('_', ' ')}"
 
@@ -222,7 +229,7 @@ def _surface(surface: Mapping[str, Any]) -> Iterator[str]:
     normals = f"normal {_numbers(surface['normal'])}"
     if surface["shading_normal"] != surface["normal"]:
         normals += f", shading normal {_numbers(surface['shading_normal'])}"
-    yield f"  at {_numbers(surface['point'])}, {normals}; rays leave {surface['offset']:.3g} off it"
+    yield f"  at {_numbers(surface['point'])}, {normals}; the next rays begin {surface['offset']:.3g} off it"
 
 
 def _light(light: Mapping[str, Any]) -> Iterator[str]:
