@@ -105,10 +105,9 @@ class Result:
     """(H, W, 3): linear RGB radiance; 0 where ``samples`` is 0."""
     standard_error: NDArray[np.float32]
     """(H, W, 3): standard error of each pixel, pooled over its 7x7 neighbourhood; ``inf`` where unknown. Near a lamp or
-    an edge it may be many times the pixel's own. It may be 2 to 3 times too small where rare bright paths make most of
-    the noise, as of a tiny lamp that paths meet by chance, and the samples have not met such paths yet. The upper limit
-    of ``error`` includes such light, as far as it is known. The standard deviation of ``image`` over renders with
-    several seeds is the pixel's own, but it too needs renders that have met such paths."""
+    an edge it may be many times the pixel's own. The standard deviation of ``image`` over renders with several seeds is
+    always the pixel's own. Before the samples have met rare bright paths, such as to a tiny lamp, it may be 2 to 3
+    times too small. The upper limit of ``error`` then includes the light that may be missing, as far as it is known."""
     samples: NDArray[np.int64]
     """(H, W): number of samples of each pixel. The indices of a pixel's samples begin at 0."""
     error: Interval
