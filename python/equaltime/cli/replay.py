@@ -26,6 +26,8 @@ from equaltime.cli.options import (
 )
 from equaltime.cli.replay_source import ReplaySource
 from equaltime.cli.replay_summary import path_in_short
+from equaltime.errors import ImageError
+from equaltime.images.preview import EXTENSIONS
 from equaltime.rendering.replay import Replay
 from equaltime.rendering.replay import replay as replay_sample
 from equaltime.scene import load_file
@@ -117,6 +119,8 @@ def replay(
     """
     if sample is not None and spp is not None:
         raise typer.BadParameter("give --sample for one sample, or --spp for the brightest of N", param_hint="--spp")
+    if scene.suffix.lower() in EXTENSIONS:
+        raise ImageError(f"{scene}: a picture has no samples to replay; give the EXR file of its render, or the scene")
     if scene.suffix.lower() == ".exr":
         _check_alone(context, scene)
         source = ReplaySource.read(scene, pixel, seed if _is_given(context, "seed") else None)
@@ -260,4 +264,4 @@ def _scattering(scattering: Mapping[str, Any], *, goes_on: bool) -> Iterator[str
 
 
 def _numbers(values: Iterable[float]) -> str:
-    return " ".join(f"{value:.9g}" for value in values)
+    return " ".join(f"{value + 0.0:.9g}" for value in values)  # -0 is 0

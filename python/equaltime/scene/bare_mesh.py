@@ -67,7 +67,7 @@ _ADDED: Final = (
 )
 _CREASED: Final = (
     "without normals: edges of more than {:g} degrees are hard, others smooth; -D crease_angle=180 smooths all, "
-    "-D face_normals=true keeps all hard"
+    "-D face_normals=true makes all hard"
 )
 _COLORS: Final = ("vertex_color", "face_color")
 _LARGEST: Final = 1e300

@@ -180,7 +180,7 @@ ROOF = "{}v 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 0 -1\nv 1 0 -1\n{}f 1 3 4 2\n{
 """Two slopes that share a ridge; with places for statements at the beginning and before each face."""
 HARD = (
     "a.obj: without normals: edges of more than 40 degrees are hard, others smooth; -D crease_angle=180 smooths all, "
-    "-D face_normals=true keeps all hard"
+    "-D face_normals=true makes all hard"
 )
 
 
