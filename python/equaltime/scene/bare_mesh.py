@@ -29,6 +29,7 @@ from equaltime.scene.studio import (
     UPS,
     VIEWS,
     Z_UP,
+    Strength,
     choice,
     default_camera,
     framed,
@@ -36,6 +37,7 @@ from equaltime.scene.studio import (
     number_of,
     sky,
     soft_sun,
+    strength,
     sun_angle,
     switch,
 )
@@ -121,9 +123,9 @@ def read_mesh(
 class _Options:
     """Values of the definitions of `DEFINITIONS`."""
 
-    ground: float
-    sky: float
-    sun: float
+    ground: Strength
+    sky: Strength
+    sun: Strength
     sun_angle: float
     view: str
     up: str
@@ -135,9 +137,9 @@ class _Options:
         """Return the given values, and the defaults of all others; a value that makes no sense raises ValueError."""
         given = {**DEFINITIONS, **defines}
         return cls(
-            number_of(given["ground"], "ground", most=1.0),
-            number_of(given["sky"], "sky"),
-            number_of(given["sun"], "sun"),
+            strength(given["ground"], "ground", most=1.0),
+            strength(given["sky"], "sky"),
+            strength(given["sun"], "sun"),
             sun_angle(given["sun_angle"]),
             choice(given["view"], "view", VIEWS),
             choice(given["up"], "up", UPS),
@@ -183,7 +185,7 @@ def _studio(
         account.tell(NOT_FRAMED, Path(place.file).name)
     added = (
         default_camera(np.concatenate(seen), place, options.view),
-        ground(options.ground, bounds, place) if options.ground > 0.0 else None,
+        ground(options.ground, bounds, place) if np.any(options.ground) else None,
         sky(options.sky, place),
         soft_sun(options.sun, bounds, place, options.view, options.sun_angle),
     )

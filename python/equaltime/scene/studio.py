@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.scene import transforms
+from equaltime.scene.model.values import Color, from_hex
 from equaltime.scene.tree import Object, Place, plant
 from equaltime.words import nearest, shortened
 
@@ -27,6 +28,7 @@ __all__ = [
     "UPS",
     "VIEWS",
     "Z_UP",
+    "Strength",
     "choice",
     "default_camera",
     "film",
@@ -35,12 +37,15 @@ __all__ = [
     "number_of",
     "sky",
     "soft_sun",
+    "strength",
     "sun",
     "sun_angle",
     "switch",
 ]
 
 Array = NDArray[np.float64]
+Strength = float | Color
+"""A radiance, an irradiance or a reflectance: one number, or three in linear sRGB."""
 
 LONG_SIDE: Final = 768
 ASPECT: Final = 4.0 / 3.0
@@ -134,17 +139,17 @@ def _nearest(x: Array, z: Array, half: float) -> tuple[float, float]:
     return 0.5 * (right - left), 0.5 * (right + left) / half
 
 
-def sky(radiance: float, place: Place, name: str = "sky") -> Object | None:
+def sky(radiance: Strength, place: Place, name: str = "sky") -> Object | None:
     """Return a constant environment with radiance `radiance` in W/(m² sr), or None if the radiance is 0."""
-    return plant("emitter", "constant", place, name, radiance=radiance) if radiance > 0.0 else None
+    return plant("emitter", "constant", place, name, radiance=radiance) if np.any(radiance) else None
 
 
-def sun(irradiance: float, place: Place, name: str = "sun", view: str = "front") -> Object | None:
+def sun(irradiance: Strength, place: Place, name: str = "sun", view: str = "front") -> Object | None:
     """Return a directional light with irradiance `irradiance` in W/m², or None if the irradiance is 0.
 
     The light comes from above the left shoulder of the camera of ``view``.
     """
-    if irradiance <= 0.0:
+    if not np.any(irradiance):
         return None
     return plant(
         "emitter", "directional", place, name, irradiance=irradiance, direction=tuple(_turned(_SUNLIGHT, view).tolist())
@@ -152,7 +157,7 @@ def sun(irradiance: float, place: Place, name: str = "sun", view: str = "front")
 
 
 def soft_sun(
-    irradiance: float,
+    irradiance: Strength,
     bounds: Array,
     place: Place,
     view: str = "front",
@@ -164,16 +169,16 @@ def soft_sun(
     ``bounds`` (2, 3) are the least and the largest coordinates of the model. The light comes from above the camera's
     left shoulder. ``angle`` is the angular radius of the sun, in degrees; it does not change the irradiance.
     """
-    if irradiance <= 0.0:
+    if not np.any(irradiance):
         return None
     middle, size = _extent(bounds)
     center = middle - _FAR * size * _turned(_SUNLIGHT, view) / math.hypot(*_SUNLIGHT)
     sine = math.sin(math.radians(angle))
-    lamp = plant("emitter", "area", place, radiance=irradiance / (math.pi * sine**2))
+    lamp = plant("emitter", "area", place, radiance=_over(irradiance, math.pi * sine**2))
     return plant("shape", "sphere", place, name, center=tuple(center.tolist()), radius=_FAR * size * sine, emitter=lamp)
 
 
-def ground(reflectance: float, bounds: Array, place: Place, name: str = "ground") -> Object:
+def ground(reflectance: Strength, bounds: Array, place: Place, name: str = "ground") -> Object:
     """Return a matt disk just below a model; ``bounds`` (2, 3) are the model's least and largest coordinates."""
     middle, size = _extent(bounds)
     lying = transforms.rotate((1.0, 0.0, 0.0), -90.0) @ transforms.scale((_WIDE * size,) * 3)
@@ -195,6 +200,27 @@ def number_of(given: object, name: str, most: float = math.inf, least: float = 0
         allowed = f"of at least {least:g}" if math.isinf(most) else f"from {least:g} to {most:g}"
         raise ValueError(f"'{name}' must be a number {allowed}, found {shortened(given, 40)}")
     return value
+
+
+def strength(given: object, name: str, most: float = math.inf) -> Strength:
+    """Return ``given``, the user's value of the scene variable ``name``, as a number or a colour in linear sRGB.
+
+    A colour is given in hexadecimal digits of encoded sRGB, ``#20c040``. Raises ValueError for any other text, and
+    unless a number is in [0, ``most``].
+    """
+    if not isinstance(given, str) or not given.lstrip().startswith("#"):
+        return number_of(given, name, most)
+    try:
+        return from_hex(given)
+    except ValueError as error:
+        raise ValueError(f"'{name}': {error}") from None
+
+
+def _over(dividend: Strength, divisor: float) -> Strength:
+    if isinstance(dividend, float):
+        return dividend / divisor
+    red, green, blue = dividend
+    return red / divisor, green / divisor, blue / divisor
 
 
 def sun_angle(given: object) -> float:

@@ -309,6 +309,22 @@ def test_a_box_by_itself_loses_no_light(tmp_path: Path) -> None:
     np.testing.assert_allclose(image[:3], 0.5, rtol=0.02)
 
 
+def test_strengths_may_be_colours(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    model = et.load(path, ground="#808080", sky="#ff0000", sun="#00ff00").model
+    ground, sun = model.shapes[-2:]
+    assert isinstance(ground, m.Disk)
+    assert isinstance(ground.bsdf, m.Diffuse)
+    assert ground.bsdf.reflectance == pytest.approx((0.215861,) * 3, abs=1e-6)
+    assert [emitter.radiance for emitter in model.emitters if isinstance(emitter, m.Constant)] == [(1.0, 0.0, 0.0)]
+    assert isinstance(sun, m.Sphere)
+    assert sun.emitter is not None
+    assert sun.emitter.radiance == pytest.approx((0.0, 1.0 / (math.pi * math.sin(math.radians(5.0)) ** 2), 0.0))
+    assert len(et.load(path, ground="#000", sky="#000", sun="#000").model.shapes) == len(model.shapes) - 2
+    with pytest.raises(et.SceneError, match="'sky': expected '#' and six hexadecimal digits"):
+        et.load(path, sky="#12")
+
+
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e6])
 def test_the_studio_is_as_large_as_the_mesh(size: float, tmp_path: Path) -> None:
     images = []

@@ -327,3 +327,12 @@ def test_edges_of_meshes_without_normals_may_be_smooth(
     (flat,) = loaded(builder, tmp_path, face_normals=True, **defines).surfaces()
     assert isinstance(flat, MeshSurface)
     assert flat.normals is None
+
+
+def test_strengths_of_a_studio_may_be_colours(tmp_path: Path) -> None:
+    scene = loaded(one_triangle(), tmp_path, ground="#fff", sky="#00f", sun="#ff0000")
+    sky, sun = scene.model.emitters
+    assert isinstance(sky, m.Constant)
+    assert isinstance(sun, m.Directional)
+    assert (sky.radiance, sun.irradiance) == ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
+    assert any(isinstance(shape, m.Disk) for shape in scene.model.shapes)

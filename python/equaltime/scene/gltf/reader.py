@@ -30,6 +30,7 @@ from equaltime.scene.studio import (
     UPS,
     VIEWS,
     Z_UP,
+    Strength,
     choice,
     default_camera,
     framed,
@@ -37,6 +38,7 @@ from equaltime.scene.studio import (
     number_of,
     sky,
     soft_sun,
+    strength,
     sun,
     sun_angle,
     switch,
@@ -205,21 +207,23 @@ class _GltfScene:
         daylight = (sky(radiance, self._place, take("sky")), self._sun(irradiance, take("sun")))
         return [light for light in daylight if light is not None]
 
-    def _sun(self, irradiance: float, name: str) -> Object | None:
+    def _sun(self, irradiance: Strength, name: str) -> Object | None:
         """Return a directional sun, or one of the requested angular radius."""
         if "sun_angle" not in self._defines:
             return sun(irradiance, self._place, name, self._view)
         angle = self._defined(sun_angle, "sun_angle", SUN_ANGLE)
         return soft_sun(irradiance, self._bounds(), self._place, self._view, angle, name)
 
-    def _strength(self, name: str) -> float:
+    def _strength(self, name: str) -> Strength:
         """Return the strength of the light that a definition adds; 0 without the definition."""
-        return self._defined(partial(number_of, name=name), name, 0.0)
+        none: Strength = 0.0
+        return self._defined(partial(strength, name=name), name, none)
 
     def _ground(self) -> list[Object]:
         """Return the requested ground; none without the definition."""
-        reflectance = self._defined(partial(number_of, name="ground", most=1.0), "ground", 0.0)
-        if reflectance == 0.0:
+        none: Strength = 0.0
+        reflectance = self._defined(partial(strength, name="ground", most=1.0), "ground", none)
+        if not np.any(reflectance):
             return []
         return [ground(reflectance, self._bounds(), self._place, self._ids.take("ground"))]
 
