@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -55,7 +56,13 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     more = [_count(len(every) - len(rows), "more row")] if len(rows) < len(every) else []
     more += [f"why {_count(len(reasons), 'error')} cannot be trusted"] if reasons else []
     beyond = [text for text in _marks(table) if text.startswith(EXTRAPOLATED.strip())]
-    last = reasons if verbose else [f"-v shows {' and '.join(more)}"] if more else []
+    last = (
+        reasons
+        if verbose
+        else [f"equaltime info {shlex.quote(str(folder))} -v shows {' and '.join(more)}"]
+        if more
+        else []
+    )
     for line in (*beyond, *caveats, *last):
         print_line(console, line, "dim")
     longer = "; without --quick the numbers are more exact" if quick else ""

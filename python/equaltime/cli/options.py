@@ -352,7 +352,8 @@ Define = Annotated[
         "--define",
         metavar="NAME=VALUE",
         show_default=False,
-        help="Set a parameter of the scene.",
+        help="Set a parameter of the scene; of a model by itself (glTF, OBJ, PLY): view=back, up=z, sky=0.3, sun=2, "
+        "sun_angle=15, ground=0.6, crease_angle=60 or face_normals=true.",
     ),
 ]
 

@@ -90,6 +90,7 @@ _BELOW = (
     "the error is below what the reference can show; reference.error and reference.seconds of an experiment file ask "
     "for a better one"
 )
+_SHALLOW = "shallower than -0.5, the slope of independent samples: fixed costs at the start, or rare bright samples"
 _CLEAR = 4.0
 """Standard errors of the reference's part that a squared error must exceed to be read off the curve."""
 _TAIL_OCTAVES = 3.0
@@ -159,6 +160,11 @@ class Runs:
         if self.doubt or self.repeats < FEWEST_REPEATS or share <= _MOST_OF_ONE:
             return self.doubt
         return f"one repeat of {self.repeats} makes {percent(share)} of their squared error"
+
+    @property
+    def exact(self) -> bool:
+        """Whether every image equals an exact reference, so that no error is left to fall."""
+        return self.shared == 0.0 and not self.relmse.any()
 
     @property
     def law(self) -> bool:
@@ -380,6 +386,9 @@ def time_to_error(runs: Runs, target: float) -> Interval:
     whole = np.ones(runs.repeats)
     typical = bool(runs.tail)
     x = (runs.typical(whole) if typical else runs.points(whole))[0]
+    if runs.exact:
+        first = float(runs.seconds[:, 0].mean())
+        return Interval(first, 0.0, first).bounded("high", "the first image is exact already")
     if not x.size:
         return UNKNOWN.doubted(_BELOW)
     begin, end = float(x[0]), float(x[-1])
@@ -519,6 +528,8 @@ def error_at(runs: Runs, seconds: float) -> Interval:
             return math.nan
         return float(y[end] + (0.0 if math.isnan(steep) else min(steep, 0.0)) * beyond)
 
+    if runs.exact:
+        return few(Interval(0.0, 0.0, 0.0), runs.repeats)
     found = _measured(log_error, runs.repeats)
     if math.isnan(found.value):
         return UNKNOWN.doubted(_BELOW if _is_below(runs) else "no run is near that time")
@@ -561,7 +572,9 @@ def slope(runs: Runs) -> Interval:
 
     found = interval_of(steepness, runs.repeats)
     if math.isnan(found.value):
-        return UNKNOWN.doubted("too few checkpoints")
+        return UNKNOWN.doubted("an exact image has no error that falls" if runs.exact else "too few checkpoints")
+    if found.trusted and found.low > INDEPENDENT and not runs.biased:
+        found = found.noted(_SHALLOW)
     if started := _started(start_seconds(runs, np.ones(runs.repeats))):
         found = found.noted(f"against samples, not time: {started}")
     reason = join((runs.tail, runs.missing))

@@ -98,7 +98,7 @@ def test_why_an_error_has_no_interval_is_said_below(tmp_path: Path, capsys: pyte
     found = changed(summary(tmp_path), "best", lambda one: replace(one, error_at_budget=nothing))
     below = printed(found, tmp_path, capsys, verbose=True)[5:]
     assert below[0] == "best: the error is below what the reference can show"
-    assert printed(found, tmp_path, capsys)[5] == "-v shows why 1 error cannot be trusted"
+    assert printed(found, tmp_path, capsys)[5] == f"equaltime info {tmp_path} -v shows why 1 error cannot be trusted"
 
 
 @pytest.mark.parametrize(("columns", "times"), [("", 2), ("80", 2), ("56", 1), ("36", 0)])
@@ -131,7 +131,7 @@ def test_up_to_eight_strategies_are_all_shown_also_without_a_number(
     )
     lines = printed(silent, tmp_path, capsys)
     assert [text.split()[0] for text in lines[2:5]] == ["naive", "cut", "best"]
-    assert lines[5] == "-v shows why 1 error cannot be trusted"
+    assert lines[5] == f"equaltime info {tmp_path} -v shows why 1 error cannot be trusted"
 
 
 def test_the_legend_has_the_marks_of_its_table_and_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -174,4 +174,4 @@ def test_standards_and_baselines_are_shown_first(tmp_path: Path, capsys: pytest.
     assert lines[1].split()[:2] == ["scene", "strategy"]
     rows = [tuple(line.split()[:2]) for line in lines[2:-3]]
     assert rows == [(f"box{number}", label) for number in range(3) for label in ("naive", "best")]
-    assert lines[-3] == "-v shows 3 more rows"
+    assert lines[-3] == f"equaltime info {tmp_path} -v shows 3 more rows"

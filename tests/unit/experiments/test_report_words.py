@@ -263,3 +263,11 @@ def test_runs_of_a_cluster_are_told_by_machine_and_by_worker() -> None:
     alone = Summary("", "", (), (), {"runs": 2, "workers": {"tcp://b:1": workers["tcp://b:1"]}}, "")
     assert spread_sentence(alone) == "1 of 2 runs were given to 1 machine of a cluster: node0 (1)."
     assert spread_sentence(Summary("", "", (), (), {"runs": 5}, "")) == ""
+
+
+def test_an_error_of_nothing_is_exact_and_a_useless_upper_end_is_left_out() -> None:
+    assert error_cell(Interval(0.0, 0.0, 0.0)) == Cell("exact")
+    far = measured_cell(Interval(40.0, 0.3, 4000.1))
+    assert str(far) == f"\N{GREATER-THAN OR EQUAL TO} 30{THIN}% (measured 4,000{THIN}%)"
+    assert "beyond 100 times" in far.note
+    assert str(error_cell(Interval(0.4, 0.3, 39.9))).startswith(f"40{THIN}% [")

@@ -360,3 +360,16 @@ def test_the_interval_holds_the_median_as_often_as_it_says_and_a_shifted_one_sel
 
     assert binomtest(covering(np.log(2.0)), 2000, 0.95).pvalue > 1e-3
     assert binomtest(covering(1.3 * np.log(2.0)), 2000, 0.95).pvalue < 1e-9
+
+
+def test_exact_images_have_no_error_and_need_at_most_the_first_image() -> None:
+    runs = Runs(np.tile([1.0, 2.0, 4.0], (4, 1)), np.zeros((4, 3)))
+    error, time = error_at(runs, 2.0), time_to_error(runs, 0.01)
+    assert (error.trusted, error.value, error.low, error.high) == (True, 0.0, 0.0, 0.0)
+    assert (time.bound, time.high, time.note) == ("high", 1.0, "the first image is exact already")
+    assert slope(runs).note == "an exact image has no error that falls"
+
+
+@pytest.mark.parametrize(("power", "noted"), [(-0.3, True), (-0.5, False), (-0.8, False)])
+def test_a_shallow_slope_is_explained(power: float, noted: bool) -> None:
+    assert ("shallower than -0.5" in slope(power_law(power=power)).note) is noted

@@ -92,6 +92,9 @@ class Unit:
 ERROR_UNIT = Unit(100.0, f"{_THIN}%")
 """Unit of relative errors: per cent."""
 
+_FARTHEST_END = 100.0
+"""Largest upper end of an error's interval, in numbers, that is printed: a larger one means that it is not known."""
+
 _FACTOR = Unit(1.0, _TIMES)
 
 _PLAIN = Unit(1.0, "")
@@ -100,8 +103,20 @@ _SAMPLES = Unit(1.0, f"{_THIN}spp")
 
 
 def error_cell(interval: Interval) -> Cell:
-    """Return a table cell with a relative error (0.02 is 2 %) and its interval in per cent."""
-    return _cell(interval, ERROR_UNIT)
+    """Return a table cell with a relative error (0.02 is 2 %) and its interval in per cent.
+
+    An error of 0 without an interval is printed as "exact". An upper end beyond 100 times the number says nothing, so
+    that the lower end is printed alone.
+    """
+    if interval.trusted and interval.value == interval.low == interval.high == 0.0:
+        return Cell("exact", note=interval.note)
+    return _cell(_without_far_end(interval), ERROR_UNIT)
+
+
+def _without_far_end(interval: Interval) -> Interval:
+    if interval.trusted and interval.high > _FARTHEST_END * interval.value > 0.0 and interval.low > 0.0:
+        return interval.bounded("low", f"the upper end is beyond {_FARTHEST_END:g} times the number")
+    return interval
 
 
 def measured_cell(interval: Interval) -> Cell:
@@ -110,6 +125,7 @@ def measured_cell(interval: Interval) -> Cell:
     If only one end of the interval is valid, the cell shows that end and then the measured value, which charts and
     captions show too.
     """
+    interval = _without_far_end(interval)
     cell = error_cell(interval)
     if cell.state != "untrusted" or not interval.bound or not 0.0 < interval.value < math.inf:
         return cell
