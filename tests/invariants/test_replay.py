@@ -240,6 +240,10 @@ def test_the_command_prints_the_path_and_the_same_as_data(capsys: pytest.Capture
     assert "is the sample" in text
     assert "cornell-box.toml:" in text
     assert "scatters by diffuse" in text
+    assert text.count("the camera's ray, from ") == 1
+    assert " -0 " not in text
+    assert "the camera's ray begins between camera and scene" in text
+    assert "primitive: the number of the triangle in its shape" in text
     assert main([*words, "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     path = et.replay(et.load(file).with_(size=(24, 16)), pixel=(12, 8), sample=3, seed=5)

@@ -10,12 +10,15 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
-from .simulated_runs import Case, Renderer, cases, cases_of_typical_runs, firefly, gaussian, pareto, rare
+from equaltime.statistics.curves import Runs, time_to_error
+
+from .simulated_runs import SPP, Case, Renderer, cases, cases_of_typical_runs, firefly, gaussian, pareto, rare
 
 NARROW = 0.85
 EXPERIMENTS = 240
@@ -74,6 +77,22 @@ def test_no_kind_of_interval_leans_on_the_others(name: str) -> None:
             kinds[case.kind].append(case)
     shares = {kind: coverage(found) for kind, found in kinds.items()}
     assert all(0.91 <= share <= 0.985 for share in shares.values()), shares
+
+
+@pytest.mark.parametrize("start", [5.0, 20.0, 100.0])
+def test_times_of_a_renderer_that_starts_anew_hold_the_truth(start: float) -> None:
+    """The longest run takes 64 s beside its start. The twin takes a short start for a slope, and misses."""
+    renderer, samples = Renderer(gaussian), 3 * SPP[-1]
+
+    def held(runs: Runs) -> bool:
+        found = time_to_error(runs, renderer.error(samples))
+        return found.trusted and found.low <= start + samples <= found.high
+
+    plain = [renderer.runs(seed) for seed in range(120)]
+    late = [replace(runs, seconds=start + runs.seconds) for runs in plain]
+    assert 0.9 <= np.mean([held(replace(runs, spp=SPP.astype(float))) for runs in late]) <= 0.99
+    if start < 10.0:
+        assert np.mean([held(runs) for runs in late]) < 0.9
 
 
 @pytest.mark.slow

@@ -32,17 +32,25 @@ _FLIP = (
 
 def compare(
     a: Annotated[Path, typer.Argument(metavar="A", help="Image file.", show_default=False)],
-    b: Annotated[Path, typer.Argument(metavar="B", help="Image file of the same size.", show_default=False)],
+    b: Annotated[
+        Path,
+        typer.Argument(
+            metavar="B", help="Image file of the same size; without REF it is taken as the truth.", show_default=False
+        ),
+    ],
     reference: Annotated[
         Path | None,
         typer.Argument(
-            metavar="[REF]", help="Reference for A and B; without it, A is compared with B.", show_default=False
+            metavar="[REF]", help="Truth for A and B; without it, B is the truth for A.", show_default=False
         ),
     ] = None,
     as_json: AsJson = False,
     verbose: Verbose = False,
 ) -> int:
     """Measure how far images are from each other, or from a reference.
+
+    With two files, the second is taken as the truth: the error is that of the first. With three, the third is the truth
+    for both.
 
     Works on any renderer's files. If the files have standard errors (channels stderr.R, stderr.G, stderr.B), the
     reference's noise is subtracted, errors have 95 % intervals, and the images are tested for bias. The errors and
@@ -101,7 +109,8 @@ def _answer(found: Comparison, names: Mapping[Path, str]) -> Iterator[str]:
     elif len(found.images) > 1:
         yield f"Which image is nearer to {against} cannot be told: it is too noisy."
     else:
-        yield _distance(names[found.images[0].path], found.images[0].metrics["error"], against)
+        said = _distance(names[found.images[0].path], found.images[0].metrics["error"], against)
+        yield f"{said} {against} is taken as the truth."
     tested = [(names[image.path], image.bias_p) for image in found.images if image.bias_p is not None]
     unequal = [f"{name} ({probability(p)})" for name, p in tested if p < LEVEL]
     if unequal:

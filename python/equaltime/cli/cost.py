@@ -58,7 +58,12 @@ def cost(
         ),
     ],
     quick: Annotated[
-        bool, typer.Option("--quick", help="A first look in under a minute: small film, short runs, few repeats.")
+        bool,
+        typer.Option(
+            "--quick",
+            help="A first look in under a minute: small film, short runs, few repeats. Other renderers take longer: "
+            "the first line says how long.",
+        ),
     ] = False,
     size: Size = None,
     budget: Annotated[

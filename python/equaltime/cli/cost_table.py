@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -44,18 +45,24 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
         console.width = _ANY_WIDTH
     print_lines([summary.verdict])
     every = [(scene, strategy) for scene in summary.scenes for strategy in scene.strategies]
-    caveats = list(_caveats(summary, verbose))
+    caveats = [*_rule(summary), *_caveats(summary, verbose)]
     telling = [row for row in every if _tells(row[1])]
     few = len(every) <= _FEW_ROWS
     rows = every if verbose or few else _first(telling, MOST_LINES - _OTHER_LINES - len(caveats))
-    table = _fitting(rows, summary.targets, console.width)
+    table = _fitting(rows, summary, console.width)
     if rows:
         console.print(table)
     reasons = _reasons(summary)
     more = [_count(len(every) - len(rows), "more row")] if len(rows) < len(every) else []
     more += [f"why {_count(len(reasons), 'error')} cannot be trusted"] if reasons else []
     beyond = [text for text in _marks(table) if text.startswith(EXTRAPOLATED.strip())]
-    last = reasons if verbose else [f"-v shows {' and '.join(more)}"] if more else []
+    last = (
+        reasons
+        if verbose
+        else [f"equaltime info {shlex.quote(str(folder))} -v shows {' and '.join(more)}"]
+        if more
+        else []
+    )
     for line in (*beyond, *caveats, *last):
         print_line(console, line, "dim")
     longer = "; without --quick the numbers are more exact" if quick else ""
@@ -66,19 +73,25 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
 def every_row(summary: Summary) -> Table:
     """Return the table of all strategies on all scenes for ``-v``: errors at equal time, and times to errors."""
     rows = [(scene, strategy) for scene in summary.scenes for strategy in scene.strategies]
-    return _fitting(rows, summary.targets, plain_console().width)
+    return _fitting(rows, summary, plain_console().width)
 
 
 def legend(summary: Summary, table: Table) -> list[str]:
     """Return the lines below ``table``, which has all strategies: meaning of numbers and marks, then caveats."""
     intervals = "In brackets: 95 % intervals, or the error that was measured"
-    return [intervals, *_marks(table), *_caveats(summary, verbose=True), *_reasons(summary)]
+    return [intervals, *_marks(table), *_rule(summary), *_caveats(summary, verbose=True), *_reasons(summary)]
 
 
 def _marks(table: Table) -> list[str]:
     """Return a line for each mark that a cell of the table has, with its meaning."""
     cells = [str(cell) for column in table.columns for cell in column.cells]
     return [f"{mark.strip()} {meaning}" for mark, meaning in meanings(cells).items()]
+
+
+def _rule(summary: Summary) -> Iterator[str]:
+    """Yield the sentence on the error of the verdict, if the verdict gives a time to one."""
+    if summary.headline_rule:
+        yield summary.headline_rule
 
 
 def _caveats(summary: Summary, verbose: bool) -> Iterator[str]:
@@ -132,26 +145,29 @@ def _first(rows: Sequence[_Row], most: int) -> list[_Row]:
     return [rows[number] for number in sorted(chosen)]
 
 
-def _fitting(rows: Sequence[_Row], targets: tuple[float, ...], width: int) -> Table:
+def _fitting(rows: Sequence[_Row], summary: Summary, width: int) -> Table:
     """Return the table with as many columns of times as fit the width; a truncated number would mislead."""
     anywhere = plain_console()
     anywhere.width = _ANY_WIDTH
     for most in range(_MOST_TARGETS, 0, -1):
-        table = _table(rows, targets, most)
+        table = _table(rows, summary, most)
         if anywhere.measure(table).maximum <= width:
             return table
-    return _table(rows, targets, 0)
+    return _table(rows, summary, 0)
 
 
-def _table(rows: Sequence[_Row], targets: tuple[float, ...], most: int) -> Table:
-    """Return errors at equal time, and times to up to ``most`` targets that most strategies have trusted times for.
+def _table(rows: Sequence[_Row], summary: Summary, most: int) -> Table:
+    """Return errors at equal time, and times to up to ``most`` targets.
 
-    Of several such targets the smallest are chosen.
+    The first target is the verdict's, then come those that most strategies have trusted times for. Of several such
+    targets the smallest are chosen.
     """
+    targets, headline = summary.targets, summary.headline_target
     cells = {target: [seconds_cell(result.time_to[target]) for _, result in rows] for target in targets}
     counts = {target: sum(cell.state == "trusted" for cell in cells[target]) for target in targets}
     known = [target for target in targets if counts[target] == max(counts.values()) > 0]
-    known = known[max(0, len(known) - most) :]
+    preferred = [*reversed(known)] if headline is None else [headline, *reversed(known)]
+    known = sorted(list(dict.fromkeys(preferred))[:most], reverse=True)
     several = len({scene.name for scene, _ in rows}) > 1
     budgets = {scene.budget_s for scene, _ in rows}
     table = Table(box=None, pad_edge=False)

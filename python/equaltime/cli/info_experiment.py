@@ -19,7 +19,7 @@ from equaltime.experiments.report.words import error_cell, worker_runs
 from equaltime.experiments.run.stored import StoredExperiment
 from equaltime.scene import Scene
 from equaltime.statistics.intervals import sound
-from equaltime.strict_json import to_json
+from equaltime.strict_json import json_text, to_json
 from equaltime.words import duration, percent
 
 __all__ = [
@@ -46,7 +46,8 @@ def folder_summary(stored: StoredExperiment, verbose: bool = False) -> Iterator[
     yield _verdict(stored)
     look = " (a first look, --quick)" if is_quick(summary) else ""
     yield f"experiment  {experiment.title or stored.folder.resolve().name}{look}"
-    yield f"scenes      {_listed(stored.identity['scenes'])}{_size(stored.identity['scenes'].values())}"
+    names = [entry.name for entry in experiment.scenes]
+    yield f"scenes      {_listed(names)}{_size(stored.identity['scenes'][name] for name in names)}"
     yield f"strategies  {_strategies(experiment)}"
     if summary.scenes:
         yield f"error       {_errors(summary)}"
@@ -54,6 +55,8 @@ def folder_summary(stored: StoredExperiment, verbose: bool = False) -> Iterator[
     yield f"ran         {runs}" + (
         f", {duration(stored.seconds)} of rendering, begun {stored.begun[:10]}" if done else ""
     )
+    if stored.earlier:
+        yield f"earlier     records of {_listed(stored.earlier)} remain that the last command did not ask for"
     if machines := _measured_on(summary, "machines"):
         yield f"machine     {machines}, {_many(stored.identity.get('threads', 0), 'thread')}"
     if builds := _measured_on(summary, "builds"):
@@ -96,9 +99,12 @@ def _changes(stored: StoredExperiment) -> str:
 
 
 def _shown(path: Path) -> str:
-    """Return a path relative to the working directory if it is within, else the absolute path."""
+    """Return a path relative to the working directory if it is within, else the absolute path.
+
+    In the root directory every path is within. There it stays absolute, as users write it.
+    """
     here = Path.cwd()
-    return str(path.relative_to(here) if path.is_relative_to(here) else path)
+    return str(path.relative_to(here) if here != Path(here.anchor) and path.is_relative_to(here) else path)
 
 
 def _elsewhere(command: str) -> str:
@@ -143,13 +149,18 @@ def _reached(results: Sequence[StrategyResult]) -> str:
 
 
 def folder_table(stored: StoredExperiment) -> Iterator[Table | str]:
-    """Yield the table of all errors and times of a folder's experiment, its strategies in full, and all commands.
+    """Yield the description of a folder's experiment, the table of all errors and times, and what made them.
 
-    The runs of each worker of a cluster stand before the commands.
+    These are the defines of scenes, the strategies in full, and all commands. The runs of each worker of a cluster
+    stand before the commands.
     """
+    if stored.experiment.description:
+        yield stored.experiment.description.strip()
     yield (table := every_row(stored.summary))
     if stored.summary.scenes:
         yield "\n".join(legend(stored.summary, table))
+    if told := _defines(stored.experiment):
+        yield told
     if stored.strategies_in_full:
         yield "\n".join(f"{label}: {words}" for label, words in stored.strategies_in_full.items())
     if workers := worker_runs(stored.summary):
@@ -163,9 +174,11 @@ def folder_facts(stored: StoredExperiment) -> dict[str, Any]:
         **to_json(stored.summary),
         "verdict": _verdict(stored),
         "folder": str(stored.folder),
+        "defines": {entry.name: entry.define for entry in stored.experiment.scenes if entry.define},
         "complete": stored.complete,
         "runs": len(stored.runs),
         "planned_runs": stored.planned,
+        "earlier": list(stored.earlier),
         "seconds": stored.seconds,
         "commands": list(stored.commands),
         "changes": [{"path": str(path), "state": state} for path, state in stored.changes.items()],
@@ -197,12 +210,24 @@ def experiment_summary(path: Path, experiment: Experiment, scenes: Sequence[Scen
 
 
 def experiment_table(experiment: Experiment) -> Iterator[Table | str]:
-    """Yield a table with the strategies of an experiment in full, and its description."""
+    """Yield the description of an experiment, a table with its strategies in full, and the defines of its scenes."""
+    if experiment.description:
+        yield experiment.description.strip()
     table = Table(show_header=False, box=None)
     for entry in experiment.strategies:
         table.add_row(entry.label, _in_full(entry))
     yield table
-    yield experiment.description
+    if told := _defines(experiment):
+        yield told
+
+
+def _defines(experiment: Experiment) -> str:
+    """Return a line for each scene whose file gets values for its variables, with these values; empty without any."""
+    return "\n".join(
+        f"{entry.name}: {', '.join(f'{name} = {json_text(value)}' for name, value in entry.define.items())}"
+        for entry in experiment.scenes
+        if entry.define
+    )
 
 
 def experiment_facts(path: Path, experiment: Experiment, scenes: Sequence[Scene]) -> dict[str, Any]:
@@ -215,7 +240,13 @@ def experiment_facts(path: Path, experiment: Experiment, scenes: Sequence[Scene]
         "description": experiment.description,
         "question": experiment.question,
         "scenes": [
-            {"name": entry.name, "path": str(scene.source), **_film(scene), "max_depth": scene.max_depth}
+            {
+                "name": entry.name,
+                "path": str(scene.source),
+                **_film(scene),
+                "max_depth": scene.max_depth,
+                **({"define": entry.define} if entry.define else {}),
+            }
             for entry, scene in entries
         ],
         "strategies": [{"label": entry.label, "name": _in_full(entry)} for entry in experiment.strategies],

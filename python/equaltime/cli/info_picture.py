@@ -7,8 +7,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TypedDict
 
+from equaltime.cli.info_render import repeating, seeds
 from equaltime.errors import ImageError
 from equaltime.images import image_files, preview
+from equaltime.rendering.picture_tag import from_repeat
 
 __all__ = ["PictureFacts", "picture_facts", "picture_summary"]
 
@@ -24,6 +26,10 @@ class PictureFacts(TypedDict):
     software: str
     record: str | None
     """The EXR file of the same render beside the picture, with the whole record."""
+    seed: int | None
+    """The seed; of a merged render, of its first part."""
+    repeat: list[str]
+    """Lines on the seeds and the commands that repeat the render."""
 
 
 def picture_facts(path: Path) -> PictureFacts:
@@ -38,7 +44,23 @@ def picture_facts(path: Path) -> PictureFacts:
         "description": tags.get("ImageDescription"),
         "software": software,
         "record": _record_beside(path, tags),
+        **_repeat(path, tags.get(preview.REPEAT)),
     }
+
+
+class _Repeat(TypedDict):
+    seed: int | None
+    repeat: list[str]
+
+
+def _repeat(path: Path, tag: str | None) -> _Repeat:
+    """Return what a picture's tag tells of its render; pictures of earlier versions have no such tag."""
+    if tag is None:
+        return {"seed": None, "repeat": []}
+    record, stops = from_repeat(tag, path)
+    named = path.with_suffix(".exr") if record["sources"] else path  # only an EXR file can be merged
+    lines = repeating(named, record, verbose=False, exposure=stops)
+    return {"seed": record["seed"], "repeat": [f"strategy  {record['strategy']}, {seeds(record)}", *lines]}
 
 
 def _record_beside(path: Path, tags: Mapping[str, str]) -> str | None:
@@ -52,10 +74,11 @@ def _record_beside(path: Path, tags: Mapping[str, str]) -> str | None:
 
 
 def picture_summary(facts: PictureFacts) -> Iterator[str]:
-    """Yield four lines on a picture: its error, its scene, the program, and where the whole record is."""
+    """Yield lines on a picture: its error, its scene, the program, what repeats it, and where the whole record is."""
     yield f"{facts['file']}: {facts['description'] or 'a picture without a description'}"
     yield f"shows     {facts['scene'] or 'a scene made in memory'}"
     yield f"made by   {facts['software']}"
+    yield from facts["repeat"]
     saved = facts["record"]
     where = "only -o FILE.exr keeps one" if saved is None else f"equaltime info {shlex.quote(saved)}"
     yield f"record    {where}"

@@ -18,7 +18,7 @@ from equaltime.statistics.in_words import count, error_range
 from equaltime.statistics.intervals import UNKNOWN, Interval
 from equaltime.words import duration_of_runs, percent
 
-__all__ = ["saved_render"]
+__all__ = ["repeating", "saved_render", "seeds"]
 
 Record = Mapping[str, Any]
 
@@ -50,12 +50,12 @@ def saved_render(path: Path, record: Record, resumable: bool, verbose: bool = Fa
     yield f"{path}: {said}, {spp} samples a pixel in {duration_of_runs(record['seconds'], record['runs'])}"
     yield f"shows     {record['scene'] or 'a scene made in memory'} at {width}x{height}{_parts(record)}"
     yield f"ended     as {_end(record)}"
-    yield f"strategy  {record['strategy']}{' (biased)' if record['biased'] else ''}, {_seeds(record)}"
+    yield f"strategy  {record['strategy']}{' (biased)' if record['biased'] else ''}, {seeds(record)}"
     if error.doubt:
         yield f"in doubt  {error.doubt}"
     if number.missing:
         yield f"lacks     {number.missing}"
-    yield from _repeat(path, record, verbose)
+    yield from repeating(path, record, verbose)
     more = "" if verbose else "; -v for more"
     yield f"goes on   {_how_on(record) if resumable else 'no longer: it was saved small'}{more}"
 
@@ -80,7 +80,8 @@ def _end(record: Record) -> str:
     return _ENDS[record["stopped_by"]]
 
 
-def _seeds(record: Record) -> str:
+def seeds(record: Record) -> str:
+    """Return the seed of a render, or the seeds and samples a pixel of the parts of a merged one."""
     if not record.get("sources"):
         return f"seed {record['seed']}"
     return ", ".join(f"seed {source['seed']}: {_spp(source['samples'])} spp" for source in record["sources"])
@@ -96,12 +97,16 @@ def _spp(samples: Mapping[str, int]) -> str:
     return f"{samples['max']}" if samples["min"] == samples["max"] else f"{samples['min']} to {samples['max']}"
 
 
-def _repeat(path: Path, record: Record, verbose: bool) -> Iterator[str]:
-    """Yield the commands that would repeat the render, and what differs if it cannot be repeated exactly."""
+def repeating(path: Path, record: Record, verbose: bool, exposure: float | None = None) -> Iterator[str]:
+    """Yield the commands that would repeat the render, and what differs if it cannot be repeated exactly.
+
+    ``exposure`` is that of a picture alone, in stops; None for an EXR file.
+    """
     if record["scene"] is None:
         return
     if not record["sources"]:
         words, exact = _command(record, path.name)
+        words += [] if exposure is None else ["--exposure", _plain(exposure)]
         yield f"{_title(exact)}{shlex.join(words)}"
     elif all(source["stopped_by"] for source in record["sources"]):
         yield from _repeat_parts(path, record, verbose)

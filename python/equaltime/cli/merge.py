@@ -9,6 +9,8 @@ import typer
 
 from equaltime.cli.messages import Written, doubts, headline, print_json, print_lines
 from equaltime.cli.options import AsJson, ExposureStops, Overwrite, Small
+from equaltime.errors import ImageError
+from equaltime.images import preview
 from equaltime.rendering.merge import merge as merge_files
 from equaltime.rendering.output_files import check_output, check_replaceable, check_spares
 
@@ -42,7 +44,10 @@ def merge(
 
     For instance: `equaltime merge monday.exr tuesday.exr -o both.exr`
     """
-    paths = check_output(output, (".exr",))  # a PNG could not be merged again
+    if output.suffix.lower() in preview.EXTENSIONS:  # it could not be merged again
+        exr = output.with_suffix(".exr")
+        raise ImageError(f"{output}: the joined render is an EXR file with a PNG beside it; give -o {exr} instead")
+    paths = check_output(output, (".exr",))
     check_spares(paths.all, files, "is one of the files to be merged")
     result = merge_files(files)
     if not overwrite:

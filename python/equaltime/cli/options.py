@@ -341,7 +341,7 @@ OnCluster = Annotated[
         metavar="WHERE",
         show_default=False,
         help="Let other processes take the samples: local:N for N processes here, or the address of Dask's scheduler "
-        "such as tcp://node1:8786. The picture has the same bits.",
+        "such as tcp://node1:8786. The picture has the same bits. Needs Dask: pip install '.[cluster]' in a checkout.",
     ),
 ]
 
@@ -352,7 +352,8 @@ Define = Annotated[
         "--define",
         metavar="NAME=VALUE",
         show_default=False,
-        help="Set a parameter of the scene.",
+        help="Set a parameter of the scene; of a model by itself (glTF, OBJ, PLY): view=back, up=z, sky=0.3, sun=2, "
+        "sun_angle=15, ground=0.6, crease_angle=60 or face_normals=true.",
     ),
 ]
 
@@ -392,6 +393,6 @@ OnMachines = Annotated[
         metavar="WHERE",
         show_default=False,
         help="Let machines like this one take the runs, one at a time each: the address of Dask's scheduler such as "
-        "tcp://node1:8786, or local:1.",
+        "tcp://node1:8786, or local:1. Needs Dask: pip install '.[cluster]' in a checkout.",
     ),
 ]

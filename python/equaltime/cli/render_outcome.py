@@ -13,7 +13,7 @@ from equaltime.rendering.stated import stated
 from equaltime.statistics.in_words import count, error_range, time_range
 from equaltime.words import duration, duration_of_runs, percent
 
-__all__ = ["details", "outcome"]
+__all__ = ["details", "nothing_added", "outcome"]
 
 _ENDS = {
     "spp": "Done",
@@ -61,6 +61,14 @@ def outcome(result: Result, written: Written, quote: Quote | None) -> Iterator[s
         yield written.kept
     if quote is not None:
         yield from _price(result, quote)
+
+
+def nothing_added(result: Result) -> Iterator[str]:
+    """Yield why a resumed render took no sample, if its file had all that were asked for, and how it goes on."""
+    if result.stopped_by in ("spp", "count"):
+        more = 2 * max(1, round(result.spp))
+        had = f"the file had {count(result.spp)} samples a pixel already"
+        yield f"nothing was added: {had}, and --spp counts all runs together; --resume --spp {more} goes on"
 
 
 def details(result: Result, phases: Mapping[str, float]) -> Iterator[str]:

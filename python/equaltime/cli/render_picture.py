@@ -30,7 +30,7 @@ from equaltime.cli.messages import (
     while_heard,
 )
 from equaltime.cli.progress import progress_bar
-from equaltime.cli.render_outcome import details, outcome
+from equaltime.cli.render_outcome import details, nothing_added, outcome
 from equaltime.errors import BrightImage, ImageError, RenderError, SampleError
 from equaltime.images.exposure import Exposure
 from equaltime.images.variance_picture import is_known, scale_in_words
@@ -43,6 +43,7 @@ from equaltime.rendering.budget import StopRule
 from equaltime.rendering.job import Backend, Traps
 from equaltime.rendering.output_files import AovPicture, check_output, check_replaceable, check_spares
 from equaltime.rendering.passes import ProgressCallback
+from equaltime.rendering.render_file import read_record
 from equaltime.rendering.result import Result
 from equaltime.rendering.tev import Viewer
 from equaltime.scene import Scene
@@ -136,7 +137,8 @@ def render_picture(
         _warn_of_short_time(scene, order)
     viewer = None if order.tev is None else _viewer(order.tev, output)
     resumable = paths.exr is not None and not order.small
-    teller = _Teller({} if order.json else None, order.quiet, order.verbose, findings, resumable, resumed is not None)
+    before = None if resumed is None else read_record(resumed).get("paths")
+    teller = _Teller({} if order.json else None, order.quiet, order.verbose, findings, resumable, before)
     failure: SampleError | BrightImage | None = None
     # hold back a second Ctrl-C from the last sample to the last line: it must not lose the samples that the first kept
     with ExitStack() as ending:
@@ -243,8 +245,8 @@ class _Teller:
     findings: Sequence[Finding]
     resumable: bool
     """Whether the saved render can be continued."""
-    resumed: bool
-    """Whether the render continues a saved one."""
+    before: int | None
+    """Paths of the saved render that is continued; None if there is none."""
     quote: Quote | None = None
     """Quote that the render gave of itself, once there is one."""
 
@@ -271,7 +273,7 @@ class _Teller:
 
     def _quoted(self, quote: Quote) -> None:
         self.quote = quote
-        print_quote(quote, self.resumed)
+        print_quote(quote, self.before is not None)
 
     def tell(self, result: Result, scene: Scene, writing: float, written: Written) -> None:
         """Print the outcome; ``writing`` is the seconds that it took to write the files."""
@@ -280,9 +282,9 @@ class _Teller:
             told = {"phases": phases, "files": written.files, "exposure": written.stops}
             print_json({**result.record, **told, **self.record})
         elif not self.quiet:
-            print_lines(
-                [*outcome(result, written, self.quote if self.resumable else None), *doubts(result, self.findings)]
-            )
+            said = outcome(result, written, self.quote if self.resumable else None)
+            added = () if result.stats.paths != self.before else nothing_added(result)
+            print_lines([*said, *added, *doubts(result, self.findings)])
             left = left_by_interrupt(result, scene) if self.resumable else ended_by_interrupt(result, written)
             print_lines([*left, *(details(result, phases) if self.verbose else ())])
         if not self.quiet and not reasons(self.findings) and (black := black_picture(result, scene, self.findings)):

@@ -26,6 +26,8 @@ from equaltime.cli.options import (
 )
 from equaltime.cli.replay_source import ReplaySource
 from equaltime.cli.replay_summary import path_in_short
+from equaltime.errors import ImageError
+from equaltime.images.preview import EXTENSIONS
 from equaltime.rendering.replay import Replay
 from equaltime.rendering.replay import replay as replay_sample
 from equaltime.scene import load_file
@@ -47,6 +49,11 @@ _OF_RECORD: Final = ("size", "max_depth", "strategy", "define", "substitute", "t
 """Parameters of the command that the record of a saved render tells."""
 _AIMING: Final = ("light", "mis")
 """Techniques that aim at a light at every vertex; others pick one without aiming at it, except at point lights."""
+_LEGEND: Final = (
+    "the camera's ray begins between camera and scene, where no surface is nearer to the camera; other rays begin just "
+    "off the surface that they leave, clear of its rounding error",
+    "primitive: the number of the triangle in its shape, from 0 (a rectangle has two); u v: the texture coordinates",
+)
 
 
 def replay(
@@ -112,6 +119,8 @@ def replay(
     """
     if sample is not None and spp is not None:
         raise typer.BadParameter("give --sample for one sample, or --spp for the brightest of N", param_hint="--spp")
+    if scene.suffix.lower() in EXTENSIONS:
+        raise ImageError(f"{scene}: a picture has no samples to replay; give the EXR file of its render, or the scene")
     if scene.suffix.lower() == ".exr":
         _check_alone(context, scene)
         source = ReplaySource.read(scene, pixel, seed if _is_given(context, "seed") else None)
@@ -170,7 +179,8 @@ def _told(path: Replay, strategy: Strategy) -> Iterator[str]:
     goes_on = Counter(vertex["from"] for vertex in path.vertices)
     for number, vertex in enumerate(path.vertices):
         yield ""
-        yield f"{number + 1}. from {_numbers(vertex['origin'])} along {_numbers(vertex['direction'])}"
+        whose = "the camera's ray, " if vertex["from"] is None else ""
+        yield f"{number + 1}. {whose}from {_numbers(vertex['origin'])} along {_numbers(vertex['direction'])}"
         if vertex["from"] not in (None, number - 1):
             yield f"   another copy of the path, split off at vertex {vertex['from'] + 1}"
         yield f"   throughput {_numbers(vertex['throughput'])}"
@@ -182,6 +192,7 @@ def _told(path: Replay, strategy: Strategy) -> Iterator[str]:
     yield f"the sum of what is added, times the filter weight {path.filter_weight:.9g}, is {agrees}"
     yield "a picked light adds throughput · radiance · BSDF·cos · MIS weight · visible / pdf"
     yield "each pdf is per steradian; the pdf of a picked light contains the probability of the pick"
+    yield from _LEGEND
     if (found := path.first_nonfinite) is not None:
         yield f"the first number that is not finite: at vertex {found[0] + 1}, {found[1].replace('_', ' ')}"
 
@@ -222,7 +233,7 @@ def _surface(surface: Mapping[str, Any]) -> Iterator[str]:
     normals = f"normal {_numbers(surface['normal'])}"
     if surface["shading_normal"] != surface["normal"]:
         normals += f", shading normal {_numbers(surface['shading_normal'])}"
-    yield f"  at {_numbers(surface['point'])}, {normals}; rays leave {surface['offset']:.3g} off it"
+    yield f"  at {_numbers(surface['point'])}, {normals}; the next rays begin {surface['offset']:.3g} off it"
 
 
 def _light(light: Mapping[str, Any]) -> Iterator[str]:
@@ -253,4 +264,4 @@ def _scattering(scattering: Mapping[str, Any], *, goes_on: bool) -> Iterator[str
 
 
 def _numbers(values: Iterable[float]) -> str:
-    return " ".join(f"{value:.9g}" for value in values)
+    return " ".join(f"{value + 0.0:.9g}" for value in values)  # -0 is 0

@@ -16,8 +16,10 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 
+from equaltime.extras import install
+
 if find_spec("embreex") is None:
-    raise ImportError("the cross-check needs embreex: pip install 'equaltime[crosscheck]'", name="embreex")
+    raise ImportError(f"the cross-check needs embreex: {install('crosscheck')}", name="embreex")
 
 from equaltime.crosscheck.camera import Camera, PrimaryHits, primary_hits
 from equaltime.crosscheck.tracer import render

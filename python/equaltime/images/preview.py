@@ -18,10 +18,14 @@ from equaltime.images import image_files as images
 from equaltime.images.exposure import exposure_in_words
 from equaltime.statistics.agreement import block_means
 
-__all__ = ["EXTENSIONS", "SOURCE", "png_bytes", "reduced", "srgb_bytes", "write", "write_grey"]
+__all__ = ["EXTENSIONS", "REPEAT", "SOURCE", "png_bytes", "reduced", "srgb_bytes", "write", "write_grey"]
 
 SOURCE: Final = "equaltime:scene"
 """Name of the attribute in which a preview names the scene's file."""
+REPEAT: Final = "equaltime:repeat"
+"""Name of the attribute in which a preview has what repeats its render, as JSON data."""
+_LONGEST: Final = 60_000
+"""Largest length of this attribute, in bytes: a comment of a JPEG has at most 65,533."""
 _FORMATS: Final = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg"}
 EXTENSIONS: Final = tuple(_FORMATS)
 """Extensions of files that `write` can write."""
@@ -60,10 +64,12 @@ def write(
     scene: str | None = None,
     alpha: NDArray[Any] | None = None,
     stops: float = 0.0,
+    repeat: str = "",
 ) -> None:
     """Write the preview of a linear image (H, W, 3) to a file whose extension is one of `EXTENSIONS`.
 
-    ``description`` and ``scene`` (the path of the scene file) become attributes of the file. ``stops`` is the exposure;
+    ``description``, ``scene`` (the path of the scene file) and ``repeat`` (JSON data that repeat the render, left out
+    if empty or above 60,000 bytes) become attributes of the file. ``stops`` is the exposure;
     if it is not 0, the description tells it. If ``alpha`` (H, W) is given, the image must already be multiplied by it
     (associated). A PNG gets alpha and unmultiplied colours, as PNG requires; a fully transparent pixel keeps its
     colour. A JPEG gets no alpha.
@@ -76,6 +82,8 @@ def write(
     file_format = _FORMATS[path.suffix.lower()]
     shown = exposure_in_words(stops)
     attributes = _attributes("; ".join(filter(None, [description, shown and f"shown {shown}"])), scene)
+    if repeat and len(images.escaped(repeat)) <= _LONGEST:
+        attributes[REPEAT] = repeat
     channels: tuple[str, ...] = images.RGB
     if file_format == "jpeg":
         attributes |= _JPEG

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.errors import ImageError
+from equaltime.extras import install
 from equaltime.images.flip import available
 from equaltime.images.image_files import Picture
 from equaltime.images.metrics import METRICS, Reference, contributions, measure
@@ -329,7 +330,7 @@ def _notes(files: list[_File], compared: tuple[Compared, ...], without_ratio: bo
     if without_ratio:
         yield f"the ratio of errors is unknown: {truth.path} is too noisy to tell"
     if not available():
-        yield "flip is left out: it needs the package flip-evaluator (pip install equaltime[report])"
+        yield f"flip is left out: it needs the package flip-evaluator: {install('report')}"
     for file in files:
         if file.path.suffix.lower() in _DISPLAY:
             yield f"{file.path} is made for displays: its values are taken as they are, and may not be linear"

@@ -15,6 +15,7 @@ from equaltime.errors import ImageError
 from equaltime.film.focus import Focus
 from equaltime.film.parts_of_merge import MergedFilm
 from equaltime.film.unseen import Unseen
+from equaltime.images.preview import EXTENSIONS
 from equaltime.rendering.budget import Stop
 from equaltime.rendering.film_picture import ALPHA
 from equaltime.rendering.origin import Origin
@@ -59,6 +60,8 @@ def merge(renders: Sequence[Render]) -> Result:
     """
     if len(renders) < 2:
         raise ImageError("merging takes two renders or more")
+    for render in renders:
+        _check_kind(render)
     parts = [as_checkpoint(render) for render in renders]
     first = parts[0]
     for part in parts:
@@ -91,6 +94,14 @@ def _alpha(parts: Sequence[SavedRender]) -> dict[str, NDArray[np.float32]]:
     return {ALPHA: np.asarray(sum(alpha * counts for alpha, counts in planes) / samples, np.float32)}
 
 
+def _check_kind(render: Render) -> None:
+    """Refuse a picture: its samples are in the EXR file of the render."""
+    if not isinstance(render, Result) and (path := Path(render)).suffix.lower() in EXTENSIONS:
+        exr = path.with_suffix(".exr")
+        what = f"give {exr}" if exr.exists() else "render it with -o FILE.exr, and give that file"
+        raise ImageError(f"{path}: a picture has no samples to merge; {what} instead")
+
+
 def _check_counts(part: SavedRender) -> None:
     """Refuse sample counts that follow from a pixel's own samples: dark samples would weigh more in the mean.
 
@@ -111,7 +122,10 @@ def _check_whole(part: SavedRender) -> None:
 
 def _check_alike(first: SavedRender, other: SavedRender) -> None:
     if different := differences(other.record, first.record):
-        raise ImageError(f"{other.path}: cannot be merged with {first.path}: it has {'; '.join(different)}")
+        raise ImageError(
+            f"{other.path}: cannot be merged with {first.path}: it has {'; '.join(different)}. Parts of one render "
+            "differ only in --seed and in their numbers of samples; render one of the two anew."
+        )
 
 
 def _check_disjoint(parts: Sequence[SavedRender]) -> None:
@@ -121,7 +135,8 @@ def _check_disjoint(parts: Sequence[SavedRender]) -> None:
         for seed in _seeds(part):
             if seed in owners:
                 raise ImageError(
-                    f"{part.path}: cannot be merged with {owners[seed]}: both have the samples of seed {seed}"
+                    f"{part.path}: cannot be merged with {owners[seed]}: both have the samples of seed {seed}; "
+                    "render one of the two with another --seed"
                 )
             owners[seed] = part.path
 

@@ -27,6 +27,7 @@ from equaltime.rendering.decision import Decision
 from equaltime.rendering.film_picture import ALPHA
 from equaltime.rendering.origin import Origin
 from equaltime.rendering.output_files import AovPicture, check_output, keep_work
+from equaltime.rendering.picture_tag import to_repeat
 from equaltime.rendering.render_file import FORMAT, RenderFile
 from equaltime.rendering.stated import paths_up_to, stated
 from equaltime.statistics.intervals import Interval
@@ -105,7 +106,8 @@ class Result:
     standard_error: NDArray[np.float32]
     """(H, W, 3): standard error of each pixel, pooled over its 7x7 neighbourhood; ``inf`` where unknown. Near a lamp or
     an edge it may be many times the pixel's own. The standard deviation of ``image`` over renders with several seeds is
-    always the pixel's own."""
+    always the pixel's own. Before the samples have met rare bright paths, such as to a tiny lamp, it may be 2 to 3
+    times too small. The upper limit of ``error`` then includes the light that may be missing, as far as it is known."""
     samples: NDArray[np.int64]
     """(H, W): number of samples of each pixel. The indices of a pixel's samples begin at 0."""
     error: Interval
@@ -292,7 +294,8 @@ class Result:
         if paths.exr is not None:
             kept = keep_work(paths.exr, self.record)
             self.file.write(paths.exr, description, small)
-        preview.write(paths.preview, self.image, description, self.origin.scene, self._alpha, stops)
+        repeat = to_repeat(self.record, stops)
+        preview.write(paths.preview, self.image, description, self.origin.scene, self._alpha, stops, repeat)
         if paths.variance is not None and variance is not None:
             variance_picture.write_variance(paths.variance, variance, description, self.origin.scene)
         return paths.all if kept is None else (*paths.all, kept)

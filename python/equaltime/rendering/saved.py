@@ -188,8 +188,19 @@ def differences(found: Mapping[str, Any], wanted: Mapping[str, Any], more: Itera
     theirs, ours = (bool(each.get("transparent")) for each in (found, wanted))
     if theirs != ours:
         said.append(f"{_BACKGROUNDS[theirs]}, not {_BACKGROUNDS[ours]}")
-    if len({*named}) == 2 or (theirs == ours and _IN_DIGEST.isdisjoint(differing)):
+    defined = _defined(found.get("defines") or {}, wanted.get("defines") or {})
+    said += defined
+    if len({*named}) == 2 or (theirs == ours and not defined and _IN_DIGEST.isdisjoint(differing)):
         said.append(f"another scene{_scenes(found['scene'], wanted['scene'])}")
+    return said
+
+
+def _defined(found: Mapping[str, str], wanted: Mapping[str, str]) -> list[str]:
+    """Return the definitions (``-D``) that differ, in words."""
+    said = []
+    for name in [name for name in {**found, **wanted} if found.get(name) != wanted.get(name)]:
+        theirs, ours = (f"-D {name}={each[name]}" if name in each else "" for each in (found, wanted))
+        said.append(f"{theirs}, not {ours}" if theirs and ours else theirs or f"no {ours}")
     return said
 
 

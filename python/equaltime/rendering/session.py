@@ -111,7 +111,8 @@ class Session:
             team = job.cluster.team(scene)
             self._renderer = spread_renderer(scene, decided, job.seed, job.threads, team, job.traps)
         self._resumed = Decision() if resumed is None else resumed.decision
-        self._before, self._runs = (0.0, 1) if resumed is None else (resumed.seconds, resumed.runs + 1)
+        self._before, self._runs = (0.0, 0) if resumed is None else (resumed.seconds, resumed.runs)
+        self._paths_before = 0 if resumed is None else int(resumed.record["paths"])
         self._shown = 0.0
         if resumed is not None:
             self._take_up(resumed)
@@ -297,7 +298,7 @@ class Session:
             cluster="" if self._spread is None else self._spread.told(),
             effects=tuple(name for name, used in self.job.scene.core.effects().items() if used),
             build=build_info(),
-            runs=self._runs,
+            runs=max(1, self._runs + (counters["paths"] > self._paths_before)),  # a run without samples is none
         )
         moments, second = self._renderer.moments, second_nets(self._renderer)
         try:

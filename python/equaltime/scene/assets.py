@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.scene.core import MeshData, read_obj, read_obj_by_material, read_ply
+from equaltime.scene.creases import Creased, creased
 from equaltime.scene.gltf import Contents, Triangles, split
 from equaltime.scene.model import Bitmap, EnvMap, Gltf, MeshFile, Obj, Serialized, mesh_files
 from equaltime.scene.pictures import Texels, read_picture
@@ -22,7 +23,7 @@ from equaltime.scene.serialized import read_serialized
 
 __all__ = ["Assets", "Mesh"]
 
-Mesh = MeshData | Triangles
+Mesh = MeshData | Triangles | Creased
 """Vertices, faces and attributes of a mesh; normals and texture coordinates if the file has any."""
 CHUNK = 1 << 22
 
@@ -35,7 +36,7 @@ class Assets:
 
     def __init__(self, search: Search) -> None:
         self._search = search
-        self._meshes: dict[tuple[str, int | str | None], Mesh] = {}
+        self._meshes: dict[tuple[str, int | str | None, float | None], Mesh] = {}
         self._images: dict[Path, NDArray[np.float32]] = {}
         self._told: dict[Path, tuple[str, ...]] = {}
         self._texels: dict[tuple[str, bool], Texels] = {}
@@ -47,18 +48,20 @@ class Assets:
     def mesh(self, shape: MeshFile) -> Mesh:
         """Return the mesh of `shape` in local coordinates, with finite vertices and valid indices.
 
-        For a deforming mesh, return the first pose. Raises ValueError if the file cannot be used.
+        For a deforming mesh, return the first pose. A mesh without normals gets some if the shape has a crease angle
+        and no flat faces. Raises ValueError if the file cannot be used.
         """
         filename = mesh_files(shape.filename)[0]
         path = self.path(filename)
         part = (
             shape.shape_index if isinstance(shape, Serialized) else shape.material if isinstance(shape, Obj) else None
         )
-        key = (filename, part)
+        angle = None if shape.face_normals else shape.crease_angle
+        key = (filename, part, angle)
         if key not in self._meshes:
             mesh = self._read_mesh(shape, path, split(filename)[1] or "")
             _check_mesh(path, mesh)
-            self._meshes[key] = mesh
+            self._meshes[key] = mesh if angle is None or mesh.normals is not None else creased(mesh, angle)
         return self._meshes[key]
 
     def _read_mesh(self, shape: MeshFile, path: Path, inside: str) -> Mesh:

@@ -9,7 +9,7 @@ type ``obj`` or ``ply`` has the BSDF that the scene gives it, as in Mitsuba.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -17,23 +17,27 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from equaltime.scene import meshes
 from equaltime.scene.core import SMOOTHING, MeshData, read_obj_by_material, read_ply
+from equaltime.scene.creases import has_creases
 from equaltime.scene.mtl import shown
 from equaltime.scene.obj_materials import GREY, ObjMaterials, file_beside
 from equaltime.scene.report import Account, Report, told_once
 from equaltime.scene.search import Search
 from equaltime.scene.studio import (
+    NOT_FRAMED,
     SUN_ANGLE,
     UPS,
     VIEWS,
     Z_UP,
+    Strength,
     choice,
     default_camera,
+    framed,
     ground,
     number_of,
     sky,
     soft_sun,
+    strength,
     sun_angle,
     switch,
 )
@@ -51,20 +55,22 @@ DEFINITIONS: Final[Mapping[str, object]] = {
     "view": "front",
     "up": "y",
     "face_normals": False,
+    "crease_angle": 40.0,
 }
 """Names that ``-D`` may set, with the defaults: the ground's reflectance, the sky's radiance, the sun's irradiance, and
 the sun's angular radius in degrees. ``view`` is the camera's side (`equaltime.scene.studio.VIEWS`), ``up`` the axis of
-the mesh that points up, and ``face_normals`` makes all faces flat; by default they are flat where the file says so or
-most edges are sharp. With the defaults, a white surface that faces the sun is white in the image."""
+the mesh that points up, and ``face_normals`` makes all faces flat; by default they are flat where the file says so.
+Where faces of a mesh without normals meet at more than the crease angle, in degrees, their edge is hard. The default of
+40 degrees keeps a box hard, and a ball of 10 sides or more round. With the defaults, a white surface that faces the sun
+is white in the image."""
 _ADDED: Final = (
     "the file is only a mesh: a camera, a sky, a sun and a ground are added; -D view=back shows its back, -D up=z if "
     "it lies on its back; also -D sky=, sun=, sun_angle=, ground="
 )
-_SMOOTHED: Final = "without normals, edges are smoothed; -D face_normals=true keeps them hard"
-_FLAT: Final = "without normals and with sharp edges: faces are flat; -D face_normals=false smooths them"
-_MOST_SHARP: Final = 1.0 / 3.0
-"""Largest share of sharp corners of a mesh that is smoothed. All corners of a box are sharp: smooth normals, which lean
-far over its edges, would lose light on whole faces. A finely tessellated shape has few sharp corners."""
+_CREASED: Final = (
+    "without normals: edges of more than {:g} degrees are hard, others smooth; -D crease_angle=180 smooths all, "
+    "-D face_normals=true makes all hard"
+)
 _COLORS: Final = ("vertex_color", "face_color")
 _LARGEST: Final = 1e300
 """Largest coordinate of a mesh whose studio, which is larger, still has finite numbers."""
@@ -95,15 +101,19 @@ def read_mesh(
         report.add(*told_once(place, str(error)))
         return None
     try:
-        flat = "face_normals" not in defines and _flat_or_smooth(content, parts.values(), path.name, account)
-        options = _Options.of({"face_normals": flat, **defines})
-        around = _studio([mesh.vertices for mesh in parts.values()], options, place)
+        options = _Options.of({"face_normals": _wants_flat_faces(content, parts.values()), **defines})
+        around = _studio([mesh.vertices for mesh in parts.values()], options, place, account)
     except ValueError as error:
         report.add(place, str(error))
         return None
     for shape in shapes:
         add(shape, "face_normals", options.face_normals or None)
         add(shape, "to_world", Z_UP if options.up == "z" else None)
+    if not options.face_normals:
+        _crease(shapes, list(parts.values()), options.crease_angle)
+        bare = (mesh for mesh in parts.values() if mesh.normals is None)
+        if "crease_angle" not in defines and any(has_creases(mesh, options.crease_angle) for mesh in bare):
+            account.tell(_CREASED.format(options.crease_angle), path.name)
     for line in (*account, _ADDED):
         report.note(line)
     return Object(place, "scene", "scene", children=[Child(each.id, each) for each in (*shapes, *around)])
@@ -113,43 +123,36 @@ def read_mesh(
 class _Options:
     """Values of the definitions of `DEFINITIONS`."""
 
-    ground: float
-    sky: float
-    sun: float
+    ground: Strength
+    sky: Strength
+    sun: Strength
     sun_angle: float
     view: str
     up: str
     face_normals: bool
+    crease_angle: float
 
     @classmethod
     def of(cls, defines: Mapping[str, object]) -> _Options:
         """Return the given values, and the defaults of all others; a value that makes no sense raises ValueError."""
         given = {**DEFINITIONS, **defines}
         return cls(
-            number_of(given["ground"], "ground", most=1.0),
-            number_of(given["sky"], "sky"),
-            number_of(given["sun"], "sun"),
+            strength(given["ground"], "ground", most=1.0),
+            strength(given["sky"], "sky"),
+            strength(given["sun"], "sun"),
             sun_angle(given["sun_angle"]),
             choice(given["view"], "view", VIEWS),
             choice(given["up"], "up", UPS),
             switch(given["face_normals"], "face_normals"),
+            number_of(given["crease_angle"], "crease_angle", most=180.0),
         )
 
 
-def _flat_or_smooth(content: bytes, parts: Collection[MeshData], name: str, account: Account) -> bool:
-    """Tell whether the faces of a mesh file are flat by default: if the file says so, or if most edges are sharp.
-
-    What becomes of sharp edges is told in ``account``, except where the file itself chooses.
-    """
-    if _wants_flat_faces(content, parts):
-        return True
-    counts = [meshes.sharp_corners(part.vertices, part.faces) for part in parts if part.normals is None]
-    sharp, corners = map(sum, zip(*counts, strict=True)) if counts else (0, 0)
-    if sharp == 0:
-        return False
-    flat = len(counts) == len(parts) and sharp > _MOST_SHARP * corners
-    account.tell(_FLAT if flat else _SMOOTHED, name)
-    return flat
+def _crease(shapes: Sequence[Object], parts: Sequence[MeshData], angle: float) -> None:
+    """Give shapes whose mesh has no normals the crease angle; without a library, one shape has all parts of a file."""
+    bare = [mesh.normals is None for mesh in parts]
+    for shape, edged in zip(shapes, bare if len(shapes) == len(parts) else [all(bare)], strict=True):
+        add(shape, "crease_angle", angle if edged else None)
 
 
 def _wants_flat_faces(content: bytes, parts: Collection[MeshData]) -> bool:
@@ -166,17 +169,23 @@ def _wants_flat_faces(content: bytes, parts: Collection[MeshData]) -> bool:
     return all(group[1].strip() in (b"0", b"off") for group in groups)
 
 
-def _studio(vertices: list[NDArray[np.floating[Any]]], options: _Options, place: Place) -> list[Object]:
-    """Return camera, ground, sky and sun around a mesh with vertices (N, 3)."""
-    points = np.concatenate(vertices).astype(np.float64)
+def _studio(
+    vertices: list[NDArray[np.floating[Any]]], options: _Options, place: Place, account: Account
+) -> list[Object]:
+    """Return camera, ground, sky and sun around a mesh; each of its parts has ``vertices`` (N, 3)."""
+    parts = [part.astype(np.float64) for part in vertices]
     if options.up == "z":
-        points = points @ Z_UP[:3, :3].T
+        parts = [part @ Z_UP[:3, :3].T for part in parts]
+    points = np.concatenate(parts)
     bounds = np.stack([points.min(axis=0), points.max(axis=0)])
     if not np.abs(bounds).max() <= _LARGEST:
         raise ValueError(f"the mesh reaches to {np.abs(bounds).max():.3g}; no coordinate may be beyond {_LARGEST:g}")
+    seen = framed(parts)
+    if len(seen) < len(parts):
+        account.tell(NOT_FRAMED, Path(place.file).name)
     added = (
-        default_camera(points, place, options.view),
-        ground(options.ground, bounds, place) if options.ground > 0.0 else None,
+        default_camera(np.concatenate(seen), place, options.view),
+        ground(options.ground, bounds, place) if np.any(options.ground) else None,
         sky(options.sky, place),
         soft_sun(options.sun, bounds, place, options.view, options.sun_angle),
     )

@@ -6,25 +6,18 @@ its front side.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
     *("CUBE_FACES", "CUBE_UVS", "CUBE_VERTICES", "QUAD_FACES", "QUAD_VERTICES"),
-    *("flip", "place", "place_normals", "sharp_corners", "smooth_normals"),
+    *("flip", "place", "place_normals", "smooth_normals"),
 ]
 
 Vectors = NDArray[np.float64]
 Faces = NDArray[np.uint32]
 
 CHUNK = 1 << 15
-_LOOKED_AT = 100_000
-"""Largest number of faces of a mesh in which `sharp_corners` looks for edges, so that a large mesh loads as fast."""
-_SHARP = math.cos(math.radians(30.0))
-"""Cosine between a face's normal and a smooth one below which the face looks wrong: many programs smooth up to 30
-degrees without being asked."""
 IDENTITY: Vectors = np.eye(4)
 
 QUAD_VERTICES: Vectors = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], dtype=np.float64)
@@ -82,19 +75,6 @@ def smooth_normals(vertices: Vectors, faces: Faces) -> Vectors:
     normals = _unit(sums.reshape(-1, 3))
     normals[~normals.any(axis=1)] = (1.0, 0.0, 0.0)
     return normals
-
-
-def sharp_corners(vertices: Vectors, faces: Faces) -> tuple[int, int]:
-    """Return the number of corners of faces with a smooth normal far off the face, and the number of all corners.
-
-    Far off is more than 30 degrees: smooth normals hide edges at these corners. Only the corners of the first 100,000
-    faces count, which takes a tenth of a second.
-    """
-    used, numbers = np.unique(faces[:_LOOKED_AT], return_inverse=True)
-    points, corners = vertices[used].astype(np.float64), numbers.ravel()
-    smooth = smooth_normals(points, corners.astype(np.uint32).reshape(-1, 3))[corners]
-    flat = smooth_normals(points[corners], np.arange(corners.size, dtype=np.uint32).reshape(-1, 3))
-    return int(np.count_nonzero(np.einsum("ij,ij->i", smooth, flat) < _SHARP)), corners.size
 
 
 def _weighted_normals(points: Vectors) -> Vectors:

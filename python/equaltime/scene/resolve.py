@@ -339,7 +339,12 @@ class _Resolver:
     def _is_reference(self, child: Child, plugin: type[Plugin]) -> bool:
         """Tell whether a string stands in place of an object, so that it is the object's name."""
         data = child.node.data if isinstance(child.node, Plain) else None
-        return isinstance(data, str) and (child.name in plugin.roles.values() or child.name in plugin.slots())
+        if not isinstance(data, str):
+            return False
+        kinds = plugin.slots().get(child.name or "", frozenset())
+        if kinds & {"texture", "volume"} and data.startswith("#") and data not in self._by_id:
+            return False  # a colour in hexadecimal digits
+        return bool(kinds) or child.name in plugin.roles.values()
 
     def _target(self, child: Child, parent: Object) -> Object | None:
         """Return the object that `child` is or refers to, else None; problems are reported."""

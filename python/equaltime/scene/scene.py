@@ -73,6 +73,7 @@ def digest(model: SceneModel, assets: Assets) -> str:
 def _canonical(value: object, assets: Assets) -> object:
     if isinstance(value, Plugin):
         fields = {name: getattr(value, name) for name in type(value).model_fields if name not in {"id", *value.hints}}
+        fields = {name: field for name, field in fields.items() if field is not None or name not in value.newer}
         if isinstance(filename := fields.get("filename"), str | Deformation):
             fields["filename"] = _contents(filename, assets)
         if isinstance(value, HdrFilm) and value.crop == (0, 0, value.width, value.height):

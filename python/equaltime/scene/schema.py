@@ -29,6 +29,7 @@ NUMBER: Final[Schema] = {"type": "number"}
 VARIABLE: Final[Schema] = {"$ref": "#/$defs/variable"}
 NAME: Final[Schema] = {"type": "string", "description": "The name of an object."}
 COLOR: Final[Schema] = {"$ref": "#/$defs/color"}
+_COLORS: Final = "Grey, RGB (linear), #rrggbb (encoded sRGB) or a spectrum."
 OBJECT: Final[Schema] = {"$ref": "#/$defs/object"}
 REFERENCE: Final[Schema] = {"$ref": "#/$defs/reference"}
 ANY: Final[Schema] = {"anyOf": [OBJECT, REFERENCE, {"type": "array", "items": {"anyOf": [OBJECT, REFERENCE]}}]}
@@ -97,6 +98,7 @@ def _shared() -> dict[str, Schema]:
     spectra = [{"$ref": f"#/$defs/{plugin.kind}.{name}"} for name, plugin in PLUGINS.items() if _is_spectrum(plugin)]
     closed = [{"type": "object", "additionalProperties": False, **made} for made in (rgb, spectrum)]
     number = {"anyOf": [NUMBER, VARIABLE]}
+    hexadecimal = {"type": "string", "pattern": "^#([0-9a-fA-F]{3}){1,2}$"}
     step: Schema = {"anyOf": [{"type": "object", "properties": {name: {}}, "required": [name]} for name in STEPS]}
     return {
         "variable": {"type": "string", "pattern": r"^\$\w+$", "description": "A variable."},
@@ -107,7 +109,7 @@ def _shared() -> dict[str, Schema]:
             "additionalProperties": False,
         },
         "vector": {"anyOf": [_array(number, 3), VARIABLE]},
-        "color": {"anyOf": [number, _array(number, 3), *closed, *spectra], "description": "Grey, RGB or a spectrum."},
+        "color": {"anyOf": [number, _array(number, 3), hexadecimal, *closed, *spectra], "description": _COLORS},
         "transform": {"anyOf": [step, {"type": "array", "items": {"anyOf": [step, _array(number, 4, 3)]}}, VARIABLE]},
         "placement": {"anyOf": [{"$ref": "#/$defs/transform"}, _animation(number)]},
         "mesh": {"anyOf": [{"type": "string"}, _deformation(number)]},

@@ -1,7 +1,8 @@
 """A studio for models that bring no camera, no lights or no ground.
 
 glTF files without a camera or without lights get a camera, a sky and a directional sun. A bare mesh (OBJ, PLY) also
-gets a matt ground, and its sun is a far sphere, whose shadows are soft.
+gets a matt ground, and its sun is a far sphere, whose shadows are soft. A glTF file gets such a ground and such a sun
+on demand.
 """
 
 from __future__ import annotations
@@ -14,30 +15,37 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.scene import transforms
+from equaltime.scene.model.values import Color, from_hex
 from equaltime.scene.tree import Object, Place, plant
 from equaltime.words import nearest, shortened
 
 __all__ = [
     "ASPECT",
+    "NOT_FRAMED",
     "SKY",
     "SUN",
     "SUN_ANGLE",
     "UPS",
     "VIEWS",
     "Z_UP",
+    "Strength",
     "choice",
     "default_camera",
     "film",
+    "framed",
     "ground",
     "number_of",
     "sky",
     "soft_sun",
+    "strength",
     "sun",
     "sun_angle",
     "switch",
 ]
 
 Array = NDArray[np.float64]
+Strength = float | Color
+"""A radiance, an irradiance or a reflectance: one number, or three in linear sRGB."""
 
 LONG_SIDE: Final = 768
 ASPECT: Final = 4.0 / 3.0
@@ -72,6 +80,14 @@ _GAP: Final = 1e-4
 """Distance from the model down to the ground, in diagonals of the model: surfaces must not coincide."""
 
 
+NOT_FRAMED: Final = "the model's own ground is far wider than all else: the camera frames all else"
+_FLAT: Final = 0.01
+"""Largest height of a ground, in widths of it."""
+_WIDER: Final = 3.0
+"""Smallest width of a ground that is not framed, in widths of all else: around less, the model still fills a third of
+the picture."""
+
+
 def film(aspect: float, place: Place) -> Object:
     """Return a film of the given ratio of width to height."""
     width, height = (LONG_SIDE, LONG_SIDE / aspect) if aspect >= 1.0 else (LONG_SIDE * aspect, LONG_SIDE)
@@ -99,47 +115,70 @@ def default_camera(points: Array, place: Place, view: str = "front") -> Object:
     return plant("sensor", "perspective", place, to_world=to_world, fov=_FOV, fov_axis="y", film=film(ASPECT, place))
 
 
+def framed(parts: Sequence[Array]) -> list[Array]:
+    """Return the parts of a model that the default camera frames: all, except a flat ground far wider than all else.
+
+    A part is a set of points (N, 3), such as the corners of a mesh's box. A ground lies below the middle of the parts
+    that are not flat; without such parts, all parts are framed.
+    """
+    boxes = np.array([[part.min(axis=0), part.max(axis=0)] for part in parts]).reshape(-1, 2, 3)
+    sizes = boxes[:, 1] - boxes[:, 0]
+    widths = np.hypot(sizes[:, 0], sizes[:, 2])
+    flat = sizes[:, 1] <= _FLAT * widths
+    if flat.all():
+        return [*parts]
+    low, high = boxes[~flat, 0].min(axis=0), boxes[~flat, 1].max(axis=0)
+    below = boxes[:, 1, 1] <= 0.5 * low[1] + 0.5 * high[1]
+    wide = widths > _WIDER * math.hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2])
+    return [part for part, left_out in zip(parts, flat & below & wide, strict=True) if not left_out]
+
+
 def _nearest(x: Array, z: Array, half: float) -> tuple[float, float]:
     """Return the apex (x, z) that is nearest to points in a plane and has them within ``half`` of z on either side."""
     right, left = float(np.max(x + half * z)), float(np.max(half * z - x))
     return 0.5 * (right - left), 0.5 * (right + left) / half
 
 
-def sky(radiance: float, place: Place, name: str = "sky") -> Object | None:
+def sky(radiance: Strength, place: Place, name: str = "sky") -> Object | None:
     """Return a constant environment with radiance `radiance` in W/(m² sr), or None if the radiance is 0."""
-    return plant("emitter", "constant", place, name, radiance=radiance) if radiance > 0.0 else None
+    return plant("emitter", "constant", place, name, radiance=radiance) if np.any(radiance) else None
 
 
-def sun(irradiance: float, place: Place, name: str = "sun") -> Object | None:
+def sun(irradiance: Strength, place: Place, name: str = "sun", view: str = "front") -> Object | None:
     """Return a directional light with irradiance `irradiance` in W/m², or None if the irradiance is 0.
 
-    The light comes from above, from the front (+z) and slightly from the left.
+    The light comes from above the left shoulder of the camera of ``view``.
     """
-    if irradiance <= 0.0:
+    if not np.any(irradiance):
         return None
-    return plant("emitter", "directional", place, name, irradiance=irradiance, direction=_SUNLIGHT)
+    return plant(
+        "emitter", "directional", place, name, irradiance=irradiance, direction=tuple(_turned(_SUNLIGHT, view).tolist())
+    )
 
 
 def soft_sun(
-    irradiance: float, bounds: Array, place: Place, view: str = "front", angle: float = SUN_ANGLE
+    irradiance: Strength,
+    bounds: Array,
+    place: Place,
+    view: str = "front",
+    angle: float = SUN_ANGLE,
+    name: str = "sun",
 ) -> Object | None:
     """Return a far, emitting sphere that gives the model ``irradiance`` in W/m²; None if ``irradiance`` is 0.
 
     ``bounds`` (2, 3) are the least and the largest coordinates of the model. The light comes from above the camera's
     left shoulder. ``angle`` is the angular radius of the sun, in degrees; it does not change the irradiance.
     """
-    if irradiance <= 0.0:
+    if not np.any(irradiance):
         return None
     middle, size = _extent(bounds)
     center = middle - _FAR * size * _turned(_SUNLIGHT, view) / math.hypot(*_SUNLIGHT)
     sine = math.sin(math.radians(angle))
-    lamp = plant("emitter", "area", place, radiance=irradiance / (math.pi * sine**2))
-    return plant(
-        "shape", "sphere", place, "sun", center=tuple(center.tolist()), radius=_FAR * size * sine, emitter=lamp
-    )
+    lamp = plant("emitter", "area", place, radiance=_over(irradiance, math.pi * sine**2))
+    return plant("shape", "sphere", place, name, center=tuple(center.tolist()), radius=_FAR * size * sine, emitter=lamp)
 
 
-def ground(reflectance: float, bounds: Array, place: Place, name: str = "ground") -> Object:
+def ground(reflectance: Strength, bounds: Array, place: Place, name: str = "ground") -> Object:
     """Return a matt disk just below a model; ``bounds`` (2, 3) are the model's least and largest coordinates."""
     middle, size = _extent(bounds)
     lying = transforms.rotate((1.0, 0.0, 0.0), -90.0) @ transforms.scale((_WIDE * size,) * 3)
@@ -161,6 +200,27 @@ def number_of(given: object, name: str, most: float = math.inf, least: float = 0
         allowed = f"of at least {least:g}" if math.isinf(most) else f"from {least:g} to {most:g}"
         raise ValueError(f"'{name}' must be a number {allowed}, found {shortened(given, 40)}")
     return value
+
+
+def strength(given: object, name: str, most: float = math.inf) -> Strength:
+    """Return ``given``, the user's value of the scene variable ``name``, as a number or a colour in linear sRGB.
+
+    A colour is given in hexadecimal digits of encoded sRGB, ``#20c040``. Raises ValueError for any other text, and
+    unless a number is in [0, ``most``].
+    """
+    if not isinstance(given, str) or not given.lstrip().startswith("#"):
+        return number_of(given, name, most)
+    try:
+        return from_hex(given)
+    except ValueError as error:
+        raise ValueError(f"'{name}': {error}") from None
+
+
+def _over(dividend: Strength, divisor: float) -> Strength:
+    if isinstance(dividend, float):
+        return dividend / divisor
+    red, green, blue = dividend
+    return red / divisor, green / divisor, blue / divisor
 
 
 def sun_angle(given: object) -> float:

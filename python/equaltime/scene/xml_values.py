@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from equaltime.scene import transforms
 from equaltime.scene.model import SpectralCurve, Spectrum
 from equaltime.scene.model.spectra import blackbody
+from equaltime.scene.model.values import from_hex, from_srgb
 from equaltime.scene.spectrum_values import parse_spectrum
 
 __all__ = ["OLD_VALUES", "STEPS", "VALUES", "Rule", "number"]
@@ -122,12 +123,15 @@ def _old_spectrum(text: str) -> Spectrum | SpectralCurve | Vec3:
 
 def _srgb(text: str) -> Vec3:
     """Read a colour in encoded sRGB: ``#rrggbb``, or numbers from 0 to 1."""
-    if match := re.fullmatch(r"#([0-9a-fA-F]{6})", text.strip()):
-        encoded = [int(match[1][i : i + 2], 16) / 255.0 for i in (0, 2, 4)]
-    else:
-        encoded = list(_three(text))
-    red, green, blue = (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in encoded)
+    if text.strip().startswith("#"):
+        return from_hex(text)
+    red, green, blue = map(from_srgb, _three(text))
     return red, green, blue
+
+
+def _rgb(text: str) -> Vec3:
+    """Read a colour: one number or three, in linear sRGB, or ``#rrggbb``, in encoded sRGB."""
+    return from_hex(text) if text.strip().startswith("#") else _three(text)
 
 
 NAMED = ("name", "value")
@@ -140,7 +144,7 @@ VALUES: Final[dict[str, Rule[object]]] = {
     "float": Rule(NAMED, (), lambda a: number(a["value"])),
     "integer": Rule(NAMED, (), lambda a: _integer(a["value"])),
     "point": Rule(("name",), XYZ, _vector),
-    "rgb": Rule(NAMED, (), lambda a: _three(a["value"])),
+    "rgb": Rule(NAMED, (), lambda a: _rgb(a["value"])),
     "spectrum": Rule(NAMED, (), lambda a: parse_spectrum(a["value"])),
     "string": Rule(NAMED, (), lambda a: a["value"]),
     "vector": Rule(("name",), XYZ, _vector),
@@ -149,7 +153,7 @@ VALUES: Final[dict[str, Rule[object]]] = {
 
 OLD_VALUES: Final[dict[str, Rule[object]]] = {
     "blackbody": Rule(("name", "temperature"), ("scale",), lambda a: _blackbody(a)),
-    "rgb": Rule(NAMED, INTENT, lambda a: _three(a["value"])),
+    "rgb": Rule(NAMED, INTENT, lambda a: _rgb(a["value"])),
     "spectrum": Rule(NAMED, INTENT, lambda a: _old_spectrum(a["value"])),
     "srgb": Rule(NAMED, INTENT, lambda a: _srgb(a["value"])),
 }

@@ -18,6 +18,10 @@ medians over repeats, where each repeat has its own curve. Their interval is fro
 distribution. Beyond its end every curve continues with the slope of the median curve, even where samples are
 independent. 1 / sqrt(time) is the law of the mean error, but a run that has not met the rare light still lacks it after
 twice the time. Where tails are light, mean and median are the same number, and the mean has the narrower interval.
+
+A renderer that starts anew for every checkpoint (`Runs.spp`) pays a fixed time before its first sample. Its error falls
+steeply with time as long as the start makes most of it, and no steeper than others afterwards. So its curve continues
+in samples, and the fixed time is added. No curve continues to later times with a slope steeper than `STEEPEST`.
 """
 
 from __future__ import annotations
@@ -42,9 +46,10 @@ from equaltime.statistics.intervals import (
     median_interval,
     signed_root,
 )
-from equaltime.words import percent
+from equaltime.words import duration, percent
 
 __all__ = [
+    "STEEPEST",
     "TYPICAL",
     "Runs",
     "error_at",
@@ -56,6 +61,8 @@ __all__ = [
     "second_curve",
     "slope",
     "slope_doubt",
+    "start_seconds",
+    "steep_doubt",
     "time_to_error",
     "typical_interval",
 ]
@@ -64,6 +71,13 @@ Floats = NDArray[np.float64]
 
 INDEPENDENT = -0.5
 """Slope of log error against log time for independent samples, whose variance falls as 1 / n for n samples."""
+STEEPEST = -0.8
+"""Steepest slope of log error against log samples with which a curve continues to later times.
+
+Independent samples have -1/2. Stratified and low-discrepancy points have -3/4 in pixels that an edge crosses: of n
+strata it cuts about sqrt(n), so the variance falls as n^(-3/2). Smooth pixels may do better, and then those with edges
+make the error in the end. Fits scatter by some 0.05 around their slope. Steeper ones come from warming up or by chance,
+and do not last."""
 TRUSTED_REACH = 10.0
 """Largest factor of time beyond the longest run for which a fitted slope is trusted."""
 FARTHEST_REACH = 100.0
@@ -76,6 +90,7 @@ _BELOW = (
     "the error is below what the reference can show; reference.error and reference.seconds of an experiment file ask "
     "for a better one"
 )
+_SHALLOW = "shallower than -0.5, the slope of independent samples: fixed costs at the start, or rare bright samples"
 _CLEAR = 4.0
 """Standard errors of the reference's part that a squared error must exceed to be read off the curve."""
 _TAIL_OCTAVES = 3.0
@@ -83,10 +98,17 @@ _TELLING = 10.0
 """A lower end of a time or an error says nothing if it is farther than this factor below the estimate."""
 _MOST_OF_ONE = 0.5
 """Largest share of one repeat in the squared errors of all for which it counts as a run like the others."""
+_STEEP = (
+    "the fitted slope is steeper than -0.8, which does not last: the interval reaches from the fitted slope to one as "
+    "much flatter than -0.8"
+)
+"""Remark on a time that is extrapolated by `STEEPEST`."""
 TYPICAL = "typical runs: the median of repeats"
 """Note of an interval of a time: the time is the median over repeats, not the time at which the mean error is
 reached."""
 _FEWEST_POINTS = 3
+_MOST_LOG = 600.0
+"""Logarithm of a factor of samples beyond which the time counts as infinite: float64 ends near e^709."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,6 +139,9 @@ class Runs:
     expected."""
     shared: float = 0.0
     """Standard error of relMSE due to the reference's noise, which all repeats share."""
+    spp: Floats | None = None
+    """(C,): samples per pixel at the checkpoints of a renderer that starts anew for each, so that every time contains
+    its start. None if one image grows from checkpoint to checkpoint."""
 
     @property
     def repeats(self) -> int:
@@ -135,6 +160,11 @@ class Runs:
         if self.doubt or self.repeats < FEWEST_REPEATS or share <= _MOST_OF_ONE:
             return self.doubt
         return f"one repeat of {self.repeats} makes {percent(share)} of their squared error"
+
+    @property
+    def exact(self) -> bool:
+        """Whether every image equals an exact reference, so that no error is left to fall."""
+        return self.shared == 0.0 and not self.relmse.any()
 
     @property
     def law(self) -> bool:
@@ -236,12 +266,58 @@ def _steepness(x: Floats, y: Floats) -> float:
     return float(centred @ y) / square if square > 0.0 else math.nan
 
 
+def start_seconds(runs: Runs, kept: Floats) -> float:
+    """Return the seconds that a render takes beside its samples; 0 if one image grows from checkpoint to checkpoint.
+
+    The start is the intercept of a line through the mean times over sample counts, by least squares of relative
+    deviations. ``kept`` (K,) is the weight of each repeat. The result is below the shortest mean time.
+    """
+    if runs.spp is None or runs.spp.size < _FEWEST_POINTS:
+        return 0.0
+    from scipy.optimize import nnls  # late: slow to import
+
+    seconds = kept @ runs.seconds / kept.sum()
+    if not (np.isfinite(seconds).all() and seconds.min() > 0.0):
+        return 0.0
+    line = np.stack([1.0 / seconds, runs.spp / runs.spp[-1] / seconds], axis=1)
+    start = float(nnls(line, np.ones_like(seconds))[0][0])
+    return min(start, float(np.nextafter(seconds.min(), 0.0)))
+
+
 def _outside(runs: Runs, x: Floats, y: Floats, late: bool) -> float:
     """Return the slope with which the curve continues after its end (or before its beginning)."""
     if runs.law:
         return INDEPENDENT
+    steep = _fitted(runs, x, y, late)
+    return STEEPEST if late and steep < STEEPEST else steep
+
+
+def _fitted(runs: Runs, x: Floats, y: Floats, late: bool) -> float:
+    """Return the slope of the last (or first) three doublings of a curve; NaN for too few points."""
+    x = _axis(runs, x)
     near = np.abs(x - (x[-1] if late else x[0])) <= _TAIL_OCTAVES * math.log(2.0)
     return _steepness(x[near], y[near]) if np.count_nonzero(near) >= _FEWEST_POINTS else math.nan
+
+
+def _axis(runs: Runs, x: Floats) -> Floats:
+    """Return what slopes are measured against: log samples if every time contains a start, else log seconds ``x``."""
+    return x if runs.spp is None else np.log(runs.spp[: x.size])
+
+
+def _continued(log_seconds: float, log_factor: float, start: float) -> float:
+    """Return the log of the seconds in which a render takes ``exp(log_factor)`` times the samples."""
+    if start == 0.0:
+        return log_seconds + log_factor
+    sampling = max(math.exp(log_seconds) - start, 0.0)
+    return math.inf if log_factor >= _MOST_LOG else math.log(start + sampling * math.exp(log_factor))
+
+
+def _factor(log_seconds: float, end: float, start: float) -> float:
+    """Return the log of the factor of samples between two times; the inverse of `_continued`, NaN before the start."""
+    if start == 0.0 or not math.isfinite(log_seconds):
+        return log_seconds - end
+    sampling = [math.exp(one) - start for one in (log_seconds, end)]
+    return math.log(sampling[0] / sampling[1]) if min(sampling) > 0.0 else math.nan
 
 
 def log_time(runs: Runs, target: float, kept: Floats) -> float:
@@ -251,7 +327,7 @@ def log_time(runs: Runs, target: float, kept: Floats) -> float:
     ``inf`` if the error never falls to ``target``, and NaN if there are too few checkpoints to tell.
     """
     curve = runs.points(kept)
-    return _crossing(runs, target, curve, curve)
+    return _crossing(runs, target, curve, curve, start_seconds(runs, kept))
 
 
 def log_times(runs: Runs, target: float) -> Floats:
@@ -262,11 +338,18 @@ def log_times(runs: Runs, target: float) -> Floats:
     ``target``, and NaN if there are too few checkpoints to tell.
     """
     typical = runs.typical(np.ones(runs.repeats))
-    return np.array([_crossing(runs, target, runs.points(one), typical) for one in np.eye(runs.repeats)])
+    return np.array(
+        [_crossing(runs, target, runs.points(one), typical, start_seconds(runs, one)) for one in np.eye(runs.repeats)]
+    )
 
 
-def _crossing(runs: Runs, target: float, curve: tuple[Floats, Floats], slopes: tuple[Floats, Floats]) -> float:
-    """Return the log of the seconds at which a curve falls to the target; ``slopes`` extrapolates beyond its ends."""
+def _crossing(
+    runs: Runs, target: float, curve: tuple[Floats, Floats], slopes: tuple[Floats, Floats], start: float
+) -> float:
+    """Return the log of the seconds at which a curve falls to the target; ``slopes`` extrapolates beyond its ends.
+
+    ``start`` is the time that each render takes beside its samples, in seconds.
+    """
     x, y = curve
     if not x.size:
         return math.nan
@@ -281,7 +364,7 @@ def _crossing(runs: Runs, target: float, curve: tuple[Floats, Floats], slopes: t
     if not steep < 0.0:
         return math.nan if math.isnan(steep) else math.inf
     end = -1 if late else 0
-    return float(level_x[end] + (wanted - level_y[end]) / steep)
+    return _continued(float(level_x[end]), float(wanted - level_y[end]) / steep, start)
 
 
 def time_to_error(runs: Runs, target: float) -> Interval:
@@ -292,7 +375,9 @@ def time_to_error(runs: Runs, target: float) -> Interval:
       interval then says so.
     - Beyond the measured times the error curve is extrapolated in log-log axes, which ``note`` says too. The slope is
       -1/2 for independent samples without such paths. Otherwise it is fitted to the last three doublings of time, and
-      used up to 100 times the longest run. The curve of a biased strategy is not extrapolated to later times.
+      used up to 100 times the longest run. `STEEPEST` takes the place of a steeper fit, and the interval
+      is wider then (`steep_doubt`). The curve of a biased strategy is not extrapolated to later times.
+    - If a renderer starts anew for every checkpoint, slopes are against samples, and the start is added to times.
     - The value is ``inf`` if the curve does not reach ``target`` within these limits. The field ``low`` is then a time
       that is surely too short for ``target``; it is 0 if no such time is known.
     - The value is NaN if there are too few checkpoints to extrapolate, or if the error is below the reference's noise
@@ -301,6 +386,9 @@ def time_to_error(runs: Runs, target: float) -> Interval:
     whole = np.ones(runs.repeats)
     typical = bool(runs.tail)
     x = (runs.typical(whole) if typical else runs.points(whole))[0]
+    if runs.exact:
+        first = float(runs.seconds[:, 0].mean())
+        return Interval(first, 0.0, first).bounded("high", "the first image is exact already")
     if not x.size:
         return UNKNOWN.doubted(_BELOW)
     begin, end = float(x[0]), float(x[-1])
@@ -318,7 +406,26 @@ def time_to_error(runs: Runs, target: float) -> Interval:
         why = ": biased, not extrapolated" if runs.biased else ": the error no longer falls"
         note = "not reached" + (why if math.isinf(value) else f" in {FARTHEST_REACH:g} times the longest run")
         return runs.judged_time(Interval(math.inf, low, math.inf).noted(note))
-    return runs.judged_time(_with_reach(found.map(exp), value, begin, end, runs.law))
+    return runs.judged_time(_with_reach(found.map(exp), value, (begin, end), runs, steep_doubt(runs, target)))
+
+
+def steep_doubt(runs: Runs, target: float) -> tuple[float, float]:
+    """Return by how much the time to the error ``target`` may be below and above its estimate, as fractions of it.
+
+    Both are 0 unless `STEEPEST` takes the place of a steeper fit. Then the slope may be the fitted one, or as much
+    flatter than `STEEPEST` as the fit is steeper, but not flatter than -1/2.
+    """
+    whole = np.ones(runs.repeats)
+    x, y = runs.typical(whole) if runs.tail else runs.points(whole)
+    if runs.law or runs.biased or not x.size:
+        return 0.0, 0.0
+    level_x, level_y = falling(x, y)
+    fall, fitted = math.log(target) - float(level_y[-1]), _fitted(runs, x, y, late=True)
+    if fall >= 0.0 or not fitted < STEEPEST:
+        return 0.0, 0.0
+    start, slopes = start_seconds(runs, whole), (fitted, STEEPEST, min(2.0 * STEEPEST - fitted, INDEPENDENT))
+    fast, value, slow = (_continued(float(level_x[-1]), fall / steep, start) for steep in slopes)
+    return (exp(value - fast) - 1.0, exp(slow - value) - 1.0) if math.isfinite(slow) else (math.inf, math.inf)
 
 
 def typical_interval(logs: Callable[[float], Floats], more: float) -> Interval:
@@ -348,14 +455,14 @@ def slope_doubt(runs: Runs, value: float) -> float:
     variance of a median.
     """
     x, _ = runs.typical(np.ones(runs.repeats))
-    beyond = max(value - x[-1], x[0] - value, 0.0)
-    if beyond == 0.0 or not math.isfinite(value) or runs.law:
+    if x[0] <= value <= x[-1] or not math.isfinite(value) or runs.law:
         return 0.0
     late = bool(value > x[-1])
+    beyond = abs(_factor(value, float(x[-1] if late else x[0]), start_seconds(runs, np.ones(runs.repeats))))
     found = jackknife(lambda kept: _outside(runs, *runs.typical(kept), late), runs.repeats)
     steep = _outside(runs, *runs.typical(np.ones(runs.repeats)), late)
     half = 0.5 * (found.high - found.low)
-    return float(beyond * half / abs(steep)) if math.isfinite(half) else math.inf
+    return float(beyond * half / abs(steep)) if math.isfinite(half) and math.isfinite(beyond) else math.inf
 
 
 def _surely_until(runs: Runs, target: float, last: int) -> float:
@@ -370,17 +477,32 @@ def _lower_end(log_time: Interval) -> float:
     return exp(log_time.low) if log_time.trusted and not math.isnan(log_time.low) else 0.0
 
 
-def _with_reach(found: Interval, value: float, begin: float, end: float, law: bool) -> Interval:
-    """Note how far outside the runs the number lies, and doubt it where a fitted slope is used too far."""
+def _with_reach(
+    found: Interval, value: float, ends: tuple[float, float], runs: Runs, steep: tuple[float, float]
+) -> Interval:
+    """Note how far outside the runs the number lies, and doubt it where a fitted slope is used too far.
+
+    ``ends`` are the logarithms of the first and the last time, and ``steep`` is the result of `steep_doubt`.
+    """
+    begin, end = ends
     reach = math.exp(max(value - end, begin - value, 0.0))
     if reach <= 1.0 + 1e-9:
         return found
-    side = "beyond the longest run" if value > end else "before the first checkpoint"
-    by = "by slope -1/2" if law else "by the fitted slope"
-    noted = replace(found, reach=reach).noted(f"extrapolated {reach:.3g} times {side} {by}")
-    if law or reach <= (TRUSTED_REACH if value > end else 2.0):
+    late = value > end
+    side = "beyond the longest run" if late else "before the first checkpoint"
+    by = "by slope -1/2" if runs.law else "by slope -0.8" if any(steep) else "by the fitted slope"
+    start = start_seconds(runs, np.ones(runs.repeats))
+    told = (f"extrapolated {reach:.3g} times {side} {by}", _STEEP if any(steep) else "", _started(start))
+    noted = replace(found.widened(steep[0], "low").widened(steep[1]), reach=reach).noted(join(told))
+    factor = math.exp(abs(_factor(value, end if late else begin, start)))
+    if runs.law or factor <= (TRUSTED_REACH if late else 2.0):
         return noted
     return noted.doubted("a fitted slope may not hold so far")
+
+
+def _started(start: float) -> str:
+    """Return a remark on the time that each render takes beside its samples; empty if there is none."""
+    return f"each render takes {duration(start)} beside its samples" if start > 0.0 else ""
 
 
 def error_at(runs: Runs, seconds: float) -> Interval:
@@ -401,11 +523,13 @@ def error_at(runs: Runs, seconds: float) -> Interval:
             return float(np.interp(wanted, x, y))
         late = bool(wanted > x[-1])
         end, steep = -1 if late else 0, _outside(runs, x, y, late)
-        beyond = wanted - x[end]
-        if abs(beyond) > math.log(_NEAR_ENOUGH if math.isnan(steep) else _FARTHEST_ERROR):
+        beyond = _factor(wanted, float(x[end]), start_seconds(runs, kept))
+        if math.isnan(beyond) or abs(beyond) > math.log(_NEAR_ENOUGH if math.isnan(steep) else _FARTHEST_ERROR):
             return math.nan
         return float(y[end] + (0.0 if math.isnan(steep) else min(steep, 0.0)) * beyond)
 
+    if runs.exact:
+        return few(Interval(0.0, 0.0, 0.0), runs.repeats)
     found = _measured(log_error, runs.repeats)
     if math.isnan(found.value):
         return UNKNOWN.doubted(_BELOW if _is_below(runs) else "no run is near that time")
@@ -437,15 +561,22 @@ def _is_below(runs: Runs) -> bool:
 def slope(runs: Runs) -> Interval:
     """Return the slope of log error against log time over all checkpoints of ``runs``, as an interval.
 
-    Independent samples have a slope of -0.5. The value is NaN if there are too few checkpoints.
+    Independent samples have a slope of -0.5. The slope is against log samples if a renderer starts anew for every
+    checkpoint, which the field ``note`` says: its start makes errors fall steeply with time for a while. The value is
+    NaN if there are too few checkpoints.
     """
 
     def steepness(kept: Floats, off: float) -> float:
-        return _steepness(*runs.moved(off).points(kept))
+        x, y = runs.moved(off).points(kept)
+        return _steepness(_axis(runs, x), y)
 
     found = interval_of(steepness, runs.repeats)
     if math.isnan(found.value):
-        return UNKNOWN.doubted("too few checkpoints")
+        return UNKNOWN.doubted("an exact image has no error that falls" if runs.exact else "too few checkpoints")
+    if found.trusted and found.low > INDEPENDENT and not runs.biased:
+        found = found.noted(_SHALLOW)
+    if started := _started(start_seconds(runs, np.ones(runs.repeats))):
+        found = found.noted(f"against samples, not time: {started}")
     reason = join((runs.tail, runs.missing))
     return found.doubted(reason) if reason else found
 

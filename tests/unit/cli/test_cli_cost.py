@@ -201,12 +201,28 @@ def test_a_folder_of_another_experiment_is_refused_and_left_alone(
     assert (folder / "records.csv").read_bytes() == before
 
 
+def test_without_dask_a_cluster_is_refused_with_the_line_that_installs_it(
+    experiment: Path, folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)  # as if it were not installed
+    assert main(["cost", str(experiment), "-o", str(folder), "--cluster", "tcp://127.0.0.1:9"]) in (1, 2)
+    told = capsys.readouterr().err
+    assert "this needs the package distributed: pip install '.[cluster]' in a checkout of equaltime, or " in told
+    assert main(["cost", "--help"]) == 0
+    assert "pip install '.[cluster]'" in " ".join(
+        capsys.readouterr().out.replace("\N{BOX DRAWINGS LIGHT VERTICAL}", " ").split()
+    )
+
+
 def test_packages_that_are_missing_are_named_before_anything_is_run(
     experiment: Path, folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(making, "find_spec", lambda name: None)
     assert main(["cost", str(experiment), "-o", str(folder)]) == 2
-    assert "flip_evaluator, matplotlib, jinja2: pip install equaltime[report]" in capsys.readouterr().err
+    assert (
+        "flip_evaluator, matplotlib, jinja2: pip install '.[report]' in a checkout of equaltime, or "
+        in capsys.readouterr().err
+    )
     assert not folder.exists()
 
 

@@ -46,6 +46,24 @@ def test_a_time_that_was_not_measured_is_marked(tmp_path: Path, capsys: pytest.C
     assert below == "* extrapolated beyond the runs"
 
 
+def test_the_table_has_the_error_of_the_verdict_and_a_line_says_why_it_is_this_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Most strategies have trusted times to all errors; the table would show the smallest two."""
+    found = replace(summary(tmp_path), headline_target=0.1)
+    lines = printed(found, tmp_path, capsys)
+    assert [" ".join(part.split()) for part in lines[1].split("time to ")[1:]] == ["10 %", "1 %"]
+    why = (
+        "Why 10 %: it is the smallest target whose times can be trusted; times within the runs come before extrapolated"
+    )
+    assert lines[5] == f"{why} ones."
+    assert f"{why} ones." in legend(found, every_row(found))
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", "66")
+    assert "time to 10" in printed(found, tmp_path, capsys)[1], "the only one on a narrow terminal"
+    assert not any("Why" in line for line in printed(summary(tmp_path), tmp_path, capsys))
+
+
 def test_a_row_of_another_picture_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     wrong = changed(summary(tmp_path), "best", lambda one: replace(one, agreement_p=1e-9))
     naive, cut, best = printed(wrong, tmp_path, capsys)[2:5]
@@ -80,7 +98,7 @@ def test_why_an_error_has_no_interval_is_said_below(tmp_path: Path, capsys: pyte
     found = changed(summary(tmp_path), "best", lambda one: replace(one, error_at_budget=nothing))
     below = printed(found, tmp_path, capsys, verbose=True)[5:]
     assert below[0] == "best: the error is below what the reference can show"
-    assert printed(found, tmp_path, capsys)[5] == "-v shows why 1 error cannot be trusted"
+    assert printed(found, tmp_path, capsys)[5] == f"equaltime info {tmp_path} -v shows why 1 error cannot be trusted"
 
 
 @pytest.mark.parametrize(("columns", "times"), [("", 2), ("80", 2), ("56", 1), ("36", 0)])
@@ -113,7 +131,7 @@ def test_up_to_eight_strategies_are_all_shown_also_without_a_number(
     )
     lines = printed(silent, tmp_path, capsys)
     assert [text.split()[0] for text in lines[2:5]] == ["naive", "cut", "best"]
-    assert lines[5] == "-v shows why 1 error cannot be trusted"
+    assert lines[5] == f"equaltime info {tmp_path} -v shows why 1 error cannot be trusted"
 
 
 def test_the_legend_has_the_marks_of_its_table_and_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -156,4 +174,4 @@ def test_standards_and_baselines_are_shown_first(tmp_path: Path, capsys: pytest.
     assert lines[1].split()[:2] == ["scene", "strategy"]
     rows = [tuple(line.split()[:2]) for line in lines[2:-3]]
     assert rows == [(f"box{number}", label) for number in range(3) for label in ("naive", "best")]
-    assert lines[-3] == "-v shows 3 more rows"
+    assert lines[-3] == f"equaltime info {tmp_path} -v shows 3 more rows"

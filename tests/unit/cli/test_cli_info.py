@@ -12,6 +12,7 @@ import pytest
 import equaltime as et
 from equaltime.cli import main
 from equaltime.images import image_files as images
+from equaltime.images import preview
 from equaltime.scene.frame_scenes import frames_of
 from equaltime.scene.frames import Frame, frame_files
 
@@ -239,9 +240,11 @@ def test_it_tells_the_tags_of_a_picture(name: str, tmp_path: Path, capsys: pytes
     scene, picture = str(SCENES / "cornell-box.toml"), tmp_path / name
     assert main(["render", scene, "-o", str(picture), "--size", "8x6", "--spp", "4", "-q"]) == 0
     assert main(["info", str(picture)]) == 0
-    first, shows, _, record = capsys.readouterr().out.splitlines()
+    first, shows, _, strategy, repeat, record = capsys.readouterr().out.splitlines()
     assert first.startswith(f"{picture}: 8x6, 4 spp, error ")
     assert shows == f"shows     {scene}"
+    assert strategy == "strategy  best, seed 0"
+    assert repeat == f"repeat    equaltime render {scene} -o {name} --spp 4 --size 8x6 --seed 0 --exposure 0"
     assert record == "record    only -o FILE.exr keeps one"
     command = ["render", scene, "-o", str(tmp_path / "a.exr"), "--size", "8x6", "--spp", "4", "-q"]
     assert main([*command, "--seed", "1"]) == 0
@@ -255,6 +258,48 @@ def test_it_tells_the_tags_of_a_picture(name: str, tmp_path: Path, capsys: pytes
     assert main(["info", str(picture), "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
     assert (facts["scene"], facts["record"]) == (scene, str(tmp_path / "a.exr"))
+
+
+@pytest.mark.parametrize("name", ["a.png", "a.jpg"])
+def test_the_command_in_a_picture_repeats_its_bytes(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "again").mkdir()
+    scene = str(SCENES / "montelight" / "simple.toml")
+    options = ["--crop", "2,1,4,3", "--strategy", "mis", "--seed", "7", "--exposure", "-0.5"]
+    options += ["-D", "light_radius=1.5", "--size", "8x6", "--spp", "4", "-q"]
+    assert main(["render", scene, "-o", str(tmp_path / name), *options]) == 0
+    assert main(["info", str(tmp_path / name), "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["seed"] == 7
+    strategy, line = facts["repeat"]
+    assert strategy == "strategy  mis, seed 7"
+    words = shlex.split(line.removeprefix("repeat    equaltime "))
+    words[words.index("-o") + 1] = str(tmp_path / "again" / name)
+    assert main([*words, "-q"]) == 0
+    assert (tmp_path / "again" / name).read_bytes() == (tmp_path / name).read_bytes()
+
+
+def test_the_picture_of_a_merged_render_tells_how_to_merge_anew(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    parts = [str(tmp_path / f"{seed}.exr") for seed in (1, 2)]
+    for seed, part in enumerate(parts, 1):
+        command = ["render", str(SCENES / "cornell-box.toml"), "-o", part, "--size", "8x6", "--spp", "4", "-q"]
+        assert main([*command, "--seed", str(seed)]) == 0
+    assert main(["merge", *parts, "-o", str(tmp_path / "both.exr")]) == 0
+    capsys.readouterr()
+    assert main(["info", str(tmp_path / "both.png")]) == 0
+    out = capsys.readouterr().out
+    assert "strategy  best, seed 1: 4 spp, seed 2: 4 spp\n" in out
+    assert "equaltime merge part-1.exr part-2.exr -o both.exr\n" in out
+
+
+def test_a_damaged_tag_of_a_picture_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for tag in ("[1]", "{", '{"exposure": 0}'):
+        preview.write(tmp_path / "a.png", np.zeros((2, 2, 3)), "2x2", repeat=tag)
+        assert main(["info", str(tmp_path / "a.png")]) == 2
+        assert "damaged" in capsys.readouterr().err
 
 
 def test_a_picture_is_no_scene_for_other_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -20,7 +20,8 @@ SCENES = Path(__file__).parents[3] / "scenes"
 CORNELL = SCENES / "cornell-box.toml"
 EXPERIMENT = f"""
 title = "Boxes"
-scenes = [{{ path = "{CORNELL}", name = "box", size = [8, 8], max_depth = 2 }}]
+description = "Two ways to aim."
+scenes = [{{ path = "{CORNELL}", name = "box", size = [8, 8], max_depth = 2, define = {{ light_scale = 0.5 }} }}]
 strategies = ["bsdf", "best"]
 budget = "20ms"
 repeats = 2
@@ -75,7 +76,9 @@ def test_a_folder_answers_with_its_verdict_first(
     assert line(lines, "build").startswith("equaltime ")
     assert line(lines, "report") == f"equaltime open {folder}; -v for more"
     more = told(capsys, str(folder), "-v")[len(lines) :]
-    rows, legend, in_full, commands = "\n".join(more).strip().split("\n\n")
+    description, rows, legend, defines, in_full, commands = "\n".join(more).strip().split("\n\n")
+    assert description == "Two ways to aim."
+    assert defines == "box: light_scale = 0.5"
     assert [text.split()[0] for text in rows.splitlines()] == ["strategy", "bsdf", "best"]
     assert any(text.startswith("bsdf: ") for text in legend.splitlines())
     assert [text.split()[0] for text in in_full.splitlines()] == ["bsdf:", "best:"]
@@ -112,6 +115,7 @@ def test_files_that_changed_since_the_runs_are_told(
     own.unlink()
     assert line(told(capsys, "out"), "changed") == f"box.toml is gone, own.toml is gone, x.toml has changed {after}"
     monkeypatch.chdir("/")
+    assert line(told(capsys, str(tmp_path / "out")), "changed").startswith(f"{scene} is gone, {own} is gone, ")
     changes = json.loads("\n".join(told(capsys, str(tmp_path / "out"), "--json")))["changes"]
     assert [one["state"] for one in changes] == ["gone", "gone", "changed"]
     assert changes[0]["path"] == str(scene)
@@ -182,12 +186,33 @@ def test_strategies_and_repeats_that_were_added_later_are_told(
     assert line(lines, "repeat").endswith("--strategies bsdf,best,light (and 1 command before; see -v)")
 
 
+def test_a_folder_tells_the_experiment_that_was_run_last(
+    copy: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The file has another title, description and targets, and no longer asks for bsdf: its records remain."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(copy.parent / "cache"))
+    assert not any(text.startswith("earlier") for text in told(capsys, str(copy)))
+    later = EXPERIMENT.replace('"Boxes"', '"Lamps"\ntargets = [0.3]').replace("Two ways to aim.", "New words.")
+    (file := copy.with_suffix(".toml")).write_text(later.replace('["bsdf", "best"]', '["light", "best"]'))
+    assert main(["cost", str(file), "-o", str(copy)]) == 0
+    lines = told(capsys, str(copy))
+    assert line(lines, "experiment") == "Lamps"
+    assert line(lines, "strategies") == "2: light, best; compared with light"
+    assert line(lines, "earlier") == "records of strategy bsdf remain that the last command did not ask for"
+    assert line(lines, "ran").startswith("all 4 runs, ")
+    data = json.loads("\n".join(told(capsys, str(copy), "--json")))
+    assert (data["title"], data["description"], data["targets"]) == ("Lamps", "New words.", [0.3])
+    assert data["earlier"] == ["strategy bsdf"]
+    assert {strategy["label"] for strategy in data["scenes"][0]["strategies"]} == {"best", "light"}
+
+
 def test_json_has_the_summary_and_what_has_run(measured: tuple[Path, str], capsys: pytest.CaptureFixture[str]) -> None:
     folder, verdict = measured
     data = json.loads("\n".join(told(capsys, str(folder), "--json")))
     assert (data["verdict"], data["complete"], data["runs"], data["planned_runs"]) == (verdict, True, 4, 4)
     assert [strategy["label"] for strategy in data["scenes"][0]["strategies"]] == ["bsdf", "best"]
     assert len(data["commands"]) == 1
+    assert (data["description"], data["defines"]) == ("Two ways to aim.", {"box": {"light_scale": 0.5}})
 
 
 def test_a_folder_of_experiments_tells_the_verdict_of_each(
@@ -253,6 +278,17 @@ def test_an_experiment_file_tells_what_it_would_run_and_for_how_long(capsys: pyt
     data = json.loads("\n".join(told(capsys, str(path), "--json")))
     assert (data["runs"], data["repeats"], data["quick"]["runs"]) == (224, 8, 54)
     assert data["strategies"][0] == {"label": "no light sampling", "name": "bsdf,roulette=albedo"}
+
+
+def test_details_of_an_experiment_file_have_its_description_and_its_defines(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    path = SCENES / "experiments" / "mis-grid.toml"
+    lines = told(capsys, str(path), "-v")
+    assert "roughness 0.01, radius 0.5: alpha = 0.01, radius = 0.5, radiance = 30.3964" in lines
+    data = json.loads("\n".join(told(capsys, str(path), "--json")))
+    assert data["scenes"][1]["define"] == {"alpha": 0.01, "radius": 0.5, "radiance": 30.3964}
+    assert lines[lines.index("") + 1] == data["description"].strip().splitlines()[0]
 
 
 def test_an_experiment_file_with_sample_counts_promises_no_time(capsys: pytest.CaptureFixture[str]) -> None:

@@ -112,15 +112,30 @@ def test_a_file_that_is_merged_is_not_written_over(
     assert contents(tmp_path) == before
 
 
-@pytest.mark.parametrize("output", ["both.png", "both.jpg", "both"])
+@pytest.mark.parametrize(
+    ("output", "told"),
+    [
+        ("both.png", "the joined render is an EXR file with a PNG beside it; give -o {}/both.exr instead\n"),
+        ("both.jpg", "the joined render is an EXR file with a PNG beside it; give -o {}/both.exr instead\n"),
+        ("both", "; expected .exr\n"),
+    ],
+)
 def test_a_file_that_cannot_hold_moments_is_refused(
-    parts: list[et.Result], tmp_path: Path, capsys: pytest.CaptureFixture[str], output: str
+    parts: list[et.Result], tmp_path: Path, capsys: pytest.CaptureFixture[str], output: str, told: str
 ) -> None:
     files = saved(parts, tmp_path)
     before = contents(tmp_path)
     assert main(["merge", *files, "-o", str(tmp_path / output)]) == 2
-    assert capsys.readouterr().err.endswith("; expected .exr\n")
+    assert capsys.readouterr().err.endswith(told.format(tmp_path))
     assert contents(tmp_path) == before
+
+
+def test_a_picture_is_no_part(parts: list[et.Result], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    first, *_ = saved(parts, tmp_path)
+    picture = str(Path(first).with_suffix(".png"))
+    for given, told in ((picture, f"give {first} instead"), ("lost.jpg", "render it with -o FILE.exr, and give that")):
+        assert main(["merge", first, given, "-o", str(tmp_path / "both.exr")]) == 2
+        assert f"{given}: a picture has no samples to merge; {told}" in capsys.readouterr().err
 
 
 def test_info_gives_the_commands_that_make_the_parts_anew(

@@ -271,3 +271,19 @@ def test_no_time_is_told_where_bright_paths_came_after_the_quote() -> None:
     assert [line for line in outcome(met, Written([Path("a.exr")]), quote) if "--resume" in line] == [
         "how long 20 % takes cannot be told, since a few bright paths make most of the error: --resume --error 20%"
     ]
+
+
+def test_a_finished_render_tells_how_it_goes_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["render", str(SCENE), "-o", str(tmp_path / "a.exr"), "--size", "16x16", "--resume"]
+    assert main([*words, "--spp", "8"]) == 0
+    assert "nothing was added" not in capsys.readouterr().out
+    for spp in ("8", "2"):
+        assert main([*words, "--spp", spp]) == 0
+        out = capsys.readouterr().out
+        assert "nothing was added: the file had 8 samples a pixel already, and --spp counts all runs together" in out
+        assert "--resume --spp 16 goes on\n" in out
+        assert "runs" not in out.splitlines()[0], "a run without samples is none"
+    assert main([*words, "--spp", "16"]) == 0
+    out = capsys.readouterr().out
+    assert "over 2 runs" in out
+    assert "nothing was added" not in out

@@ -139,6 +139,8 @@ def test_options_that_the_record_tells_are_refused(scene: Path, capsys: pytest.C
 
 
 def test_pictures_without_paths_are_refused(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    told = refused(capsys, rendered(scene).with_suffix(".png"))
+    assert ".png: a picture has no samples to replay; give the EXR file of its render, or the scene" in told
     images.write_exr(scene.parent / "b.exr", np.zeros((4, 6, 3)))
     assert "b.exr: was not rendered by equaltime" in refused(capsys, scene.parent / "b.exr")
     et.render(et.load_dict({"type": "scene", "sensor": {"type": "perspective"}}).with_(size=(6, 4)), spp=1).save(

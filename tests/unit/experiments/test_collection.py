@@ -176,7 +176,7 @@ def test_a_peer_that_is_not_installed_leaves_its_experiment_out(
     (source / "own.toml").write_text(text)
     monkeypatch.setattr(collection, "find_spec", lambda name: None)
     assert main(["cost", str(source), "-o", str(tmp_path / "out")]) == 0
-    assert "own: left out: it needs Mitsuba 3: pip install 'equaltime[peers]'" in capsys.readouterr().out
+    assert "own: left out: it needs Mitsuba 3: pip install '.[peers]'" in capsys.readouterr().out
 
 
 def test_what_belongs_to_one_experiment_is_refused_for_a_folder(

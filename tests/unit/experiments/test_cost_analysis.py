@@ -14,16 +14,19 @@ import pytest
 from numpy.typing import NDArray
 
 from equaltime.errors import ExperimentError
+from equaltime.experiments.analysis.disagreement import least_error
 from equaltime.experiments.analysis.summarise import summarise
 from equaltime.experiments.model.experiment import Experiment
 from equaltime.experiments.model.summary import StrategyResult, Summary
 from equaltime.experiments.report.captions import mean_of_runs, this_run
 from equaltime.experiments.report.charts import curve_titles
 from equaltime.experiments.report.gallery import kinds_of
+from equaltime.experiments.report.latex import latex_table
 from equaltime.experiments.report.looks import looks
+from equaltime.experiments.report.losing import losing
 from equaltime.experiments.report.own import other_renderers
 from equaltime.experiments.report.pictures import Pictures, load_pictures
-from equaltime.experiments.report.tables import check_table
+from equaltime.experiments.report.tables import check_table, time_table
 from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.record import Row
 from equaltime.experiments.run.reference import KnownReference, write
@@ -196,6 +199,23 @@ def test_independent_samples_are_extrapolated_by_their_law(strategies: Mapping[s
     assert "slope -1/2" not in strategies["best"].time_to[0.01].note
 
 
+def test_a_command_that_starts_anew_is_extrapolated_by_its_samples(recorded: tuple[Path, list[Row]]) -> None:
+    """Its start of 60 s makes its errors fall steeply with time; a sample takes a second all the same."""
+    rows = changed(
+        recorded[1],
+        "best",
+        renderer=lambda _: "command",
+        name=lambda _: "mine",
+        wall_s=lambda row: 60.0 + row.wall_s,
+    )
+    mine = summarise(experiment(("naive", "best")).replace(targets=(0.06,)), rows, recorded[0]).scenes[0].strategies[1]
+    truth = 60.0 + 1.05 / (0.06**2 * 1.01)
+    assert holds(mine.time_to[0.06], truth)
+    assert mine.time_to[0.06].value == pytest.approx(truth, rel=0.05)
+    assert "each render takes 60 s beside its samples" in mine.time_to[0.06].note
+    assert mine.curve.slope.value == pytest.approx(-0.5, abs=0.03)
+
+
 def test_a_bias_is_measured_and_told(strategies: Mapping[str, StrategyResult]) -> None:
     cut = strategies["cut"]
     assert cut.bias is not None
@@ -211,7 +231,7 @@ def test_a_bias_is_measured_and_told(strategies: Mapping[str, StrategyResult]) -
 def test_a_renderer_that_failed_its_test_of_agreement_is_told_with_its_difference(
     recorded: tuple[Path, list[Row]], tmp_path: Path
 ) -> None:
-    """Against its own reference it has no error beside noise; its distance is that from the common reference."""
+    """Its distance is that from the common reference. Errors that it would spoil and their times are not given."""
     folder = ExperimentFolder(shutil.copytree(recorded[0], tmp_path / "cost"))
     write(folder.reference("box", "cut"), KnownReference(Reference(1.2 * TRUTH, np.full(TRUTH.shape, 1e-6)), {}))
     folder.note("agreements", "box", {"cut": {"agrees": False, "p": 1e-9, "note": "another"}})
@@ -225,9 +245,47 @@ def test_a_renderer_that_failed_its_test_of_agreement_is_told_with_its_differenc
     assert mine.difference.value == pytest.approx(0.2 / math.sqrt(1.01), rel=0.02)
     assert 0.19 < mine.difference.low < mine.difference.value < mine.difference.high < 0.21
     assert "Not the picture of equaltime: cut is 19.7 % off (" in summary.verdict
-    assert other_renderers(summary)[0].startswith("cut: "), "its times are still told"
-    row = check_table("box", scene, looks(["naive", "cut"], "naive")).rows[1]
+    told = other_renderers(summary)[0]
+    assert told.startswith("cut: its picture disagrees with the reference by 19.7 % (")
+    assert re.search(r": no error below 99(\.\d)? % is given, and no time to one\.$", told)
+    assert told.removeprefix("cut: ").rstrip(".") in mine.notes
+    numbers = (*mine.time_to.values(), *mine.ratio.values(), *mine.curve.error, mine.curve.slope, mine.efficiency)
+    assert not any(number.known for number in (*numbers, mine.fewer_samples, mine.error_at_budget))
+    assert mine.image_error is None
+    assert mine.bias == mine.difference, "against its own reference it would have none"
+    assert r"cut (another picture) & disagrees & disagrees" in latex_table(summary)
+    pictures = load_pictures(scene)
+    assert isinstance(pictures, Pictures)
+    views, _ = losing(scene, pictures, looks(["naive", "cut"], "naive"), 64)
+    assert not any("than naive" in " ".join(view.sentences) for view in views)
+    assert summary.to_frame().query("strategy == 'cut'")["error"].isna().all()
+    look = looks(["naive", "cut"], "naive")
+    cells = [cell for cells in time_table("box", scene, TARGETS, look).rows[1].cells for cell in cells]
+    assert {str(cell) for cell in cells} == {"disagrees"}
+    assert all("disagrees with the reference by 19.7 %" in cell.note for cell in cells)
+    row = check_table("box", scene, look).rows[1]
     assert "no (p < 0.0001)" in [str(cell) for cells in row.cells for cell in cells]
+
+
+def test_a_difference_that_is_small_beside_an_error_spoils_nothing(
+    recorded: tuple[Path, list[Row]], tmp_path: Path
+) -> None:
+    """The difference is 1 %: at 20 % it makes a thousandth of the error, at 1 % all of it."""
+    folder = ExperimentFolder(shutil.copytree(recorded[0], tmp_path / "cost"))
+    folder.note("agreements", "box", {"best": {"agrees": False, "p": 1e-9, "note": "another"}})
+    rows = changed(recorded[1], "best", renderer=lambda _: "command", name=lambda _: "mine")
+    (scene,) = summarise(experiment(("naive", "best")), rows, folder.path).scenes
+    mine = scene.strategies[1]
+    assert mine.difference is not None
+    assert 0.01 < least_error(mine.difference) < 0.1
+    assert mine.time_to[0.2].trusted
+    assert mine.ratio[0.2].trusted
+    assert mine.error_at_budget.trusted
+    assert not mine.time_to[0.01].known
+    (turned,) = summarise(experiment(("naive", "best"), baseline="best"), rows, folder.path).scenes
+    assert turned.strategies[0].ratio[0.2].trusted
+    assert "baseline: its picture disagrees" in turned.strategies[0].ratio[0.01].note
+    assert turned.strategies[0].time_to[0.01].trusted, "only ratios need the baseline"
 
 
 def test_windows_that_a_small_film_makes_too_small_are_left_out_and_told(recorded: tuple[Path, list[Row]]) -> None:

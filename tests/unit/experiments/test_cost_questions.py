@@ -215,10 +215,10 @@ OFF = Interval(0.099, 0.098, 0.1)
 
 
 def test_a_renderer_that_failed_its_test_of_agreement_is_told_whatever_the_question() -> None:
-    """How far its picture is off, and that its times are not to the same picture, also without a second test."""
+    """How far its picture is off, and which errors and times it does not get, also without a second test."""
     mine = replace(strategy("mine", fewer=Interval(2.0, 1.5, 2.5)), renderer="command", agreement_p=0.0, difference=OFF)
     told = "Not the picture of equaltime: mine is 9.9 % off (9.8 to 10). "
-    told += "Its times to an error belong to another picture."
+    told += "No error below 50 % and no time to one is given for it."
     for question in ("time", "samples", "efficiency", "combination", "bias"):
         assert verdict([scene(mine, strategy("same", 0.4))], (0.1,), question).endswith(f" {told}")
     assert bias_verdict([scene(mine)], LEVEL) == told
@@ -231,7 +231,8 @@ def test_several_renderers_that_failed_are_told_with_their_scenes() -> None:
     known = replace(strategy("mine"), renderer="command", agreement_p=1e-9, difference=bound)
     unknown = replace(known, label="theirs", difference=UNKNOWN)
     said = verdict([scene(known), scene(unknown, name="room")], (0.1,))
-    assert "mine on box is off by at most 10 %, theirs on room (p < 0.0001). Their times to an error belong" in said
+    assert "mine on box is off by at most 10 %, theirs on room (p < 0.0001). Errors below 5 times the" in said
+    assert verdict([scene(unknown)], (0.1,)).endswith("No error and no time is given for it.")
 
 
 def test_a_renderer_that_differs_from_the_standard_alone_is_told_with_its_bias() -> None:

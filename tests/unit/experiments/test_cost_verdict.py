@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from equaltime.experiments.analysis.verdict import pick_standard, verdict
+from equaltime.experiments.analysis.verdict import headline_target, pick_standard, verdict
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
+from equaltime.experiments.report.looks import looks
+from equaltime.experiments.report.tables import time_table
+from equaltime.experiments.report.words import factor_cell, plain_cell, seconds_cell
 from equaltime.statistics.curves import TYPICAL
 from equaltime.statistics.intervals import UNKNOWN, Interval, product_mean
 
@@ -61,6 +66,16 @@ def test_the_answer_is_a_plain_sentence_with_its_interval() -> None:
 def test_the_smallest_error_within_the_runs_comes_first() -> None:
     assert ": 5 % error in " in said((TIME, TIME), (RATIO, RATIO))
     assert ": 10 % error in " in said((TIME, FAR), (RATIO, RATIO))
+
+
+def test_the_error_of_the_sentence_is_known_to_tables() -> None:
+    for times, target in (((TIME, TIME), 0.05), ((TIME, FAR), 0.1), ((UNKNOWN, UNKNOWN), None)):
+        scenes = [scene(times, (RATIO, RATIO))]
+        assert headline_target(scenes, TARGETS, "time") == target
+        assert (target is None) != (f": {100 * (target or 0):g} % error in" in verdict(scenes, TARGETS))
+        assert headline_target(scenes, TARGETS, "samples") is None
+    alone = [scene((TIME, TIME), (UNKNOWN, UNKNOWN))]
+    assert headline_target(alone, TARGETS, "time") == 0.05
 
 
 def test_a_measured_time_beats_one_beyond_the_runs_even_if_the_baseline_is() -> None:
@@ -133,17 +148,80 @@ def test_a_time_without_a_ratio_stands_alone() -> None:
 
 
 def test_a_renderer_of_ones_own_is_told_beside_standard_and_baseline() -> None:
-    """The interval of a ratio of independent times: the logarithms' deviations add in squares."""
+    """Beside the baseline by the speed-up of tables, else as a ratio of independent times."""
     found = scene((TIME, TIME), (RATIO, RATIO))
     slow = Interval(20.0, 18.0, 22.0)
     naive, best = (
         replace(one, time_to={0.1: time, 0.05: time}) for one, time in zip(found.strategies, (slow, TIME), strict=True)
     )
-    own = replace(naive, label="mine", renderer="command")
+    speed = dict.fromkeys(TARGETS, Interval(1.0, 0.8, 1.25))
+    own = replace(naive, label="mine", renderer="command", ratio=speed)
     answer = verdict([replace(found, strategies=(naive, best, own))], TARGETS)
     assert answer.endswith(
-        " mine needs 1 times as long as naive (0.868 to 1.15) and 40 times as long as best (32.4 to 51) for 5 %."
+        " mine needs 1 times as long as naive (0.8 to 1.25) and 40 times as long as best (32.4 to 51) for 5 %."
     )
+
+
+def decimals(text: str) -> int:
+    return len(text.partition(".")[2])
+
+
+def numbers(text: str) -> list[str]:
+    return [number.replace(",", "") for number in re.findall(r"\d[\d,]*(?:\.\d+)?", text)]
+
+
+def agree(sentence: str, cell: str) -> bool:
+    """Tell whether ``12 (10 to 14)`` and ``12.1 s [10.2, 13.9]`` are the same numbers, but for how they are rounded."""
+    pairs = list(zip(numbers(sentence), numbers(cell), strict=True))
+    units = (0.5 * 10.0 ** -decimals(number) for pair in pairs for number in pair)
+    steps = [sum(both) for both in zip(*[iter(units)] * 2, strict=True)]
+    steps[0] = max(steps[0], 0.051 * float(pairs[0][0]))  # two digits alone are said of a ratio
+    return all(
+        abs(float(one) - float(other)) <= 1.001 * max(step, 0.0051 * float(one))
+        for (one, other), step in zip(pairs, steps, strict=True)
+    )
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_sentence_has_the_numbers_of_the_table(seed: int) -> None:
+    """On one scene: the speed-up, the time, and how much longer another renderer takes than the baseline."""
+    random = np.random.default_rng(seed)
+
+    def some(value: float) -> Interval:
+        low, high = np.exp(random.uniform(0.02, 1.5, 2))
+        return Interval(value, value / low, value * high)
+
+    naive, best, mine = (some(float(np.exp(random.uniform(-2.0, 5.0)))) for _ in range(3))
+    ratio, own = some(2.0 * naive.value / best.value), some(naive.value / mine.value)
+    found = scene((best, best), (ratio, ratio))
+    base, standard = found.strategies
+    base = replace(base, time_to=dict.fromkeys(TARGETS, naive))
+    other = replace(
+        base,
+        label="mine",
+        renderer="command",
+        time_to=dict.fromkeys(TARGETS, mine),
+        ratio=dict.fromkeys(TARGETS, own),
+    )
+    found = replace(found, strategies=(base, standard, other))
+    answer = verdict([found], TARGETS)
+    look = looks(["naive", "best", "mine"], "naive")
+    table = {row.label: row.cells[1] for row in time_table("box", found, TARGETS, look).rows}
+    time, faster = table["best"]
+    said_ratio = re.search(r"best is about (\S+) times (faster|slower|as fast)[^(]*(\([^)]*\))", answer)
+    assert said_ratio is not None
+    if said_ratio[2] == "slower":
+        faster = factor_cell(ratio.map(lambda x: 1.0 / x))
+    assert agree(f"{said_ratio[1]} {said_ratio[3]}", str(faster))
+    said_time = re.search(r": 5 % error in ([\d.,]+) (ms|s|min) (\([^)]*\))", answer)
+    assert said_time is not None
+    unit = {"ms": 1e-3, "s": 1.0, "min": 60.0}[said_time[2]]
+    assert agree(f"{said_time[1]} {said_time[3]}", str(plain_cell(best.map(lambda x: x / unit))))
+    assert time.text == seconds_cell(best).text
+    said_own = re.search(r"mine needs ([\d.,]+) times as long as naive (\([^)]*\))", answer)
+    assert said_own is not None
+    assert agree(f"{said_own[1]} {said_own[2]}", str(factor_cell(own.map(lambda x: 1.0 / x))))
+    assert str(factor_cell(own)) == str(table["mine"][1]), "and the table has the inverse of it"
 
 
 def test_without_best_the_unbiased_strategy_that_errs_least_is_the_standard() -> None:

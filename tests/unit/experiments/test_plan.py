@@ -57,7 +57,7 @@ def test_machines_divide_the_time_of_runs_and_of_nothing_else() -> None:
 
 
 def test_the_time_holds_tests_and_runs_of_other_renderers() -> None:
-    """A run of theirs renders each checkpoint anew: 2 s, 2.4 times 2 s for the earlier ones, and 16 starts of 0.5 s."""
+    """A run of theirs renders each checkpoint anew: 2 s, 1.4 times 2 s for the earlier ones, and 10 starts of 0.5 s."""
     command = {"label": "theirs", "peer": {"command": "render {spp} {seed} {out}"}}
     experiment = Experiment(
         scenes=({"path": str(CORNELL)},),  # type: ignore[arg-type]
@@ -67,12 +67,14 @@ def test_the_time_holds_tests_and_runs_of_other_renderers() -> None:
         reference={"seconds": 10.0},  # type: ignore[arg-type]
     )
     times = PeerTimes(tests=64.0, small_renders=0.5)
-    assert planned_seconds(experiment, times) == pytest.approx(64 + 10 + 5 + 12 * 2 + 6 * (2.4 * 2 + 16 * 0.5))
+    assert planned_seconds(experiment, times) == pytest.approx(64 + 10 + 5 + 12 * 2 + 6 * (1.4 * 2 + 10 * 0.5))
     assert planned(experiment, times) == (
-        "about 180 s: tests of agreement with other renderers (64 s), references of up to 10 s each, then 12 runs of "
+        "about 150 s: tests of agreement with other renderers (64 s), references of up to 10 s each, then 12 runs of "
         "2 s; up to 10 s more for each renderer whose picture differs"
     )
     assert planned_seconds(experiment.replace(spp=(4, 64)), times) is None
+    assert planned(experiment).startswith("more than 56 s: references of up to 10 s each, then 12 runs of 2 s; other ")
+    assert planned(experiment).endswith("cost measures how long before it runs them")
     assert planned(experiment.replace(spp=(4, 64)), times).startswith("tests of agreement with other renderers (64 s),")
 
 

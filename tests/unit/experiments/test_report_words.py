@@ -38,6 +38,10 @@ THIN, MINUS, TIMES = "\N{NARROW NO-BREAK SPACE}", "\N{MINUS SIGN}", "\N{MULTIPLI
         (Interval(0.0412, 0.0391, 0.0437), f"41{THIN}ms [39, 44]"),
         (Interval(5000.0, 4990.0, 5010.0), f"83.33{THIN}min [83.17, 83.50]"),
         (Interval(2.0, 2.0, 2.0), f"2.00{THIN}s [2.00, 2.00]"),
+        (Interval(46.0, 0.328, 16255.0), f"46{THIN}s [0.33, 16,255]"),
+        (Interval(9.0, 1.24, 49.0), f"9{THIN}s [1.2, 49]"),
+        (Interval(0.2, 0.012, 7.0), f"0.2{THIN}s [0.012, 7]"),
+        (Interval(3.0, 0.0, 6.0), f"3{THIN}s [0, 6]"),
     ],
 )
 def test_a_time_has_the_digits_that_its_interval_allows(interval: Interval, text: str) -> None:
@@ -259,3 +263,11 @@ def test_runs_of_a_cluster_are_told_by_machine_and_by_worker() -> None:
     alone = Summary("", "", (), (), {"runs": 2, "workers": {"tcp://b:1": workers["tcp://b:1"]}}, "")
     assert spread_sentence(alone) == "1 of 2 runs were given to 1 machine of a cluster: node0 (1)."
     assert spread_sentence(Summary("", "", (), (), {"runs": 5}, "")) == ""
+
+
+def test_an_error_of_nothing_is_exact_and_a_useless_upper_end_is_left_out() -> None:
+    assert error_cell(Interval(0.0, 0.0, 0.0)) == Cell("exact")
+    far = measured_cell(Interval(40.0, 0.3, 4000.1))
+    assert str(far) == f"\N{GREATER-THAN OR EQUAL TO} 30{THIN}% (measured 4,000{THIN}%)"
+    assert "beyond 100 times" in far.note
+    assert str(error_cell(Interval(0.4, 0.3, 39.9))).startswith(f"40{THIN}% [")

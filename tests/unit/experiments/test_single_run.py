@@ -22,6 +22,19 @@ def test_a_budget_is_used_up_and_not_passed(rate: float) -> None:
     assert taken[-1] * 1.1 + 2 > 10.0 * rate
 
 
+@pytest.mark.parametrize("start", [0.0, 0.1, 1.0, 6.0])
+def test_counts_double_where_every_count_is_a_render_of_its_own(start: float) -> None:
+    """Also where most of a time is the start, the last render takes nearly all of the budget."""
+    ladder, taken = BudgetLadder(10.0, anew=True), []
+    for spp in ladder:
+        taken.append(spp)
+        ladder.taken(spp, start + spp / 100.0)
+    assert all(b >= 2 * a for a, b in pairwise(taken[:-1]))
+    assert 8.5 < start + taken[-1] / 100.0 <= 10.0
+    assert len(taken) <= 10
+    assert sum(taken[:-1]) < 2.0 * taken[-1]
+
+
 def test_a_count_that_was_rounded_up_is_not_asked_for_again() -> None:
     ladder = BudgetLadder(10.0)
     assert next(ladder) == 2

@@ -137,7 +137,7 @@ def test_another_render_is_not_taken_up(scene: et.Scene, tmp_path: Path, change:
 
 def test_another_scene_or_crop_is_not_taken_up(scene: et.Scene, tmp_path: Path) -> None:
     et.render(scene, spp=4).save(tmp_path / "a.exr")
-    with pytest.raises(et.ImageError, match=r"it has another scene \(.*cornell-box\.toml, with other content\)$"):
+    with pytest.raises(et.ImageError, match=r"cannot be resumed: it has no -D light_scale=0\.5$"):
         et.render(et.load(SCENE, light_scale="0.5").with_(size=(24, 20), max_depth=4), spp=8, resume=tmp_path / "a.exr")
     with pytest.raises(et.ImageError, match=r"it has crop 0,0,24,20, not 0,0,12,20$"):
         et.render(scene.with_(crop=(0, 0, 12, 20)), spp=8, resume=tmp_path / "a.exr")
@@ -188,7 +188,7 @@ def test_merging_refuses_the_same_samples_and_other_images(scene: et.Scene, tmp_
         et.merge([a, a])
     with pytest.raises(et.ImageError, match="strategy"):
         et.merge([a, b])
-    with pytest.raises(et.ImageError, match=r"it has max depth 3, not 4$"):
+    with pytest.raises(et.ImageError, match=r"it has max depth 3, not 4\. Parts of one render differ only in"):
         et.merge([a, c])
     et.merge([a, d]).save(b)
     with pytest.raises(et.ImageError, match="seed 1"):

@@ -379,7 +379,11 @@ def test_the_command_promises_an_efficiency_only_with_a_reference(
 ) -> None:
     names = [str(file) for file in files[:2]]
     assert main(["compare", *names]) == 0
-    assert capsys.readouterr().out.splitlines()[-1].endswith("relmse, mse, mare")
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].endswith(" b.exr is taken as the truth.")
+    assert lines[-1].endswith("relmse, mse, mare")
+    assert main(["compare", *map(str, files)]) == 0
+    assert "taken as the truth" not in capsys.readouterr().out, "the third file is the reference"
     assert main(["compare", *names, "-v"]) == 0
     assert "efficiency" not in capsys.readouterr().out
 

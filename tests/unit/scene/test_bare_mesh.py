@@ -128,6 +128,13 @@ def test_everything_is_in_view_and_lit(tmp_path: Path) -> None:
     assert max(seen.any(axis=0).mean(), seen.any(axis=1).mean()) > 0.9
 
 
+def test_a_wide_ground_of_the_mesh_is_not_framed(tmp_path: Path) -> None:
+    wide = "v -50 0 50\nv 50 0 50\nv 0 0 -50\nusemtl wood\nf 8 9 10\n"
+    scene = et.load(written(tmp_path, SQUARES + wide))
+    assert scene.model.sensor == et.load(written(tmp_path)).model.sensor
+    assert any(line.endswith("the camera frames all else") for line in scene.warnings)
+
+
 @pytest.mark.parametrize("view", studio.VIEWS)
 def test_the_sun_casts_a_soft_shadow_on_an_even_ground(view: str, tmp_path: Path) -> None:
     """In the open, the ground sends out what sky and sun send to it, its reflectance of both; shadows are darker."""
@@ -171,13 +178,15 @@ def test_a_mesh_whose_z_is_up_stands_as_if_its_y_were_up(tmp_path: Path) -> None
 
 ROOF = "{}v 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 0 -1\nv 1 0 -1\n{}f 1 3 4 2\n{}f 1 2 6 5\n"
 """Two slopes that share a ridge; with places for statements at the beginning and before each face."""
-SMOOTHED = "a.obj: without normals, edges are smoothed; -D face_normals=true keeps them hard"
-FLAT = "a.obj: without normals and with sharp edges: faces are flat; -D face_normals=false smooths them"
+HARD = (
+    "a.obj: without normals: edges of more than 40 degrees are hard, others smooth; -D crease_angle=180 smooths all, "
+    "-D face_normals=true makes all hard"
+)
 
 
 def low(roof: str) -> str:
-    """Return the roof with slopes of 27 degrees instead of 45."""
-    return roof.replace(" 1 0\n", " 0.5 0\n")
+    """Return the roof with slopes that meet at 33 degrees instead of 90."""
+    return roof.replace(" 1 0\n", " 0.3 0\n")
 
 
 def groups_are_told(scene: et.Scene) -> bool:
@@ -206,7 +215,7 @@ def test_edges_are_hard_where_the_file_switches_smoothing_off(
     path = written(tmp_path, low(ROOF.format(*statements)))
     scene = et.load(path)
     assert is_flat(scene) is flat
-    assert not {SMOOTHED, FLAT} & set(scene.warnings)
+    assert HARD not in scene.warnings
     assert groups_are_told(scene) is (any(statements) and not flat)
     for wanted in (True, False, "true", "false"):
         scene = et.load(path, face_normals=wanted)
@@ -228,23 +237,28 @@ def test_the_normals_of_a_file_count_whatever_its_smoothing_groups(tmp_path: Pat
     faces = "vn 0 1 0\ns off\nf 1//1 3//1 4//1 2//1\nf 1//1 2//1 6//1 5//1\n"
     scene = et.load(written(tmp_path, ROOF.format("", "", "").split("f ", 1)[0] + faces))
     assert not is_flat(scene)
-    assert not {SMOOTHED, FLAT} & set(scene.warnings)
+    assert HARD not in scene.warnings
 
 
 @pytest.mark.parametrize(
-    ("height", "shared", "flat"), [(1.0, True, True), (0.5, True, False), (0.0, True, False), (1.0, False, False)]
+    ("height", "shared", "hard"), [(1.0, True, True), (0.3, True, False), (0.0, True, False), (1.0, False, True)]
 )
-def test_faces_are_flat_only_where_smoothing_hides_edges(
-    height: float, shared: bool, flat: bool, tmp_path: Path
-) -> None:
-    """Slopes of 45 and of 27 degrees, a plain, and slopes that do not share the vertices of their ridge."""
+def test_edges_beyond_the_crease_angle_are_hard(height: float, shared: bool, hard: bool, tmp_path: Path) -> None:
+    """Slopes that meet at 90 and at 33 degrees, a plain, and slopes that do not share the vertices of their ridge."""
     roof = ROOF.format("", "", "").replace(" 1 0\n", f" {height} 0\n")
     if not shared:
         roof = roof.replace("f 1 2 6 5", f"v 0 {height} 0\nv 1 {height} 0\nf 7 8 6 5")
     scene = et.load(written(tmp_path, roof))
-    assert is_flat(scene) is flat
-    assert (FLAT in scene.warnings) is flat
-    assert SMOOTHED not in scene.warnings
+    assert hard_edges(scene) is hard
+    assert (HARD in scene.warnings) is hard
+
+
+def hard_edges(scene: et.Scene) -> bool:
+    """Tell whether a vertex of the mesh has several normals."""
+    mesh = next(surface for surface in scene.surfaces() if isinstance(surface, MeshSurface))
+    assert mesh.normals is not None
+    both = np.column_stack([mesh.vertices, mesh.normals]).round(9)
+    return len(np.unique(both, axis=0)) > len(np.unique(mesh.vertices, axis=0))
 
 
 def cylinder(sides: int, rings: int) -> str:
@@ -260,17 +274,31 @@ def cylinder(sides: int, rings: int) -> str:
     return "\n".join(lines) + "\n"
 
 
-@pytest.mark.parametrize(("sides", "rings", "flat"), [(4, 1, True), (64, 1, True), (64, 16, False)])
-def test_most_edges_must_be_sharp_for_flat_faces(sides: int, rings: int, flat: bool, tmp_path: Path) -> None:
-    """A box and a cylinder in one piece become flat; one that is finely tessellated has its sharp edges at the rims."""
-    path = written(tmp_path, cylinder(sides, rings))
+@pytest.mark.parametrize("sides", [4, 12, 64])
+def test_a_mesh_may_have_round_parts_and_hard_edges(sides: int, tmp_path: Path) -> None:
+    """A box is hard everywhere; a cylinder of at least ten sides is round, and has flat caps with hard rims."""
+    path = written(tmp_path, cylinder(sides, 1))
     scene = et.load(path)
-    assert is_flat(scene) is flat
-    assert (FLAT in scene.warnings, SMOOTHED in scene.warnings) == (flat, not flat)
-    for wanted in (True, False):
-        asked = et.load(path, face_normals=wanted)
-        assert is_flat(asked) is wanted
-        assert not {SMOOTHED, FLAT} & set(asked.warnings)
+    assert HARD in scene.warnings
+    (mesh,) = (surface for surface in scene.surfaces() if isinstance(surface, MeshSurface))
+    assert mesh.normals is not None
+    flat = np.abs(mesh.normals[:, 1]) > 0.5
+    expected = mesh.vertices * (1.0, 0.0, 1.0) if sides > 4 else np.sign(mesh.normals.round(9)) * math.sqrt(0.5)
+    np.testing.assert_allclose(np.abs(mesh.normals[flat]), np.tile((0.0, 1.0, 0.0), (2 * sides, 1)), atol=1e-9)
+    np.testing.assert_allclose(mesh.normals[~flat], expected[~flat], atol=1e-6)
+
+
+@pytest.mark.parametrize("angle", [29.0, 31.0])
+def test_the_crease_angle_is_that_between_faces(angle: float, tmp_path: Path) -> None:
+    """The sides of a cylinder of twelve meet at 30 degrees."""
+    scene = et.load(written(tmp_path, cylinder(12, 1)), crease_angle=angle)
+    (mesh,) = (surface for surface in scene.surfaces() if isinstance(surface, MeshSurface))
+    assert len(mesh.vertices) == 2 * 12 * (3 if angle < 30.0 else 2)
+    assert HARD not in scene.warnings
+
+
+def test_a_crease_angle_of_180_degrees_smooths_all(tmp_path: Path) -> None:
+    assert not hard_edges(et.load(written(tmp_path, cylinder(4, 1)), crease_angle=180))
 
 
 def test_a_box_by_itself_loses_no_light(tmp_path: Path) -> None:
@@ -279,6 +307,22 @@ def test_a_box_by_itself_loses_no_light(tmp_path: Path) -> None:
     box = et.load(written(tmp_path, cylinder(4, 1)), **defines).with_(size=(24, 18), transparent=True)
     image = et.render(box, spp=256, strategy="naive,adaptive=none").image[9, 12]
     np.testing.assert_allclose(image[:3], 0.5, rtol=0.02)
+
+
+def test_strengths_may_be_colours(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    model = et.load(path, ground="#808080", sky="#ff0000", sun="#00ff00").model
+    ground, sun = model.shapes[-2:]
+    assert isinstance(ground, m.Disk)
+    assert isinstance(ground.bsdf, m.Diffuse)
+    assert ground.bsdf.reflectance == pytest.approx((0.215861,) * 3, abs=1e-6)
+    assert [emitter.radiance for emitter in model.emitters if isinstance(emitter, m.Constant)] == [(1.0, 0.0, 0.0)]
+    assert isinstance(sun, m.Sphere)
+    assert sun.emitter is not None
+    assert sun.emitter.radiance == pytest.approx((0.0, 1.0 / (math.pi * math.sin(math.radians(5.0)) ** 2), 0.0))
+    assert len(et.load(path, ground="#000", sky="#000", sun="#000").model.shapes) == len(model.shapes) - 2
+    with pytest.raises(et.SceneError, match="'sky': expected '#' and six hexadecimal digits"):
+        et.load(path, sky="#12")
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e6])
@@ -308,6 +352,7 @@ def test_a_mesh_around_which_no_studio_can_stand_is_refused(tmp_path: Path) -> N
         ({"face_normals": "ture"}, "'face_normals' must be true or false, found 'ture'; did you mean 'true'"),
         ({"sun_angle": "0"}, "'sun_angle' must be a number from 0.1 to 45, found '0'"),
         ({"sun_angle": 46}, "'sun_angle' must be a number from 0.1 to 45, found 46"),
+        ({"crease_angle": 181}, "'crease_angle' must be a number from 0 to 180, found 181"),
         ({"ground": 1.5}, "'ground' must be a number from 0 to 1, found 1.5"),
         ({"sun": "bright"}, "'sun' must be a number of at least 0, found 'bright'"),
         ({"skye": 1}, "nothing in the scene uses the definition 'skye'; did you mean 'sky'"),

@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 
 import equaltime as et
+from equaltime.scene import bare_mesh
 from equaltime.scene import model as m
+from equaltime.scene.geometry import MeshSurface
+from equaltime.scene.gltf import reader
 
 from .gltf_files import TRIANGLE, Builder, one_triangle
 
@@ -143,6 +146,19 @@ def test_an_added_camera_has_everything_in_view(tmp_path: Path, size: float, mid
     assert filled > 0.7
 
 
+@pytest.mark.parametrize(("width", "height", "framed"), [(40.0, 0.0, False), (4.0, 0.0, True), (40.0, 3.0, True)])
+def test_a_wide_ground_of_the_file_is_not_framed(width: float, height: float, framed: bool, tmp_path: Path) -> None:
+    """A ground twice as wide as the model counts, and so does a wide plane above it, such as a ceiling."""
+    builder = Builder()
+    builder.node(mesh=builder.mesh([(-1, 0, 0), (1, 0, 0), (0, 2, 0)]))
+    alone = loaded(builder, tmp_path).model.sensor
+    w = width / 2
+    builder.node(mesh=builder.mesh([(-w, height, w), (w, height, w), (w, height, -w)]))
+    scene = loaded(builder, tmp_path, view="front")
+    assert (scene.model.sensor == alone) is not framed
+    assert any("own ground is far wider" in line for line in scene.warnings) is not framed
+
+
 def test_vertices_that_no_triangle_uses_are_not_in_view(tmp_path: Path) -> None:
     views = []
     for stray in ([], [[1e6, -1e6, 1e6]]):
@@ -238,3 +254,85 @@ def test_animations_are_told_not_to_play(tmp_path: Path) -> None:
     builder = one_triangle()
     builder.json |= {"animations": [{}]}
     assert any("animations are not played" in warning for warning in loaded(builder, tmp_path).warnings)
+
+
+@pytest.mark.parametrize("angle", ["0.5", 30])
+def test_the_added_sun_may_be_soft(angle: object, tmp_path: Path) -> None:
+    """It is as far as that of a mesh by itself, and gives the same light as the directional one."""
+    scene = loaded(one_triangle(), tmp_path, sun_angle=angle)
+    (sky,) = scene.model.emitters
+    assert isinstance(sky, m.Constant)
+    found = scene.model.shapes[-1]
+    assert isinstance(found, m.Sphere)
+    assert found.emitter is not None
+    sine = math.sin(math.radians(float(str(angle))))
+    assert found.emitter.radiance == pytest.approx((1.5 / (math.pi * sine**2),) * 3)
+
+
+@pytest.mark.parametrize(
+    ("defines", "message"),
+    [
+        ({"sun_angle": 46}, "'sun_angle' must be a number from 0.1 to 45, found 46"),
+        ({"up": "x"}, "'up' must be y or z, found 'x'"),
+        ({"crease_angle": -1}, "'crease_angle' must be a number from 0 to 180, found -1"),
+        ({"face_normals": "no"}, "'face_normals' must be true or false, found 'no'"),
+    ],
+)
+def test_a_definition_of_a_mesh_by_itself_is_checked_alike(
+    defines: dict[str, object], message: str, tmp_path: Path
+) -> None:
+    with pytest.raises(et.SceneError, match=message):
+        loaded(one_triangle(), tmp_path, **defines)
+
+
+def test_every_definition_of_a_mesh_by_itself_is_one_of_a_gltf_file() -> None:
+    assert set(bare_mesh.DEFINITIONS) <= set(reader.DEFINITIONS)
+
+
+def test_a_soft_sun_needs_a_sun(tmp_path: Path) -> None:
+    builder = with_light({"type": "point"})
+    with pytest.raises(et.SceneError, match="'sun_angle' needs a sun, but the file has its own lights"):
+        loaded(builder, tmp_path, sun_angle=5)
+    assert len(loaded(builder, tmp_path, sun_angle=5, sun=1).model.shapes) == 2
+
+
+def test_the_added_sun_shines_from_the_side_of_the_view(tmp_path: Path) -> None:
+    for view, direction in (("front", (0.5, -1, -0.8)), ("back", (-0.5, -1, 0.8))):
+        _sky, sun = loaded(one_triangle(), tmp_path, view=view).model.emitters
+        assert isinstance(sun, m.Directional)
+        assert sun.direction == direction
+
+
+def test_a_file_whose_z_is_up_can_be_stood_up(tmp_path: Path) -> None:
+    """+z becomes +y, and -y, the front, becomes +z; lights and cameras turn with the meshes."""
+    builder = with_light({"type": "point"}, translation=[1, 2, 3])
+    scene = loaded(builder, tmp_path, up="z")
+    found = next(emitter for emitter in scene.model.emitters if isinstance(emitter, m.Point))
+    assert found.world_position == pytest.approx((1, 3, -2))
+    (mesh,) = (surface for surface in scene.surfaces() if isinstance(surface, MeshSurface))
+    (lying,) = (surface for surface in loaded(builder, tmp_path).surfaces() if isinstance(surface, MeshSurface))
+    assert np.allclose(mesh.vertices, lying.vertices @ [[1, 0, 0], [0, 0, -1], [0, 1, 0]])
+
+
+@pytest.mark.parametrize(("defines", "count"), [({}, None), ({"crease_angle": 89}, 6), ({"crease_angle": 91}, 4)])
+def test_edges_of_meshes_without_normals_may_be_smooth(
+    defines: dict[str, float], count: int | None, tmp_path: Path
+) -> None:
+    """Two triangles that meet at 90 degrees; as the format says, they are flat."""
+    builder = Builder()
+    builder.node(mesh=builder.mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], indices=[0, 1, 2, 1, 0, 3]))
+    (mesh,) = (surface for surface in loaded(builder, tmp_path, **defines).surfaces())
+    assert isinstance(mesh, MeshSurface)
+    assert mesh.normals is None if count is None else (mesh.normals is not None and len(mesh.normals) == count)
+    (flat,) = loaded(builder, tmp_path, face_normals=True, **defines).surfaces()
+    assert isinstance(flat, MeshSurface)
+    assert flat.normals is None
+
+
+def test_strengths_of_a_studio_may_be_colours(tmp_path: Path) -> None:
+    scene = loaded(one_triangle(), tmp_path, ground="#fff", sky="#00f", sun="#ff0000")
+    sky, sun = scene.model.emitters
+    assert isinstance(sky, m.Constant)
+    assert isinstance(sun, m.Directional)
+    assert (sky.radiance, sun.irradiance) == ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
+    assert any(isinstance(shape, m.Disk) for shape in scene.model.shapes)

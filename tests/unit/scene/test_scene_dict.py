@@ -235,13 +235,39 @@ def test_a_shape_has_one_material() -> None:
         ({"type": "spectrum", "value": [700, 400]}, "expected pairs wavelength:value, found 700"),
         ({"type": "spectrum", "filename": "x.spd"}, f"{Path('x.spd').absolute()}: cannot be read: No such file"),
         ({"type": "rgb"}, "'rgb' needs a 'value', found none"),
-        ([0.1, 0.2], "expected a colour: one number or three; found (0.1, 0.2)"),
+        ([0.1, 0.2], "expected a colour: one number or three, or sRGB such as '#20c040'; found (0.1, 0.2)"),
+        ("#20c04", "expected '#' and six hexadecimal digits of a colour, such as #20c040, found '#20c04'"),
+        ("#20c0400f", "expected '#' and six hexadecimal digits of a colour"),
         ("blue", "no object has the name 'blue'; expected a number, a colour, or the name of a texture"),
     ],
 )
 def test_a_colour_that_is_none_is_refused(reflectance: object, problem: str) -> None:
     (found,) = problems(scene(a={"type": "diffuse", "reflectance": reflectance}))
     assert found.startswith(f"a.reflectance: {problem}")
+
+
+@pytest.mark.parametrize(
+    ("colour", "linear"),
+    [
+        ("#20c040", (0.014444, 0.527115, 0.051269)),
+        ("#2c4", (0.015996, 0.603827, 0.057805)),
+        ({"type": "rgb", "value": "#808080"}, (0.215861,) * 3),
+        ({"type": "srgb", "color": "#FF0000"}, (1.0, 0.0, 0.0)),
+    ],
+)
+def test_a_colour_may_be_encoded_srgb_in_hexadecimal_digits(colour: object, linear: tuple[float, ...]) -> None:
+    ball = shape(bsdf={"type": "diffuse", "reflectance": colour}, interior={"type": "homogeneous", "sigma_t": colour})
+    assert ball.bsdf.reflectance == pytest.approx(linear, abs=1e-6)
+    assert ball.interior.sigma_t == pytest.approx(linear, abs=1e-6)
+    (lamp,) = load_dict(scene(lamp={"type": "point", "intensity": colour})).model.emitters
+    assert isinstance(lamp, m.Point)
+    assert lamp.intensity == pytest.approx(linear, abs=1e-6)
+
+
+def test_an_object_whose_name_looks_like_a_colour_is_meant() -> None:
+    ball = {"type": "sphere", "bsdf": {"type": "diffuse", "reflectance": "#fff"}}
+    found: Any = load_dict(scene(board={"type": "checkerboard", "id": "#fff"}, ball=ball)).model.shapes[0]
+    assert isinstance(found.bsdf.reflectance, m.Checkerboard)
 
 
 def test_all_mistakes_are_told_together() -> None:

@@ -90,6 +90,8 @@ def test_a_variable_may_be_a_list_or_stand_within_a_string(tmp_path: Path) -> No
     text = SENSOR + '[default]\ncolor = [0.1, 0.2, 0.3]\nname = "red"\n'
     text += '[dark-red]\ntype = "diffuse"\nreflectance = "$color"\n[s]\ntype = "sphere"\nbsdf = "dark-$name"\n'
     assert read(tmp_path, text).model.shapes[0].bsdf == m.Diffuse(id="dark-red", reflectance=(0.1, 0.2, 0.3))
+    white = m.Diffuse(id="dark-red", reflectance=(1.0, 1.0, 1.0))
+    assert read(tmp_path, text, color="#ffffff").model.shapes[0].bsdf == white
     assert read(tmp_path, text, color="[0.5, 0.5, 0.5]").model.shapes[0].bsdf == m.Diffuse(id="dark-red")
 
 

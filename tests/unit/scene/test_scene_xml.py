@@ -51,7 +51,7 @@ def test_elements_become_the_same_model_as_a_dictionary(tmp_path: Path) -> None:
             <float name="radius" value="0.5"/>
             <boolean name="flip_normals" value="True"/>
             <ref id="wall"/>
-            <emitter type="area"><rgb name="radiance" value="5"/></emitter>
+            <emitter type="area"><rgb name="radiance" value="#ffffff"/></emitter>
         </shape>
         """,
     )
@@ -68,7 +68,7 @@ def test_elements_become_the_same_model_as_a_dictionary(tmp_path: Path) -> None:
             radius=0.5,
             flip_normals=True,
             bsdf=m.TwoSided(id="wall", bsdf=(m.Diffuse(reflectance=(0.1, 0.2, 0.3)),)),
-            emitter=m.Area(radiance=(5, 5, 5)),
+            emitter=m.Area(radiance=(1, 1, 1)),
         ),
     )
     assert (loaded.max_depth, loaded.spp, loaded.size) == (7, 16, (20, 10))
@@ -201,7 +201,7 @@ IN_A_SPHERE = [
     ('<film type="hdrfilm"/>', "'sphere' cannot contain a film ('hdrfilm')"),
 ]
 IN_A_DIFFUSE = [
-    ('<rgb name="reflectance" value="#ff0000"/>', "reflectance: expected a number, found '#ff0000'"),
+    ('<rgb name="reflectance" value="#ff00"/>', "reflectance: expected '#' and six hexadecimal digits of a colour"),
     ('<rgb name="reflectance" value="0.1 0.2"/>', "reflectance: expected one number or three, found 2"),
     ('<spectrum name="reflectance" value="400:1, 700"/>', "reflectance: expected pairs wavelength:value, found '700'"),
     ('<spectrum name="reflectance" value="400:1, 700:x"/>', "reflectance: expected a finite number, found 'x'"),

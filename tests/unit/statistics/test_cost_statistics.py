@@ -135,6 +135,65 @@ def test_beyond_the_runs_the_time_is_extrapolated_and_says_so() -> None:
     assert time_to_error(power_law(power=-0.75), 32.0**-0.75).reach == 1.0
 
 
+def starting_anew(start: float, power: float = -0.5, rate: float = 0.01) -> Runs:
+    """Return runs of a renderer that begins anew for each checkpoint, ``start`` seconds before its samples."""
+    plain = power_law(power=power)
+    scatter = plain.seconds / SPP
+    return replace(plain, seconds=start + rate * SPP * scatter, spp=SPP)
+
+
+@pytest.mark.parametrize("start", [0.02, 0.2, 1.0])
+def test_a_start_is_not_taken_for_a_steep_slope(start: float) -> None:
+    """A start of 0.2 s makes slopes of -1.4 against time: errors beyond the runs would come far too soon."""
+    runs, truth = starting_anew(start), start + 0.01 * 4 * 64.0
+    found = time_to_error(runs, (4 * 64.0) ** -0.5)
+    assert found.trusted
+    assert found.low < truth < found.high
+    assert found.value == pytest.approx(truth, rel=0.05)
+    assert "beside its samples" in found.note
+    against_time = time_to_error(replace(runs, spp=None), (4 * 64.0) ** -0.5)
+    if start > 0.1:
+        assert "by slope -0.8" in against_time.note, "held, if the start were not known"
+        assert against_time.low < truth < against_time.high
+    told = slope(runs)
+    assert told.value == pytest.approx(-0.5, abs=0.03)
+    assert told.note.startswith("against samples, not time: each render takes ")
+
+
+def test_a_start_does_not_count_as_time_that_samples_took() -> None:
+    """Twice the time is 200 times the samples where the start takes all but a hundredth of the time."""
+    runs = starting_anew(100.0)
+    far = time_to_error(runs, (64.0 * 50.0) ** -0.5)
+    assert far.value == pytest.approx(100.0 + 0.01 * 64.0 * 50.0, rel=0.05)
+    assert far.reach < 2.0
+    assert "a fitted slope may not hold so far" in far.doubt
+    assert not error_at(runs, 190.0).known
+    assert time_to_error(runs, 100.0).value == pytest.approx(100.0, rel=0.01), "no time is shorter than the start"
+
+
+def test_an_error_at_a_time_beyond_a_render_that_starts_anew() -> None:
+    runs = starting_anew(0.2)
+    assert close(error_at(runs, 0.2 + 0.01 * 100.0), 100.0**-0.5, 0.2)
+    assert not error_at(runs, 0.1).known, "before any first sample"
+
+
+def test_no_curve_goes_on_steeper_than_low_discrepancy_points_can() -> None:
+    """A steeper fit is held at -0.8, and the interval holds the times by the fit and by one as much flatter."""
+    runs = power_law(power=-0.9)
+    end, fall = 64.0, 3.0
+    found = time_to_error(runs, end**-0.9 / fall)
+    assert found.value == pytest.approx(end * fall ** (1.0 / 0.8), rel=0.03)
+    assert found.low < end * fall ** (1.0 / 0.9)
+    assert found.high > end * fall ** (1.0 / 0.7)
+    assert "beyond the longest run by slope -0.8; the fitted slope is steeper than -0.8" in found.note
+    flatter = time_to_error(power_law(power=-1.43), end**-1.43 / fall)
+    assert end * fall**2 < flatter.high < 1.3 * end * fall**2, "not flatter than -1/2"
+    ratio = speed_up(power_law(power=-0.5), runs, end**-0.9 / fall)
+    assert ratio.high / ratio.low > found.high / found.low
+    within = time_to_error(runs, 30.0**-0.9)
+    assert close(within, 30.0, 0.1)
+
+
 def test_a_fitted_slope_is_doubted_far_out_and_refused_farther_out() -> None:
     runs = power_law()
     assert not time_to_error(runs, (64.0 * 30.0) ** -0.5).trusted
@@ -301,3 +360,16 @@ def test_the_interval_holds_the_median_as_often_as_it_says_and_a_shifted_one_sel
 
     assert binomtest(covering(np.log(2.0)), 2000, 0.95).pvalue > 1e-3
     assert binomtest(covering(1.3 * np.log(2.0)), 2000, 0.95).pvalue < 1e-9
+
+
+def test_exact_images_have_no_error_and_need_at_most_the_first_image() -> None:
+    runs = Runs(np.tile([1.0, 2.0, 4.0], (4, 1)), np.zeros((4, 3)))
+    error, time = error_at(runs, 2.0), time_to_error(runs, 0.01)
+    assert (error.trusted, error.value, error.low, error.high) == (True, 0.0, 0.0, 0.0)
+    assert (time.bound, time.high, time.note) == ("high", 1.0, "the first image is exact already")
+    assert slope(runs).note == "an exact image has no error that falls"
+
+
+@pytest.mark.parametrize(("power", "noted"), [(-0.3, True), (-0.5, False), (-0.8, False)])
+def test_a_shallow_slope_is_explained(power: float, noted: bool) -> None:
+    assert ("shallower than -0.5" in slope(power_law(power=power)).note) is noted

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
+from equaltime.experiments.analysis.disagreement import NEGLIGIBLE, least_error
 from equaltime.experiments.analysis.sentences import joined
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.statistics.in_words import in_percent, probability
-from equaltime.statistics.intervals import Interval
+from equaltime.statistics.intervals import UNKNOWN, Interval
 from equaltime.words import percent
 
 __all__ = ["differing_renderers", "other_pictures", "size_of"]
@@ -38,14 +40,18 @@ def other_pictures(scenes: Sequence[SceneResult]) -> str:
 def differing_renderers(scenes: Sequence[SceneResult]) -> str:
     """Return sentences on the renderers that failed the test of agreement with equaltime; empty if there are none.
 
-    Each of them is measured against a reference of its own.
+    Each sentence tells which errors and times are not given for that reason.
     """
     found = [one for one in _all(scenes) if one[1].disagrees]
     if not found:
         return ""
-    whose = "Its" if len(found) == 1 else "Their"
     different = _not_the_picture_of("equaltime", found, len(scenes))
-    return f"{different} {whose} times to an error belong to another picture."
+    if len(found) > 1:
+        return f"{different} Errors below {NEGLIGIBLE:g} times the difference are not given, nor times to them."
+    least = least_error(found[0][1].difference or UNKNOWN)
+    if math.isinf(least):
+        return f"{different} No error and no time is given for it."
+    return f"{different} No error below {percent(least)} and no time to one is given for it."
 
 
 def size_of(bias: Interval | None) -> str:

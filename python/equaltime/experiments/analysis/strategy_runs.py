@@ -29,6 +29,7 @@ from equaltime.statistics.curves import (
     log_time,
     log_times,
     slope_doubt,
+    steep_doubt,
     time_to_error,
     typical_interval,
 )
@@ -45,6 +46,10 @@ _MOST_BIAS = 0.1
 """If bias² exceeds this share of an unbiased strategy's squared error, its runs have missed light.
 
 Its later error is then not predictable."""
+
+
+_ANEW = ("command", "mitsuba")
+"""Renderers that render every checkpoint from its first sample on, so that each time contains a start."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +136,8 @@ def runs_of(rows: Sequence[Row]) -> tuple[tuple[int, ...], Runs]:
     chosen = [[table[repeat][spp] for spp in common] for repeat in sorted(table)]
     seconds = np.array([[row.wall_s for row in run] for run in chosen])
     relmse = np.array([[math.nan if row.relmse is None else row.relmse for row in run] for run in chosen])
-    return tuple(common), Runs(seconds, relmse, _independent(rows[0]), rows[0].biased)
+    anew = np.array(common, np.float64) if rows[0].renderer in _ANEW else None
+    return tuple(common), Runs(seconds, relmse, _independent(rows[0]), rows[0].biased, spp=anew)
 
 
 def _independent(row: Row) -> bool:
@@ -176,6 +182,8 @@ def speed_up(baseline: Runs, runs: Runs, target: float) -> Interval:
         high = slow.high / fast.low if fast.low > 0.0 else math.inf
         return Interval(0.0, 0.0, high, trusted, note) if high < 1.0 else UNKNOWN.noted(note)
     ratio = _typical_ratio(first, second, target) if first.tail or second.tail else _mean_ratio(first, second, target)
+    for less, more in (steep_doubt(first, target), steep_doubt(second, target)[::-1]):
+        ratio = ratio.widened(less, "low").widened(more)
     if not slow.trusted:
         ratio = ratio.bounded("low", note) if slow.bound else ratio.doubted(note)
     if not fast.trusted:

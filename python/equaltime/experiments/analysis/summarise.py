@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from equaltime.errors import ExperimentError, Problem
 from equaltime.experiments import report
 from equaltime.experiments.analysis.beside import beside
+from equaltime.experiments.analysis.disagreement import withheld
 from equaltime.experiments.analysis.strategy_runs import StrategyRuns, efficiency, fewer_samples, speed_up
-from equaltime.experiments.analysis.verdict import pick_standard, verdict
+from equaltime.experiments.analysis.verdict import headline_target, pick_standard, verdict
 from equaltime.experiments.model.experiment import LEAST_CROP, Experiment, Window
 from equaltime.experiments.model.summary import Curve, SceneResult, StrategyResult, Summary
 from equaltime.experiments.run.folder import OWN_DEPTHS, ExperimentFolder
@@ -102,6 +103,7 @@ def summarise(experiment: Experiment, rows: Sequence[Row], folder: Path) -> Summ
         facts,
         answer,
         experiment.question,
+        headline_target=headline_target(scenes, targets, experiment.question),
         directions=_existing(place.directions) if "directions" in experiment.figures else None,
     )
 
@@ -128,6 +130,7 @@ class _Scene:
         strategies = [strategy for strategy in found if strategy.spp]
         if not strategies:
             raise ExperimentError((Problem(str(self.place.records), f"{self.name}: {_NO_COMMON_COUNT}"),))
+        differences = {s.label: self._difference(s) for s in strategies if self._agreement_p(s.label) is not None}
         budget = self.experiment.budget or min(float(s.runs.seconds[:, -1].mean()) for s in strategies)
         labels = [s.label for s in strategies]
         errors = [least_error_at(s.runs, budget) for s in strategies]
@@ -149,7 +152,13 @@ class _Scene:
             baseline=baseline.label,
             standard=standard,
             budget_s=budget,
-            strategies=tuple(self._one(s, baseline, standard, images, budget) for s in strategies),
+            strategies=tuple(
+                withheld(
+                    replace(self._one(s, baseline, standard, images, budget), difference=differences.get(s.label)),
+                    None if s is baseline else differences.get(baseline.label),
+                )
+                for s in strategies
+            ),
             reference=self._reference_file(None),
             crops=tuple(window for window in self._crops() if window not in self._small_crops()),
             crops_left_out=_left_out(self._small_crops()),
@@ -241,7 +250,6 @@ class _Scene:
             equality_p=equality,
             unequal=unequal,
             agreement_p=self._agreement_p(strategy.label),
-            difference=None if self._agreement_p(strategy.label) is None else self._difference(strategy),
             bias=None if parts is None else _bias(parts, unequal or runs.biased),
             notes=tuple(self._notes(strategy, baseline, standard, equality)),
             image=self.place.path / last[0].image if last and last[0].image else None,

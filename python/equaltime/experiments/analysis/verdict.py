@@ -21,7 +21,7 @@ from equaltime.statistics.in_words import about, figure, in_time, span
 from equaltime.statistics.intervals import Interval, product_mean, sound, sound_below
 from equaltime.words import percent
 
-__all__ = ["pick_standard", "verdict"]
+__all__ = ["headline_target", "pick_standard", "verdict"]
 
 
 def pick_standard(labels: Sequence[str], biased: Sequence[bool], errors: Sequence[float]) -> str | None:
@@ -55,19 +55,25 @@ def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Q
         return combination_verdict(scenes) + other_pictures(scenes)
     if question == "efficiency":
         return efficiency_verdict(scenes) + other_pictures(scenes)
-    return _answer_in_time(scenes, targets) + other_pictures(scenes)
+    return _answer_in_time(scenes, targets)[0] + other_pictures(scenes)
 
 
-def _answer_in_time(scenes: Sequence[SceneResult], targets: Sequence[float]) -> str:
-    """Return the answer to the question ``time``."""
+def headline_target(scenes: Sequence[SceneResult], targets: Sequence[float], question: Question) -> float | None:
+    """Return the error whose time the verdict gives; None if it gives none or answers another question than time."""
+    return _answer_in_time(scenes, targets)[1] if question == "time" else None
+
+
+def _answer_in_time(scenes: Sequence[SceneResult], targets: Sequence[float]) -> tuple[str, float | None]:
+    """Return the answer to the question ``time``, and the error whose time it gives (None if it gives none)."""
     for all_scenes in (True, False):
         for ratio_is_good in (sound, sound_below):
             for reach in _REACHES:
                 for target in sorted(targets):
                     found = [one for scene in scenes if (one := _at(scene, target, reach, ratio_is_good)) is not None]
                     if found and (len(found) == len(scenes) or not all_scenes):
-                        return _speed_up(found, target, len(scenes)) + _own_renderers(scenes, target)
-    return _without_ratio(scenes, targets)
+                        return _speed_up(found, target, len(scenes)) + _own_renderers(scenes, target), target
+    alone = _time_alone(scenes, targets)
+    return _without_ratio(scenes, alone), None if alone is None else alone[2]
 
 
 _Found = tuple[SceneResult, StrategyResult]
@@ -117,11 +123,24 @@ def _own_renderers(scenes: Sequence[SceneResult], target: float) -> str:
     beside = [one for one in scene.strategies if one.label in (scene.baseline, scene.standard)]
     said = ""
     for strategy in own if len(own) <= _MOST_OWN else ():
-        ratios = {other.label: _quotient(strategy.time_to[target], other.time_to[target]) for other in beside}
+        ratios = {other.label: _times_as_long(scene, strategy, other, target) for other in beside}
         told = [f"{about(ratio)} times as long as {label} {span(ratio)}" for label, ratio in ratios.items() if ratio]
         if told:
             said += f" {strategy.label} needs {' and '.join(told)} for {percent(target)}."
     return said
+
+
+def _times_as_long(
+    scene: SceneResult, strategy: StrategyResult, other: StrategyResult, target: float
+) -> Interval | None:
+    """Return a strategy's time to ``target`` over another's; None if it is not known.
+
+    Beside the baseline it is the inverse of the speed-up that tables show, which compares paired repeats.
+    """
+    ratio = strategy.ratio.get(target)
+    if other.label == scene.baseline and ratio is not None and sound(ratio):
+        return ratio.map(lambda speed_up: 1.0 / speed_up)
+    return _quotient(strategy.time_to[target], other.time_to[target])
 
 
 def _quotient(time: Interval, other: Interval) -> Interval | None:
@@ -132,9 +151,12 @@ def _quotient(time: Interval, other: Interval) -> Interval | None:
     return square.map(lambda root: root**2)
 
 
-def _without_ratio(scenes: Sequence[SceneResult], targets: Sequence[float]) -> str:
-    """Return a line with the efficiency of typical runs and the first trusted time, or why both are missing."""
-    alone, typical = _time_alone(scenes, targets), _typical(scenes)
+def _without_ratio(scenes: Sequence[SceneResult], alone: tuple[SceneResult, StrategyResult, float] | None) -> str:
+    """Return a line with the efficiency of typical runs and a trusted time, or why both are missing.
+
+    ``alone`` is the result of `_time_alone`: the first trusted time.
+    """
+    typical = _typical(scenes)
     if alone is None:
         reason = _reason(scenes)
         if typical:

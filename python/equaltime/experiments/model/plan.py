@@ -13,11 +13,16 @@ __all__ = ["PeerTimes", "planned", "planned_runs", "planned_seconds"]
 
 _REPORT_SECONDS = 5.0
 """Seconds that loading and the report of one scene take, if its images are small."""
-_EARLIER_CHECKPOINTS = 2.4
+_EARLIER_CHECKPOINTS = 1.4
 """Time of the earlier checkpoints of a peer, as a multiple of the last one's time. Each checkpoint is a render of its
-own, and the times of two checkpoints differ by a factor of about sqrt(2)."""
-_CHECKPOINTS = 16
+own with twice the samples of the one before. The last has up to twice the samples, 1.4 times on average."""
+_CHECKPOINTS = 10
 """Typical number of checkpoints of a run; each starts the peer anew."""
+
+
+_NOT_MEASURED = (
+    "; other renderers take longer by their start and their tests: cost measures how long before it runs them"
+)
 
 
 @dataclass(frozen=True)
@@ -31,14 +36,17 @@ class PeerTimes:
     beside its samples."""
 
 
-def planned(experiment: Experiment, peers: PeerTimes = PeerTimes(), machines: int = 1) -> str:
+def planned(experiment: Experiment, peers: PeerTimes | None = None, machines: int = 1) -> str:
     """Return a sentence on the planned tests, references and runs; with a time budget, it gives the total time.
 
-    ``peers`` holds the measured times of other renderers, and ``machines`` is the number of machines that take runs.
-    The time is mostly an upper limit: references may end earlier, and runs that a folder already holds are not
-    repeated. Two times are not included: references of renderers whose images differ, which the sentence names, and the
-    measuring of errors. The sentence ends with a warning if there are too few repeats for trusted numbers.
+    ``peers`` holds the measured times of other renderers; None if they are not measured, which the sentence then says.
+    ``machines`` is the number of machines that take runs. The time is mostly an upper limit: references may end
+    earlier, and runs that a folder already holds are not repeated. Two times are not included: references of renderers
+    whose images differ, which the sentence names, and the measuring of errors. The sentence ends with a warning if
+    there are too few repeats for trusted numbers.
     """
+    unknown = peers is None and any(entry.peer is not None for entry in experiment.strategies)
+    peers = peers or PeerTimes()
     runs = planned_runs(experiment)
     said = f"{runs} run{'s' * (runs != 1)}"
     on = f" on {machines} machines" if machines > 1 else ""
@@ -50,11 +58,12 @@ def planned(experiment: Experiment, peers: PeerTimes = PeerTimes(), machines: in
         first.append(f"references of up to {duration(references)} each")
     before = f"{', '.join(first)}, then " if first else ""
     differs = f"; up to {duration(experiment.reference.seconds)} more for each renderer whose picture differs"
-    after = (differs if peers.tests else "") + _too_few(experiment.repeats)
+    after = (_NOT_MEASURED if unknown else differs if peers.tests else "") + _too_few(experiment.repeats)
     if experiment.spp is not None:
         return f"{before}{said} of {experiment.spp[-1]:,} samples a pixel{on}{after}"
     seconds = _whole(_seconds(experiment, peers, machines))
-    return f"about {duration(seconds)}: {before}{said} of {duration(experiment.budget or DEFAULT_BUDGET)}{on}{after}"
+    about = f"{'more than' if unknown else 'about'} {duration(seconds)}"
+    return f"{about}: {before}{said} of {duration(experiment.budget or DEFAULT_BUDGET)}{on}{after}"
 
 
 def _too_few(repeats: int) -> str:

@@ -23,6 +23,7 @@ from equaltime.experiments.model.experiment import (
     Window,
 )
 from equaltime.experiments.model.sources import PROGRAM_FILES, program_files, sha256_of
+from equaltime.extras import install
 from equaltime.rendering.core_subject import Subject
 from equaltime.scene import Scene
 from equaltime.scene.changes import smaller_film
@@ -374,7 +375,7 @@ def check_installed() -> None:
     """Raise EqualtimeError if a package is not installed that the report will need after the runs."""
     missing = [name for name in ("flip_evaluator", "matplotlib", "jinja2") if find_spec(name) is None]
     if missing:
-        raise EqualtimeError(f"this needs the packages {', '.join(missing)}: pip install equaltime[report]")
+        raise EqualtimeError(f"this needs the packages {', '.join(missing)}: {install('report')}")
 
 
 def split_strategies(text: str) -> tuple[str, ...]:

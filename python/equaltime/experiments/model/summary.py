@@ -16,12 +16,18 @@ from equaltime.experiments.model.experiment import Quantity, Question, Theirs
 from equaltime.extras import optional
 from equaltime.rendering.stated import other_depth
 from equaltime.statistics.intervals import UNKNOWN, Interval
-from equaltime.words import Shown, duration
+from equaltime.words import Shown, duration, percent
 
 if TYPE_CHECKING:
     import pandas
 
-__all__ = ["Beside", "Curve", "SceneResult", "StrategyResult", "Summary"]
+__all__ = ["DISAGREES", "Beside", "Curve", "SceneResult", "StrategyResult", "Summary"]
+
+DISAGREES = "disagrees with the reference"
+"""Words in the note of a number that a renderer does not get, because its picture is another one."""
+
+_RULE = "it is the smallest target whose times can be trusted; times within the runs come before extrapolated ones"
+"""Rule by which the verdict chooses among an experiment's target errors."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +105,8 @@ class StrategyResult:
     agreement_p: float | None = None
     """P-value of the test of agreement with equaltime that another renderer failed; None if it passed or had none.
 
-    Its errors are measured against ``reference``, so its times to an error belong to another picture."""
+    Its errors are measured against ``reference``. Those that are not much larger than ``difference`` are left out, and
+    so are times to them (`equaltime.experiments.analysis.disagreement`)."""
     difference: Interval | None = None
     """Relative distance of the expected image from the scene's reference, if ``agreement_p`` is given; else None."""
     samples: Path | None = None
@@ -225,11 +232,20 @@ class Summary(Shown):
     """Published claim that the experiment tests."""
     beside: tuple[Beside, ...] = ()
     """Numbers of the published claim, each with the number that the experiment measured; empty without a claim."""
+    headline_target: float | None = None
+    """Error whose time the verdict gives; None if it gives none."""
     directions: Path | None = None
     """File of ray directions drawn by uniform and by BSDF sampling, for the report; None if not wanted."""
 
     def __str__(self) -> str:
         return self.verdict
+
+    @property
+    def headline_rule(self) -> str:
+        """Sentence on why the verdict gives the time to this error; empty if it gives none."""
+        if self.headline_target is None:
+            return ""
+        return f"Why {percent(self.headline_target)}: {_RULE}."
 
     def to_frame(self) -> pandas.DataFrame:
         """Return the error curves as a pandas table, with a row for each point of each strategy's curve on each scene.

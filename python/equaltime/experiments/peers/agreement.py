@@ -1,7 +1,8 @@
 """Tests of peers (other renderers) before timing: whether a peer and equaltime have the same expected image.
 
-If the expected images differ, the peer's error against equaltime's reference never falls below the difference. Such a
-peer is measured against its `own_reference` instead, and reports show a note.
+If the expected images differ, the peer's error against equaltime's reference never falls below the difference. The
+noise of such a peer is measured against its `own_reference`. Summaries leave out the errors that the difference would
+spoil (`equaltime.experiments.analysis.disagreement`).
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from equaltime.rendering.result import uninterrupted
 from equaltime.rendering.session import Session
 from equaltime.scene import Scene
 from equaltime.statistics.agreement import LEVEL, Agreement, BlockMeans, compare, share
+from equaltime.statistics.in_words import probability
 from equaltime.strategy import Strategy
 
 __all__ = ["LEVEL", "SEEDS", "Gate", "check", "measured_times", "own_reference", "pass_gates", "resizable", "untested"]
@@ -77,9 +79,9 @@ class Gate:
             return ""
         width, height = self.size
         return (
-            f"its image is not that of equaltime (p = {self.agreement.p:.1g}, level {self.level:.1g}; {self.seeds} "
-            f"renders each of {width}x{height} pixels): it is measured against a reference of its own"
-            + (f"; {self.reference_note}" if self.reference_note else "")
+            f"its image is not that of equaltime ({probability(self.agreement.p)}, level {self.level:.1g}; "
+            f"{self.seeds} renders each of {width}x{height} pixels): its noise is measured against a reference of its "
+            "own" + (f"; {self.reference_note}" if self.reference_note else "")
         )
 
 

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.errors import PeerError
+from equaltime.extras import install
 from equaltime.machine import worker_threads
 from equaltime.scene.export.plain import with_transforms
 from equaltime.strict_json import json_text
@@ -80,7 +81,7 @@ class MitsubaWorker:
             import drjit
             import mitsuba
         except ModuleNotFoundError as error:
-            raise PeerError(f"this needs the package {error.name}: pip install equaltime[peers]") from error
+            raise PeerError(f"this needs the package {error.name}: {install('peers')}") from error
         if variant not in mitsuba.variants():
             raise PeerError(f"it has no variant '{variant}'; there are {', '.join(mitsuba.variants())}")
         try:

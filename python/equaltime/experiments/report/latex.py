@@ -10,6 +10,7 @@ from typing import Final
 from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.telling import DASH
 from equaltime.experiments.report.words import (
+    DISAGREEING,
     ERROR_UNIT,
     EXTRAPOLATED,
     Cell,
@@ -98,7 +99,7 @@ def _time(strategy: StrategyResult, target: float, unit: Unit) -> str:
 
 
 def _text(cell: Cell) -> str:
-    told = cell.interval or cell.text == "not reached" or cell.text[0] in _BOUNDS
+    told = cell.interval or cell.text in ("not reached", DISAGREEING) or cell.text[0] in _BOUNDS
     return str(cell) if told else DASH
 
 

@@ -71,7 +71,10 @@ def losing(
     factors = {strategy.label: _to_equal_time(strategy) for strategy in scene.strategies}
     equal = {label: own * factors[label] for label, own in pictures.squares.items()}
     baseline = equal.get(scene.baseline)
-    found = {label: losses(own, None if label == scene.baseline else baseline) for label, own in equal.items()}
+    apart = {scene.baseline} | {one.label for one in scene.strategies if _is_of_another_picture(one)}
+    if _is_of_another_picture(next(one for one in scene.strategies if one.label == scene.baseline)):
+        baseline = None
+    found = {label: losses(own, None if label in apart else baseline) for label, own in equal.items()}
     most = _most(found)
     grey = _grey(pictures)
     views = tuple(_view(scene.baseline, label, looks[label], found[label], grey, most, longest) for label in found)
@@ -88,6 +91,12 @@ def _most(found: Mapping[str, Losses]) -> float:
     ]
     logs = np.concatenate([np.zeros(1), *sure])
     return float(2.0 ** np.clip(np.ceil(np.percentile(logs[np.isfinite(logs)], 90.0)), 1.0, 6.0))
+
+
+def _is_of_another_picture(strategy: StrategyResult) -> bool:
+    """Tell whether a strategy gets no error at its end because its picture is another one: it cannot be compared."""
+    errors = strategy.curve.error
+    return strategy.disagrees and bool(errors) and not errors[-1].known
 
 
 def _to_equal_time(strategy: StrategyResult) -> float:

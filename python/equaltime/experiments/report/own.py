@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from equaltime.experiments.analysis.disagreement import reason
 from equaltime.experiments.analysis.pictures import other_pictures
 from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.words import Cell, error_cell, factor_cell, percent, seconds, seconds_cell
@@ -39,6 +40,8 @@ def _sentence(label: str, found: _Found, targets: Sequence[float]) -> str:
     on = f" (geometric means of {len(found)} scenes)" if len(found) > 1 else ""
     times = {target: [one.time_to.get(target, UNKNOWN) for _, one in found] for target in sorted(targets)}
     known = [target for target, each in times.items() if all(map(sound, each))]
+    if not known and (reasons := {reason(one.difference) for _, one in found if one.disagrees}):
+        return f"{label}: {'; '.join(sorted(reasons))}."
     if not known:
         return f"{label}: these runs cannot tell its time to an error{_last_error(found)}."
     target = next((target for target in known if all(time.reach == 1.0 for time in times[target])), known[0])

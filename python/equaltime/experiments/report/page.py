@@ -266,6 +266,7 @@ def write_report(summary: Summary, folder: Path, told: Callable[[float], object]
         title=summary.title,
         suffix=": what accuracy costs in time",
         verdict=summary.verdict,
+        headline_rule=summary.headline_rule,
         others=other_renderers(summary),
         quick=is_quick(summary),
         commands=commands(summary),

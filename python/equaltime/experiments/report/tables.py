@@ -228,6 +228,8 @@ def _bias_cell(bias: Interval | None) -> Cell:
     """Format a bias; one that cannot be told from zero is "none found", with its upper limit."""
     if bias is None:
         return _NOTHING
+    if bias.trusted and bias.value == bias.low == bias.high == 0.0:
+        return Cell("none", note=bias.note)
     if bias.trusted and bias.low <= 0.0 < bias.high:
         return Cell("none found", f"(at most {percent(bias.high)})", bias.note)
     return error_cell(bias)
@@ -311,7 +313,7 @@ def _own_estimate(estimates: Sequence[Interval], biased: bool) -> Cell:
     """Format the last estimate; a biased strategy's is marked as noise, a missing one is a dash."""
     if not estimates or math.isnan(estimates[-1].value):
         return _NOTHING
-    cell = error_cell(estimates[-1])
+    cell = measured_cell(estimates[-1])
     if not biased:
         return cell
     note = "; ".join(filter(None, (cell.note, "the strategy's bias is not in it")))

@@ -9,11 +9,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from equaltime.experiments.model.summary import SceneResult, Summary
+from equaltime.experiments.model.summary import DISAGREES, SceneResult, Summary
 from equaltime.statistics.in_words import probability
 from equaltime.statistics.intervals import Interval
 
 __all__ = [
+    "DISAGREEING",
     "ERROR_UNIT",
     "EXTRAPOLATED",
     "Cell",
@@ -48,9 +49,13 @@ _TIMES = "\N{MULTIPLICATION SIGN}"
 EXTRAPOLATED = f"{_THIN}*"
 """Mark after a time that lies beyond the runs; the space keeps it apart from a star in a label."""
 
+DISAGREEING = "disagrees"
+"""Text of a number that a renderer does not get, because its picture is another one."""
+
 _MEANINGS: Mapping[str, str] = {
     "(biased)": "the strategy may converge to another picture",
     "(another picture)": "a test found that the strategy's expected picture is not the standard's",
+    DISAGREEING: "no number, since the renderer's picture is not that of the reference",
     _AT_LEAST: "at least, since the upper end of the interval cannot be trusted",
     _AT_MOST: "at most, since the lower end of the interval cannot be trusted",
     EXTRAPOLATED: "extrapolated beyond the runs",
@@ -87,6 +92,9 @@ class Unit:
 ERROR_UNIT = Unit(100.0, f"{_THIN}%")
 """Unit of relative errors: per cent."""
 
+_FARTHEST_END = 100.0
+"""Largest upper end of an error's interval, in numbers, that is printed: a larger one means that it is not known."""
+
 _FACTOR = Unit(1.0, _TIMES)
 
 _PLAIN = Unit(1.0, "")
@@ -95,8 +103,20 @@ _SAMPLES = Unit(1.0, f"{_THIN}spp")
 
 
 def error_cell(interval: Interval) -> Cell:
-    """Return a table cell with a relative error (0.02 is 2 %) and its interval in per cent."""
-    return _cell(interval, ERROR_UNIT)
+    """Return a table cell with a relative error (0.02 is 2 %) and its interval in per cent.
+
+    An error of 0 without an interval is printed as "exact". An upper end beyond 100 times the number says nothing, so
+    that the lower end is printed alone.
+    """
+    if interval.trusted and interval.value == interval.low == interval.high == 0.0:
+        return Cell("exact", note=interval.note)
+    return _cell(_without_far_end(interval), ERROR_UNIT)
+
+
+def _without_far_end(interval: Interval) -> Interval:
+    if interval.trusted and interval.high > _FARTHEST_END * interval.value > 0.0 and interval.low > 0.0:
+        return interval.bounded("low", f"the upper end is beyond {_FARTHEST_END:g} times the number")
+    return interval
 
 
 def measured_cell(interval: Interval) -> Cell:
@@ -105,6 +125,7 @@ def measured_cell(interval: Interval) -> Cell:
     If only one end of the interval is valid, the cell shows that end and then the measured value, which charts and
     captions show too.
     """
+    interval = _without_far_end(interval)
     cell = error_cell(interval)
     if cell.state != "untrusted" or not interval.bound or not 0.0 < interval.value < math.inf:
         return cell
@@ -181,7 +202,12 @@ def meanings(texts: Iterable[str]) -> dict[str, str]:
 
 
 def _cell(interval: Interval, unit: Unit) -> Cell:
-    """Format an interval; an untrusted one is printed as its valid end or "not trusted", with the reason as note."""
+    """Format an interval; an untrusted one is printed as its valid end or "not trusted", with the reason as note.
+
+    A number that a renderer with another picture does not get is printed as "disagrees".
+    """
+    if DISAGREES in interval.note and not interval.known:
+        return Cell(DISAGREEING, note=interval.note, state="untrusted")
     if not interval.known:
         return Cell("unknown", note=interval.note, state="unknown")
     if not interval.trusted:
@@ -193,9 +219,11 @@ def _cell(interval: Interval, unit: Unit) -> Cell:
     if not (math.isfinite(low) and math.isfinite(high)):
         return Cell("not trusted", note=interval.note or "its interval has no end", state="untrusted")
     digits = _decimals(value, low, high)
-    return Cell(
-        _fixed(value, digits) + unit.symbol, f"[{_fixed(low, digits)}, {_fixed(high, digits)}]", note=interval.note
-    )
+    if 0.0 < 10.0 * low <= high:  # over powers of ten: decimals that suit the upper end would turn the lower one into 0
+        shown, least = _fixed(value, max(digits, -_exponent(value))), _fixed(low, max(digits, 1 - _exponent(low)))
+    else:
+        shown, least = _fixed(value, digits), _fixed(low, digits)
+    return Cell(shown + unit.symbol, f"[{least}, {_fixed(high, digits)}]", note=interval.note)
 
 
 def percent(value: float) -> str:
@@ -254,7 +282,7 @@ def _fixed(value: float, decimals: int) -> str:
         return "unknown" if math.isnan(value) else f"{_MINUS if value < 0.0 else ''}\N{INFINITY}"
     if abs(value) >= 1e9:
         return f"{value:.2g}".replace("e+", "e")
-    text = f"{value:,.{decimals}f}"
+    text = f"{value:,.{min(decimals, 9)}f}"
     return text.replace("-", _MINUS) if float(text.replace(",", "")) else text.lstrip("-")
 
 

@@ -22,6 +22,7 @@ from equaltime.experiments.model.sources import strategy_files
 from equaltime.experiments.report.index import Card, write_index
 from equaltime.experiments.run.folder import ExperimentFolder, replacing
 from equaltime.experiments.run.runner import Begins, ProgressCallback, run, tell_report
+from equaltime.extras import install
 
 __all__ = ["Changes", "experiments_in", "run_all"]
 
@@ -185,7 +186,7 @@ def _missing(experiment: Experiment) -> str:
     """Return a sentence on the missing package that an experiment needs; empty if none is missing."""
     peers = {entry.peer.renderer for entry in experiment.strategies if entry.peer is not None}
     if "mitsuba" in peers and find_spec("mitsuba") is None:
-        return "it needs Mitsuba 3: pip install 'equaltime[peers]'"
+        return f"it needs Mitsuba 3: {install('peers')}"
     return ""
 
 

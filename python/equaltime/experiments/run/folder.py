@@ -3,8 +3,8 @@
 ::
 
     records.csv      one row for each checkpoint of each run (`record`)
-    experiment.json  the experiment, its identity, which a continuation must match, and the SHA-256 of the files from
-                     which the last call made it
+    experiment.json  the experiment of the last call, its identity, which a continuation must match, and the SHA-256 of
+                     the files from which the call made it
     experiment.lock  empty; locked by the process that runs the experiment
     provenance.json  machines and builds by their keys in the records; references; agreements; sessions;
                      own_depths; strategies in full; workers of a cluster, with the runs that each took
@@ -178,8 +178,9 @@ class ExperimentFolder:
         """Write the ``identity`` of an experiment to the folder, or check that it matches the identity written before.
 
         The identity is every setting that affects records. The folder must be locked. Scenes and strategies may be
-        added or dropped; their records stay in the folder. A scene or strategy with a recorded name must be unchanged,
-        and so must all other settings. A folder without a finished run takes any experiment.
+        added or dropped; their records stay in the folder. The experiment is written anew at each call, with
+        its present title, description and targets. A scene or strategy with a recorded name must be
+        unchanged, and so must all other settings. A folder without a finished run takes any experiment.
 
         Parameters
         ----------
@@ -198,12 +199,11 @@ class ExperimentFolder:
                 known = before["identity"]
                 joined = _joined(known, now)
                 self._compare(known, joined)
-                after = {**before, "identity": joined, "files": dict(files)}
-            else:
-                if before is not None and before["identity"] != now:
-                    self._forget(before["identity"])
-                text = experiment.model_dump(mode="json", exclude_none=True, fallback=str)
-                after = {"identity": now, "experiment": text, "files": dict(files)}
+                now = joined
+            elif before is not None and before["identity"] != now:
+                self._forget(before["identity"])
+            text = experiment.model_dump(mode="json", exclude_none=True, fallback=str)
+            after = {"identity": now, "experiment": text, "files": dict(files)}
             if after != before:
                 self._write(self.experiment, after)
         except OSError as error:

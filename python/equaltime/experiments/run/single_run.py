@@ -25,6 +25,8 @@ __all__ = ["BudgetLadder", "RunOrder", "SingleRun", "counts", "now", "record"]
 
 # The rest of a budget is spent on one more checkpoint if it has at least this many times the last one's samples.
 _LEAST_STEP = 1.1
+# Least time of a further sample, as a share of a sample's mean time: times vary, and a rate of 0 would miss the budget.
+_LEAST_RATE = 0.25
 
 
 def counts() -> Iterator[int]:
@@ -51,10 +53,16 @@ class BudgetLadder:
     Call `taken` after each count: the last count is chosen from the time of the count before. All strategies then end
     at nearly the same time, which makes their last images comparable. Counts are even, because a render's own error
     estimate comes from two halves.
+
+    If ``anew``, every count is a render of its own. Counts then double, so that all renders before the last one take
+    hardly longer than the last. The time beside samples (start, reading the scene) is told apart from two counts.
     """
 
-    def __init__(self, seconds: float) -> None:
+    def __init__(self, seconds: float, anew: bool = False) -> None:
         self._seconds = seconds
+        self._growth = 2 if anew else 1
+        self._rate = 0.0
+        """Seconds of a sample per pixel, beyond the start of a render."""
         self._counts = counts()
         self._spp = 0
         self._wall = 0.0
@@ -62,6 +70,10 @@ class BudgetLadder:
 
     def taken(self, spp: int, wall_s: float) -> None:
         """Record that ``spp`` samples per pixel took ``wall_s`` seconds, from which the next count is chosen."""
+        self._rate = wall_s / spp
+        if self._growth > 1:  # part of the time may be a start; how much, the second count tells
+            found = (wall_s - self._wall) / (spp - self._spp) if spp > self._spp > 0 else 0.0
+            self._rate = max(found, _LEAST_RATE * self._rate)
         self._spp, self._wall = spp, wall_s
 
     def __iter__(self) -> Iterator[int]:
@@ -70,13 +82,13 @@ class BudgetLadder:
     def __next__(self) -> int:
         if self._ended or self._wall >= self._seconds:
             raise StopIteration
-        spp = next(count for count in self._counts if count > self._spp)
+        spp = next(count for count in self._counts if count > self._spp and count >= self._growth * self._spp)
         if spp > _MOST_SAMPLES:
             raise StopIteration
-        if self._spp == 0 or self._wall * spp <= self._seconds * self._spp:
+        if self._spp == 0 or self._wall + self._rate * (spp - self._spp) <= self._seconds:
             return spp
         self._ended = True
-        last = int(self._spp * self._seconds / self._wall) // 2 * 2
+        last = int(self._spp + (self._seconds - self._wall) / self._rate) // 2 * 2
         if last < _LEAST_STEP * self._spp:
             raise StopIteration
         return last
@@ -132,7 +144,8 @@ class SingleRun:
         setup = self.subject.prepare(self.scene, self.order.threads)
         common = {**self._common(), "setup_s": setup, "started": now(), "image": None}
         seconds = ladder if isinstance(ladder, float) else None
-        counts = BudgetLadder(ladder) if isinstance(ladder, float) else ladder
+        anew = self.subject.renderer != "core"
+        counts = BudgetLadder(ladder, anew) if isinstance(ladder, float) else ladder
         pending: Point | None = None
         number, taken = 0, list[int]()
         for checkpoint in self.subject.run(self.order.seed, counts, seconds):

@@ -5,7 +5,7 @@ The folder holds all settings. The experiment's file and its scenes may have cha
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -29,13 +29,14 @@ class StoredExperiment:
 
     folder: Path
     experiment: Experiment
-    """The experiment as it was first run, with the scenes and strategies that were added later.
-
-    Only the names and crops of scenes and the labels of added strategies are known; neither can be rendered."""
+    """The experiment of the last call. Only the names, crops and defines of its scenes are known, so it cannot be
+    rendered."""
     identity: Mapping[str, Any] = field(hash=False)
     """All settings that affect records, as JSON data; a continued experiment must have the same."""
     runs: tuple[Row, ...]
-    """Last row of the records of each finished run."""
+    """Last row of the records of each finished run of the experiment."""
+    earlier: tuple[str, ...]
+    """Strategies and scenes, in words, of finished runs that the experiment of the last call no longer has."""
     files: Mapping[str, str] = field(hash=False)
     """SHA-256 of the files from which the last call made the experiment, by absolute path."""
 
@@ -51,8 +52,13 @@ class StoredExperiment:
             keys = f"{place.experiment}: experiment"
             found = (Problem(f"{keys}.{p.place}" if p.place else keys, p.message) for p in error.problems)
             raise ExperimentError(tuple(found)) from None
-        runs = tuple(row for row in load(place.records) if row.last)
-        return cls(folder, experiment, identity, runs, _sums(content.get("files", {}), f"{place.experiment}: files"))
+        names, labels = _names_of(experiment)
+        finished = [row for row in load(place.records) if row.last]
+        runs = tuple(row for row in finished if row.scene in names and row.strategy in labels)
+        earlier = tuple(dict.fromkeys(_left_over(row, names) for row in finished if row not in runs))
+        return cls(
+            folder, experiment, identity, runs, earlier, _sums(content.get("files", {}), f"{place.experiment}: files")
+        )
 
     @property
     def planned(self) -> int:
@@ -129,7 +135,10 @@ def _sums(stored: object, place: str) -> Mapping[str, str]:
 
 
 def _named(stored: object, identity: Mapping[str, Any]) -> object:
-    """Return the stored values with scenes that have a name alone, and with later scenes and strategies."""
+    """Return the stored values with scenes that have a name alone.
+
+    Scenes and strategies come from the identity if the stored values lack them.
+    """
     if not isinstance(stored, Mapping):
         return stored
     return {**stored, "scenes": list(_scenes(stored, identity)), "strategies": list(_strategies(stored, identity))}
@@ -137,13 +146,24 @@ def _named(stored: object, identity: Mapping[str, Any]) -> object:
 
 def _scenes(stored: Mapping[str, Any], identity: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     entries = stored.get("scenes")
-    crops = {entry.get("name"): entry.get("crops") for entry in entries if isinstance(entry, dict)} if entries else {}
-    for name in identity["scenes"]:
-        yield {"name": name, "path": name, "crops": crops.get(name)}
+    known = {entry.get("name"): entry for entry in entries if isinstance(entry, dict)} if entries else {}
+    for name in [name for name in known if name in identity["scenes"]] or identity["scenes"]:
+        entry = known.get(name, {})
+        yield {"name": name, "path": name, "crops": entry.get("crops"), "define": entry.get("define") or {}}
 
 
 def _strategies(stored: Mapping[str, Any], identity: Mapping[str, Any]) -> Iterator[object]:
     entries = stored.get("strategies")
     known = {entry.get("label"): entry for entry in entries if isinstance(entry, dict)} if entries else {}
-    for label, facts in identity["strategies"].items():
-        yield known.get(label, {"label": label, "python": str(facts)})
+    for label in [label for label in known if label in identity["strategies"]] or identity["strategies"]:
+        yield known.get(label, {"label": label, "python": str(identity["strategies"][label])})
+
+
+def _names_of(experiment: Experiment) -> tuple[set[str], set[str]]:
+    """Return the names of the scenes and the labels of the strategies."""
+    return {entry.name for entry in experiment.scenes}, {entry.label for entry in experiment.strategies}
+
+
+def _left_over(row: Row, names: Collection[str]) -> str:
+    """Return what a run belongs to that the experiment no longer has: a scene if its name is not in ``names``."""
+    return f"strategy {row.strategy}" if row.scene in names else f"scene {row.scene}"

@@ -25,19 +25,32 @@ from equaltime.files import beside, give_new_name
 from equaltime.scene.assets import Assets, Mesh
 from equaltime.scene.core import read_ply
 from equaltime.scene.gltf import split
-from equaltime.scene.model import Bitmap, Deformation, Gltf, Obj, Plugin, Ply, SceneModel, mesh_files
+from equaltime.scene.model import (
+    Bitmap,
+    Deformation,
+    Gltf,
+    MeshFile,
+    Obj,
+    Plugin,
+    Ply,
+    SceneModel,
+    Serialized,
+    mesh_files,
+)
 
 __all__ = ["Folder", "portable", "relative", "write_ply"]
 
 Array = NDArray[np.float64]
 
+_OWN: Final = frozenset({"type", "crease_angle"})
+"""Fields of a mesh that its PLY file has no use for: its normals stand in the file."""
 TYPES: Final = {"<f4": "float", "<f8": "double"}
 P = TypeVar("P", bound=Plugin)
 FORMATS = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}
 
 
 def portable(model: SceneModel, assets: Assets, folder: Folder) -> SceneModel:
-    """Write meshes and bitmaps of glTF files, and parts of OBJ files, as separate files into `folder`.
+    """Write meshes and bitmaps of glTF files, parts of OBJ files, and creased meshes as separate files into `folder`.
 
     Return a copy of `model` with the names of the new files; `model` itself if nothing had to be written.
     """
@@ -63,7 +76,7 @@ class _Unpacker:
         return plugin.replace(**changes) if changes else plugin
 
     def _value(self, value: object) -> object:
-        if isinstance(value, Gltf) or (isinstance(value, Obj) and value.material is not None):
+        if isinstance(value, MeshFile) and _is_part(value):
             return self._shape(value)
         if isinstance(value, Plugin):
             return self.node(value)
@@ -72,15 +85,15 @@ class _Unpacker:
             return value if all(a is b for a, b in zip(new, value, strict=True)) else new
         return value
 
-    def _shape(self, shape: Gltf | Obj) -> Ply:
-        given = {name: getattr(shape, name) for name in shape.model_fields_set if name not in ("type", "material")}
+    def _shape(self, shape: MeshFile) -> Ply:
+        given = {name: getattr(shape, name) for name in shape.model_fields_set & Ply.model_fields.keys() - _OWN}
         filename: str | Deformation = self._file(shape)
         if isinstance(shape.filename, Deformation):
             poses = (shape.replace(filename=name) for name in shape.filename.filenames)
             filename = replace(shape.filename, filenames=tuple(map(self._file, poses)))
         return self.node(Ply(**given | {"filename": filename, "flip_tex_coords": shape.flip_tex_coords}))
 
-    def _file(self, shape: Gltf | Obj) -> str:
+    def _file(self, shape: MeshFile) -> str:
         return self._once(_name(shape), lambda _: self._mesh(shape))
 
     def _once(self, name: str, write: Any) -> str:
@@ -88,12 +101,11 @@ class _Unpacker:
             self._known[name] = str(write(name).absolute())
         return self._known[name]
 
-    def _mesh(self, shape: Gltf | Obj) -> Path:
+    def _mesh(self, shape: MeshFile) -> Path:
         mesh = self._assets.mesh(shape)
-        attributes = {name: values for name, values in mesh.attributes.items() if name.startswith("vertex_")}
 
         def write(path: Path) -> None:
-            write_ply(path, mesh.vertices, mesh.faces, mesh.normals, mesh.uvs, attributes)
+            write_ply(path, mesh.vertices, mesh.faces, mesh.normals, mesh.uvs, mesh.attributes)
             if (other := _difference(mesh, path)) is not None:
                 message = f"a PLY file would be read as another mesh: {other}; write .toml, which names the glTF file"
                 raise SceneError((Problem(_name(shape), message),))
@@ -130,10 +142,20 @@ def _difference(mesh: Mesh, path: Path) -> str | None:
     return None
 
 
-def _name(shape: Gltf | Obj) -> str:
+def _is_part(shape: MeshFile) -> bool:
+    """Tell whether a shape is another mesh than that of its whole file, as other renderers read it."""
+    part = isinstance(shape, Gltf) or (isinstance(shape, Obj) and shape.material is not None)
+    return part or shape.crease_angle is not None
+
+
+def _name(shape: MeshFile) -> str:
     """Return the name of a shape inside its file, prefixed with the file."""
-    filename = mesh_files(shape.filename)[0]
-    return filename if isinstance(shape, Gltf) else f"{filename}#/{shape.material}"
+    name = mesh_files(shape.filename)[0]
+    if isinstance(shape, Obj) and shape.material is not None:
+        name += f"#/{shape.material}"
+    if isinstance(shape, Serialized):
+        name += f"#/{shape.shape_index}"
+    return name if shape.crease_angle is None else f"{name}{'' if '#' in name else '#'}/crease-{shape.crease_angle:g}"
 
 
 def _stem(name: str) -> str:
@@ -218,20 +240,24 @@ def write_ply(
 ) -> None:
     """Write a mesh as a binary PLY file, without loss of precision.
 
-    Shapes of the arrays: `vertices` and `normals` (N, 3), `uvs` (N, 2), `faces` (M, 3). The `attributes` of vertices
-    have Mitsuba's names, such as ``vertex_color``, and shapes (N, 1) or (N, 3).
+    Shapes of the arrays: `vertices` and `normals` (N, 3), `uvs` (N, 2), `faces` (M, 3). The `attributes` have
+    Mitsuba's names, such as ``vertex_color`` and ``face_color``, and shapes (N, 1) or (N, 3) and (M, 1) or (M, 3).
     """
     columns = {
         **dict(zip("xyz", vertices.T, strict=True)),
         **({} if normals is None else dict(zip(("nx", "ny", "nz"), normals.T, strict=True))),
         **({} if uvs is None else dict(zip("uv", uvs.T, strict=True))),
-        **{name: column for attribute in (attributes or {}).items() for name, column in _columns(*attribute)},
+        **dict(_columns("vertex_", attributes or {})),
     }
     records = np.empty(len(vertices), dtype=[(name, _smallest(column)) for name, column in columns.items()])
     for name, column in columns.items():
         records[name] = column
-    corners = np.empty(len(faces), dtype=[("count", "u1"), ("corners", "<i4", 3)])
+    own = dict(_columns("face_", attributes or {}))
+    types = [(name, _smallest(column)) for name, column in own.items()]
+    corners = np.empty(len(faces), dtype=[("count", "u1"), ("corners", "<i4", 3), *types])
     corners["count"], corners["corners"] = 3, faces
+    for name, column in own.items():
+        corners[name] = column
     header = [
         "ply",
         "format binary_little_endian 1.0",
@@ -239,16 +265,19 @@ def write_ply(
         *(f"property {TYPES[records.dtype[name].str]} {name}" for name in columns),
         f"element face {len(corners)}",
         "property list uchar int vertex_indices",
+        *(f"property {TYPES[corners.dtype[name].str]} {name}" for name in own),
         "end_header\n",
     ]
     path.write_bytes("\n".join(header).encode() + records.tobytes() + corners.tobytes())
 
 
-def _columns(attribute: str, values: Array) -> Iterator[tuple[str, Array]]:
-    """Iterate over the vertex properties that are read back as this attribute."""
-    name = attribute.removeprefix("vertex_")
-    names = "rgb" if name == "color" else [f"{name}_{number}" for number in range(values.shape[1])]
-    yield from zip(names, values.T, strict=True)
+def _columns(prefix: str, attributes: Mapping[str, Array]) -> Iterator[tuple[str, Array]]:
+    """Iterate over the properties that are read back as the attributes whose names begin with ``prefix``."""
+    for attribute, values in attributes.items():
+        if attribute.startswith(prefix):
+            name = attribute.removeprefix(prefix)
+            names = "rgb" if name == "color" else [f"{name}_{number}" for number in range(values.shape[1])]
+            yield from zip(names, values.T, strict=True)
 
 
 def _smallest(column: Array) -> str:

@@ -13,12 +13,15 @@ from equaltime.scene.gltf.accessors import floats
 from equaltime.scene.gltf.animations import Clip
 from equaltime.scene.gltf.document import Document, Malformed
 
-__all__ = ["Placed", "instances", "placed", "product", "rigid"]
+__all__ = ["STANDING", "Placed", "instances", "placed", "product", "rigid"]
 
 Array = NDArray[np.float64]
 
 THINNEST: Final = 1e-8
 """Scale that replaces 0 along one axis, as a fraction of the largest scale, so that flat meshes have normals."""
+
+STANDING: Final[Array] = np.eye(4)
+"""Transform of a scene whose y axis is up, as the format says."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,18 +36,24 @@ class Placed:
     """Transforms to world space at the times of the animation, in order; empty if the node does not move."""
 
 
-def placed(document: Document, scene: int | None, clip: Clip | None = None, hidden: bool = False) -> Iterator[Placed]:
+def placed(
+    document: Document,
+    scene: int | None,
+    clip: Clip | None = None,
+    hidden: bool = False,
+    root: Array = STANDING,
+) -> Iterator[Placed]:
     """Iterate over the nodes of a scene in `document`, with their transforms to world space.
 
     Each node comes before its children. `scene` is the index of the scene in the file; if it is None, the roots are all
     nodes without a parent. `clip` is the animation that moves nodes, if any; `Placed.to_world` is then the transform at
-    the first of its times. Hidden nodes are left out, unless `hidden` is true. Raises `Malformed` if the hierarchy is
-    not valid, for example if a node has two parents.
+    the first of its times. Hidden nodes are left out, unless `hidden` is true. `root` (4, 4) turns the whole scene.
+    Raises `Malformed` if the hierarchy is not valid, for example if a node has two parents.
     """
     nodes = document.gltf.nodes
     roots = _roots(document, scene, _parents(nodes))
     times = (0.0,) if clip is None else clip.times
-    waiting = [(i, np.tile(np.eye(4), (len(times), 1, 1))) for i in dict.fromkeys(reversed(roots))]
+    waiting = [(i, np.tile(root, (len(times), 1, 1))) for i in dict.fromkeys(reversed(roots))]
     while waiting:
         index, around = waiting.pop()
         node = nodes[index]

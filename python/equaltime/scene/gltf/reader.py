@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from equaltime.scene.gltf.account import check_account
 from equaltime.scene.gltf.animations import Clip, played
@@ -16,22 +17,45 @@ from equaltime.scene.gltf.document import NOT_USED, Document, Malformed, parse
 from equaltime.scene.gltf.extent import check_extent
 from equaltime.scene.gltf.ids import Ids
 from equaltime.scene.gltf.materials import GltfMaterials
-from equaltime.scene.gltf.nodes import Placed, placed
-from equaltime.scene.gltf.shapes import GltfShapes
+from equaltime.scene.gltf.nodes import STANDING, Placed, placed
+from equaltime.scene.gltf.shapes import Asked, GltfShapes
 from equaltime.scene.gltf.views import light, sensor
 from equaltime.scene.report import Report
 from equaltime.scene.search import Search
-from equaltime.scene.studio import SKY, SUN, VIEWS, choice, default_camera, ground, number_of, sky, sun
+from equaltime.scene.studio import (
+    NOT_FRAMED,
+    SKY,
+    SUN,
+    SUN_ANGLE,
+    UPS,
+    VIEWS,
+    Z_UP,
+    Strength,
+    choice,
+    default_camera,
+    framed,
+    ground,
+    number_of,
+    sky,
+    soft_sun,
+    strength,
+    sun,
+    sun_angle,
+    switch,
+)
 from equaltime.scene.tree import Child, Object, Place, add, plant
 from equaltime.words import shortened, suggestion
 
 __all__ = ["read_gltf"]
 
-DEFINITIONS: Final = ("animation", "camera", "ground", "scene", "shutter", "sky", "sun", "time", "view")
+DEFINITIONS: Final = (
+    *("animation", "camera", "crease_angle", "face_normals", "ground", "scene", "shutter", "sky", "sun", "sun_angle"),
+    *("time", "up", "view"),
+)
 """Names that ``-D`` may set. Animation, camera and scene are chosen by name or number. The shutter is two times, of
-opening and closing, in seconds of the animation; ``time`` shows a still at one time. The value of the sky is its
-radiance, of the sun its irradiance, and of the ground its reflectance. The view is the side of a camera that has
-everything in view, one of `equaltime.scene.studio.VIEWS`; it takes the place of the file's cameras."""
+opening and closing, in seconds of the animation; ``time`` shows a still at one time. The others: see
+`equaltime.scene.bare_mesh.DEFINITIONS`. The view takes the place of the file's cameras. Without ``sun_angle`` the sun
+is directional, and without ``crease_angle`` meshes without normals are flat, as the format says."""
 PLACES_SHOWN: Final = 3
 Value = TypeVar("Value")
 
@@ -81,11 +105,12 @@ class _GltfScene:
         self._ids = Ids()
         self._materials = GltfMaterials(document, place, self._ids)
         self._clip = self._played()
-        self._shapes = GltfShapes(document, place, self._materials, self._ids, self._clip)
+        self._asked = self._changes()
+        self._shapes = GltfShapes(document, place, self._materials, self._ids, self._clip, self._asked)
 
     def read(self) -> Object:
         """Return the scene; raises `Malformed`."""
-        nodes = list(placed(self._document, self._chosen_scene(), self._clip))
+        nodes = list(placed(self._document, self._chosen_scene(), self._clip, root=self._asked.root))
         shapes = self._shapes.of(nodes)
         if not shapes:
             raise Malformed(("", "there is nothing to see: no node of the scene has a mesh with triangles"))
@@ -140,9 +165,25 @@ class _GltfScene:
             corners = self._shapes.corners()
         else:  # all frames of an animation have one camera
             whole = played(self._document, self._clip.number, None)
-            corners = self._shapes.reach(placed(self._document, self._chosen_scene(), whole))
-        view = self._defined(partial(choice, name="view", among=VIEWS), "view", "front")
-        return default_camera(corners, self._place, view)
+            corners = self._shapes.reach(placed(self._document, self._chosen_scene(), whole, root=self._asked.root))
+        boxes = list(corners.reshape(-1, 8, 3))
+        seen = framed(boxes)
+        if len(seen) < len(boxes):
+            self._document.note(NOT_FRAMED, "")
+        return default_camera(np.concatenate(seen) if seen else corners, self._place, self._view)
+
+    @property
+    def _view(self) -> str:
+        """The side of the default camera and of the added sun."""
+        return self._defined(partial(choice, name="view", among=VIEWS), "view", "front")
+
+    def _changes(self) -> Asked:
+        """Return the changes to all meshes that definitions ask for."""
+        up = self._defined(partial(choice, name="up", among=UPS), "up", "y")
+        flat = self._defined(partial(switch, name="face_normals"), "face_normals", False)
+        angle = partial(number_of, name="crease_angle", most=180.0)
+        crease = self._defined(angle, "crease_angle", 0.0) if "crease_angle" in self._defines else None
+        return Asked(Z_UP if up == "z" else STANDING, flat, crease)
 
     def _daylight(self, lights: list[Object], shapes: list[Object]) -> list[Object]:
         """Return the requested sky and sun, or default ones if the file has no lights.
@@ -152,29 +193,44 @@ class _GltfScene:
         if {"sky", "sun"} & set(self._defines):
             radiance, irradiance = self._strength("sky"), self._strength("sun")
         elif lights:
+            if "sun_angle" in self._defines:
+                raise Malformed(("", "'sun_angle' needs a sun, but the file has its own lights; add -D sun=1.5"))
             return []
         else:
             radiance, irradiance = SKY, SUN
             glowing = any(child.name == "emitter" for shape in shapes for child in shape.children)
             known = "no lights except emitting surfaces" if glowing else "no light"
             added = f"a sky of radiance {SKY:g} and a sun of irradiance {SUN:g} are added"
-            self._document.note(f"the file has {known}: {added}; -D sky=... and -D sun=... set them", "")
+            ways = "-D sky=... and -D sun=... set them, -D sun_angle=5 softens shadows"
+            self._document.note(f"the file has {known}: {added}; {ways}", "")
         take = self._ids.take
-        daylight = (sky(radiance, self._place, take("sky")), sun(irradiance, self._place, take("sun")))
+        daylight = (sky(radiance, self._place, take("sky")), self._sun(irradiance, take("sun")))
         return [light for light in daylight if light is not None]
 
-    def _strength(self, name: str) -> float:
+    def _sun(self, irradiance: Strength, name: str) -> Object | None:
+        """Return a directional sun, or one of the requested angular radius."""
+        if "sun_angle" not in self._defines:
+            return sun(irradiance, self._place, name, self._view)
+        angle = self._defined(sun_angle, "sun_angle", SUN_ANGLE)
+        return soft_sun(irradiance, self._bounds(), self._place, self._view, angle, name)
+
+    def _strength(self, name: str) -> Strength:
         """Return the strength of the light that a definition adds; 0 without the definition."""
-        return self._defined(partial(number_of, name=name), name, 0.0)
+        none: Strength = 0.0
+        return self._defined(partial(strength, name=name), name, none)
 
     def _ground(self) -> list[Object]:
         """Return the requested ground; none without the definition."""
-        reflectance = self._defined(partial(number_of, name="ground", most=1.0), "ground", 0.0)
-        if reflectance == 0.0:
+        none: Strength = 0.0
+        reflectance = self._defined(partial(strength, name="ground", most=1.0), "ground", none)
+        if not np.any(reflectance):
             return []
+        return [ground(reflectance, self._bounds(), self._place, self._ids.take("ground"))]
+
+    def _bounds(self) -> NDArray[np.float64]:
+        """Return the least and the largest coordinates (2, 3) of all shapes."""
         corners = self._shapes.corners()
-        bounds = np.stack([corners.min(axis=0), corners.max(axis=0)])
-        return [ground(reflectance, bounds, self._place, self._ids.take("ground"))]
+        return np.stack([corners.min(axis=0), corners.max(axis=0)])
 
     def _defined(self, read: Callable[[object], Value], name: str, default: Value) -> Value:
         """Return the value of a definition, as ``read`` reads it, or the default without the definition."""

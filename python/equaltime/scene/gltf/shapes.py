@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Final
 
@@ -15,14 +15,14 @@ from equaltime.scene.gltf.animations import Clip
 from equaltime.scene.gltf.document import Document, Malformed
 from equaltime.scene.gltf.ids import Ids
 from equaltime.scene.gltf.materials import GltfMaterials, Variant
-from equaltime.scene.gltf.nodes import Placed, instances, placed
+from equaltime.scene.gltf.nodes import STANDING, Placed, instances, placed
 from equaltime.scene.gltf.primitives import NAMES, TRIANGLES, Source, box, color, mirrored_uvs, triangles
 from equaltime.scene.gltf.textures import MIRRORED
 from equaltime.scene.model import Animation, Deformation, mirrors
 from equaltime.scene.motion import animation
 from equaltime.scene.tree import Object, Place, Ref, add, plant
 
-__all__ = ["GltfShapes"]
+__all__ = ["Asked", "GltfShapes"]
 
 Array = NDArray[np.float64]
 
@@ -57,6 +57,19 @@ class _Copy:
     """Name of the node or of the mesh in the file."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Asked:
+    """Changes to all meshes of a file that the user asks for, with the option ``-D``."""
+
+    root: Array = field(default_factory=lambda: STANDING)
+    """Transform (4, 4) that turns the whole scene."""
+    face_normals: bool = False
+    """Make all faces flat, also where the file has normals."""
+    crease_angle: float | None = None
+    """Angle between faces, in degrees, above which edges of meshes without normals are hard. None: all edges are hard,
+    as the format says."""
+
+
 class GltfShapes:
     """Converter of a document's meshes to shapes. It also keeps the transform of each shape, for bounding boxes.
 
@@ -72,12 +85,21 @@ class GltfShapes:
         Maker of the ids of all objects in the scene.
     clip
         Animation that deforms meshes while the shutter is open; None if there is none.
+    asked
+        The user's changes to all meshes.
     """
 
     def __init__(
-        self, document: Document, place: Place, materials: GltfMaterials, ids: Ids, clip: Clip | None = None
+        self,
+        document: Document,
+        place: Place,
+        materials: GltfMaterials,
+        ids: Ids,
+        clip: Clip | None = None,
+        asked: Asked | None = None,
     ) -> None:
         self._clip = clip
+        self._asked = asked or Asked()
         self._ids = ids
         self._document = document
         self._place = place
@@ -127,7 +149,7 @@ class GltfShapes:
             if at.node.mesh is None:
                 continue
             skinned = at.node.skin is not None
-            places = (np.eye(4),) if skinned else instances(self._document, at) or at.moving or (at.to_world,)
+            places = (self._asked.root,) if skinned else instances(self._document, at) or at.moving or (at.to_world,)
             moves = np.stack(places)
             for p, _ in self._drawn(at.node.mesh):
                 source = Source("nodes", at.index, p) if skinned else Source("meshes", at.node.mesh, p)
@@ -164,7 +186,7 @@ class GltfShapes:
         """Yield the copies of a node's mesh, except copies without volume."""
         name = at.node.name or self._document.gltf.meshes[at.node.mesh].name
         if at.node.skin is not None:
-            yield _Copy(at.node.mesh, np.eye(4), at.index, poses=self._bending(at), name=name)
+            yield _Copy(at.node.mesh, self._asked.root, at.index, poses=self._bending(at), name=name)
             return
         poses = self._bending(at)
         bent = at.index if poses or at.node.weights else None
@@ -264,15 +286,18 @@ class GltfShapes:
         return self._ids.take(copy.name) if copy.name else None
 
     def _shape(self, name: str, primitive: Any, variant: Variant, copy: _Copy, place: Place) -> Object:
-        flat = vars(primitive.attributes).get("NORMAL") is None
+        filename, crease = self._filename(name, primitive, copy, place), self._asked.crease_angle
+        bare = vars(primitive.attributes).get("NORMAL") is None
+        flat = self._asked.face_normals or (bare and (crease is None or not isinstance(filename, str)))
         result = plant(
             "shape",
             "gltf",
             place,
             self._id(copy),
-            filename=self._filename(name, primitive, copy, place),
+            filename=filename,
             to_world=None if not copy.moving and np.array_equal(copy.to_world, np.eye(4)) else self._where(copy),
             face_normals=flat or None,
+            crease_angle=crease if bare and not flat else None,
             flip_normals=(flat and mirrors(copy.to_world)) or None,
             emitter=self._materials.emitter(primitive.material, variant),
         )

@@ -57,6 +57,9 @@ class Plugin(BaseModel):
     """Fields that cannot change the expected image, such as sampling hints; the scene's digest (a hash) ignores
     them."""
 
+    newer: ClassVar[frozenset[str]] = frozenset()
+    """Fields that the digest leaves out where they are None, because scenes of earlier versions do not have them."""
+
     id: str | None = None
     """Name of this object in its file."""
 

@@ -161,8 +161,19 @@ class MeshFile(Solid):
     """File name, relative to the scene file. A `Deformation` deforms the mesh, an extension to Mitsuba."""
     face_normals: bool = False
     """Use flat face normals instead of the file's vertex normals. If False, missing vertex normals are computed."""
+    crease_angle: Annotated[float, Field(ge=0.0, le=180.0)] | None = None
+    """Angle between two faces, in degrees, above which their edge is hard; an extension to Mitsuba. Only for meshes
+    without normals, which get some as if they stood in the file. None: such meshes are smooth everywhere."""
     flip_tex_coords: bool = False
     """Flip the texture vertically: v becomes 1 - v."""
+
+    newer: ClassVar[frozenset[str]] = frozenset({"crease_angle"})
+
+    @model_validator(mode="after")
+    def _keeps_its_vertices(self) -> Self:
+        if self.crease_angle is not None and not isinstance(self.filename, str):
+            raise ValueError("crease_angle would split each pose of a mesh that deforms in another way: use normals")
+        return self
 
 
 class Ply(MeshFile):

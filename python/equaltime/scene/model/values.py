@@ -7,6 +7,7 @@ stay hashable and comparable.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from numbers import Real
 from typing import Annotated
@@ -37,6 +38,8 @@ __all__ = [
     "as_reflectance",
     "as_share",
     "as_weight",
+    "from_hex",
+    "from_srgb",
     "linear_scale",
     "mirrors",
     "scale_across",
@@ -84,10 +87,33 @@ def _as_color(value: object) -> object:
         value = value.value
     if isinstance(value, Real) and not isinstance(value, bool):
         return (float(value),) * 3
+    if isinstance(value, str) and value.lstrip().startswith("#"):
+        return from_hex(value)
     numbers = _numbers(value, 3)
     if numbers is None:
-        raise ValueError("expected a colour: one number or three")
+        raise ValueError("expected a colour: one number or three, or sRGB such as '#20c040'")
     return numbers
+
+
+def from_hex(text: str) -> Color:
+    """Return the linear sRGB colour of ``#rrggbb`` or ``#rgb``, hexadecimal digits of encoded sRGB, as on web pages.
+
+    ``#ff0000`` is (1, 0, 0), and ``#808080`` is 0.216 in each channel. Raises ValueError for any other text.
+    """
+    digits = text.strip()[1:]
+    if not re.fullmatch(r"#(?:[0-9a-fA-F]{3}){1,2}", text.strip()):
+        raise ValueError(
+            f"expected '#' and six hexadecimal digits of a colour, such as #20c040, found {text.strip()!r}"
+        )
+    size = len(digits) // 3
+    encoded = (int((2 * digits[i : i + size])[:2], 16) / 255.0 for i in range(0, len(digits), size))
+    red, green, blue = map(from_srgb, encoded)
+    return red, green, blue
+
+
+def from_srgb(encoded: float) -> float:
+    """Return the linear value of a channel that is encoded by sRGB, both from 0 to 1 (IEC 61966-2-1)."""
+    return encoded / 12.92 if encoded <= 0.04045 else float(((encoded + 0.055) / 1.055) ** 2.4)
 
 
 def _as_radiance(value: object) -> object:

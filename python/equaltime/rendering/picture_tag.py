@@ -1,0 +1,44 @@
+"""The tag of a picture (PNG or JPEG) that holds what repeats its render: seed, strategy, limits and scene."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from typing import Any, Final
+
+from equaltime.errors import ImageError
+from equaltime.images.preview import REPEAT
+from equaltime.rendering.render_record import checked
+from equaltime.strict_json import json_text
+
+__all__ = ["from_repeat", "to_repeat"]
+
+_MEASURED: Final[Mapping[str, Any]] = {
+    **{"seconds": 0.0, "looks": [], "paths": 0, "rays": 0, "shadow_rays": 0, "threads": 1, "kernel": ""},
+    **{"effects": [], "build": None},
+}
+"""Keys that a record needs and that repeat nothing, with a value that stands for none."""
+_UNREPEATED: Final = frozenset({*_MEASURED, "runs", "phases", "rays_per_s", "focus", "radiance_range", "degrees"})
+
+
+def to_repeat(record: Mapping[str, Any], stops: float) -> str:
+    """Return JSON text with the part of a record that repeats the render, for the tags of its picture.
+
+    ``stops`` is the picture's exposure. The text has no measured times, so that equal pictures have equal files.
+    """
+    kept = {key: value for key, value in record.items() if key not in _UNREPEATED}
+    return json_text({**kept, "exposure": stops})
+
+
+def from_repeat(text: str, path: str | os.PathLike[str]) -> tuple[Mapping[str, Any], float]:
+    """Return the record of a picture's tag, as `to_repeat` wrote it, and the exposure in stops.
+
+    ``path`` is the picture, for messages. Measured times and counts are 0. Raises `ImageError` if the tag is damaged.
+    """
+    try:
+        said = json.loads(text)
+        stops = float(said["exposure"])
+    except (ValueError, TypeError, KeyError):
+        raise ImageError(f"{path}: its tag {REPEAT!r} is damaged") from None
+    return checked({**_MEASURED, **said}, path), stops
