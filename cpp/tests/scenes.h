@@ -91,11 +91,11 @@ inline SceneDescription full_room() {
   bitmap.width = 3, bitmap.channels = 1, bitmap.format = TexelFormat::u8;
   bitmap.texels = {std::byte{10}, std::byte{200}, std::byte{90}};
   d.textures = {CheckerboardDescription{{0.1, 0.5, 0.2}, {0.6, 0.1, 0.1}, {4, 0, 0, 0, 4, 0}}, bitmap};
-  d.bindings = {{1, BsdfParameter::reflectance, 0}, {3, BsdfParameter::alpha, 1}};
+  d.bindings = {{1, "reflectance", 0}, {3, "alpha", 1}};
   d.bsdfs.emplace_back(NullDescription{});
   const auto nothing = static_cast<std::uint32_t>(d.bsdfs.size() - 1);
   d.bsdfs.emplace_back(MixtureDescription{nothing, 0, 0.5});
-  d.bindings.push_back({nothing + 1, BsdfParameter::weight, 0});
+  d.bindings.push_back({nothing + 1, "weight", 0});
   d.shapes.emplace_back(SphereDescription{{-0.25, 1.25, 0.5}, 0.125, false, {nothing + 1, nothing + 1, {}}});
   d.bsdfs.emplace_back(DiffuseDescription{{0.3, 0.6, 0.6}});
   d.bends = {{nothing + 2, 1, true, 0.05}};

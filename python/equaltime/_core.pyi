@@ -105,52 +105,16 @@ class Scene:
         threads: int = 1,
     ) -> dict[str, NDArray[Any]]: ...
 
+class _BsdfModel(TypedDict):
+    parameters: list[str]
+    textured: list[str]
+    effect: str | None
+
+def bsdf_models() -> dict[str, _BsdfModel]: ...
+
 class SceneBuilder:
     def __init__(self) -> None: ...
-    def add_diffuse(self, reflectance: _Vec3) -> int: ...
-    def add_conductor(self, eta: _Vec3, k: _Vec3, specular_reflectance: _Vec3) -> int: ...
-    def add_rough_conductor(
-        self, distribution: _Facets, alpha_u: float, alpha_v: float, eta: _Vec3, k: _Vec3, specular_reflectance: _Vec3
-    ) -> int: ...
-    def add_dielectric(self, ior: float, specular_reflectance: _Vec3, specular_transmittance: _Vec3) -> int: ...
-    def add_thin_dielectric(self, ior: float, specular_reflectance: _Vec3, specular_transmittance: _Vec3) -> int: ...
-    def add_rough_dielectric(
-        self,
-        distribution: _Facets,
-        alpha_u: float,
-        alpha_v: float,
-        ior: float,
-        specular_reflectance: _Vec3,
-        specular_transmittance: _Vec3,
-    ) -> int: ...
-    def add_plastic(
-        self, ior: float, diffuse_reflectance: _Vec3, specular_reflectance: _Vec3, nonlinear: bool
-    ) -> int: ...
-    def add_principled(
-        self,
-        base_color: _Vec3,
-        *,
-        roughness: float,
-        anisotropic: float,
-        metallic: float,
-        spec_trans: float,
-        ior: float,
-        spec_tint: float,
-        sheen: float,
-        sheen_tint: float,
-        flatness: float,
-        clearcoat: float,
-        clearcoat_gloss: float,
-    ) -> int: ...
-    def add_rough_plastic(
-        self,
-        distribution: _Facets,
-        alpha: float,
-        ior: float,
-        diffuse_reflectance: _Vec3,
-        specular_reflectance: _Vec3,
-        nonlinear: bool,
-    ) -> int: ...
+    def add_bsdf(self, type: str, *values: object, **named: object) -> int: ...
     def add_mesh(
         self,
         vertices: ArrayLike,

@@ -97,7 +97,7 @@ class PathTracer : public PathObserver {
   void on(const event::Scattered& at) {
     const HeldExceptions held;
     TracedScattering& scattering = current().scattering.emplace();
-    scattering = {Bsdfs::names[at.bsdf.index()], at.it, albedo<kAllEffects>(at.it, at.bsdf), {}, {}};
+    scattering = {at.bsdf.name(), at.it, albedo<kAllEffects>(at.it, at.bsdf), {}, {}};
     if (at.scattered) scattering.scattered = *at.scattered;
   }
   void on(const event::RouletteSurvived& survived) { current().scattering->survival = survived.probability; }

@@ -35,7 +35,7 @@ enum class Vertex : std::uint8_t { specular, straight, other };
 /// The kind of a vertex, by where the path goes on; thin glass that is passed straight is as good as none.
 Vertex kind_of(const event::Scattered& at) noexcept {
   if (!at.scattered) return Vertex::other;
-  if (std::holds_alternative<ThinDielectric>(at.bsdf) && !at.scattered->above) return Vertex::straight;
+  if (at.bsdf.is_thin() && !at.scattered->above) return Vertex::straight;
   return at.scattered->delta || at.scattered->pdf > kSpecularDensity ? Vertex::specular : Vertex::other;
 }
 

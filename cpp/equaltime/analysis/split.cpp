@@ -19,6 +19,7 @@ SplitParts::SplitParts(const Scene& scene) : light_part_(scene.lights.size()) {
   for (const char* way : kWayNames) names_.push_back({"way", way});
   names_.push_back({"bsdf", "none"});
   for (const char* bsdf : Bsdfs::names) names_.push_back({"bsdf", bsdf});
+  for (const char* phase : PhaseFunctions::names) names_.push_back({"bsdf", phase});
   name_lights(scene);
 }
 

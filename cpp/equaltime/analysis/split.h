@@ -18,10 +18,9 @@ namespace equaltime {
 /// The parts of a scene's light, numbered: lengths of paths, ways to find light, BSDFs, lights.
 class SplitParts {
  public:
-  static constexpr std::uint32_t kLengths = 16;             // the last has all that are longer
-  static constexpr std::uint32_t kWays = 3;                 // seen by the camera, met by a scattered ray, aimed at
-  static constexpr std::uint32_t kBsdfs = 1 + Bsdfs::size;  // none, then by their place in the variant
-  static constexpr std::uint32_t kMostLights = 24;          // told apart; the last has all the others
+  static constexpr std::uint32_t kLengths = 16;     // the last has all that are longer
+  static constexpr std::uint32_t kWays = 3;         // seen by the camera, met by a scattered ray, aimed at
+  static constexpr std::uint32_t kMostLights = 24;  // told apart; the last has all the others
 
   explicit SplitParts(const Scene& scene);
 
@@ -30,6 +29,10 @@ class SplitParts {
   }
   [[nodiscard]] static constexpr std::uint32_t way(std::uint32_t i) noexcept { return kLengths + i; }
   [[nodiscard]] static constexpr std::uint32_t bsdf(std::uint32_t i) noexcept { return kLengths + kWays + i; }
+  /// A BSDF's number: 0 is none, phase functions come last.
+  [[nodiscard]] static std::uint32_t number(Scatterer s) noexcept {
+    return 1 + static_cast<std::uint32_t>(s.bsdf != nullptr ? s.bsdf->index() : Bsdfs::size + s.phase->index());
+  }
   [[nodiscard]] std::uint32_t light(std::uint32_t number) const noexcept { return light_part_[number]; }
   [[nodiscard]] std::uint32_t count() const noexcept { return static_cast<std::uint32_t>(names_.size()); }
 
@@ -58,8 +61,8 @@ class SplitObserver : public PathObserver {
   void on(const event::PathStarted& path) noexcept {
     weight_ = scale_ * static_cast<double>(path.filter_weight), bsdf_ = 0;
   }
-  void on(const event::VertexReached& at) noexcept { bsdf_ = 1 + static_cast<std::uint32_t>(at.bsdf.index()); }
-  void on(const event::CopyResumed& at) noexcept { bsdf_ = 1 + static_cast<std::uint32_t>(at.bsdf.index()); }
+  void on(const event::VertexReached& at) noexcept { bsdf_ = SplitParts::number(at.bsdf); }
+  void on(const event::CopyResumed& at) noexcept { bsdf_ = SplitParts::number(at.bsdf); }
   void on(const event::LightSampled& sampled) noexcept {
     aimed_at_ = sampled.light.infinite && !sampled.light.delta ? kNone : sampled.light.light;
     crossed_ = -1;

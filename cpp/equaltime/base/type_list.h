@@ -36,7 +36,7 @@ template <std::size_t I, class... Models>
 }
 
 template <Effects E, std::size_t I, class... Models, class F>
-[[nodiscard, gnu::always_inline]] inline auto visit_from(const std::variant<Models...>& v, F&& f) noexcept {
+[[gnu::always_inline]] inline decltype(auto) visit_from(const std::variant<Models...>& v, F&& f) noexcept {
   if constexpr (I == sizeof...(Models)) {
     return f(held<0>(v));
   } else {
@@ -50,7 +50,7 @@ template <Effects E, std::size_t I, class... Models, class F>
 
 /// Calls f with the model that `v` holds, of those that a kernel for the effects can meet.
 template <Effects E, class... Models, class F>
-[[nodiscard, gnu::always_inline]] inline auto visit(const std::variant<Models...>& v, F&& f) noexcept {
+[[gnu::always_inline]] inline decltype(auto) visit(const std::variant<Models...>& v, F&& f) noexcept {
   return detail::visit_from<E, 1>(v, f);
 }
 

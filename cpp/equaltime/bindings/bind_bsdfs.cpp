@@ -1,8 +1,9 @@
-// The BSDFs of a SceneBuilder: one-sided leaves by their parameters; each returns the index of what was added.
+// The BSDFs of a SceneBuilder, by the fields of their descriptions, and what there is of them.
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
 #include "equaltime/bindings/bindings.h"
+#include "equaltime/bsdfs/fields.h"
 
 namespace py = pybind11;
 using namespace pybind11::literals;
@@ -11,86 +12,93 @@ namespace equaltime {
 
 namespace {
 
-using Triple = std::array<double, 3>;
-using D = SceneDescription;
-
-Vec3d vec(const Triple& t) { return {t[0], t[1], t[2]}; }
-
-std::uint32_t append(D& d, BsdfDescription&& bsdf) {
-  d.bsdfs.push_back(std::move(bsdf));
-  return static_cast<std::uint32_t>(d.bsdfs.size() - 1);
+void read(py::handle given, double& value) { value = given.cast<double>(); }
+void read(py::handle given, bool& value) { value = given.cast<bool>(); }
+/// A single number is a grey.
+void read(py::handle given, Vec3d& value) {
+  if (PyNumber_Check(given.ptr()) && !PySequence_Check(given.ptr())) {
+    const auto grey = given.cast<double>();
+    value = {grey, grey, grey};
+    return;
+  }
+  const auto [r, g, b] = given.cast<std::array<double, 3>>();
+  value = {r, g, b};
+}
+void read(py::handle given, MicrofacetModel& value) {
+  const auto name = given.cast<std::string>();
+  if (name == "ggx")
+    value = MicrofacetModel::ggx;
+  else if (name == "beckmann")
+    value = MicrofacetModel::beckmann;
+  else
+    throw py::value_error("a distribution is \"ggx\" or \"beckmann\", not \"" + name + "\"");
 }
 
-MicrofacetModel microfacet(const std::string& name) {
-  if (name == "ggx") return MicrofacetModel::ggx;
-  if (name == "beckmann") return MicrofacetModel::beckmann;
-  throw py::value_error("a distribution is \"ggx\" or \"beckmann\", not \"" + name + "\"");
+/// A description by values in the order of its fields, by names, or both; what is not given stays as it is by itself.
+template <class Model>
+typename Model::Description described(const py::args& values, const py::kwargs& named) {
+  typename Model::Description d{};
+  std::size_t used = 0;
+  for_each_of(Model::fields(), [&](const auto& field, std::size_t i) {
+    const bool by_place = i < values.size(), by_name = named.contains(field.name);
+    if (by_place && by_name) throw py::type_error(std::string(Model::name) + ": " + field.name + " is given twice");
+    if (!by_place && !by_name) return;
+    const py::object given = by_place ? py::object(values[i]) : py::object(named[field.name]);
+    try {
+      read(given, d.*field.value);
+    } catch (const py::cast_error&) {
+      throw py::type_error(std::string(Model::name) + ": cannot use " + field.name + " = " +
+                           py::repr(given).cast<std::string>());
+    }
+    ++used;
+  });
+  if (used == values.size() + named.size()) return d;
+  std::string known;
+  for_each_of(Model::fields(),
+              [&](const auto& field, std::size_t i) { known += (i > 0 ? ", " : "") + std::string(field.name); });
+  throw py::type_error(std::string(Model::name) + ": the parameters are " + known);
+}
+
+std::uint32_t add_bsdf(SceneDescription& d, const std::string& type, const py::args& values, const py::kwargs& named) {
+  const std::size_t before = d.bsdfs.size();
+  Bsdfs::for_each([&]<class Model>(std::type_identity<Model>) {
+    if (type == Model::name) d.bsdfs.emplace_back(described<Model>(values, named));
+  });
+  if (d.bsdfs.size() == before) throw py::value_error("no BSDF \"" + type + '"');
+  return static_cast<std::uint32_t>(before);
+}
+
+template <class Table>
+py::list names_in(const Table& table) {
+  py::list names;
+  for_each_of(table, [&](const auto& entry, std::size_t) { names.append(entry.name); });
+  return names;
+}
+
+const char* effect_of(bool Effects::*needs) {
+  for (const auto& [value, name] : kEffectFields)
+    if (value == needs) return name;
+  throw std::logic_error("an effect without a name");
+}
+
+/// By the types of all BSDFs: their parameters, in the order of add_bsdf, those that textures may give, and the effect
+/// that they are part of, or None.
+py::dict bsdf_models() {
+  py::dict models;
+  Bsdfs::for_each([&]<class Model>(std::type_identity<Model>) {
+    py::object effect = py::none();
+    if constexpr (requires { Model::needs; }) effect = py::str(effect_of(Model::needs));
+    models[Model::name] = py::dict("parameters"_a = names_in(Model::fields()),
+                                   "textured"_a = names_in(Model::textured()), "effect"_a = effect);
+  });
+  return models;
 }
 
 }  // namespace
 
-void bind_bsdfs(py::class_<SceneDescription>& builder) {
-  builder
-      .def(
-          "add_diffuse", [](D& d, const Triple& r) { return append(d, DiffuseDescription{vec(r)}); }, "reflectance"_a)
-      .def(
-          "add_conductor",
-          [](D& d, const Triple& eta, const Triple& k, const Triple& r) {
-            return append(d, ConductorDescription{vec(eta), vec(k), vec(r)});
-          },
-          "eta"_a, "k"_a, "specular_reflectance"_a)
-      .def(
-          "add_rough_conductor",
-          [](D& d, const std::string& distribution, double alpha_u, double alpha_v, const Triple& eta, const Triple& k,
-             const Triple& r) {
-            return append(
-                d, RoughConductorDescription{microfacet(distribution), alpha_u, alpha_v, vec(eta), vec(k), vec(r)});
-          },
-          "distribution"_a, "alpha_u"_a, "alpha_v"_a, "eta"_a, "k"_a, "specular_reflectance"_a)
-      .def(
-          "add_dielectric",
-          [](D& d, double ior, const Triple& r, const Triple& t) {
-            return append(d, DielectricDescription{ior, vec(r), vec(t)});
-          },
-          "ior"_a, "specular_reflectance"_a, "specular_transmittance"_a)
-      .def(
-          "add_thin_dielectric",
-          [](D& d, double ior, const Triple& r, const Triple& t) {
-            return append(d, ThinDielectricDescription{ior, vec(r), vec(t)});
-          },
-          "ior"_a, "specular_reflectance"_a, "specular_transmittance"_a)
-      .def(
-          "add_rough_dielectric",
-          [](D& d, const std::string& distribution, double alpha_u, double alpha_v, double ior, const Triple& r,
-             const Triple& t) {
-            return append(
-                d, RoughDielectricDescription{microfacet(distribution), alpha_u, alpha_v, {ior, vec(r), vec(t)}});
-          },
-          "distribution"_a, "alpha_u"_a, "alpha_v"_a, "ior"_a, "specular_reflectance"_a, "specular_transmittance"_a)
-      .def(
-          "add_plastic",
-          [](D& d, double ior, const Triple& diffuse, const Triple& specular, bool nonlinear) {
-            return append(d, PlasticDescription{ior, vec(diffuse), vec(specular), nonlinear});
-          },
-          "ior"_a, "diffuse_reflectance"_a, "specular_reflectance"_a, "nonlinear"_a)
-      .def(
-          "add_principled",
-          [](D& d, const Triple& base_color, double roughness, double anisotropic, double metallic, double spec_trans,
-             double ior, double spec_tint, double sheen, double sheen_tint, double flatness, double clearcoat,
-             double clearcoat_gloss) {
-            return append(d, PrincipledDescription{vec(base_color), roughness, anisotropic, metallic, spec_trans, ior,
-                                                   spec_tint, sheen, sheen_tint, flatness, clearcoat, clearcoat_gloss});
-          },
-          "base_color"_a, py::kw_only(), "roughness"_a, "anisotropic"_a, "metallic"_a, "spec_trans"_a, "ior"_a,
-          "spec_tint"_a, "sheen"_a, "sheen_tint"_a, "flatness"_a, "clearcoat"_a, "clearcoat_gloss"_a)
-      .def(
-          "add_rough_plastic",
-          [](D& d, const std::string& distribution, double alpha, double ior, const Triple& diffuse,
-             const Triple& specular, bool nonlinear) {
-            return append(d, RoughPlasticDescription{
-                                 microfacet(distribution), alpha, {ior, vec(diffuse), vec(specular), nonlinear}});
-          },
-          "distribution"_a, "alpha"_a, "ior"_a, "diffuse_reflectance"_a, "specular_reflectance"_a, "nonlinear"_a);
+void bind_bsdfs(py::module_& m, py::class_<SceneDescription>& builder) {
+  m.def("bsdf_models", &bsdf_models);
+  builder.def("add_bsdf", &add_bsdf, "type"_a, "Add a one-sided BSDF of its parameters; returns its index.");
 }
 
 }  // namespace equaltime

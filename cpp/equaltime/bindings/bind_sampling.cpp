@@ -57,14 +57,14 @@ struct Columns {
 };
 
 /// A BSDF by its number; after them, the phase functions of the media of any extinction.
-const Bsdf& bsdf_at(const Scene& scene, std::size_t index) {
+Scatterer bsdf_at(const Scene& scene, std::size_t index) {
   const std::size_t materials = scene.materials.size();
   require(index < materials + scene.media.size(), "no such BSDF");
-  return index < materials ? scene.materials[index].bsdf : scene.phases[index - materials];
+  return index < materials ? Scatterer(scene.materials[index].bsdf) : Scatterer(scene.phases[index - materials]);
 }
 
 py::dict bsdf_values(const Scene& scene, std::size_t index, const Array& wo, const Array& wi, bool front) {
-  const Bsdf& bsdf = bsdf_at(scene, index);
+  const Scatterer bsdf = bsdf_at(scene, index);
   const py::ssize_t n = count(wo, 3, "wo");
   require(count(wi, 3, "wi") == n, "as many wi as wo");
   Columns out(n);
@@ -76,7 +76,7 @@ py::dict bsdf_values(const Scene& scene, std::size_t index, const Array& wo, con
 }
 
 py::dict bsdf_samples(const Scene& scene, std::size_t index, const Array& wo, const Array& u, bool front) {
-  const Bsdf& bsdf = bsdf_at(scene, index);
+  const Scatterer bsdf = bsdf_at(scene, index);
   const py::ssize_t n = count(wo, 3, "wo");
   require(count(u, 3, "u") == n, "as many u as wo");
   Columns out(n);

@@ -173,7 +173,7 @@ void bind_builder(py::module_& m) {
   using Index = std::optional<std::uint32_t>;
   using D = SceneDescription;
   py::class_<D> builder(m, "SceneBuilder", "A scene in world space, float64, in the units of its author.");
-  bind_bsdfs(builder);
+  bind_bsdfs(m, builder);
   bind_textures(builder);
   bind_sensors(builder);
   bind_motion(builder);

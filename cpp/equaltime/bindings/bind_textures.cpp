@@ -81,12 +81,6 @@ void set_attribute(SceneDescription& d, std::uint32_t shape, std::uint32_t textu
                               std::vector<float>(values.data(), values.data() + values.size())});
 }
 
-BsdfParameter parameter(const std::string& name) {
-  for (std::size_t i = 0; i < std::size(kBsdfParameterNames); ++i)
-    if (name == kBsdfParameterNames[i]) return static_cast<BsdfParameter>(i);
-  throw py::value_error("no parameter \"" + name + "\" that a texture may give");
-}
-
 std::uint32_t add_mixture(SceneDescription& d, std::uint32_t first, std::uint32_t second, double weight,
                           std::optional<double> cutoff) {
   if (!(weight >= 0 && weight <= 1)) throw py::value_error("the weight of a mixture lies in [0, 1]");
@@ -126,7 +120,7 @@ void bind_textures(py::class_<SceneDescription>& builder) {
           "bind",
           [](SceneDescription& d, std::uint32_t bsdf, const std::string& name, std::uint32_t texture,
              std::optional<std::uint32_t> times) {
-            d.bindings.push_back({bsdf, parameter(name), texture, times});
+            d.bindings.push_back({bsdf, name, texture, times});
           },
           "bsdf"_a, "parameter"_a, "texture"_a, "times"_a = py::none());
 }

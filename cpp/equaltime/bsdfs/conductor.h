@@ -3,9 +3,10 @@
 
 #include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
-#include "equaltime/bsdfs/bsdf_types.h"
+#include "equaltime/bsdfs/fields.h"
 #include "equaltime/bsdfs/fresnel.h"
 #include "equaltime/sampling/sampler.h"
+#include "equaltime/sampling/scattering.h"
 
 namespace equaltime {
 
@@ -14,6 +15,7 @@ struct ConductorDescription {
 };
 
 struct Conductor {
+  using Description = ConductorDescription;
   static constexpr const char* name = "conductor";
   static constexpr bool Effects::*needs = &Effects::specular;
   static constexpr bool is_delta = true;
@@ -21,11 +23,16 @@ struct Conductor {
   static constexpr bool picks_lobe = false;
   Spectrum eta, k, specular_reflectance;
 
-  explicit Conductor(const ConductorDescription& d) noexcept;
-  void set(BsdfParameter parameter, const Spectrum& value) noexcept {
-    if (parameter == BsdfParameter::eta) eta = value;
-    if (parameter == BsdfParameter::k) k = value;
-    if (parameter == BsdfParameter::specular_reflectance) specular_reflectance = value;
+  explicit Conductor(const Description& d) noexcept
+      : eta(spectrum(d.eta)), k(spectrum(d.k)), specular_reflectance(spectrum(d.specular_reflectance)) {}
+  [[nodiscard]] static constexpr auto fields() noexcept {
+    return std::tuple{Field{"eta", &ConductorDescription::eta, kCoefficient},
+                      Field{"k", &ConductorDescription::k, kCoefficient},
+                      Field{"specular_reflectance", &ConductorDescription::specular_reflectance, kShare}};
+  }
+  [[nodiscard]] static constexpr auto textured() noexcept {
+    return std::tuple{color_slot("eta", &Conductor::eta), color_slot("k", &Conductor::k),
+                      color_slot("specular_reflectance", &Conductor::specular_reflectance)};
   }
 
   [[nodiscard]] static BsdfValue eval(const Vec3f&, const Vec3f&, bool) noexcept { return {}; }

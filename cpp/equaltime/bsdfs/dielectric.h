@@ -3,9 +3,10 @@
 
 #include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
-#include "equaltime/bsdfs/bsdf_types.h"
+#include "equaltime/bsdfs/fields.h"
 #include "equaltime/bsdfs/fresnel.h"
 #include "equaltime/sampling/sampler.h"
+#include "equaltime/sampling/scattering.h"
 
 namespace equaltime {
 
@@ -15,6 +16,7 @@ struct DielectricDescription {
 };
 
 struct Dielectric {
+  using Description = DielectricDescription;
   static constexpr const char* name = "dielectric";
   static constexpr bool Effects::*needs = &Effects::specular;
   static constexpr bool is_delta = true;
@@ -23,10 +25,18 @@ struct Dielectric {
   float ior;  // interior over exterior
   Spectrum specular_reflectance, specular_transmittance;
 
-  explicit Dielectric(const DielectricDescription& d) noexcept;
-  void set(BsdfParameter parameter, const Spectrum& value) noexcept {
-    if (parameter == BsdfParameter::specular_reflectance) specular_reflectance = value;
-    if (parameter == BsdfParameter::specular_transmittance) specular_transmittance = value;
+  explicit Dielectric(const Description& d) noexcept
+      : ior(static_cast<float>(d.ior)),
+        specular_reflectance(spectrum(d.specular_reflectance)),
+        specular_transmittance(spectrum(d.specular_transmittance)) {}
+  [[nodiscard]] static constexpr auto fields() noexcept {
+    return std::tuple{Field{"ior", &DielectricDescription::ior, kIor},
+                      Field{"specular_reflectance", &DielectricDescription::specular_reflectance, kShare},
+                      Field{"specular_transmittance", &DielectricDescription::specular_transmittance, kShare}};
+  }
+  [[nodiscard]] static constexpr auto textured() noexcept {
+    return std::tuple{color_slot("specular_reflectance", &Dielectric::specular_reflectance),
+                      color_slot("specular_transmittance", &Dielectric::specular_transmittance)};
   }
 
   [[nodiscard]] static BsdfValue eval(const Vec3f&, const Vec3f&, bool) noexcept { return {}; }

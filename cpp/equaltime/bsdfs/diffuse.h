@@ -2,7 +2,8 @@
 #pragma once
 
 #include "equaltime/base/optional.h"
-#include "equaltime/bsdfs/bsdf_types.h"
+#include "equaltime/bsdfs/fields.h"
+#include "equaltime/sampling/scattering.h"
 #include "equaltime/sampling/warps.h"
 
 namespace equaltime {
@@ -12,15 +13,19 @@ struct DiffuseDescription {
 };
 
 struct Diffuse {
+  using Description = DiffuseDescription;
   static constexpr const char* name = "diffuse";
   static constexpr bool is_delta = false;
   static constexpr bool transmits = false;
   static constexpr bool picks_lobe = false;
   Spectrum reflectance;
 
-  explicit Diffuse(const DiffuseDescription& d) noexcept;
-  void set(BsdfParameter parameter, const Spectrum& value) noexcept {
-    if (parameter == BsdfParameter::reflectance) reflectance = value;
+  explicit Diffuse(const Description& d) noexcept : reflectance(spectrum(d.reflectance)) {}
+  [[nodiscard]] static constexpr auto fields() noexcept {
+    return std::tuple{Field{"reflectance", &DiffuseDescription::reflectance, kShare}};
+  }
+  [[nodiscard]] static constexpr auto textured() noexcept {
+    return std::tuple{color_slot("reflectance", &Diffuse::reflectance)};
   }
 
   [[nodiscard]] BsdfValue eval(const Vec3f&, const Vec3f& wi, bool) const noexcept {

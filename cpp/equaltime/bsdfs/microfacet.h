@@ -3,10 +3,10 @@
 // Visible normals: GGX by spherical caps (Dupuy & Benyoub 2023), Beckmann by inversion in slope space (Heitz 2014).
 #pragma once
 
-#include "equaltime/bsdfs/bsdf_types.h"
 #include "equaltime/math/numeric.h"
 #include "equaltime/math/vector.h"
 #include "equaltime/sampling/sampler.h"
+#include "equaltime/sampling/scattering.h"
 
 namespace equaltime {
 
@@ -20,13 +20,14 @@ class Microfacet {
   Microfacet(MicrofacetModel model, float alpha_u, float alpha_v) noexcept
       : alpha_u_(alpha_u), alpha_v_(alpha_v), model_(model) {}
 
-  /// Sets what of the roughness the parameter is, if it is any of it.
-  void set(BsdfParameter parameter, float alpha) noexcept {
-    const bool both = parameter == BsdfParameter::alpha;
-    if (both || parameter == BsdfParameter::alpha_u) alpha_u_ = std::max(alpha, kSmallestAlpha);
-    if (both || parameter == BsdfParameter::alpha_v) alpha_v_ = std::max(alpha, kSmallestAlpha);
+  /// Sets a roughness that textures give.
+  void set_alpha(float alpha_u, float alpha_v) noexcept {
+    alpha_u_ = std::max(alpha_u, kSmallestAlpha);
+    alpha_v_ = std::max(alpha_v, kSmallestAlpha);
   }
 
+  [[nodiscard]] float alpha_u() const noexcept { return alpha_u_; }
+  [[nodiscard]] float alpha_v() const noexcept { return alpha_v_; }
   [[nodiscard]] MicrofacetModel model() const noexcept { return model_; }
   [[nodiscard]] bool anisotropic() const noexcept { return alpha_u_ != alpha_v_; }
 

@@ -4,8 +4,9 @@
 
 #include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
-#include "equaltime/bsdfs/bsdf_types.h"
+#include "equaltime/bsdfs/fields.h"
 #include "equaltime/bsdfs/fresnel.h"
+#include "equaltime/sampling/scattering.h"
 #include "equaltime/sampling/warps.h"
 
 namespace equaltime {
@@ -27,6 +28,7 @@ struct PlasticDescription {
 }
 
 struct Plastic {
+  using Description = PlasticDescription;
   static constexpr const char* name = "plastic";
   static constexpr bool Effects::*needs = &Effects::layered;
   static constexpr bool is_delta = false;
@@ -36,11 +38,24 @@ struct Plastic {
   bool nonlinear;
   Spectrum diffuse_reflectance, specular_reflectance;
 
-  explicit Plastic(const PlasticDescription& d) noexcept;
-  void set(BsdfParameter parameter, const Spectrum& value) noexcept {
-    if (parameter == BsdfParameter::diffuse_reflectance) diffuse_reflectance = value;
-    if (parameter == BsdfParameter::specular_reflectance) specular_reflectance = value;
+  explicit Plastic(const Description& d) noexcept
+      : ior(static_cast<float>(d.ior)),
+        nonlinear(d.nonlinear),
+        diffuse_reflectance(spectrum(d.diffuse_reflectance)),
+        specular_reflectance(spectrum(d.specular_reflectance)),
+        internal_(fresnel_diffuse(1 / ior)),
+        leaving_(square(ior) * (1 - internal_)) {
     derive();
+  }
+  [[nodiscard]] static constexpr auto fields() noexcept {
+    return std::tuple{Field{"ior", &PlasticDescription::ior, kIor},
+                      Field{"diffuse_reflectance", &PlasticDescription::diffuse_reflectance, kShare},
+                      Field{"specular_reflectance", &PlasticDescription::specular_reflectance, kShare},
+                      Field{"nonlinear", &PlasticDescription::nonlinear}};
+  }
+  [[nodiscard]] static constexpr auto textured() noexcept {
+    return std::tuple{color_slot("diffuse_reflectance", &Plastic::diffuse_reflectance),
+                      color_slot("specular_reflectance", &Plastic::specular_reflectance)};
   }
 
   /// Of the body alone.
@@ -65,18 +80,19 @@ struct Plastic {
     return specular_reflectance * reflectance + body_ * ((1 - reflectance) * leaving_);
   }
 
+  /// What follows from the two colours, which textures may give.
+  void derive() noexcept {
+    body_ = body_reflectance(diffuse_reflectance, internal_, nonlinear, ior);
+    specular_ = specular_reflectance.mean();
+    diffuse_ = body_.mean() * leaving_;
+  }
+
  private:
   [[nodiscard]] float interface(const Vec3f& v) const noexcept { return fresnel_dielectric(v.z, ior).reflectance; }
   /// The mirror's share of what is scattered where the interface reflects so much.
   [[nodiscard]] float share(float reflectance) const noexcept {
     const float mirror = specular_ * reflectance, body = diffuse_ * (1 - reflectance);
     return mirror > 0 ? mirror / (mirror + body) : 0.0F;
-  }
-  /// What follows from the two colours.
-  void derive() noexcept {
-    body_ = body_reflectance(diffuse_reflectance, internal_, nonlinear, ior);
-    specular_ = specular_reflectance.mean();
-    diffuse_ = body_.mean() * leaving_;
   }
 
   float internal_;                    // the mean reflectance of the interface from within

@@ -4,6 +4,8 @@ namespace equaltime {
 
 namespace {
 
+/// Stands for an index of glass that is 1 in float32, whose facets would bend nothing: the same as Mitsuba's.
+constexpr float kLeastContrast = 1.001F;
 constexpr float kCoatReflectance = 0.04F, kCoatShadowing = 0.25F, kLeastAlpha = 1e-3F;
 
 Spectrum mix(const Spectrum& a, const Spectrum& b, float share) noexcept { return a * (1 - share) + b * share; }
@@ -37,7 +39,33 @@ float coat_masking(const Vec3f& v) noexcept {
 
 }  // namespace
 
+Principled::Principled(const PrincipledDescription& d) noexcept
+    : transmits(d.spec_trans > 0),
+      base_color(spectrum(d.base_color)),
+      roughness(static_cast<float>(d.roughness)),
+      anisotropic(static_cast<float>(d.anisotropic)),
+      metallic(static_cast<float>(d.metallic)),
+      spec_trans(static_cast<float>(d.spec_trans)),
+      ior(static_cast<float>(d.ior)),
+      spec_tint(static_cast<float>(d.spec_tint)),
+      sheen(static_cast<float>(d.sheen)),
+      sheen_tint(static_cast<float>(d.sheen_tint)),
+      flatness(static_cast<float>(d.flatness)),
+      clearcoat(static_cast<float>(d.clearcoat)),
+      clearcoat_gloss(static_cast<float>(d.clearcoat_gloss)),
+      distribution(MicrofacetModel::ggx, 1, 1) {
+  if (transmits && ior == 1) ior = kLeastContrast;
+  derive();
+}
+
 void Principled::derive() noexcept {
+  // Texels may be out of range, of colours beyond the primaries or sharpened when an image was resized. The model has
+  // roots of these numbers, and probabilities of them.
+  base_color = {std::max(0.0F, base_color.r), std::max(0.0F, base_color.g), std::max(0.0F, base_color.b)};
+  for (float* share : {&roughness, &anisotropic, &metallic, &spec_trans, &spec_tint, &sheen, &sheen_tint, &flatness,
+                       &clearcoat, &clearcoat_gloss})
+    *share = std::clamp(*share, 0.0F, 1.0F);
+  transmits = transmits || spec_trans > 0;
   const float alpha = square(roughness), aspect = std::sqrt(1 - 0.9F * anisotropic);
   distribution =
       Microfacet(MicrofacetModel::ggx, std::max(kLeastAlpha, alpha / aspect), std::max(kLeastAlpha, alpha * aspect));
@@ -47,51 +75,6 @@ void Principled::derive() noexcept {
   glassiness_ = (1 - metallic) * spec_trans;
   glass_ = Spectrum(std::sqrt(base_color.r), std::sqrt(base_color.g), std::sqrt(base_color.b)) * glassiness_;
   coat_alpha_ = mix(0.1F, 0.001F, clearcoat_gloss);
-}
-
-// Texels may be out of range, of colours beyond the primaries or sharpened when an image was resized. The model has
-// roots of these numbers, and probabilities of them.
-void Principled::set(BsdfParameter parameter, const Spectrum& value) noexcept {
-  const float number = std::clamp(value.luminance(), 0.0F, 1.0F);
-  switch (parameter) {
-    case BsdfParameter::base_color:
-      base_color = {std::max(0.0F, value.r), std::max(0.0F, value.g), std::max(0.0F, value.b)};
-      break;
-    case BsdfParameter::roughness:
-      roughness = number;
-      break;
-    case BsdfParameter::anisotropic:
-      anisotropic = number;
-      break;
-    case BsdfParameter::metallic:
-      metallic = number;
-      break;
-    case BsdfParameter::spec_trans:
-      spec_trans = number;
-      break;
-    case BsdfParameter::spec_tint:
-      spec_tint = number;
-      break;
-    case BsdfParameter::sheen:
-      sheen = number;
-      break;
-    case BsdfParameter::sheen_tint:
-      sheen_tint = number;
-      break;
-    case BsdfParameter::flatness:
-      flatness = number;
-      break;
-    case BsdfParameter::clearcoat:
-      clearcoat = number;
-      break;
-    case BsdfParameter::clearcoat_gloss:
-      clearcoat_gloss = number;
-      break;
-    default:
-      return;
-  }
-  transmits = transmits || spec_trans > 0;
-  derive();
 }
 
 Spectrum Principled::schlick(const Spectrum& r0, float c) const noexcept {

@@ -6,9 +6,10 @@
 
 #include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
-#include "equaltime/bsdfs/bsdf_types.h"
 #include "equaltime/bsdfs/facets.h"
+#include "equaltime/bsdfs/fields.h"
 #include "equaltime/bsdfs/fresnel.h"
+#include "equaltime/sampling/scattering.h"
 #include "equaltime/sampling/warps.h"
 
 namespace equaltime {
@@ -21,6 +22,7 @@ struct PrincipledDescription {
 };
 
 struct Principled {
+  using Description = PrincipledDescription;
   static constexpr const char* name = "principled";
   static constexpr bool Effects::*needs = &Effects::principled;
   static constexpr bool is_delta = false;
@@ -32,7 +34,33 @@ struct Principled {
   Microfacet distribution;  // of the main lobe; follows from roughness and anisotropy
 
   explicit Principled(const PrincipledDescription& d) noexcept;
-  void set(BsdfParameter parameter, const Spectrum& value) noexcept;
+  [[nodiscard]] static constexpr auto fields() noexcept {
+    return std::tuple{Field{"base_color", &PrincipledDescription::base_color, kShare},
+                      Field{"roughness", &PrincipledDescription::roughness, kShare},
+                      Field{"anisotropic", &PrincipledDescription::anisotropic, kShare},
+                      Field{"metallic", &PrincipledDescription::metallic, kShare},
+                      Field{"spec_trans", &PrincipledDescription::spec_trans, kShare},
+                      Field{"ior", &PrincipledDescription::ior, kIor},
+                      Field{"spec_tint", &PrincipledDescription::spec_tint, kShare},
+                      Field{"sheen", &PrincipledDescription::sheen, kShare},
+                      Field{"sheen_tint", &PrincipledDescription::sheen_tint, kShare},
+                      Field{"flatness", &PrincipledDescription::flatness, kShare},
+                      Field{"clearcoat", &PrincipledDescription::clearcoat, kShare},
+                      Field{"clearcoat_gloss", &PrincipledDescription::clearcoat_gloss, kShare}};
+  }
+  [[nodiscard]] static constexpr auto textured() noexcept {
+    return std::tuple{color_slot("base_color", &Principled::base_color),
+                      number_slot("roughness", &Principled::roughness),
+                      number_slot("anisotropic", &Principled::anisotropic, true),
+                      number_slot("metallic", &Principled::metallic),
+                      number_slot("spec_trans", &Principled::spec_trans),
+                      number_slot("spec_tint", &Principled::spec_tint),
+                      number_slot("sheen", &Principled::sheen),
+                      number_slot("sheen_tint", &Principled::sheen_tint),
+                      number_slot("flatness", &Principled::flatness),
+                      number_slot("clearcoat", &Principled::clearcoat),
+                      number_slot("clearcoat_gloss", &Principled::clearcoat_gloss)};
+  }
 
   [[nodiscard]] BsdfValue eval(const Vec3f& wo, const Vec3f& wi, bool front) const noexcept;
   [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, double u_lobe, Point2f u) const noexcept;

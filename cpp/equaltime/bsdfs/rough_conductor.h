@@ -4,19 +4,21 @@
 
 #include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
-#include "equaltime/bsdfs/bsdf_types.h"
+#include "equaltime/bsdfs/fields.h"
 #include "equaltime/bsdfs/fresnel.h"
 #include "equaltime/bsdfs/microfacet.h"
+#include "equaltime/sampling/scattering.h"
 
 namespace equaltime {
 
 struct RoughConductorDescription {
-  MicrofacetModel model = MicrofacetModel::ggx;
+  MicrofacetModel distribution = MicrofacetModel::ggx;
   double alpha_u = 0.1, alpha_v = 0.1;
   Vec3d eta, k, specular_reflectance;
 };
 
 struct RoughConductor {
+  using Description = RoughConductorDescription;
   static constexpr const char* name = "roughconductor";
   static constexpr bool Effects::*needs = &Effects::rough_conductors;
   static constexpr bool is_delta = false;
@@ -25,12 +27,23 @@ struct RoughConductor {
   Microfacet distribution;
   Spectrum eta, k, specular_reflectance;
 
-  explicit RoughConductor(const RoughConductorDescription& d) noexcept;
-  void set(BsdfParameter parameter, const Spectrum& value) noexcept {
-    if (parameter == BsdfParameter::eta) eta = value;
-    if (parameter == BsdfParameter::k) k = value;
-    if (parameter == BsdfParameter::specular_reflectance) specular_reflectance = value;
-    distribution.set(parameter, value.g);
+  explicit RoughConductor(const Description& d) noexcept
+      : distribution(d.distribution, static_cast<float>(d.alpha_u), static_cast<float>(d.alpha_v)),
+        eta(spectrum(d.eta)),
+        k(spectrum(d.k)),
+        specular_reflectance(spectrum(d.specular_reflectance)) {}
+  [[nodiscard]] static constexpr auto fields() noexcept {
+    return std::tuple{Field{"distribution", &RoughConductorDescription::distribution},
+                      Field{"alpha_u", &RoughConductorDescription::alpha_u, kRoughness},
+                      Field{"alpha_v", &RoughConductorDescription::alpha_v, kRoughness},
+                      Field{"eta", &RoughConductorDescription::eta, kCoefficient},
+                      Field{"k", &RoughConductorDescription::k, kCoefficient},
+                      Field{"specular_reflectance", &RoughConductorDescription::specular_reflectance, kShare}};
+  }
+  [[nodiscard]] static constexpr auto textured() noexcept {
+    return std::tuple_cat(std::tuple{color_slot("eta", &RoughConductor::eta), color_slot("k", &RoughConductor::k),
+                                     color_slot("specular_reflectance", &RoughConductor::specular_reflectance)},
+                          textured_roughness());
   }
 
   [[nodiscard]] BsdfValue eval(const Vec3f& wo, const Vec3f& wi, bool) const noexcept {

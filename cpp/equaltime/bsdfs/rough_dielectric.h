@@ -2,21 +2,26 @@
 // normal that is drawn among the visible ones.
 #pragma once
 
+#include <optional>
+
 #include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
-#include "equaltime/bsdfs/bsdf_types.h"
+#include "equaltime/bsdfs/dielectric.h"
 #include "equaltime/bsdfs/facets.h"
+#include "equaltime/bsdfs/fields.h"
 #include "equaltime/bsdfs/fresnel.h"
+#include "equaltime/sampling/scattering.h"
 
 namespace equaltime {
 
 struct RoughDielectricDescription {
-  MicrofacetModel model = MicrofacetModel::ggx;
-  double alpha_u = 0.1, alpha_v = 0.1;
-  DielectricDescription dielectric;
+  MicrofacetModel distribution = MicrofacetModel::ggx;
+  double alpha_u = 0.1, alpha_v = 0.1, ior = 1.5;  // ior: interior over exterior
+  Vec3d specular_reflectance{1, 1, 1}, specular_transmittance{1, 1, 1};
 };
 
 struct RoughDielectric {
+  using Description = RoughDielectricDescription;
   static constexpr const char* name = "roughdielectric";
   static constexpr bool Effects::*needs = &Effects::rough_dielectrics;
   static constexpr bool is_delta = false;
@@ -26,11 +31,28 @@ struct RoughDielectric {
   float ior;  // interior over exterior
   Spectrum specular_reflectance, specular_transmittance;
 
-  explicit RoughDielectric(const RoughDielectricDescription& d) noexcept;
-  void set(BsdfParameter parameter, const Spectrum& value) noexcept {
-    if (parameter == BsdfParameter::specular_reflectance) specular_reflectance = value;
-    if (parameter == BsdfParameter::specular_transmittance) specular_transmittance = value;
-    distribution.set(parameter, value.luminance());
+  explicit RoughDielectric(const Description& d) noexcept
+      : distribution(d.distribution, static_cast<float>(d.alpha_u), static_cast<float>(d.alpha_v)),
+        ior(static_cast<float>(d.ior)),
+        specular_reflectance(spectrum(d.specular_reflectance)),
+        specular_transmittance(spectrum(d.specular_transmittance)) {}
+  /// Facets of no contrast bend nothing: light passes straight on, however rough they are.
+  [[nodiscard]] static std::optional<Dielectric> simpler(const Description& d) noexcept {
+    if (static_cast<float>(d.ior) != 1) return std::nullopt;
+    return Dielectric(DielectricDescription{d.ior, d.specular_reflectance, d.specular_transmittance});
+  }
+  [[nodiscard]] static constexpr auto fields() noexcept {
+    return std::tuple{Field{"distribution", &RoughDielectricDescription::distribution},
+                      Field{"alpha_u", &RoughDielectricDescription::alpha_u, kRoughness},
+                      Field{"alpha_v", &RoughDielectricDescription::alpha_v, kRoughness},
+                      Field{"ior", &RoughDielectricDescription::ior, kIor},
+                      Field{"specular_reflectance", &RoughDielectricDescription::specular_reflectance, kShare},
+                      Field{"specular_transmittance", &RoughDielectricDescription::specular_transmittance, kShare}};
+  }
+  [[nodiscard]] static constexpr auto textured() noexcept {
+    return std::tuple_cat(std::tuple{color_slot("specular_reflectance", &RoughDielectric::specular_reflectance),
+                                     color_slot("specular_transmittance", &RoughDielectric::specular_transmittance)},
+                          textured_roughness());
   }
 
   [[nodiscard]] BsdfValue eval(const Vec3f& wo, const Vec3f& wi, bool front) const noexcept {

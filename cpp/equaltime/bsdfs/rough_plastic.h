@@ -6,18 +6,20 @@
 
 #include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
-#include "equaltime/bsdfs/bsdf_types.h"
 #include "equaltime/bsdfs/facets.h"
+#include "equaltime/bsdfs/fields.h"
 #include "equaltime/bsdfs/fresnel.h"
 #include "equaltime/bsdfs/plastic.h"
+#include "equaltime/sampling/scattering.h"
 #include "equaltime/sampling/warps.h"
 
 namespace equaltime {
 
 struct RoughPlasticDescription {
-  MicrofacetModel model = MicrofacetModel::ggx;
-  double alpha = 0.1;
-  PlasticDescription plastic;
+  MicrofacetModel distribution = MicrofacetModel::ggx;
+  double alpha = 0.1, ior = 1.5;  // ior: interior over exterior
+  Vec3d diffuse_reflectance{0.5, 0.5, 0.5}, specular_reflectance{1, 1, 1};
+  bool nonlinear = false;  // see PlasticDescription
 };
 
 /// How much light microfacets of a dielectric let through, by the cosine of one direction, all others integrated.
@@ -45,6 +47,7 @@ class RoughTransmittance {
 };
 
 struct RoughPlastic {
+  using Description = RoughPlasticDescription;
   static constexpr const char* name = "roughplastic";
   static constexpr bool Effects::*needs = &Effects::layered;
   static constexpr bool is_delta = false;
@@ -55,11 +58,26 @@ struct RoughPlastic {
   bool nonlinear;
   Spectrum diffuse_reflectance, specular_reflectance;
 
-  explicit RoughPlastic(const RoughPlasticDescription& d);
-  void set(BsdfParameter parameter, const Spectrum& value) noexcept {
-    if (parameter == BsdfParameter::diffuse_reflectance) diffuse_reflectance = value;
-    if (parameter == BsdfParameter::specular_reflectance) specular_reflectance = value;
+  explicit RoughPlastic(const Description& d)
+      : distribution(d.distribution, static_cast<float>(d.alpha), static_cast<float>(d.alpha)),
+        ior(static_cast<float>(d.ior)),
+        nonlinear(d.nonlinear),
+        diffuse_reflectance(spectrum(d.diffuse_reflectance)),
+        specular_reflectance(spectrum(d.specular_reflectance)),
+        transmittance_(distribution, ior) {
     derive();
+  }
+  [[nodiscard]] static constexpr auto fields() noexcept {
+    return std::tuple{Field{"distribution", &RoughPlasticDescription::distribution},
+                      Field{"alpha", &RoughPlasticDescription::alpha, kRoughness},
+                      Field{"ior", &RoughPlasticDescription::ior, kIor},
+                      Field{"diffuse_reflectance", &RoughPlasticDescription::diffuse_reflectance, kShare},
+                      Field{"specular_reflectance", &RoughPlasticDescription::specular_reflectance, kShare},
+                      Field{"nonlinear", &RoughPlasticDescription::nonlinear}};
+  }
+  [[nodiscard]] static constexpr auto textured() noexcept {
+    return std::tuple{color_slot("diffuse_reflectance", &RoughPlastic::diffuse_reflectance),
+                      color_slot("specular_reflectance", &RoughPlastic::specular_reflectance)};
   }
 
   [[nodiscard]] BsdfValue eval(const Vec3f& wo, const Vec3f& wi, bool) const noexcept {
@@ -80,6 +98,13 @@ struct RoughPlastic {
     return specular_reflectance * (1 - entering) + body_ * (entering * transmittance_.mean());
   }
 
+  /// What follows from the two colours, which textures may give.
+  void derive() noexcept {
+    body_ = body_reflectance(diffuse_reflectance, transmittance_.internal_reflectance(), nonlinear, ior);
+    specular_ = specular_reflectance.mean();
+    diffuse_ = body_.mean() * transmittance_.mean();
+  }
+
  private:
   [[nodiscard]] BsdfValue eval_at(const Vec3f& wo, const Vec3f& wi, const Vec3f& m) const noexcept {
     const float entering = transmittance_(wo.z), mirrors = share(entering);
@@ -95,12 +120,6 @@ struct RoughPlastic {
   [[nodiscard]] float share(float entering) const noexcept {
     const float mirror = specular_ * (1 - entering), body = diffuse_ * entering;
     return mirror > 0 ? mirror / (mirror + body) : 0.0F;
-  }
-  /// What follows from the two colours.
-  void derive() noexcept {
-    body_ = body_reflectance(diffuse_reflectance, transmittance_.internal_reflectance(), nonlinear, ior);
-    specular_ = specular_reflectance.mean();
-    diffuse_ = body_.mean() * transmittance_.mean();
   }
 
   Spectrum body_;                     // f·π of the body without the interface's transmittances

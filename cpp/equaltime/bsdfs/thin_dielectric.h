@@ -4,8 +4,9 @@
 
 #include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
-#include "equaltime/bsdfs/bsdf_types.h"
+#include "equaltime/bsdfs/fields.h"
 #include "equaltime/bsdfs/fresnel.h"
+#include "equaltime/sampling/scattering.h"
 
 namespace equaltime {
 
@@ -15,6 +16,7 @@ struct ThinDielectricDescription {
 };
 
 struct ThinDielectric {
+  using Description = ThinDielectricDescription;
   static constexpr const char* name = "thindielectric";
   static constexpr bool Effects::*needs = &Effects::specular;
   static constexpr bool is_delta = true;
@@ -23,10 +25,18 @@ struct ThinDielectric {
   float ior;  // of the sheet over that of what is round it
   Spectrum specular_reflectance, specular_transmittance;
 
-  explicit ThinDielectric(const ThinDielectricDescription& d) noexcept;
-  void set(BsdfParameter parameter, const Spectrum& value) noexcept {
-    if (parameter == BsdfParameter::specular_reflectance) specular_reflectance = value;
-    if (parameter == BsdfParameter::specular_transmittance) specular_transmittance = value;
+  explicit ThinDielectric(const Description& d) noexcept
+      : ior(static_cast<float>(d.ior)),
+        specular_reflectance(spectrum(d.specular_reflectance)),
+        specular_transmittance(spectrum(d.specular_transmittance)) {}
+  [[nodiscard]] static constexpr auto fields() noexcept {
+    return std::tuple{Field{"ior", &ThinDielectricDescription::ior, kIor},
+                      Field{"specular_reflectance", &ThinDielectricDescription::specular_reflectance, kShare},
+                      Field{"specular_transmittance", &ThinDielectricDescription::specular_transmittance, kShare}};
+  }
+  [[nodiscard]] static constexpr auto textured() noexcept {
+    return std::tuple{color_slot("specular_reflectance", &ThinDielectric::specular_reflectance),
+                      color_slot("specular_transmittance", &ThinDielectric::specular_transmittance)};
   }
 
   [[nodiscard]] static BsdfValue eval(const Vec3f&, const Vec3f&, bool) noexcept { return {}; }

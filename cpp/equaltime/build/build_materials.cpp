@@ -1,46 +1,48 @@
 #include "equaltime/build/build_materials.h"
 
 #include <algorithm>
+#include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 namespace equaltime {
 
 namespace {
 
-void set(Bsdf& bsdf, BsdfParameter parameter, const Spectrum& value) noexcept {
-  std::visit(
-      [&](auto& leaf) noexcept {
-        if constexpr (requires { leaf.set(parameter, value); }) leaf.set(parameter, value);
-      },
-      bsdf);
-}
-
-bool is_of_azimuth(BsdfParameter p) noexcept {
-  return p == BsdfParameter::alpha_u || p == BsdfParameter::alpha_v || p == BsdfParameter::anisotropic;
-}
-
+/// The model that a description is of; one of what is no model is never asked for its light: nothing passes all
+/// through, and of a mixture one part is picked.
 Bsdf make_bsdf(const BsdfDescription& description) {
-  struct Make {
-    Bsdf operator()(const DiffuseDescription& d) const noexcept { return Diffuse(d); }
-    Bsdf operator()(const ConductorDescription& d) const noexcept { return Conductor(d); }
-    Bsdf operator()(const RoughConductorDescription& d) const noexcept { return RoughConductor(d); }
-    Bsdf operator()(const DielectricDescription& d) const noexcept { return Dielectric(d); }
-    Bsdf operator()(const ThinDielectricDescription& d) const noexcept { return ThinDielectric(d); }
-    Bsdf operator()(const RoughDielectricDescription& d) const noexcept {
-      // Facets of no contrast bend nothing: light passes straight on, however rough they are.
-      if (static_cast<float>(d.dielectric.ior) == 1) return Dielectric(d.dielectric);
-      return RoughDielectric(d);
-    }
-    Bsdf operator()(const PlasticDescription& d) const noexcept { return Plastic(d); }
-    Bsdf operator()(const PrincipledDescription& d) const noexcept { return Principled(d); }
-    Bsdf operator()(const RoughPlasticDescription& d) const { return RoughPlastic(d); }
-    // Never asked for their light: nothing is passed through, and of a mixture one part is picked.
-    Bsdf operator()(const NullDescription&) const noexcept { return Diffuse({}); }
-    Bsdf operator()(const MixtureDescription&) const noexcept { return Diffuse({}); }
+  std::optional<Bsdf> made;
+  const auto make = [&]<class Model>(std::type_identity<Model>) {
+    const auto* d = std::get_if<typename Model::Description>(&description);
+    if (d == nullptr) return;
+    if constexpr (requires { Model::simpler(*d); })
+      if (const auto simpler = Model::simpler(*d)) {
+        made = *simpler;
+        return;
+      }
+    made = Model(*d);
   };
-  return std::visit(Make{}, description);
+  Bsdfs::for_each(make);
+  return made.value_or(Diffuse({}));
+}
+
+/// Where a model has a parameter that textures may give.
+struct Slot {
+  std::uint32_t index;
+  bool azimuthal;
+};
+std::optional<Slot> slot_of(const Bsdf& bsdf, const std::string& parameter) noexcept {
+  return visit<kAllEffects>(bsdf, [&]<class Model>(const Model&) noexcept {
+    std::optional<Slot> found;
+    for_each_of(Model::textured(), [&](const auto& slot, std::size_t i) noexcept {
+      if (parameter == slot.name) found = {static_cast<std::uint32_t>(i), slot.azimuthal};
+    });
+    return found;
+  });
 }
 
 Material make_material(const BsdfDescription& d) {
@@ -58,15 +60,22 @@ Material make_material(const BsdfDescription& d) {
 void bind(Material& material, const TextureBinding& b, const std::vector<Texture>& textures) {
   const std::uint32_t last = std::max(b.texture, b.times.value_or(0));
   if (last >= textures.size()) throw std::invalid_argument("no texture " + std::to_string(last) + " to bind");
-  const BsdfParameter parameter = b.parameter;
-  const Texture& texture = textures[b.texture];
-  if (!constant(texture) || b.times) {
-    material.bindings.push_back({parameter, b.texture, b.times.value_or(kNone)});
-    material.anisotropic = material.anisotropic || is_of_azimuth(parameter);
-  } else if (parameter == BsdfParameter::weight) {
-    material.weight = as_weight(number(texture, {}), material.cutoff);
+  const bool mixes = material.kind == Material::Kind::mixture;
+  const std::optional<Slot> slot = mixes ? (b.parameter == "weight" ? std::optional(Slot{0, false}) : std::nullopt)
+                                         : slot_of(material.bsdf, b.parameter);
+  if (!slot)
+    throw std::invalid_argument("BSDF " + std::to_string(b.bsdf) + ": no texture may give \"" + b.parameter + '"');
+  const Material::Binding binding{slot->index, b.texture, b.times.value_or(kNone)};
+  if (!constant(textures[b.texture]) || b.times) {
+    material.bindings.push_back(binding);
+    material.anisotropic = material.anisotropic || slot->azimuthal;
+  } else if (mixes) {
+    material.weight = as_weight(number(textures[b.texture], {}), material.cutoff);
   } else {
-    set(material.bsdf, parameter, value_for(parameter, texture, {}));
+    material.bsdf = visit<kAllEffects>(material.bsdf, [&](auto model) -> Bsdf {
+      give(model, std::span(&binding, 1), textures, {});
+      return model;
+    });
   }
 }
 

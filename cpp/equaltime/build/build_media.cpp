@@ -39,8 +39,8 @@ std::vector<PhaseLobeDescription> distinct(const MediumDescription& d, const Fai
   return kept;
 }
 
-Bsdf make_phase(const std::vector<PhaseLobeDescription>& lobes, const Spectrum& albedo) {
-  if (lobes.size() == 1 && !lobes[0].rayleigh) return Phase{static_cast<float>(lobes[0].g), albedo};
+PhaseFunction make_phase(const std::vector<PhaseLobeDescription>& lobes, const Spectrum& albedo) {
+  if (lobes.size() == 1 && !lobes[0].rayleigh) return HenyeyGreenstein{static_cast<float>(lobes[0].g), albedo};
   double total = 0;
   for (const PhaseLobeDescription& lobe : lobes) total += lobe.weight;
   BlendedPhase blend;
@@ -86,7 +86,7 @@ Media make_media(const std::vector<MediumDescription>& descriptions, const Norma
     if (!(d.g > -1 && d.g < 1)) fail("g lies between -1 and 1");
     if (!sigma_t.is_finite()) fail("extinction is too large for the size of the scene");
     if (const std::string dense = too_dense(sigma_t, normalization); !dense.empty()) fail(dense.c_str());
-    const Bsdf phase = make_phase(distinct(d, fail), albedo);
+    const PhaseFunction phase = make_phase(distinct(d, fail), albedo);
     media.index.push_back(sigma_t.is_black() ? kNone : static_cast<std::uint32_t>(media.dense.size()));
     if (!sigma_t.is_black()) media.dense.push_back({sigma_t, sigma_t * albedo}), media.phases.push_back(phase);
   }

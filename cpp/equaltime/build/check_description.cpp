@@ -12,12 +12,6 @@ namespace {
 
 /// Any finite number: whether float32 holds it is seen once the scene is normalised.
 constexpr double kLargest = std::numeric_limits<double>::max();
-/// Parameters of BSDFs are kept in float32 as they are.
-constexpr double kLargestFloat = static_cast<double>(std::numeric_limits<float>::max());
-constexpr double kSmallestFloat = static_cast<double>(std::numeric_limits<float>::min());
-/// Largest index of refraction relative to the outside. Python's readers take indices from 0.001 to 1000 on both sides,
-/// whose ratios reach 10^6; far beyond that, float32 loses the light.
-constexpr double kHighestIor = 1e6;
 
 /// A part of the scene whose numbers are checked, such as BSDF 3.
 class Part {
@@ -37,65 +31,26 @@ class Part {
   void color(const char* what, const Vec3d& value, double most = kLargest) const {
     for (const double channel : {value.x, value.y, value.z}) number(what, channel, 0, most);
   }
-  void reflectance(const char* what, const Vec3d& value) const { color(what, value, 1); }
-  void ior(double value) const { number("ior", value, 1 / kHighestIor, kHighestIor); }
-  void roughness(const char* what, double value) const { number(what, value, kSmallestFloat, kLargestFloat); }
 
  private:
   std::string name_;
 };
 
-void check_bsdf(const Part& part, const DiffuseDescription& d) { part.reflectance("reflectance", d.reflectance); }
-void check_bsdf(const Part& part, const ConductorDescription& d) {
-  part.color("eta", d.eta, kLargestFloat);
-  part.color("k", d.k, kLargestFloat);
-  part.reflectance("specular_reflectance", d.specular_reflectance);
+/// Each number in its range, and each channel of a colour.
+template <class Model>
+void check_bsdf(const Part& part, const typename Model::Description& d) {
+  for_each_of(Model::fields(), [&](const auto& field, std::size_t) {
+    const auto& value = d.*field.value;
+    const auto& [least, most] = field.range;
+    using Value = std::decay_t<decltype(value)>;
+    if constexpr (std::is_same_v<Value, double>) part.number(field.name, value, least, most);
+    if constexpr (std::is_same_v<Value, Vec3d>)
+      for (const double channel : {value.x, value.y, value.z}) part.number(field.name, channel, least, most);
+  });
 }
-void check_bsdf(const Part& part, const RoughConductorDescription& d) {
-  part.roughness("alpha_u", d.alpha_u);
-  part.roughness("alpha_v", d.alpha_v);
-  check_bsdf(part, ConductorDescription{d.eta, d.k, d.specular_reflectance});
-}
-void check_bsdf(const Part& part, const DielectricDescription& d) {
-  part.ior(d.ior);
-  part.reflectance("specular_reflectance", d.specular_reflectance);
-  part.reflectance("specular_transmittance", d.specular_transmittance);
-}
-void check_bsdf(const Part& part, const ThinDielectricDescription& d) {
-  check_bsdf(part, DielectricDescription{d.ior, d.specular_reflectance, d.specular_transmittance});
-}
-void check_bsdf(const Part& part, const RoughDielectricDescription& d) {
-  part.roughness("alpha_u", d.alpha_u);
-  part.roughness("alpha_v", d.alpha_v);
-  check_bsdf(part, d.dielectric);
-}
-void check_bsdf(const Part& part, const PlasticDescription& d) {
-  part.ior(d.ior);
-  part.reflectance("diffuse_reflectance", d.diffuse_reflectance);
-  part.reflectance("specular_reflectance", d.specular_reflectance);
-}
-void check_bsdf(const Part& part, const RoughPlasticDescription& d) {
-  part.roughness("alpha", d.alpha);
-  check_bsdf(part, d.plastic);
-}
-void check_bsdf(const Part& part, const PrincipledDescription& d) {
-  part.reflectance("base_color", d.base_color);
-  part.ior(d.ior);
-  part.share("roughness", d.roughness);
-  part.share("anisotropic", d.anisotropic);
-  part.share("metallic", d.metallic);
-  part.share("spec_trans", d.spec_trans);
-  part.share("spec_tint", d.spec_tint);
-  part.share("sheen", d.sheen);
-  part.share("sheen_tint", d.sheen_tint);
-  part.share("flatness", d.flatness);
-  part.share("clearcoat", d.clearcoat);
-  part.share("clearcoat_gloss", d.clearcoat_gloss);
-}
-void check_bsdf(const Part&, const NullDescription&) {}
-void check_bsdf(const Part& part, const MixtureDescription& d) {
+void check_mixture(const Part& part, const MixtureDescription& d) {
   part.share("weight", d.weight);
-  if (d.cutoff) part.number("cutoff", *d.cutoff, 0, kLargestFloat);
+  if (d.cutoff) part.number("cutoff", *d.cutoff, 0, kCoefficient.most);
 }
 
 void check_shapes(const std::vector<ShapeDescription>& shapes, const std::string& kind) {
@@ -159,8 +114,14 @@ void check_sensor(const SensorDescription& sensor) {
 }  // namespace
 
 void check(const SceneDescription& description) {
-  for (std::size_t i = 0; i < description.bsdfs.size(); ++i)
-    std::visit([&](const auto& d) { check_bsdf(Part("BSDF", i), d); }, description.bsdfs[i]);
+  for (std::size_t i = 0; i < description.bsdfs.size(); ++i) {
+    const Part part("BSDF", i);
+    const BsdfDescription& bsdf = description.bsdfs[i];
+    if (const auto* mixture = std::get_if<MixtureDescription>(&bsdf)) check_mixture(part, *mixture);
+    Bsdfs::for_each([&]<class Model>(std::type_identity<Model>) {
+      if (const auto* d = std::get_if<typename Model::Description>(&bsdf)) check_bsdf<Model>(part, *d);
+    });
+  }
   check_shapes(description.shapes, "shape");
   for (std::size_t i = 0; i < description.groups.size(); ++i)
     check_shapes(description.groups[i].shapes, "group " + std::to_string(i) + ": shape");

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -29,17 +30,24 @@ struct MixtureDescription {
   double weight = 0.5;                // in [0, 1]
   std::optional<double> cutoff = {};  // makes the weight 1 where it is at least this, else 0
 };
-using BsdfDescription =
-    std::variant<DiffuseDescription, ConductorDescription, RoughConductorDescription, DielectricDescription,
-                 ThinDielectricDescription, RoughDielectricDescription, PlasticDescription, RoughPlasticDescription,
-                 PrincipledDescription, NullDescription, MixtureDescription>;
+namespace detail {
+/// The descriptions of a list of models, and of what is no model.
+template <class Models>
+struct DescriptionsOf;
+template <class... Models>
+struct DescriptionsOf<TypeList<Models...>> {
+  using Variant = std::variant<typename Models::Description..., NullDescription, MixtureDescription>;
+};
+}  // namespace detail
+
+using BsdfDescription = detail::DescriptionsOf<Bsdfs>::Variant;
 
 // --- Textures of BSDFs --------------------------------------------------------------------------------------------
 
 /// A parameter of a BSDF that a texture gives, in place of the constant in the BSDF's own description.
 struct TextureBinding {
   std::uint32_t bsdf;
-  BsdfParameter parameter;
+  std::string parameter;  // "weight" of a mixture, or as the model has it in `textured`
   std::uint32_t texture;
   std::optional<std::uint32_t> times = {};  // another texture that multiplies it
 };

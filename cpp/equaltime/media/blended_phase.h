@@ -1,5 +1,5 @@
 // Phase functions that Henyey and Greenstein's alone is not: Rayleigh's (1871), 3/(16π)·(1 + cos²θ), which is that of
-// what is much smaller than the light's waves, and sums of both kinds, each with its share. In the frame of Phase.
+// what is much smaller than the light's waves, and sums of both kinds, each with its share.
 #pragma once
 
 #include <array>
@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "equaltime/base/effects.h"
-#include "equaltime/media/phase.h"
+#include "equaltime/media/henyey_greenstein.h"
 
 namespace equaltime {
 
@@ -33,7 +33,7 @@ struct BlendedPhase {
     float pdf = 0;
     for (std::uint32_t i = 0; i < count; ++i) {
       const auto& [share, g, rayleigh] = lobes[i];
-      pdf += share * (rayleigh ? rayleigh_pdf(wi.z) : Phase{g, {}}.eval(wo, wi, front).pdf);
+      pdf += share * (rayleigh ? rayleigh_pdf(wi.z) : HenyeyGreenstein{g, {}}.eval(wo, wi, front).pdf);
     }
     return {Spectrum(pdf), pdf};
   }
@@ -42,7 +42,7 @@ struct BlendedPhase {
     std::uint32_t picked = 0;
     for (; picked + 1 < count && u_lobe >= lobes[picked].share; ++picked) u_lobe -= lobes[picked].share;
     const PhaseLobe& lobe = lobes[picked];
-    const Vec3f wi = lobe.rayleigh ? rayleigh_direction(u) : Phase{lobe.g, {}}.sample(wo, front, 0, u)->wi;
+    const Vec3f wi = lobe.rayleigh ? rayleigh_direction(u) : HenyeyGreenstein{lobe.g, {}}.sample(wo, front, 0, u)->wi;
     return BsdfSample{wi, Spectrum(1), eval(wo, wi, front).pdf};
   }
 

@@ -20,14 +20,11 @@ void add_material(Effects& e, const Scene& scene, std::uint32_t index) noexcept 
     return;
   }
   const Bsdf& bsdf = material.bsdf;
-  e.rough_conductors = e.rough_conductors || std::holds_alternative<RoughConductor>(bsdf);
   e.anisotropy = e.anisotropy || material.anisotropic;
-  e.specular = e.specular || std::holds_alternative<Conductor>(bsdf) || std::holds_alternative<Dielectric>(bsdf) ||
-               std::holds_alternative<ThinDielectric>(bsdf);
   if (!scene.crossings_are_vertices && std::holds_alternative<ThinDielectric>(bsdf)) e.masks = true;
-  e.rough_dielectrics = e.rough_dielectrics || std::holds_alternative<RoughDielectric>(bsdf);
-  e.principled = e.principled || std::holds_alternative<Principled>(bsdf);
-  e.layered = e.layered || std::holds_alternative<Plastic>(bsdf) || std::holds_alternative<RoughPlastic>(bsdf);
+  visit<kAllEffects>(bsdf, [&]<class Model>(const Model&) noexcept {
+    if constexpr (requires { Model::needs; }) e.*Model::needs = true;
+  });
 }
 
 }  // namespace
@@ -41,7 +38,7 @@ Effects derive_effects(const Scene& scene) noexcept {
   const bool nests = !scene.nesting.bodies.empty();
   e.media = !scene.media.empty() || nests;
   e.phase_blends = std::any_of(scene.phases.begin(), scene.phases.end(),
-                               [](const Bsdf& phase) { return std::holds_alternative<BlendedPhase>(phase); });
+                               [](const PhaseFunction& phase) { return std::holds_alternative<BlendedPhase>(phase); });
   e.specular = nests;  // where rough surfaces stand between equal indices
   e.motion = scene.moves() || scene.camera_motion;
   e.hidden_emitters = scene.hides_emitters && scene.lights.size() > 0;

@@ -15,10 +15,6 @@ float as_weight(float value, std::optional<float> cutoff) noexcept {
   return cutoff ? (value >= *cutoff * kRounded ? 1.0F : 0.0F) : std::clamp(value, 0.0F, 1.0F);
 }
 
-Spectrum value_for(BsdfParameter parameter, const Texture& texture, const TexturePlace& at) noexcept {
-  return is_number(parameter) ? Spectrum(number(texture, at)) : eval(texture, at);
-}
-
 std::optional<Spectrum> constant(const Texture& texture) noexcept {
   return std::visit([](const auto& t) noexcept { return t.constant(); }, texture);
 }
@@ -26,20 +22,15 @@ std::optional<Spectrum> constant(const Texture& texture) noexcept {
 const Bsdf& Material::at(const std::vector<Texture>& textures, const TexturePlace& place,
                          std::optional<Bsdf>& made) const noexcept {
   // The model alone is copied: a Bsdf is as large as the largest of them, which is mostly another.
-  const auto as_textures_have_it = [&](auto leaf) noexcept -> const Bsdf& {
-    for (const Binding& b : bindings) {
-      Spectrum value = value_for(b.parameter, textures[b.texture], place);
-      if (b.times != kNone) value *= value_for(b.parameter, textures[b.times], place);
-      if constexpr (requires { leaf.set(b.parameter, value); }) leaf.set(b.parameter, value);
-    }
-    return made.emplace(leaf);
-  };
-  return std::visit(as_textures_have_it, bsdf);
+  return visit<kAllEffects>(bsdf, [&](auto model) noexcept -> const Bsdf& {
+    give(model, bindings, textures, place);
+    return made.emplace(model);
+  });
 }
 
 float Material::weight_at(const std::vector<Texture>& textures, const TexturePlace& place) const noexcept {
   if (bindings.empty()) return weight;
-  const auto& [parameter, texture, times] = bindings.front();
+  const auto& [slot, texture, times] = bindings.front();
   const float factor = times == kNone ? 1.0F : number(textures[times], place);
   return as_weight(factor * number(textures[texture], place), cutoff);
 }

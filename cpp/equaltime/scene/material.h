@@ -4,9 +4,11 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "equaltime/bsdfs/bsdf.h"
+#include "equaltime/bsdfs/fields.h"
 #include "equaltime/textures/texture.h"
 
 namespace equaltime {
@@ -20,7 +22,7 @@ struct Bend {
 
 struct Material {
   struct Binding {
-    BsdfParameter parameter;
+    std::uint32_t slot;  // in the model's `textured`; 0 of a mixture
     std::uint32_t texture;
     std::uint32_t times;  // another that multiplies it, or kNone
   };
@@ -50,8 +52,25 @@ struct Material {
 [[nodiscard]] std::uint32_t folded(const std::vector<Material>& materials, std::uint32_t index) noexcept;
 /// The share of the second part of a mixture, by what its weight is; the cutoff is that of MixtureDescription.
 [[nodiscard]] float as_weight(float value, std::optional<float> cutoff) noexcept;
-/// What a parameter gets of a texture.
-[[nodiscard]] Spectrum value_for(BsdfParameter parameter, const Texture& texture, const TexturePlace& at) noexcept;
+/// Gives the model what textures say about its parameters, at a place.
+template <class Model>
+void give(Model& model, std::span<const Material::Binding> bindings, const std::vector<Texture>& textures,
+          const TexturePlace& at) noexcept {
+  static constexpr auto kSlots = Model::textured();
+  for (const auto& [index, texture, times] : bindings)
+    for_each_of(kSlots, [&, first = texture, second = times, wanted = index](const auto& slot, std::size_t i) noexcept {
+      if (i != wanted) return;
+      const auto value = [&](std::uint32_t t) noexcept {
+        if constexpr (std::is_same_v<typename std::decay_t<decltype(slot)>::value_type, float>)
+          return number(textures[t], at);
+        else
+          return eval(textures[t], at);
+      };
+      slot.give(model, second == kNone ? value(first) : value(first) * value(second));
+    });
+  if constexpr (requires { model.derive(); }) model.derive();
+}
+
 /// The colour of a texture that has one only.
 [[nodiscard]] std::optional<Spectrum> constant(const Texture& texture) noexcept;
 }  // namespace equaltime

@@ -10,6 +10,7 @@
 #include "equaltime/base/optional.h"
 #include "equaltime/math/normalization.h"
 #include "equaltime/media/medium.h"
+#include "equaltime/media/phase_function.h"
 #include "equaltime/scene/deforming_mesh.h"
 #include "equaltime/scene/emitter.h"
 #include "equaltime/scene/instance.h"
@@ -47,9 +48,9 @@ struct Scene {
   std::vector<std::uint32_t> cylinder_shapes;
   std::vector<Material> materials;  // one a BSDF of the description
   std::vector<Texture> textures;
-  std::vector<Emitter> emitters;  // one an area light, or none if no texture emits and no bodies overlap
-  std::vector<Medium> media;      // those with any extinction
-  std::vector<Bsdf> phases;       // one a medium: its phase function
+  std::vector<Emitter> emitters;      // one an area light, or none if no texture emits and no bodies overlap
+  std::vector<Medium> media;          // those with any extinction
+  std::vector<PhaseFunction> phases;  // one a medium
   Nesting nesting;
   bool crossings_are_vertices = true;  // see SceneDescription, as the next
   bool hides_emitters = false;

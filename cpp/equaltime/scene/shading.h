@@ -9,10 +9,37 @@
 #include "equaltime/base/optional.h"
 #include "equaltime/bsdfs/bsdf.h"
 #include "equaltime/lights/light_types.h"
+#include "equaltime/media/phase_function.h"
 #include "equaltime/sampling/sampler.h"
 #include "equaltime/shapes/interaction.h"
 
 namespace equaltime {
+
+/// What scatters light at a vertex: the BSDF of a surface, or the phase function of a medium.
+struct Scatterer {
+  const Bsdf* bsdf = nullptr;
+  const PhaseFunction* phase = nullptr;
+
+  Scatterer() noexcept = default;
+  Scatterer(const Bsdf& of_surface) noexcept : bsdf(&of_surface) {}
+  Scatterer(const PhaseFunction& of_medium) noexcept : phase(&of_medium) {}
+
+  /// Glass without thickness, which lets a part of the light go straight on.
+  [[nodiscard]] bool is_thin() const noexcept {
+    return bsdf != nullptr && std::holds_alternative<ThinDielectric>(*bsdf);
+  }
+  [[nodiscard]] const char* name() const noexcept {
+    return bsdf != nullptr ? Bsdfs::names[bsdf->index()] : PhaseFunctions::names[phase->index()];
+  }
+};
+
+/// Calls f with the model that scatters, of those that a kernel for the effects can meet.
+template <Effects E, class F>
+[[nodiscard]] EQUALTIME_INLINE decltype(auto) visit(Scatterer scatterer, F&& f) noexcept {
+  if constexpr (E.media)
+    if (scatterer.phase != nullptr) return visit<E>(*scatterer.phase, f);
+  return visit<E>(*scatterer.bsdf, f);
+}
 
 /// The value of a BSDF for a pair of directions, and on which side of the surface the second is.
 struct Scattered {
@@ -54,7 +81,7 @@ template <Effects E>
 
 /// f(wo, wi)·|cosθi| and pdf of wi.
 template <Effects E>
-[[nodiscard]] EQUALTIME_INLINE Scattered eval_bsdf(const Interaction& it, const Bsdf& bsdf, const Vec3f& wi) noexcept {
+[[nodiscard]] EQUALTIME_INLINE Scattered eval_bsdf(const Interaction& it, Scatterer bsdf, const Vec3f& wi) noexcept {
   Vec3f wo = it.frame.to_local(it.wo);
   Vec3f local = it.frame.to_local(wi);
   if (!(wo.z > 0) || !detail::same_side<E>(it, wi, local)) return {};
@@ -64,7 +91,7 @@ template <Effects E>
 
 /// A direction drawn from the BSDF; u is for the place within a lobe, the number that picks one is taken if needed.
 template <Effects E>
-[[nodiscard]] EQUALTIME_INLINE Optional<Scattering> sample_bsdf(const Interaction& it, const Bsdf& bsdf,
+[[nodiscard]] EQUALTIME_INLINE Optional<Scattering> sample_bsdf(const Interaction& it, Scatterer bsdf,
                                                                 const Sampler& sampler, std::uint32_t bounce,
                                                                 Point2f u) noexcept {
   Vec3f wo = it.frame.to_local(it.wo);
@@ -93,13 +120,13 @@ template <Effects E>
 
 /// Whether the BSDF scatters to the other side of the surface too.
 template <Effects E>
-[[nodiscard]] EQUALTIME_INLINE bool transmits(const Bsdf& bsdf) noexcept {
+[[nodiscard]] EQUALTIME_INLINE bool transmits(Scatterer bsdf) noexcept {
   return visit<E>(bsdf, [](const auto& model) noexcept { return model.transmits; });
 }
 
 /// The probability that a sample of the BSDF is a discrete direction, if it has others too.
 template <Effects E>
-[[nodiscard]] float discrete_share(const Interaction& it, const Bsdf& bsdf) noexcept {
+[[nodiscard]] float discrete_share(const Interaction& it, Scatterer bsdf) noexcept {
   const Vec3f wo = it.frame.to_local(it.wo);
   return visit<E>(bsdf, [&](const auto& model) noexcept {
     if constexpr (requires { model.discrete_share(wo, it.front); })
@@ -113,7 +140,7 @@ template <Effects E>
 /// the BSDF transmits. It never meets discrete directions: a BSDF that has some beside others draws those itself, and
 /// one that has no others must not come here.
 template <Effects E>
-[[nodiscard]] Optional<Scattering> sample_uniform(const Interaction& it, const Bsdf& bsdf, const Sampler& sampler,
+[[nodiscard]] Optional<Scattering> sample_uniform(const Interaction& it, Scatterer bsdf, const Sampler& sampler,
                                                   std::uint32_t bounce, Point2f u) noexcept {
   const float discrete = discrete_share<E>(it, bsdf);
   if (discrete > 0 && sampler.get_1d_precise(slot(BounceDimension::bsdf_lobe, bounce)) < discrete)
@@ -128,20 +155,20 @@ template <Effects E>
 
 /// The share of light that the BSDF scatters, by colour; radiance's compression by refraction is not in it.
 template <Effects E>
-[[nodiscard]] Spectrum albedo(const Interaction& it, const Bsdf& bsdf) noexcept {
+[[nodiscard]] Spectrum albedo(const Interaction& it, Scatterer bsdf) noexcept {
   const Vec3f wo = it.frame.to_local(it.wo);
   return visit<E>(bsdf, [&](const auto& model) noexcept { return model.albedo(wo, it.front); });
 }
 
 /// Whether the BSDF scatters into a discrete set of directions only.
 template <Effects E>
-[[nodiscard]] bool is_delta(const Bsdf& bsdf) noexcept {
+[[nodiscard]] bool is_delta(Scatterer bsdf) noexcept {
   return visit<E>(bsdf, [](const auto& model) noexcept { return model.is_delta; });
 }
 
 /// The point as lights see it.
 template <Effects E>
-[[nodiscard]] EQUALTIME_INLINE Receiver receiver_at(const Interaction& it, const Bsdf& bsdf) noexcept {
+[[nodiscard]] EQUALTIME_INLINE Receiver receiver_at(const Interaction& it, Scatterer bsdf) noexcept {
   return {it.anchor.p, it.frame.n, !transmits<E>(bsdf)};
 }
 

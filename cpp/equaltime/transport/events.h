@@ -54,7 +54,7 @@ struct EmissionAdded {
 
 /// The path is scattered by this BSDF.
 struct VertexReached {
-  const Bsdf& bsdf;
+  Scatterer bsdf;
 };
 
 /// A light was picked, or none may reach the vertex.
@@ -97,14 +97,14 @@ struct DirectLightAdded {
 struct PathSplit {};
 /// The next copy leaves the vertex.
 struct CopyResumed {
-  const Bsdf& bsdf;
+  Scatterer bsdf;
 };
 
 /// How the path goes on from a vertex; nothing, if it ends there.
 struct Scattered {
   const Interaction& it;
   std::uint32_t material;
-  const Bsdf& bsdf;
+  Scatterer bsdf;
   const Optional<Scattering>& scattered;
 };
 

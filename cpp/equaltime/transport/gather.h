@@ -69,7 +69,7 @@ template <Effects E>
 /// Light that reaches the vertex, the path's depth-th, straight from a sampled light, scattered towards wo.
 template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE Spectrum light_along(const Scene& scene, const Settings& settings, const Interaction& it,
-                                                    const Bsdf& bsdf, Surroundings<E> within, const LightSample& light,
+                                                    Scatterer bsdf, Surroundings<E> within, const LightSample& light,
                                                     int depth, float time, O& observer) noexcept(!O::allocates) {
   auto [value, above] = eval_bsdf<E>(it, bsdf, light.wi);
   tell<event::LightSampled>(observer, light, value);
@@ -93,7 +93,7 @@ template <Effects E, Observer O>
 /// The same from one light, picked and sampled by the strategy.
 template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE Spectrum direct_light(const Scene& scene, const Settings& settings,
-                                                     const Interaction& it, const Bsdf& bsdf, Surroundings<E> within,
+                                                     const Interaction& it, Scatterer bsdf, Surroundings<E> within,
                                                      const Sampler& sampler, std::uint32_t bounce, int depth, Point2f u,
                                                      float time, O& observer) noexcept(!O::allocates) {
   // Where only scattered rays look for light, all that they cannot find are point lights.

@@ -15,7 +15,7 @@ class StraightAhead {
   explicit StraightAhead(bool) noexcept {}
   [[nodiscard]] static constexpr bool looks_through(const Scene&, const Interaction&, int) noexcept { return false; }
   [[nodiscard]] static constexpr bool sees_no_environment(const Scene&) noexcept { return false; }
-  static void scatters(const Bsdf&, bool) noexcept {}
+  static void scatters(Scatterer, bool) noexcept {}
 };
 
 template <Effects E>
@@ -30,9 +30,7 @@ requires(E.hidden_emitters) class StraightAhead<E> {
   }
   [[nodiscard]] bool sees_no_environment(const Scene& scene) const noexcept { return so_far_ && scene.hides_emitters; }
   /// The path leaves a vertex, above its surface or below.
-  void scatters(const Bsdf& bsdf, bool above) noexcept {
-    so_far_ = so_far_ && !above && std::holds_alternative<ThinDielectric>(bsdf);
-  }
+  void scatters(Scatterer bsdf, bool above) noexcept { so_far_ = so_far_ && !above && bsdf.is_thin(); }
 
  private:
   bool so_far_;

@@ -34,9 +34,9 @@ template <Effects E, Observer O>
     bool goes_on = arrival == Arrival::crosses;
     if (arrival == Arrival::scatters) [[likely]] {
       const Interaction& it = *surface(meeting);
-      tell<event::VertexReached>(observer, *v.bsdf);
+      tell<event::VertexReached>(observer, v.scatterer);
       const Optional<Scattering> scattered = scatter<E>(scene, settings, path, it, v, u, copies, observer);
-      tell<event::Scattered>(observer, it, v.material, *v.bsdf, scattered);
+      tell<event::Scattered>(observer, it, v.material, v.scatterer, scattered);
       goes_on = scattered && !observer.leaves() && depart<E>(scene, settings, path, it, v, *scattered, observer);
     }
     if (!goes_on && !copies.pop(path, observer)) return path.L;

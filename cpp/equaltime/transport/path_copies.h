@@ -32,11 +32,13 @@ requires(E.forks) class PathCopies<E> {
       : log2_copies_(settings.efficiency != nullptr ? settings.efficiency->log2_copies(x, y) : 0) {}
 
   /// Whether the path is split where it is scattered now.
-  [[nodiscard]] bool due() const noexcept { return log2_copies_ > 0 && !bsdf_; }
+  [[nodiscard]] bool due() const noexcept { return log2_copies_ > 0 && !split_; }
 
   /// Splits: `path` becomes the first copy, still at the vertex, and the others are kept. No roulette ends them here.
-  void split(const Scene& scene, const Interaction& it, const Bsdf& bsdf, PathState<E>& path) noexcept {
-    bsdf_.emplace(bsdf);
+  void split(const Scene& scene, const Interaction& it, Scatterer bsdf, PathState<E>& path) noexcept {
+    split_ = true;
+    if (bsdf.bsdf != nullptr) own_.emplace(*bsdf.bsdf);
+    scatterer_ = bsdf.bsdf != nullptr ? Scatterer(*own_) : bsdf;
     const std::uint32_t segment = path.segment();
     const float share = 1 / static_cast<float>(1U << log2_copies_);
     path.beta *= share;
@@ -58,7 +60,7 @@ requires(E.forks) class PathCopies<E> {
     const Spectrum gathered = path.L;
     path = *copies_[--waiting_];
     path.L = gathered;
-    tell<event::CopyResumed>(observer, *bsdf_);
+    tell<event::CopyResumed>(observer, scatterer_);
     return true;
   }
 
@@ -68,14 +70,16 @@ requires(E.forks) class PathCopies<E> {
     copy.ray = it.spawn(s.wi, s.above);
     copy.beta *= s.weight;
     copy.radiance_scale *= s.radiance_scale;
-    copy.previous = {receiver_at<E>(it, *bsdf_), s.pdf, s.delta, {}};
+    copy.previous = {receiver_at<E>(it, scatterer_), s.pdf, s.delta, {}};
     copy.within.leave(scene, it, s.above);
     copy.straight = StraightAhead<E>(false);
     ++copy.depth;
   }
 
   std::uint32_t log2_copies_, waiting_ = 0;
-  std::optional<Bsdf> bsdf_;  // where the path was split
+  bool split_ = false;
+  std::optional<Bsdf> own_;  // that of the vertex may be gone when copies go on
+  Scatterer scatterer_;      // where the path was split
   std::array<std::optional<PathState<E>>, (1U << Efficiency::kMostLog2) - 1> copies_;
 };
 

@@ -41,7 +41,7 @@ struct PathState {
 
 /// What scatters a path where its ray has come to.
 struct Vertex {
-  const Bsdf* bsdf = nullptr;      // or the phase function of a medium
+  Scatterer scatterer;
   std::uint32_t material = kNone;  // kNone in a medium
   bool may_cross = false;          // thin glass that counts as a vertex only if it reflects
 };

@@ -32,7 +32,7 @@ template <Effects E, Observer O>
                                               MeetingOf<E>& meeting, Vertex& v, std::optional<Bsdf>& own,
                                               O& observer) noexcept(!O::allocates) {
   const std::uint32_t segment = path.segment();
-  const Bsdf* phase = path.within.follow(scene, path.ray, path.sampler, segment, path.beta, meeting);
+  const PhaseFunction* phase = path.within.follow(scene, path.ray, path.sampler, segment, path.beta, meeting);
   Optional<Interaction>& it = surface(meeting);
   tell<event::DistanceSampled>(observer, it ? &*it : nullptr, phase != nullptr, path.beta);
   if constexpr (E.media || E.hidden_emitters)
@@ -56,10 +56,10 @@ template <Effects E, Observer O>
       return Arrival::crosses;
     }
   }
-  v.bsdf = phase != nullptr
-               ? phase
-               : &path.within.here().beside(scene, *it, scene.bsdf<E>(v.material, *it, own, path.time), own);
-  v.may_cross = crosses && std::holds_alternative<ThinDielectric>(*v.bsdf);
+  v.scatterer = phase != nullptr
+                    ? Scatterer(*phase)
+                    : path.within.here().beside(scene, *it, scene.bsdf<E>(v.material, *it, own, path.time), own);
+  v.may_cross = crosses && v.scatterer.is_thin();
   if (E.masks && path.depth >= settings.max_depth && !v.may_cross) return Arrival::ends;
   return Arrival::scatters;
 }
@@ -81,26 +81,26 @@ template <Effects E, Observer O>
                                                             O& observer) noexcept(!O::allocates) {
   const std::uint32_t segment = path.segment();
   Optional<Scattering> scattered;
-  if (is_delta<E>(*v.bsdf)) {
-    scattered = sample_bsdf<E>(it, *v.bsdf, path.sampler, segment, {});
+  if (is_delta<E>(v.scatterer)) {
+    scattered = sample_bsdf<E>(it, v.scatterer, path.sampler, segment, {});
   } else if (is_uncommon(settings.technique)) [[unlikely]] {
-    const TurnedVertex turned = uncommon_vertex<E>(scene, settings, it, *v.bsdf, path.within.here(), path.sampler,
+    const TurnedVertex turned = uncommon_vertex<E>(scene, settings, it, v.scatterer, path.within.here(), path.sampler,
                                                    segment, path.depth, u, path.time, observer);
     add_direct_light<E>(path, turned.direct, observer);
     path.previous.mixed = turned.mixed;
     scattered = turned.scattered;
   } else {
-    if constexpr (!E.forks) scattered = sample_bsdf<E>(it, *v.bsdf, path.sampler, segment, u.bsdf_direction);
-    const Spectrum direct = direct_light<E>(scene, settings, it, *v.bsdf, path.within.here(), path.sampler, segment,
+    if constexpr (!E.forks) scattered = sample_bsdf<E>(it, v.scatterer, path.sampler, segment, u.bsdf_direction);
+    const Spectrum direct = direct_light<E>(scene, settings, it, v.scatterer, path.within.here(), path.sampler, segment,
                                             path.depth, u.light_point, path.time, observer);
     add_direct_light<E>(path, direct, observer);
     if constexpr (E.forks) {
       if (copies.due()) {
-        copies.split(scene, it, *v.bsdf, path);
+        copies.split(scene, it, v.scatterer, path);
         u = path.sampler.vertex(segment);
         tell<event::PathSplit>(observer);
       }
-      scattered = sample_bsdf<E>(it, *v.bsdf, path.sampler, segment, u.bsdf_direction);
+      scattered = sample_bsdf<E>(it, v.scatterer, path.sampler, segment, u.bsdf_direction);
     }
   }
   return scattered;
@@ -109,7 +109,7 @@ template <Effects E, Observer O>
 /// Whether Russian roulette lets the path live at the vertex.
 template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE bool survives(const Settings& settings, PathState<E>& path, const Interaction& it,
-                                             const Bsdf& bsdf, O& observer) noexcept(!O::allocates) {
+                                             Scatterer bsdf, O& observer) noexcept(!O::allocates) {
   if (path.depth < settings.roulette_depth) return true;
   float survival = survival_probability(settings.roulette, settings.survival, path.beta * (1 / path.radiance_scale),
                                         [&]() noexcept { return albedo<E>(it, bsdf); });
@@ -138,12 +138,12 @@ template <Effects E, Observer O>
       return false;
     }
   }
-  if (!survives<E>(settings, path, it, *v.bsdf, observer)) return false;
-  path.previous.from = receiver_at<E>(it, *v.bsdf);
+  if (!survives<E>(settings, path, it, v.scatterer, observer)) return false;
+  path.previous.from = receiver_at<E>(it, v.scatterer);
   path.previous.pdf = scattered.pdf, path.previous.alone = scattered.delta;
   path.ray = it.spawn(scattered.wi, scattered.above);
   path.within.leave(scene, it, scattered.above);
-  path.straight.scatters(*v.bsdf, scattered.above);
+  path.straight.scatters(v.scatterer, scattered.above);
   ++path.depth;
   return true;
 }

@@ -20,7 +20,7 @@ struct TurnedVertex {
 /// without directions, such as a point, is aimed at as ever, and leaves every turn to the BSDF.
 template <Effects E, Observer O>
 [[nodiscard]] TurnedVertex mixture_vertex(const Scene& scene, const Settings& settings, const Interaction& it,
-                                          const Bsdf& bsdf, Surroundings<E> within, const Sampler& sampler,
+                                          Scatterer bsdf, Surroundings<E> within, const Sampler& sampler,
                                           std::uint32_t bounce, int depth, VertexNumbers u, float time,
                                           O& observer) noexcept(!O::allocates) {
   const Receiver receiver = receiver_at<E>(it, bsdf);
@@ -62,7 +62,7 @@ template <Effects E, Observer O>
 /// in memory, at 6 %.
 template <Effects E, Observer O>
 [[nodiscard, gnu::noinline]] TurnedVertex uncommon_vertex(const Scene& scene, const Settings& settings, Interaction it,
-                                                          const Bsdf& bsdf, Surroundings<E> within, Sampler sampler,
+                                                          Scatterer bsdf, Surroundings<E> within, Sampler sampler,
                                                           std::uint32_t bounce, int depth, VertexNumbers u, float time,
                                                           O& observer) noexcept(!O::allocates) {
   if (settings.technique == Technique::mixture)

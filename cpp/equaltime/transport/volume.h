@@ -131,8 +131,8 @@ class PathSurroundings {
  public:
   PathSurroundings(const Scene&, const Ray&, float) noexcept {}
   [[nodiscard]] static Surroundings<E> here() noexcept { return {}; }
-  [[nodiscard]] const Bsdf* follow(const Scene&, const Ray&, const Sampler&, std::uint32_t, const Spectrum&,
-                                   const Optional<Interaction>&) const noexcept {
+  [[nodiscard]] const PhaseFunction* follow(const Scene&, const Ray&, const Sampler&, std::uint32_t, const Spectrum&,
+                                            const Optional<Interaction>&) const noexcept {
     return nullptr;
   }
   void leave(const Scene&, const Interaction&, bool) const noexcept {}
@@ -148,9 +148,9 @@ requires(E.media) class PathSurroundings<E> {
 
   /// Follows a ray to the surface that it meets, if any. Its throughput becomes what is left of it. If the medium
   /// scatters it before, the meeting becomes the vertex where, and its phase function is returned, null otherwise.
-  [[nodiscard]] EQUALTIME_INLINE const Bsdf* follow(const Scene& scene, const Ray& ray, const Sampler& sampler,
-                                                    std::uint32_t bounce, Spectrum& beta,
-                                                    ExactMeeting& ahead) noexcept {
+  [[nodiscard]] EQUALTIME_INLINE const PhaseFunction* follow(const Scene& scene, const Ray& ray, const Sampler& sampler,
+                                                             std::uint32_t bounce, Spectrum& beta,
+                                                             ExactMeeting& ahead) noexcept {
     const std::uint32_t medium_here = here_.medium_at(scene);
     const Vec3d from = here_.place();
     Optional<Interaction>& it = ahead.it;

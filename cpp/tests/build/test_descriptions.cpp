@@ -34,7 +34,7 @@ bool refuses(BsdfDescription bsdf, const std::string& word) {
 TEST("a room as it is, and numbers at the ends of their ranges, are built") {
   CHECK(refusal([](SceneDescription&) {}).empty());
   CHECK(refusal([](SceneDescription& d) { d.bsdfs[1] = DiffuseDescription{{0, 1, 1}}; }).empty());
-  CHECK(refusal([](SceneDescription& d) { d.bsdfs[1] = DielectricDescription{1e6}; }).empty());
+  CHECK(refusal([](SceneDescription& d) { d.bsdfs[0] = DielectricDescription{1e6}; }).empty());
 }
 
 TEST("a BSDF's numbers are refused by their names") {
@@ -45,9 +45,9 @@ TEST("a BSDF's numbers are refused by their names") {
                 "alpha_u is 0"));
   CHECK(refuses(DielectricDescription{0}, "ior is 0"));
   CHECK(refuses(ThinDielectricDescription{kNaN}, "ior is nan"));
-  CHECK(refuses(RoughDielectricDescription{MicrofacetModel::ggx, 0.1, -1, {}}, "alpha_v is -1"));
+  CHECK(refuses(RoughDielectricDescription{.alpha_v = -1}, "alpha_v is -1"));
   CHECK(refuses(PlasticDescription{1e12}, "ior is 1e+12"));
-  CHECK(refuses(RoughPlasticDescription{MicrofacetModel::ggx, kNaN, {}}, "alpha is nan"));
+  CHECK(refuses(RoughPlasticDescription{.alpha = kNaN}, "alpha is nan"));
   CHECK(refuses(PrincipledDescription{.clearcoat = 2}, "clearcoat is 2"));
   CHECK(refuses(MixtureDescription{0, 0, -0.25}, "weight is -0.25"));
   CHECK(refuses(MixtureDescription{0, 0, 0.5, -1}, "cutoff is -1"));

@@ -1,5 +1,4 @@
-// Phase function of Henyey and Greenstein (1941), isotropic for g = 0: where a particle scatters light to. It stands
-// among the BSDFs, in a frame whose normal is wo: what looks for light at a surface does so in a medium too.
+// The phase function of Henyey and Greenstein (1941), isotropic for g = 0: where a particle scatters light to.
 #pragma once
 
 #include <cmath>
@@ -11,8 +10,8 @@
 
 namespace equaltime {
 
-struct Phase {
-  static constexpr const char* name = "phase";
+struct HenyeyGreenstein {
+  static constexpr const char* name = "hg";
   static constexpr bool Effects::*needs = &Effects::media;
   static constexpr bool is_delta = false;
   static constexpr bool transmits = true;
