@@ -88,7 +88,7 @@ def test_the_preview_of_checkpoints_keeps_its_exposure(
     write = preview.write
 
     def watched(path: Path, image: Any, *rest: Any) -> None:
-        shown.append(rest[-1])
+        shown.append(rest[3])
         write(path, image, *rest)
 
     monkeypatch.setattr(preview, "write", watched)
