@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Literal
+from typing import Any, Literal, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,7 +14,6 @@ _Named = dict[str, Any]
 _Vec3 = Sequence[float] | _Floats
 _Seconds = float | None
 _Poll = Callable[[], bool] | None
-_Facets = Literal["ggx", "beckmann"]
 
 parts: Any  # a module of the estimator's pieces by themselves, over arrays: for tests
 

@@ -22,7 +22,7 @@ SPP: Final = 1 << 18
 
 def glass(b: _core.SceneBuilder) -> None:
     b.add_constant_environment([1.0, 1.0, 1.0])
-    bsdf = b.add_rough_dielectric("ggx", 0.4, 0.4, 1.5, [0.0] * 3, [1.0] * 3)
+    bsdf = b.add_bsdf("roughdielectric", "ggx", 0.4, 0.4, 1.5, [0.0] * 3, [1.0] * 3)
     b.add_sphere([0.0, 0.0, 0.0], 1.0, flip_normals=False, front=bsdf, back=bsdf, radiance=None)
 
 

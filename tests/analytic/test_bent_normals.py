@@ -37,7 +37,7 @@ def normal_map(n: ArrayLike) -> Array:
 
 def floor(bend: Callable[[_core.SceneBuilder, int], None], size: float = 1.0, back: bool = False) -> Any:
     def add(b: _core.SceneBuilder) -> None:
-        bsdf = b.add_diffuse([0.5, 0.5, 0.5])
+        bsdf = b.add_bsdf("diffuse", [0.5, 0.5, 0.5])
         bend(b, bsdf)
         b.add_rectangle(
             affine((size, 0, 0), (0, size, 0), (0, 0, 1)),
@@ -113,7 +113,7 @@ def on_a_triangle(corners: Array, rise: ArrayLike, uvs: ArrayLike | None, how: s
     height = np.tensordot(rise, np.stack([u, v]), axes=1)[..., None].astype(np.float32)
 
     def add(b: _core.SceneBuilder) -> None:
-        bsdf = b.add_diffuse([0.5] * 3)
+        bsdf = b.add_bsdf("diffuse", [0.5] * 3)
         b.bend(bsdf, b.add_bitmap(height, srgb=False, wrap="clamp"), bump=True)
         faces = np.array([[0, 1, 2]], dtype=np.uint32)
         mesh = b.add_mesh(corners / unit, faces, None, uvs, front=bsdf, back=None, radiance=None)

@@ -16,7 +16,7 @@ TECHNIQUES = ["uniform", "bsdf", "light", "mis", "mixture"]
 
 
 def add_floor(builder: _core.SceneBuilder) -> None:
-    diffuse = builder.add_diffuse([0.5] * 3)
+    diffuse = builder.add_bsdf("diffuse", [0.5] * 3)
     builder.add_rectangle(np.eye(4), flip_normals=False, front=diffuse, back=None, radiance=None)
 
 
@@ -30,7 +30,7 @@ def add_sky(builder: _core.SceneBuilder) -> None:
 
 def add_mirror(builder: _core.SceneBuilder) -> None:
     """Between a camera that looks up and the sky: what it shows is the floor."""
-    mirror = builder.add_conductor([0] * 3, [1] * 3, WHITE)
+    mirror = builder.add_bsdf("conductor", [0] * 3, [1] * 3, WHITE)
     above = affine([3, 0, 0], [0, -3, 0], [0, 0, -1], [0, 0, 1.5])
     builder.add_rectangle(above, flip_normals=False, front=mirror, back=None, radiance=None)
 
@@ -71,7 +71,7 @@ def test_thin_glass_is_gone_through_for_nothing_where_crossings_are_no_vertices(
     def add(builder: _core.SceneBuilder) -> None:
         if freely:
             builder.cross_freely()
-        glass = builder.add_thin_dielectric(1.5, WHITE, WHITE)
+        glass = builder.add_bsdf("thindielectric", 1.5, WHITE, WHITE)
         above = affine([3, 0, 0], [0, 3, 0], [0, 0, 1], [0, 0, 1.5])
         builder.add_rectangle(above, flip_normals=False, front=glass, back=glass, radiance=None)
 
@@ -93,7 +93,7 @@ def test_a_lamp_that_reflects_does_not_light_itself(lamp: str, technique: str, t
     origin = np.array([0.1, 0.2, 0.3])
 
     def add(builder: _core.SceneBuilder) -> None:
-        sides = {"front": builder.add_diffuse([0.8] * 3), "back": None, "radiance": WHITE}
+        sides = {"front": builder.add_bsdf("diffuse", [0.8] * 3), "back": None, "radiance": WHITE}
         if lamp == "rectangle":
             builder.add_rectangle(affine(*turn.T, origin), flip_normals=False, **sides)
         elif lamp == "disk":

@@ -45,7 +45,7 @@ def test_conductors_of_any_index_reflect_by_fresnels_equations() -> None:
     indices = (10.0 ** rng.uniform(-3, 4, (100, 2, 3))).astype(np.float32).astype(np.float64)
     builder = _core.SceneBuilder()
     for eta, k in indices:
-        builder.add_conductor(eta, k, [1, 1, 1])
+        builder.add_bsdf("conductor", eta, k, [1, 1, 1])
     scene, wo = compile_bsdfs(builder), directions(COSINES)
     for bsdf, (eta, k) in enumerate(indices):
         got = parts.sample_bsdf(scene, bsdf, wo, np.zeros_like(wo))["weight"]
@@ -92,7 +92,7 @@ IORS = [1.5, 1.33, 2.4, 10.0, 1.01, 1.0001, 1.000001, 1 + 2.0**-23]
 def test_dielectrics_reflect_as_often_as_fresnels_equations_say(ior: float, front: bool) -> None:
     """With total reflection, and indices next to 1 (cases S16, S17)."""
     builder = _core.SceneBuilder()
-    builder.add_dielectric(ior, [1, 1, 1], [1, 1, 1])
+    builder.add_bsdf("dielectric", ior, [1, 1, 1], [1, 1, 1])
     scene, wo = compile_bsdfs(builder), directions(COSINES)
     eta = np.float32(ior) if front else np.float32(1) / np.float32(ior)
     exact, squared = exact_dielectric(wo[:, 2], float(eta))
@@ -112,7 +112,7 @@ def test_within_an_ulp_of_total_reflection_nothing_is_lost(ior: float) -> None:
     z = cosines.view(np.float32).astype(float)
     wo = np.stack([np.sqrt(1 - z * z), 0 * z, z], axis=-1)
     builder = _core.SceneBuilder()
-    builder.add_dielectric(ior, [1, 1, 1], [1, 1, 1])
+    builder.add_bsdf("dielectric", ior, [1, 1, 1], [1, 1, 1])
     scene = compile_bsdfs(builder)
     total = np.float32(1) / n * np.float32(1) / n - 1 + z * z < -8 * ROUNDOFF
     for u in (0.0, 0.5, 1.0 - ROUNDOFF):
@@ -138,7 +138,7 @@ def test_the_equations_as_they_stand_are_seen_to_lose_their_digits() -> None:
 @pytest.mark.parametrize("front", [True, False], ids=["outside", "inside"])
 def test_refracted_directions_are_unit_and_obey_snells_law(front: bool) -> None:
     builder = _core.SceneBuilder()
-    builder.add_dielectric(1.5, [0.9, 0.8, 0.7], [0.6, 0.5, 0.4])
+    builder.add_bsdf("dielectric", 1.5, [0.9, 0.8, 0.7], [0.6, 0.5, 0.4])
     scene, wo = compile_bsdfs(builder), directions(COSINES)
     drawn = parts.sample_bsdf(scene, 0, wo, np.full_like(wo, 1.0 - ROUNDOFF), front)
     through = drawn["wi"][:, 2] < 0
@@ -153,7 +153,7 @@ def test_refracted_directions_are_unit_and_obey_snells_law(front: bool) -> None:
 
 def test_an_index_of_one_lets_everything_pass_straight_on() -> None:
     builder = _core.SceneBuilder()
-    builder.add_dielectric(1.0, [1, 1, 1], [1, 1, 1])
+    builder.add_bsdf("dielectric", 1.0, [1, 1, 1], [1, 1, 1])
     scene, wo = compile_bsdfs(builder), directions(COSINES)
     drawn = parts.sample_bsdf(scene, 0, wo, np.zeros_like(wo))
     assert (drawn["wi"] == -wo).all()

@@ -28,8 +28,8 @@ class Room:
 
     def __init__(self, builder: _core.SceneBuilder, rho: Array, mirror: bool = False, glow: float = 1.0) -> None:
         self.builder = builder
-        self.diffuse = builder.add_diffuse(rho)
-        self.mirror = builder.add_conductor([0] * 3, [1] * 3, rho) if mirror else self.diffuse
+        self.diffuse = builder.add_bsdf("diffuse", rho)
+        self.mirror = builder.add_bsdf("conductor", [0] * 3, [1] * 3, rho) if mirror else self.diffuse
         self.radiance = glow * (1.0 - rho)
 
     def wall(self, number: int) -> dict[str, object]:
@@ -172,7 +172,7 @@ def test_a_closed_mirror_room_is_a_geometric_series() -> None:
     """A small lamp in a box of mirrors of rho = 0.999 (case T6): here the walls glow, and L = 1 for each path."""
     rho = np.full(3, 0.999)
     builder = _core.SceneBuilder()
-    mirror = builder.add_conductor([0] * 3, [1] * 3, rho)
+    mirror = builder.add_bsdf("conductor", [0] * 3, [1] * 3, rho)
     for matrix in sides():
         builder.add_rectangle(matrix, flip_normals=False, front=mirror, back=None, radiance=1 - rho)
     builder.set_perspective(looking(EYE, TARGET), 60.0)

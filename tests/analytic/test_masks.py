@@ -28,7 +28,7 @@ def shell(radius: float, opacity: float, reflectance: float = 0.0) -> Add:
     """A sphere round everything, of which both sides are a mask."""
 
     def add(b: _core.SceneBuilder) -> None:
-        mask = b.add_mixture(b.add_null(), b.add_diffuse([reflectance] * 3), opacity)
+        mask = b.add_mixture(b.add_null(), b.add_bsdf("diffuse", [reflectance] * 3), opacity)
         b.add_sphere([0.1, 0.2, 0.3], radius, flip_normals=False, front=mask, back=mask, radiance=None)
 
     return add
@@ -38,7 +38,7 @@ def tile(reflectance: float) -> Add:
     return lambda b: b.add_rectangle(
         np.diag([50.0, 50.0, 1.0, 1.0]),
         flip_normals=False,
-        front=b.add_diffuse([reflectance] * 3),
+        front=b.add_bsdf("diffuse", [reflectance] * 3),
         back=None,
         radiance=None,
     )
@@ -69,7 +69,7 @@ def test_each_crossing_is_a_vertex_of_the_path(technique: str, depth: int) -> No
 
 def lamp_behind(opacity: float) -> _core.Scene:
     def add(b: _core.SceneBuilder) -> None:
-        mask = b.add_mixture(b.add_null(), b.add_diffuse([0.0] * 3), opacity)
+        mask = b.add_mixture(b.add_null(), b.add_bsdf("diffuse", [0.0] * 3), opacity)
         b.add_rectangle(np.eye(4), flip_normals=False, front=mask, back=None, radiance=None)
         place = np.diag([2.0, 2.0, 1.0, 1.0])
         place[2, 3] = -1.0
@@ -101,7 +101,7 @@ def test_a_white_mask_that_is_lit_from_all_around_is_not_seen(technique: str) ->
 
 def blended(weight: float, texture: bool = False) -> _core.Scene:
     def add(b: _core.SceneBuilder) -> None:
-        index = b.add_mixture(b.add_diffuse([0.2, 0.2, 0.2]), b.add_diffuse([0.8, 0.8, 0.8]), weight)
+        index = b.add_mixture(b.add_bsdf("diffuse", [0.2, 0.2, 0.2]), b.add_bsdf("diffuse", [0.8, 0.8, 0.8]), weight)
         if texture:  # half of its squares have twice the weight, the others none
             b.bind(index, "weight", b.add_checkerboard([2 * weight] * 3, [0.0] * 3, to_uv=[[400, 0, 0], [0, 400, 0]]))
         b.add_rectangle(np.diag([50.0, 50.0, 1.0, 1.0]), flip_normals=False, front=index, back=None, radiance=None)
@@ -121,7 +121,7 @@ def test_a_cutoff_makes_a_weight_all_or_nothing(cutoff: float, share: float) -> 
     """The weight is a product of two textures: 0.5 times 0.5 or 1."""
 
     def add(b: _core.SceneBuilder) -> None:
-        index = b.add_mixture(b.add_diffuse([0.2] * 3), b.add_diffuse([0.8] * 3), 0.0, cutoff)
+        index = b.add_mixture(b.add_bsdf("diffuse", [0.2] * 3), b.add_bsdf("diffuse", [0.8] * 3), 0.0, cutoff)
         squares = b.add_checkerboard([1.0] * 3, [0.5] * 3, to_uv=[[400, 0, 0], [0, 400, 0]])
         b.bind(index, "weight", squares, b.add_checkerboard([0.5] * 3, [0.5] * 3))
         b.add_rectangle(np.diag([50.0, 50.0, 1.0, 1.0]), flip_normals=False, front=index, back=None, radiance=None)
@@ -132,7 +132,7 @@ def test_a_cutoff_makes_a_weight_all_or_nothing(cutoff: float, share: float) -> 
 
 def test_the_parts_of_a_blend_of_blends_are_picked_by_the_products_of_their_weights() -> None:
     def add(b: _core.SceneBuilder) -> None:
-        red, green, blue = (b.add_diffuse(c) for c in ([0.9, 0, 0], [0, 0.9, 0], [0, 0, 0.9]))
+        red, green, blue = (b.add_bsdf("diffuse", c) for c in ([0.9, 0, 0], [0, 0.9, 0], [0, 0, 0.9]))
         index = b.add_mixture(b.add_mixture(red, green, 0.3), b.add_mixture(blue, red, 0.6), 0.2)
         b.add_rectangle(np.diag([50.0, 50.0, 1.0, 1.0]), flip_normals=False, front=index, back=None, radiance=None)
 

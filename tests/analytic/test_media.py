@@ -80,7 +80,7 @@ def wall(distance: float, radiance: ArrayLike | None = None, reflectance: float 
     return lambda b: b.add_rectangle(
         place,
         flip_normals=False,
-        front=b.add_diffuse([reflectance] * 3) if reflectance else None,
+        front=b.add_bsdf("diffuse", [reflectance] * 3) if reflectance else None,
         back=None,
         radiance=None if radiance is None else np.asarray(radiance).tolist(),
     )

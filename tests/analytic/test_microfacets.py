@@ -30,7 +30,7 @@ ALPHAS = [(a, a) for a in (1.0, 0.3, 0.03, 1e-3, 1e-4, 1e-5)] + [(0.5, 0.02), (1
 @cache
 def scene_of(model: str, alpha_u: float, alpha_v: float) -> _core.Scene:
     builder = _core.SceneBuilder()
-    builder.add_rough_conductor(model, alpha_u, alpha_v, *MIRROR)
+    builder.add_bsdf("roughconductor", model, alpha_u, alpha_v, *MIRROR)
     builder.set_perspective(affine([1, 0, 0], [0, 1, 0], [0, 0, 1]), 40.0)
     builder.set_film(1, 1, (0, 0, 1, 1), "box", 0.5)
     return builder.build()

@@ -28,7 +28,7 @@ def add_sky(builder: _core.SceneBuilder) -> None:
 
 
 def add_ball(builder: _core.SceneBuilder) -> None:
-    diffuse = builder.add_diffuse(RHO)
+    diffuse = builder.add_bsdf("diffuse", RHO)
     builder.add_sphere([0, 0, 0], 1.0, flip_normals=False, front=diffuse, back=None, radiance=None)
 
 
@@ -69,7 +69,7 @@ def test_ground_under_a_sky_of_texels_gets_their_exact_sum(technique: str, brigh
 
     def add(builder: _core.SceneBuilder) -> None:
         builder.add_image_environment(pixels.astype(np.float32), 0.5, affine(*rotation.T))
-        diffuse = builder.add_diffuse(RHO)
+        diffuse = builder.add_bsdf("diffuse", RHO)
         ground = affine(*(1e3 * rotation[:, [2, 0, 1]]).T)
         builder.add_rectangle(ground, flip_normals=False, front=diffuse, back=None, radiance=None)
 
@@ -84,7 +84,7 @@ def test_ground_under_a_sky_of_texels_gets_their_exact_sum(technique: str, brigh
 @pytest.mark.parametrize("model", ["ggx", "beckmann"])
 def test_a_rough_mirror_reflects_its_albedo_of_an_even_sky(model: str, technique: str) -> None:
     def add(builder: _core.SceneBuilder) -> None:
-        metal = builder.add_rough_conductor(model, 0.5, 0.5, *MIRROR)
+        metal = builder.add_bsdf("roughconductor", model, 0.5, 0.5, *MIRROR)
         builder.add_rectangle(HUGE, flip_normals=False, front=metal, back=None, radiance=None)
 
     eye = np.array([3.0, 0.0, 1.5])
@@ -102,7 +102,7 @@ def test_a_rough_mirror_reflects_its_albedo_of_an_even_sky(model: str, technique
 
 def add_glass(ior: float, cube: bool) -> object:
     def add(builder: _core.SceneBuilder) -> None:
-        glass = builder.add_dielectric(ior, [1, 1, 1], [1, 1, 1])
+        glass = builder.add_bsdf("dielectric", ior, [1, 1, 1], [1, 1, 1])
         if not cube:
             builder.add_sphere([0, 0, 0], 1.0, flip_normals=False, front=glass, back=glass, radiance=None)
             return

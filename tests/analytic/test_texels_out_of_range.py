@@ -27,7 +27,7 @@ BEYOND: Final[dict[str, tuple[list[float], list[float]]]] = {
 
 def sphere(b: _core.SceneBuilder, parameter: str, texel: list[float]) -> None:
     b.add_constant_environment([1.0, 0.8, 0.6])
-    bsdf = b.add_principled([0.6, 0.5, 0.3], ior=1.5, **dict.fromkeys(WEIGHTS, 0.4))
+    bsdf = b.add_bsdf("principled", [0.6, 0.5, 0.3], ior=1.5, **dict.fromkeys(WEIGHTS, 0.4))
     b.keep_uvs()
     b.bind(bsdf, parameter, b.add_bitmap(np.full((2, 2, 3), texel, np.float32), srgb=False))
     b.add_sphere([0.0, 0.0, 3.0], 1.0, flip_normals=False, front=bsdf, back=bsdf, radiance=None)

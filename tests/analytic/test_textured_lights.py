@@ -26,7 +26,11 @@ GAZE = np.array([0.1, -0.2, 0.0])
 
 def floor(b: _core.SceneBuilder) -> None:
     b.add_rectangle(
-        np.diag([9.0, 9.0, 1.0, 1.0]), flip_normals=False, front=b.add_diffuse([0.5] * 3), back=None, radiance=None
+        np.diag([9.0, 9.0, 1.0, 1.0]),
+        flip_normals=False,
+        front=b.add_bsdf("diffuse", [0.5] * 3),
+        back=None,
+        radiance=None,
     )
 
 

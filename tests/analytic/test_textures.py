@@ -35,7 +35,7 @@ def on_square(uv: ArrayLike, **bitmap: Any) -> Array:
     """Return the colour of a bitmap at uv; the square lies at z = 0."""
 
     def square(b: _core.SceneBuilder) -> None:
-        bsdf = b.add_diffuse([0.0, 0.0, 0.0])
+        bsdf = b.add_bsdf("diffuse", [0.0, 0.0, 0.0])
         b.bind(bsdf, "reflectance", b.add_bitmap(**bitmap))
         b.add_rectangle(np.eye(4), flip_normals=False, front=bsdf, back=None, radiance=None)
 
@@ -111,7 +111,7 @@ def test_half_precision_is_exact_down_to_its_smallest_numbers() -> None:
 
 def test_a_checkerboard_has_its_first_colour_where_both_halves_are_alike() -> None:
     def board(b: _core.SceneBuilder) -> None:
-        bsdf = b.add_diffuse([0.0, 0.0, 0.0])
+        bsdf = b.add_bsdf("diffuse", [0.0, 0.0, 0.0])
         b.bind(bsdf, "reflectance", b.add_checkerboard([0.8, 0.1, 0.1], [0.1, 0.1, 0.6], to_uv=[[2, 0, 0], [0, 3, 0]]))
         b.add_rectangle(np.eye(4), flip_normals=False, front=bsdf, back=None, radiance=None)
 
@@ -124,7 +124,7 @@ def test_a_checkerboard_has_its_first_colour_where_both_halves_are_alike() -> No
 
 def test_as_a_number_the_squares_of_a_checkerboard_have_changed_places_as_in_mitsuba() -> None:
     def blend(b: _core.SceneBuilder) -> None:
-        index = b.add_mixture(b.add_diffuse([0.8, 0.1, 0.1]), b.add_diffuse([0.1, 0.1, 0.6]), 0.5)
+        index = b.add_mixture(b.add_bsdf("diffuse", [0.8, 0.1, 0.1]), b.add_bsdf("diffuse", [0.1, 0.1, 0.6]), 0.5)
         b.bind(index, "weight", b.add_checkerboard([0, 0, 0], [1, 1, 1], to_uv=[[2, 0, 0], [0, 3, 0]]))
         b.add_rectangle(np.eye(4), flip_normals=False, front=index, back=None, radiance=None)
 
@@ -144,7 +144,7 @@ def test_a_sphere_has_azimuth_and_polar_angle_as_its_coordinates() -> None:
     pole, meridian = np.array([1.0, 2.0, 2.0]) / 3.0, np.array([2.0, 1.0, -2.0]) / 3.0
 
     def ball(b: _core.SceneBuilder) -> None:
-        bsdf = b.add_diffuse([0.0, 0.0, 0.0])
+        bsdf = b.add_bsdf("diffuse", [0.0, 0.0, 0.0])
         b.bind(bsdf, "reflectance", b.add_bitmap(RAMP, srgb=False))
         b.add_sphere(
             [1, 2, 3], 0.5, flip_normals=False, front=bsdf, back=None, radiance=None, pole=pole, meridian=meridian
@@ -162,7 +162,7 @@ def test_a_disk_has_radius_and_azimuth_as_its_coordinates() -> None:
     place = affine((0.5, 0, 0), (0, 1.5, 0), (0, 0, 1), (1, 2, 3))
 
     def disk(b: _core.SceneBuilder) -> None:
-        bsdf = b.add_diffuse([0.0, 0.0, 0.0])
+        bsdf = b.add_bsdf("diffuse", [0.0, 0.0, 0.0])
         b.bind(bsdf, "reflectance", b.add_bitmap(RAMP, srgb=False))
         b.add_disk(place, flip_normals=False, front=bsdf, back=None, radiance=None)
 
@@ -177,7 +177,7 @@ def test_a_triangle_has_its_own_coordinates_or_barycentric_ones(uvs: list[list[f
     vertices = np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]])
 
     def triangle(b: _core.SceneBuilder) -> None:
-        bsdf = b.add_diffuse([0.0, 0.0, 0.0])
+        bsdf = b.add_bsdf("diffuse", [0.0, 0.0, 0.0])
         b.bind(bsdf, "reflectance", b.add_bitmap(RAMP, srgb=False))
         b.add_mesh(vertices, [[0, 1, 2]], None, uvs, front=bsdf, back=None, radiance=None)
 
@@ -190,7 +190,7 @@ def test_a_triangle_has_its_own_coordinates_or_barycentric_ones(uvs: list[list[f
 
 def test_a_texture_of_one_colour_calls_for_no_textures() -> None:
     def plain(b: _core.SceneBuilder) -> None:
-        bsdf = b.add_diffuse([0.0, 0.0, 0.0])
+        bsdf = b.add_bsdf("diffuse", [0.0, 0.0, 0.0])
         b.bind(bsdf, "reflectance", b.add_bitmap(np.full((64, 64, 3), 127, np.uint8), srgb=False))
         b.add_rectangle(np.eye(4), flip_normals=False, front=bsdf, back=None, radiance=None)
 
@@ -221,7 +221,7 @@ def test_a_bad_bitmap_is_refused(given: dict[str, Any], message: str) -> None:
 def test_a_binding_names_what_is_there() -> None:
     def bound(bsdf: int, parameter: str, texture: int) -> Callable[[_core.SceneBuilder], None]:
         def add(b: _core.SceneBuilder) -> None:
-            b.add_diffuse([0.5, 0.5, 0.5])
+            b.add_bsdf("diffuse", [0.5, 0.5, 0.5])
             b.add_checkerboard([0, 0, 0], [1, 1, 1])
             b.bind(bsdf, parameter, texture)
 

@@ -37,7 +37,7 @@ def through(degrees: float) -> float:
 
 
 def add_floor(b: _core.SceneBuilder) -> None:
-    grey = b.add_diffuse([REFLECTANCE] * 3)
+    grey = b.add_bsdf("diffuse", [REFLECTANCE] * 3)
     b.add_rectangle(np.diag([3.0, 3.0, 1.0, 1.0]), flip_normals=False, front=grey, back=None, radiance=None)
 
 
@@ -46,7 +46,7 @@ def freely(b: _core.SceneBuilder) -> None:
 
 
 def pure(b: _core.SceneBuilder) -> int:
-    return b.add_thin_dielectric(1.5, [1.0] * 3, COLOR.tolist())
+    return b.add_bsdf("thindielectric", 1.5, [1.0] * 3, COLOR.tolist())
 
 
 def pane(height: float, tilt: float = 0.0, bsdf: Callable[[_core.SceneBuilder], int] = pure) -> Add:
@@ -66,7 +66,7 @@ def mixed(share: float, other: Callable[[_core.SceneBuilder], int]) -> Callable[
 
 def checked(b: _core.SceneBuilder) -> int:
     """Glass whose colour is a texture's, of which it shows one square."""
-    index = b.add_thin_dielectric(1.5, [1.0] * 3, [1.0] * 3)
+    index = b.add_bsdf("thindielectric", 1.5, [1.0] * 3, [1.0] * 3)
     texture = b.add_checkerboard(COLOR.tolist(), [0.2] * 3, to_uv=[[0.5, 0, 0], [0, 0.5, 0]])
     b.bind(index, "specular_transmittance", texture)
     return index
@@ -117,7 +117,7 @@ def test_they_do_not_where_going_through_glass_is_a_bounce(light: str) -> None:
 
 WAYS: dict[str, tuple[Callable[[_core.SceneBuilder], int], Array]] = {
     "a hole in the glass": (mixed(0.25, lambda b: b.add_null()), 0.75 * through(0.0) * COLOR + 0.25),
-    "a grain on the glass": (mixed(0.25, lambda b: b.add_diffuse([0.8] * 3)), 0.75 * through(0.0) * COLOR),
+    "a grain on the glass": (mixed(0.25, lambda b: b.add_bsdf("diffuse", [0.8] * 3)), 0.75 * through(0.0) * COLOR),
     "glass of a texture": (checked, through(0.0) * COLOR),
 }
 

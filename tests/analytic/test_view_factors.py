@@ -54,7 +54,7 @@ def lit_square(source: Array, add: Callable[[_core.SceneBuilder, Array], None]) 
     """Return the scene of a diffuse unit square, lit, that fills the film of a camera above its middle."""
 
     def add_floor(builder: _core.SceneBuilder) -> None:
-        diffuse = builder.add_diffuse(RHO)
+        diffuse = builder.add_bsdf("diffuse", RHO)
         builder.add_rectangle(
             placed(X / 2, Y / 2, Z, 0 * Z), flip_normals=False, front=diffuse, back=None, radiance=None
         )

@@ -104,7 +104,7 @@ def _number(digits: str) -> int:
 def renderer(core: Any, also: Sequence[str]) -> Any:
     """Return a renderer of a floor and a wall under a lamp, whose kernel covers these effects too."""
     builder = core.SceneBuilder()
-    grey = builder.add_diffuse((0.7, 0.6, 0.5))
+    grey = builder.add_bsdf("diffuse", (0.7, 0.6, 0.5))
     lamp = np.diag([0.3, -0.3, -1.0, 1.0])
     lamp[2, 3] = 2.0
     wall = np.array([[1, 0, 0, 0], [0, 0, -1, 1], [0, 1, 0, 1], [0, 0, 0, 1.0]])

@@ -30,7 +30,7 @@ DOWNWARDS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 0, 1]])
 def hall(lights: int, down: bool) -> _core.Scene:
     """Return a hall with so many lamps, whose power together is about the same."""
     rng, builder = np.random.default_rng(lights), _core.SceneBuilder()
-    grey = builder.add_diffuse([0.6, 0.5, 0.4])
+    grey = builder.add_bsdf("diffuse", [0.6, 0.5, 0.4])
     builder.add_rectangle(FLOOR, flip_normals=False, front=grey, back=grey, radiance=None)
     for x in (-2.0, 0.0, 2.0):
         builder.add_sphere([x, 0.6, 0], 0.6, flip_normals=False, front=grey, back=None, radiance=None)

@@ -46,7 +46,7 @@ def placed(x: float, y: float, z: float) -> Array:
 
 
 def add_bottle(b: Any, triangles: int, medium: bool) -> int:
-    glass = b.add_null() if medium else b.add_diffuse([0.5] * 3)
+    glass = b.add_null() if medium else b.add_bsdf("diffuse", [0.5] * 3)
     shape = int(b.add_mesh(*bottle(triangles), front=glass, back=glass, radiance=None))
     if medium:
         b.set_media(shape, exterior=None, interior=b.add_medium([0.1] * 3, [0.0] * 3))
@@ -99,13 +99,13 @@ def mesh(b: Any, count: int, _: bool) -> None:
     """With all that a vertex can have."""
     vertices, faces = bottle(count)
     checks = b.add_checkerboard((0.2, 0.2, 0.2), (0.8, 0.8, 0.8))
-    b.bind(grey := b.add_diffuse([0.5] * 3), "reflectance", checks)
+    b.bind(grey := b.add_bsdf("diffuse", [0.5] * 3), "reflectance", checks)
     b.add_mesh(vertices, faces, normals=vertices, uvs=vertices[:, :2], front=grey, back=grey, radiance=None)
 
 
 def fog(b: Any, count: int, _: bool) -> None:
     """One mesh in fog, where nothing lets light pass."""
-    grey = b.add_diffuse([0.5] * 3)
+    grey = b.add_bsdf("diffuse", [0.5] * 3)
     vertices, faces = bottle(count)
     b.add_mesh(vertices + np.array([0.0, 0.0, 1.0]), faces, front=grey, back=grey, radiance=None)
     b.set_camera_medium(b.add_medium([0.1] * 3, [0.5] * 3))

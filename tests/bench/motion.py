@@ -105,7 +105,7 @@ def ground(*, deforms: bool) -> Any:
     low = np.stack([corner, corner + 1, corner + GRID + 2], axis=-1)
     high = np.stack([corner, corner + GRID + 2, corner + GRID + 1], axis=-1)
     builder = _core.SceneBuilder()
-    grey = builder.add_diffuse((0.7, 0.7, 0.7))
+    grey = builder.add_bsdf("diffuse", (0.7, 0.7, 0.7))
     mesh = builder.add_mesh(rest, np.concatenate([low, high]), None, None, front=grey, back=grey, radiance=None)
     if deforms:
         builder.deform_mesh(mesh, turned[None])

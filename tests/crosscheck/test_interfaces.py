@@ -37,7 +37,7 @@ def directions(seed: int, below: bool = False) -> tuple[Array, Array]:
 
 def core(call: str, arguments: tuple[Any, ...], wo: Array, wi: Array, front: bool = True) -> tuple[Array, Array]:
     def add(b: _core.SceneBuilder) -> None:
-        bsdf = getattr(b, call)(*arguments)
+        bsdf = b.add_bsdf(call, *arguments)
         b.add_rectangle(np.eye(4), flip_normals=False, front=bsdf, back=bsdf, radiance=None)
 
     found = parts.eval_bsdf(build(add), 0, wo, wi, front)
@@ -56,7 +56,7 @@ def test_smooth_plastic(nonlinear: bool) -> None:
     bsdf = Plastic(int_ior=1.49, ext_ior=1.0, nonlinear=nonlinear, **COLORS)
     wo, wi = directions(1)
     arguments = (1.49, COLORS["diffuse_reflectance"], COLORS["specular_reflectance"], nonlinear)
-    agree(interfaces.plastic(bsdf, wo, wi), core("add_plastic", arguments, wo, wi), 2e-3)
+    agree(interfaces.plastic(bsdf, wo, wi), core("plastic", arguments, wo, wi), 2e-3)
 
 
 @pytest.mark.parametrize("distribution", ["ggx", "beckmann"])
@@ -66,7 +66,7 @@ def test_rough_plastic(distribution: Any, alpha: float) -> None:
     bsdf = RoughPlastic(int_ior=1.49, ext_ior=1.0, distribution=distribution, alpha=alpha, nonlinear=True, **COLORS)
     wo, wi = directions(2)
     arguments = (distribution, alpha, 1.49, COLORS["diffuse_reflectance"], COLORS["specular_reflectance"], True)
-    agree(interfaces.rough_plastic(bsdf, wo, wi), core("add_rough_plastic", arguments, wo, wi), 4e-3)
+    agree(interfaces.rough_plastic(bsdf, wo, wi), core("roughplastic", arguments, wo, wi), 4e-3)
 
 
 @pytest.mark.parametrize("distribution", ["ggx", "beckmann"])
@@ -77,7 +77,7 @@ def test_rough_glass(distribution: Any, alphas: tuple[float, float], front: bool
     u, v = alphas
     bsdf = RoughDielectric(int_ior=1.5, ext_ior=1.0, distribution=distribution, alpha_u=u, alpha_v=v)
     wo, wi = directions(3, below=True)
-    found = core("add_rough_dielectric", (distribution, u, v, 1.5, (1.0,) * 3, (1.0,) * 3), wo, wi, front)
+    found = core("roughdielectric", (distribution, u, v, 1.5, (1.0,) * 3, (1.0,) * 3), wo, wi, front)
     agree(interfaces.rough_dielectric(bsdf, wo, wi, front), found, 2e-3)
 
 
@@ -114,7 +114,7 @@ def test_a_pane_reflects_what_its_series_sums_up_to() -> None:
     wo, _ = directions(5)
 
     def add(b: _core.SceneBuilder) -> None:
-        pane = b.add_thin_dielectric(1.5, (1.0,) * 3, (1.0,) * 3)
+        pane = b.add_bsdf("thindielectric", 1.5, (1.0,) * 3, (1.0,) * 3)
         b.add_rectangle(np.eye(4), flip_normals=False, front=pane, back=pane, radiance=None)
 
     scene, expected = build(add), interfaces.thin_reflectance(bsdf, wo)

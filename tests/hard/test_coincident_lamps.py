@@ -34,7 +34,7 @@ def moved(x: float = 0.0, y: float = 0.0, z: float = 0.0, size: float = 1.0) -> 
 
 def rectangle(matrix: Array, radiance: ArrayLike | None = None, *, flip: bool = False, both: bool = True) -> Add:
     def add(b: _core.SceneBuilder) -> None:
-        grey = b.add_diffuse([0.5] * 3)
+        grey = b.add_bsdf("diffuse", [0.5] * 3)
         glow = None if radiance is None else np.asarray(radiance).tolist()
         b.add_rectangle(matrix, flip_normals=flip, front=grey, back=grey if both else None, radiance=glow)
 
@@ -43,7 +43,7 @@ def rectangle(matrix: Array, radiance: ArrayLike | None = None, *, flip: bool = 
 
 def disk(matrix: Array, radiance: ArrayLike | None = None) -> Add:
     def add(b: _core.SceneBuilder) -> None:
-        grey = b.add_diffuse([0.5] * 3)
+        grey = b.add_bsdf("diffuse", [0.5] * 3)
         glow = None if radiance is None else np.asarray(radiance).tolist()
         b.add_disk(matrix, flip_normals=False, front=grey, back=grey, radiance=glow)
 
@@ -57,7 +57,7 @@ def mesh(matrix: Array, radiance: ArrayLike | None = None) -> Add:
     faces = np.array([[0, 1 + k, 1 + (k + 1) % 8] for k in range(8)], dtype=np.uint32)
 
     def add(b: _core.SceneBuilder) -> None:
-        grey = b.add_diffuse([0.5] * 3)
+        grey = b.add_bsdf("diffuse", [0.5] * 3)
         glow = None if radiance is None else np.asarray(radiance).tolist()
         b.add_mesh(vertices, faces, front=grey, back=grey, radiance=glow)
 
@@ -68,7 +68,7 @@ def instance(matrix: Array) -> Add:
     """The wall as an instance, added last: shapes of a group come after all others."""
 
     def add(b: _core.SceneBuilder) -> None:
-        grey = b.add_diffuse([0.5] * 3)
+        grey = b.add_bsdf("diffuse", [0.5] * 3)
         wall = b.add_rectangle(np.eye(4), flip_normals=False, front=grey, back=grey, radiance=None)
         b.add_instance(b.add_group(wall), matrix)
 
@@ -83,7 +83,7 @@ def sliding(radiance: ArrayLike | None = None, size: float = 1.0, turn: float = 
     inner = np.linalg.inv(scale)
 
     def add(b: _core.SceneBuilder) -> None:
-        grey = b.add_diffuse([0.5] * 3)
+        grey = b.add_bsdf("diffuse", [0.5] * 3)
         glow = None if radiance is None else np.asarray(radiance).tolist()
         square = b.add_rectangle(scale, flip_normals=False, front=grey, back=grey, radiance=glow)
         b.add_moving_instance(b.add_group(square), [0.0, 1.0], [matrix @ inner for matrix in way])
@@ -93,7 +93,7 @@ def sliding(radiance: ArrayLike | None = None, size: float = 1.0, turn: float = 
 
 def sphere(center: ArrayLike, radius: float, radiance: ArrayLike | None = None) -> Add:
     def add(b: _core.SceneBuilder) -> None:
-        grey = b.add_diffuse([0.5] * 3)
+        grey = b.add_bsdf("diffuse", [0.5] * 3)
         glow = None if radiance is None else np.asarray(radiance).tolist()
         b.add_sphere(np.asarray(center).tolist(), radius, flip_normals=False, front=grey, back=grey, radiance=glow)
 
@@ -104,7 +104,7 @@ def tube(radiance: ArrayLike | None = None) -> Add:
     base, end = (ASKEW @ [x, 0.0, -1.0] for x in (-1.0, 1.0))
 
     def add(b: _core.SceneBuilder) -> None:
-        grey = b.add_diffuse([0.5] * 3)
+        grey = b.add_bsdf("diffuse", [0.5] * 3)
         glow = None if radiance is None else np.asarray(radiance).tolist()
         b.add_cylinder(base.tolist(), end.tolist(), 0.9, flip_normals=False, front=grey, back=grey, radiance=glow)
 
@@ -112,7 +112,7 @@ def tube(radiance: ArrayLike | None = None) -> Add:
 
 
 def floor(b: _core.SceneBuilder) -> None:
-    white = b.add_diffuse([1.0] * 3)
+    white = b.add_bsdf("diffuse", [1.0] * 3)
     up = affine((10, 0, 0), (0, 0, -10), (0, 10, 0), (0.0, -1.2, 0.0))
     b.add_rectangle(placed(up), flip_normals=False, front=white, back=white, radiance=None)
 

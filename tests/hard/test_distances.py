@@ -94,7 +94,7 @@ def test_G05_ground_in_the_sun_is_as_bright_from_any_distance(distance: float) -
     eye = distance * np.array([0.6, 0.0, 0.8])
     scene = build(
         lambda b: b.add_rectangle(
-            np.eye(4), flip_normals=False, front=b.add_diffuse([rho] * 3), back=None, radiance=None
+            np.eye(4), flip_normals=False, front=b.add_bsdf("diffuse", [rho] * 3), back=None, radiance=None
         ),
         lambda b: b.add_directional_light([0.3, -0.4, -1.0], [np.pi] * 3),
         camera=looking(eye, [0, 0, 0]),

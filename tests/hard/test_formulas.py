@@ -81,7 +81,9 @@ SKIES: dict[str, Callable[[_core.SceneBuilder, float], object]] = {
 
 def ball_in(sky: str, on: float) -> _core.Scene:
     def add(b: _core.SceneBuilder) -> None:
-        b.add_sphere([0, 0, 5], 1.0, flip_normals=False, front=b.add_diffuse([0.5] * 3), back=None, radiance=None)
+        b.add_sphere(
+            [0, 0, 5], 1.0, flip_normals=False, front=b.add_bsdf("diffuse", [0.5] * 3), back=None, radiance=None
+        )
         SKIES[sky](b, on)
 
     return build(add, size=(8, 8))
@@ -110,7 +112,7 @@ def lamps(dark: int) -> _core.Scene:
         b.add_rectangle(
             affine([2, 0, 0], [0, 2, 0], [0, 0, 1], [0, 0, 0]),
             flip_normals=False,
-            front=b.add_diffuse([0.5] * 3),
+            front=b.add_bsdf("diffuse", [0.5] * 3),
             back=None,
             radiance=None,
         )

@@ -47,7 +47,7 @@ def squares(place: float) -> _core.Scene:
     faces = np.array([[0, 1, 2]], dtype=np.uint32)
 
     def add(b: _core.SceneBuilder) -> None:
-        grey = b.add_diffuse([0.5, 0.4, 0.3])
+        grey = b.add_bsdf("diffuse", [0.5, 0.4, 0.3])
         b.add_mesh(corners + place, faces, front=grey, back=grey, radiance=None)
         b.add_mesh(0.3 * corners + [0, 0, 0.4] + place, faces, front=grey, back=grey, radiance=None)
         b.add_constant_environment([1, 1, 1])
@@ -85,7 +85,7 @@ def lit_ball(bad: bool) -> _core.Scene:
     """Return a ball that shines and one that does not, seven in a hundred of whose triangles may be bad."""
 
     def add(b: _core.SceneBuilder) -> None:
-        ball(bad, b.add_diffuse([0.5, 0.5, 0.5]), b)
+        ball(bad, b.add_bsdf("diffuse", [0.5, 0.5, 0.5]), b)
         b.add_constant_environment([1, 1, 1])
 
     return build(add, camera=looking([2, 3, 4], [0, 0, 0]), size=(16, 16))
@@ -112,7 +112,7 @@ def coincident(first: float, second: float) -> _core.Scene:
     def add(b: _core.SceneBuilder) -> None:
         for rho in (first, second):
             b.add_rectangle(
-                affine(*np.eye(3)), flip_normals=False, front=b.add_diffuse([rho] * 3), back=None, radiance=None
+                affine(*np.eye(3)), flip_normals=False, front=b.add_bsdf("diffuse", [rho] * 3), back=None, radiance=None
             )
         b.add_constant_environment([1, 1, 1])
 
@@ -133,7 +133,7 @@ def test_G10_each_build_of_a_scene_meets_the_same_of_thousands_in_one_place() ->
 
     def add(b: _core.SceneBuilder) -> None:
         for rho in (0.2, 0.8):
-            b.add_mesh(vertices, faces, front=b.add_diffuse([rho] * 3), back=None, radiance=None)
+            b.add_mesh(vertices, faces, front=b.add_bsdf("diffuse", [rho] * 3), back=None, radiance=None)
         b.add_constant_environment([1, 1, 1])
 
     camera = looking([1, 2, 4], [0, 0, 0])
@@ -231,7 +231,7 @@ def test_G14_a_wall_that_is_lit_from_behind_is_black_however_its_normals_are_ben
 
     def seen(lamp: float, technique: str) -> float:
         def add(b: _core.SceneBuilder) -> None:
-            grey = b.add_diffuse([0.5, 0.5, 0.5])
+            grey = b.add_bsdf("diffuse", [0.5, 0.5, 0.5])
             b.add_mesh(corners, faces, bent, front=grey, back=grey, radiance=None)
             b.add_sphere([0.8, 0.3, lamp], 0.3, flip_normals=False, front=None, back=None, radiance=[9, 9, 9])
 

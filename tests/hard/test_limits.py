@@ -26,7 +26,7 @@ def ball_under_a_bulb(levels: int | None) -> Array:
     """Return the image of a ball: smooth triangles, subdivided so often, or the sphere itself."""
 
     def add(b: _core.SceneBuilder) -> None:
-        white = b.add_diffuse([0.8, 0.8, 0.8])
+        white = b.add_bsdf("diffuse", [0.8, 0.8, 0.8])
         if levels is None:
             b.add_sphere([0, 0, 0], 1.0, flip_normals=False, front=white, back=None, radiance=None)
         else:
@@ -86,7 +86,7 @@ def stretched(baked: bool, mirrored: bool = True) -> Array:
     flipped = faces[:, ::-1] if np.linalg.det(axes) < 0 else faces
 
     def add(b: _core.SceneBuilder) -> None:
-        front, back = b.add_diffuse([0.9, 0.5, 0.2]), b.add_diffuse([0.1, 0.3, 0.8])
+        front, back = b.add_bsdf("diffuse", [0.9, 0.5, 0.2]), b.add_bsdf("diffuse", [0.1, 0.3, 0.8])
         if baked:
             b.add_mesh(
                 vertices @ axes.T, flipped, vertices @ np.linalg.inv(axes), front=front, back=back, radiance=None

@@ -63,14 +63,14 @@ def furnace(shape: Shape, wall: str, rho: float, glow: float = 1.0, thing: str =
     """Return a room whose walls shine with what they do not reflect, and what stands in it."""
 
     def add(b: _core.SceneBuilder) -> None:
-        diffuse, mirror = b.add_diffuse([rho] * 3), b.add_conductor([0] * 3, [1] * 3, [rho] * 3)
+        diffuse, mirror = b.add_bsdf("diffuse", [rho] * 3), b.add_bsdf("conductor", [0] * 3, [1] * 3, [rho] * 3)
         bsdf = {"diffuse": diffuse, "mirror": mirror}.get(wall) or b.add_mixture(diffuse, mirror, 0.3)
         shape(b, {"front": bsdf, "back": None, "radiance": [glow * (1 - rho)] * 3})
         if thing == "glass":
-            glass = b.add_dielectric(1.5, [1] * 3, [1] * 3)
+            glass = b.add_bsdf("dielectric", 1.5, [1] * 3, [1] * 3)
             b.add_sphere([0.5, -0.4, 0.1], 0.2, flip_normals=False, front=glass, back=glass, radiance=None)
         elif thing == "pane":
-            pane = b.add_thin_dielectric(1.5, [1] * 3, [1] * 3)
+            pane = b.add_bsdf("thindielectric", 1.5, [1] * 3, [1] * 3)
             upright = affine([0.3, 0, 0], [0, 0, 0.3], [0, -1, 0], [0.3, -0.2, 0])
             b.add_rectangle(upright, flip_normals=False, front=pane, back=pane, radiance=None)
 
@@ -141,7 +141,7 @@ def mirrors(technique: str, max_depth: int, **settings: Any) -> float:
     """Return what rays see that go to and fro between a small lamp and a wall, in a closed box of mirrors."""
 
     def add(b: _core.SceneBuilder) -> None:
-        mirror = b.add_conductor([0] * 3, [1] * 3, [BRIGHT] * 3)
+        mirror = b.add_bsdf("conductor", [0] * 3, [1] * 3, [BRIGHT] * 3)
         cube(b, {"front": mirror, "back": None, "radiance": None})
         lamp = affine([0.05, 0, 0], [0, 0.05, 0], [0, 0, 1], [0.1, 0.2, -1 + 1e-6])
         b.add_rectangle(lamp, flip_normals=False, front=mirror, back=None, radiance=[1] * 3)
@@ -168,7 +168,7 @@ def sheets(count: int, **settings: Any) -> tuple[float, float]:
     """Return mean and relative variance of a sample of a sky behind so many sheets, of which each lets 4/5 through."""
 
     def add(b: _core.SceneBuilder) -> None:
-        sheet = b.add_thin_dielectric(1.0, [1] * 3, [0.8] * 3)
+        sheet = b.add_bsdf("thindielectric", 1.0, [1] * 3, [0.8] * 3)
         for i in range(count):
             place = affine([9, 0, 0], [0, 9, 0], [0, 0, 1], [0, 0, 1 + 0.1 * i])
             b.add_rectangle(place, flip_normals=False, front=sheet, back=sheet, radiance=None)

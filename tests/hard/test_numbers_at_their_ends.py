@@ -36,7 +36,7 @@ def sun_below(ratio: float) -> _core.Scene:
     pixels[7, 3] = ratio
 
     def add(b: _core.SceneBuilder) -> None:
-        white = b.add_diffuse([1.0] * 3)
+        white = b.add_bsdf("diffuse", [1.0] * 3)
         b.add_rectangle(np.eye(4), flip_normals=False, front=white, back=white, radiance=None)
         sky = np.eye(4)
         sky[:3, :3] = [[1, 0, 0], [0, 0, -1], [0, 1, 0]]  # its pole is +z

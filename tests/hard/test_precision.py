@@ -66,7 +66,7 @@ def microfacets() -> Errors:
     rng = np.random.default_rng(3)
     for alpha in logarithmic(1e-5, 0.5, 40):
         builder = _core.SceneBuilder()
-        builder.add_rough_conductor("ggx", float(alpha), float(alpha), [0] * 3, [1] * 3, [1] * 3)
+        builder.add_bsdf("roughconductor", "ggx", float(alpha), float(alpha), [0] * 3, [1] * 3, [1] * 3)
         builder.set_perspective(np.eye(4), 40.0)
         builder.set_film(1, 1, (0, 0, 1, 1), "box", 0.5)
         wo = np.tile([0.48, 0.36, 0.8], (100, 1))
@@ -100,7 +100,7 @@ def conductors() -> Errors:
     indices = logarithmic(1e-3, 1e4, (200, 2))
     builder = _core.SceneBuilder()
     for eta, k in indices.astype(float):
-        builder.add_conductor([eta] * 3, [k] * 3, [1, 1, 1])
+        builder.add_bsdf("conductor", [eta] * 3, [k] * 3, [1, 1, 1])
     builder.set_perspective(np.eye(4), 40.0)
     builder.set_film(1, 1, (0, 0, 1, 1), "box", 0.5)
     scene = builder.build()

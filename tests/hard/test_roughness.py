@@ -31,7 +31,11 @@ def highlight(size: float, alpha: float | None, facets: Facets) -> tuple[Array, 
 
     def add(b: _core.SceneBuilder) -> None:
         metal = [0.0] * 3, [1.0] * 3, [1.0] * 3
-        bsdf = b.add_conductor(*metal) if alpha is None else b.add_rough_conductor(facets, alpha, alpha, *metal)
+        bsdf = (
+            b.add_bsdf("conductor", *metal)
+            if alpha is None
+            else b.add_bsdf("roughconductor", facets, alpha, alpha, *metal)
+        )
         b.add_sphere([0, 0, -1], 1.0, flip_normals=False, front=bsdf, back=None, radiance=None)
         b.add_sphere(2 * towards, 4 * size, flip_normals=False, front=None, back=None, radiance=[1] * 3)
 

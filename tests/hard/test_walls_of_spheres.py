@@ -82,7 +82,7 @@ def room(inside: bool, *, shine: bool, walls: int = 6) -> _core.Scene:
     """
 
     def add(builder: _core.SceneBuilder) -> None:
-        grey = builder.add_diffuse(GREY)
+        grey = builder.add_bsdf("diffuse", GREY)
         radiance = GREY if shine else None
         for axis in AXES[:walls]:
             center = axis * (HALF - RADIUS if inside else HALF + RADIUS)

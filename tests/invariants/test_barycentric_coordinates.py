@@ -37,19 +37,19 @@ def leaning() -> NDArray[np.float32]:
 
 
 def bumpy(b: _core.SceneBuilder, height: float) -> int:
-    bsdf = b.add_diffuse([0.5] * 3)
+    bsdf = b.add_bsdf("diffuse", [0.5] * 3)
     b.bend(bsdf, b.add_bitmap(heights(), srgb=False), bump=True, scale=height)
     return bsdf
 
 
 def mapped(b: _core.SceneBuilder, _: float) -> int:
-    bsdf = b.add_diffuse([0.5] * 3)
+    bsdf = b.add_bsdf("diffuse", [0.5] * 3)
     b.bend(bsdf, b.add_bitmap(leaning(), srgb=False), bump=False)
     return bsdf
 
 
 def brushed(b: _core.SceneBuilder, _: float) -> int:
-    return b.add_rough_conductor("ggx", 0.1, 0.5, [0.2, 0.9, 1.1], [3.9, 2.4, 2.1], [1.0] * 3)
+    return b.add_bsdf("roughconductor", "ggx", 0.1, 0.5, [0.2, 0.9, 1.1], [3.9, 2.4, 2.1], [1.0] * 3)
 
 
 BSDFS: dict[str, Callable[[_core.SceneBuilder, float], int]] = {"bumps": bumpy, "normals": mapped, "brushed": brushed}

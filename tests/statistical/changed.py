@@ -48,8 +48,10 @@ class ChangedBuilder:
         radiance = sides["radiance"]
         return sides | {"radiance": None if radiance is None else np.asarray(radiance) * self.light}
 
-    def add_diffuse(self, reflectance: ArrayLike) -> int:
-        return self.inner.add_diffuse(np.asarray(reflectance) * self.reflectance)
+    def add_bsdf(self, type: str, **parameters: Any) -> int:
+        if type == "diffuse":
+            parameters["reflectance"] = np.asarray(parameters["reflectance"]) * self.reflectance
+        return self.inner.add_bsdf(type, **parameters)
 
     def add_mesh(self, vertices: ArrayLike, *arrays: Any, **sides: Any) -> int:
         return self.inner.add_mesh(self._place(vertices), *arrays, **self._lit(sides))

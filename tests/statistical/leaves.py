@@ -43,7 +43,7 @@ class Leaf:
 
 def rough_plastic(distribution: str, alpha: float, ior: float, diffuse: Any, specular: Any, nonlinear: bool) -> Leaf:
     arguments = (distribution, alpha, ior, diffuse, specular, nonlinear)
-    return Leaf("add_rough_plastic", arguments, None, False, distribution, (alpha, alpha), ior)
+    return Leaf("roughplastic", arguments, None, False, distribution, (alpha, alpha), ior)
 
 
 ROUGH_PLASTICS: dict[str, Any] = {
@@ -59,7 +59,7 @@ ROUGH_PLASTICS: dict[str, Any] = {
 def rough_dielectric(distribution: str, alpha_u: float, alpha_v: float, ior: float) -> Leaf:
     arguments = (distribution, alpha_u, alpha_v, ior, WHITE, WHITE)
     alphas = (alpha_u, alpha_v)
-    return Leaf("add_rough_dielectric", arguments, None, True, distribution, alphas, ior, lossless=max(alphas) < 1e-5)
+    return Leaf("roughdielectric", arguments, None, True, distribution, alphas, ior, lossless=max(alphas) < 1e-5)
 
 
 ROUGH_DIELECTRICS: dict[str, Any] = {
@@ -84,7 +84,7 @@ def principled(**numbers: float) -> Leaf:
     named = none | {"clearcoat_gloss": 0.0, "roughness": 0.5, "ior": 1.5, "base_color": [0.9, 0.5, 0.1]} | numbers
     alpha = max(1e-3, named["roughness"] ** 2)
     glass = named["spec_trans"] > 0
-    return Leaf("add_principled", (), named, glass, "ggx", (alpha, alpha), named["ior"], most=1.55)
+    return Leaf("principled", (), named, glass, "ggx", (alpha, alpha), named["ior"], most=1.55)
 
 
 PRINCIPLEDS: dict[str, dict[str, float]] = {
@@ -99,16 +99,16 @@ PRINCIPLEDS: dict[str, dict[str, float]] = {
     },
 }
 LEAVES: dict[str, Leaf] = {
-    "pane": Leaf("add_thin_dielectric", (1.5, WHITE, WHITE), transmits=True, lossless=True),
-    "thin film": Leaf("add_thin_dielectric", (0.7, WHITE, WHITE), transmits=True, lossless=True),
-    "plastic": Leaf("add_plastic", (1.49, [0.8, 0.5, 0.1], WHITE, False)),
-    "deep plastic": Leaf("add_plastic", (1.9, [0.9, 0.5, 0.1], [0.5, 0.8, 1.0], True)),
-    "bubble plastic": Leaf("add_plastic", (0.75, [0.8, 0.5, 0.1], WHITE, False)),
-    "white plastic": Leaf("add_plastic", (1.5, WHITE, WHITE, False), lossless=True, slack=2e-3),
+    "pane": Leaf("thindielectric", (1.5, WHITE, WHITE), transmits=True, lossless=True),
+    "thin film": Leaf("thindielectric", (0.7, WHITE, WHITE), transmits=True, lossless=True),
+    "plastic": Leaf("plastic", (1.49, [0.8, 0.5, 0.1], WHITE, False)),
+    "deep plastic": Leaf("plastic", (1.9, [0.9, 0.5, 0.1], [0.5, 0.8, 1.0], True)),
+    "bubble plastic": Leaf("plastic", (0.75, [0.8, 0.5, 0.1], WHITE, False)),
+    "white plastic": Leaf("plastic", (1.5, WHITE, WHITE, False), lossless=True, slack=2e-3),
     **{name: rough_plastic(*arguments) for name, arguments in ROUGH_PLASTICS.items()},
     **{name: rough_dielectric(*arguments) for name, arguments in ROUGH_DIELECTRICS.items()},
     **{name: principled(**numbers) for name, numbers in PRINCIPLEDS.items()},
-    "white deep plastic": Leaf("add_plastic", (1.5, WHITE, WHITE, True), lossless=True, slack=2e-3),
+    "white deep plastic": Leaf("plastic", (1.5, WHITE, WHITE, True), lossless=True, slack=2e-3),
 }
 
 
@@ -116,7 +116,7 @@ LEAVES: dict[str, Leaf] = {
 def scene_of(name: str) -> _core.Scene:
     builder = _core.SceneBuilder()
     leaf = LEAVES[name]
-    getattr(builder, leaf.call)(*leaf.arguments, **(leaf.named or {}))
+    builder.add_bsdf(leaf.call, *leaf.arguments, **(leaf.named or {}))
     builder.set_perspective(np.eye(4), 40.0)
     builder.set_film(1, 1, (0, 0, 1, 1), "box", 0.5)
     return builder.build()

@@ -74,7 +74,7 @@ def floor_under(lamp: Lamp, technique: str, spp: int) -> Estimate:
 
     def floor(b: _core.SceneBuilder) -> None:
         large = np.diag([9.0, 9.0, 1.0, 1.0])
-        b.add_rectangle(large, flip_normals=False, front=b.add_diffuse([0.5] * 3), back=None, radiance=None)
+        b.add_rectangle(large, flip_normals=False, front=b.add_bsdf("diffuse", [0.5] * 3), back=None, radiance=None)
 
     scene = build(lamp, floor, camera=looking((0.1, -0.5, 0.3), (0.1, -0.2, 0.0), up=(0, 1, 0)), fov=0.01)
     return estimate(scene, spp, technique=technique, max_depth=2)

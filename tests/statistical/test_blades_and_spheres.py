@@ -156,7 +156,7 @@ def _core_mean(built: Any) -> Array:
 
 def test_a_furnace_is_even_all_round_and_a_crop_has_the_bits_of_the_whole() -> None:
     def furnace(b: _core.SceneBuilder) -> None:
-        bsdf = b.add_diffuse([0.5] * 3)
+        bsdf = b.add_bsdf("diffuse", [0.5] * 3)
         b.add_sphere([0, 0, 0], 2.0, flip_normals=True, front=bsdf, back=bsdf, radiance=[0.5] * 3)
 
     builder = _core.SceneBuilder()

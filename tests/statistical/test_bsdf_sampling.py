@@ -67,9 +67,9 @@ TWINS = [
 def scene_of(distribution: str, alpha_u: float, alpha_v: float) -> _core.Scene:
     builder = _core.SceneBuilder()
     if distribution == "diffuse":
-        builder.add_diffuse([0.8, 0.5, 0.2])
+        builder.add_bsdf("diffuse", [0.8, 0.5, 0.2])
     else:
-        builder.add_rough_conductor(distribution, alpha_u, alpha_v, *SILVER)
+        builder.add_bsdf("roughconductor", distribution, alpha_u, alpha_v, *SILVER)
     builder.set_perspective(np.eye(4), 40.0)
     builder.set_film(1, 1, (0, 0, 1, 1), "box", 0.5)
     return builder.build()

@@ -61,9 +61,9 @@ def room(sky: bool, light: float = 1.0) -> _core.Scene:
     """Return a floor, a metal ball and a glass one under the lamps."""
 
     def things(builder: _core.SceneBuilder) -> None:
-        grey = builder.add_diffuse([0.6, 0.5, 0.4])
-        metal = builder.add_rough_conductor("ggx", 0.3, 0.3, *METAL)
-        glass = builder.add_dielectric(1.5, [1, 1, 1], [1, 1, 1])
+        grey = builder.add_bsdf("diffuse", [0.6, 0.5, 0.4])
+        metal = builder.add_bsdf("roughconductor", "ggx", 0.3, 0.3, *METAL)
+        glass = builder.add_bsdf("dielectric", 1.5, [1, 1, 1], [1, 1, 1])
         upwards = affine([4, 0, 0], [0, 0, -4], [0, 4, 0])
         builder.add_rectangle(upwards, flip_normals=False, front=grey, back=grey, radiance=None)
         builder.add_sphere([-0.8, 0.6, 0], 0.6, flip_normals=False, front=metal, back=None, radiance=None)

@@ -112,7 +112,9 @@ def test_nothing_in_the_core_inherits_but_exceptions_and_observers() -> None:
     """`PathObserver` holds no data: it is what an observer of paths does unless it says otherwise."""
     based = re.compile(r"^ *(?:class|struct) \w+(?: final)? : (?:public |private |protected )?(\S+)", re.MULTILINE)
     bases = [f"{place(path)}: {base}" for path in CORE for base in based.findall(path.read_text())]
-    assert [base for base in bases if not base.endswith(("std::runtime_error", "std::logic_error", "PathObserver"))] == []
+    assert [
+        base for base in bases if not base.endswith(("std::runtime_error", "std::logic_error", "PathObserver"))
+    ] == []
 
 
 def imports_core(tree: ast.AST) -> bool:

@@ -233,8 +233,8 @@ def _price(
 
 def _share(kind: Effect, parts: LightParts) -> Interval | None:
     """Return the variance share of light that the core tells apart, for effects that are such a light; else None."""
-    if kind.bsdfs:
-        return parts.share("bsdf", lambda what: what in kind.bsdfs)
+    if kind.scatterers:
+        return parts.share("bsdf", lambda what: what in kind.scatterers)
     if kind.name == "environment":
         return parts.share("light", lambda what: what == "environment")
     if kind.name == "point_lights":

@@ -1,6 +1,6 @@
 """Hands BSDFs and textures to the core, the renderer in C++. Equal ones are added once, even under different names.
 
-A leaf BSDF wraps no other BSDF; a function of its own adds it. A blend becomes a mixture of the BSDFs that it wraps. A
+A leaf BSDF wraps no other BSDF. A blend becomes a mixture of the BSDFs that it wraps. A
 mask becomes a mixture with a null BSDF. Bump and normal maps bend the normals of every leaf that they wrap.
 
 If a texture gives a parameter of a BSDF, the BSDF is first added with a placeholder value for this parameter. The
@@ -9,38 +9,29 @@ texture is then bound to the parameter by name.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.scene.assets import Assets
-from equaltime.scene.core import SceneBuilder, Unsupported, constant
+from equaltime.scene.core import BSDF_MODELS, SceneBuilder, Unsupported, constant
 from equaltime.scene.model import (
     Bitmap,
     BlendBsdf,
     Bsdf,
+    BsdfPlugin,
     BumpMap,
     Checkerboard,
-    Color,
-    Conductor,
-    Dielectric,
-    Diffuse,
     Mask,
     MeshAttribute,
     NormalMap,
     Null,
-    Plastic,
     Plugin,
-    Principled,
-    RoughConductor,
-    RoughDielectric,
-    RoughPlastic,
     Texture,
     TexturePlugin,
-    ThinDielectric,
 )
 
 __all__ = ["BsdfCompiler", "Textures"]
@@ -112,16 +103,6 @@ def _what_there_is(attributes: Mapping[str, object]) -> str:
     return f"; it has {', '.join(map(repr, attributes))}" if attributes else ""
 
 
-def _color(value: Texture | Color) -> Color:
-    """Return `value` if it is a constant colour; for a texture, return the placeholder (0.5, 0.5, 0.5)."""
-    return (0.5, 0.5, 0.5) if isinstance(value, TexturePlugin) else value
-
-
-def _number(value: Texture | float) -> float:
-    """Return `value` if it is a number; for a texture, return the placeholder 0.5."""
-    return 0.5 if isinstance(value, TexturePlugin) else value
-
-
 @dataclass(frozen=True, slots=True)
 class Bend:
     """A bump or normal map, `by`, that bends the normals of a leaf BSDF (one that wraps no other).
@@ -168,15 +149,14 @@ class BsdfCompiler:
             return self._index(bsdf.bsdf, turned, bend)  # saves the memory of its texture
         if isinstance(bsdf, BumpMap | NormalMap):
             if bend is not None:
-                raise Unsupported(bsdf, f"a '{bsdf.type}' within a '{bend.by.type}' is not supported")
+                raise Unsupported(bsdf, f"a '{bsdf.title}' within a '{bend.by.type}' is not supported")
             return self._index(bsdf.bsdf, turned, Bend(bsdf, turned))
-        step = LEAVES.get(type(bsdf))
-        if step is None:
-            raise Unsupported(bsdf)
-        index = step(self._builder, bsdf)
-        for name, value in vars(bsdf).items():
+        if isinstance(bsdf, Null):
+            return self._builder.add_null()
+        index = _add_leaf(self._builder, bsdf)
+        for name, value in bsdf.textures().items():
             self._textures.bind(index, name, value)
-        if bend is not None and not isinstance(bsdf, Null):
+        if bend is not None:
             self._bend(index, bend)
         return index
 
@@ -193,79 +173,24 @@ class BsdfCompiler:
         )
 
     def _mixture(self, first: int, second: int, weight: Texture | float, cutoff: float | None = None) -> int:
-        index = self._builder.add_mixture(first, second, _number(weight), cutoff)
+        index = self._builder.add_mixture(
+            first, second, PLACEHOLDER if isinstance(weight, TexturePlugin) else weight, cutoff
+        )
         self._textures.bind(index, "weight", weight)
         return index
 
 
-def _diffuse(builder: SceneBuilder, bsdf: Diffuse) -> int:
-    return builder.add_diffuse(_color(bsdf.reflectance))
+def _add_leaf(builder: SceneBuilder, bsdf: BsdfPlugin) -> int:
+    """Add a leaf BSDF to a builder, with the placeholder 0.5 for each parameter that a texture gives; return its index.
+
+    Raises `Unsupported` if the core does not have the BSDF.
+    """
+    if bsdf.title not in BSDF_MODELS:
+        raise Unsupported(bsdf)
+    given = bsdf.parameters()
+    values = {name: PLACEHOLDER if isinstance(given[name], TexturePlugin) else given[name] for name in given}
+    return builder.add_bsdf(bsdf.title, **values)
 
 
-def _conductor(builder: SceneBuilder, bsdf: Conductor) -> int:
-    eta, k = map(_color, bsdf.ior)
-    return builder.add_conductor(eta, k, _color(bsdf.specular_reflectance))
-
-
-def _rough_conductor(builder: SceneBuilder, bsdf: RoughConductor) -> int:
-    (eta, k), (alpha_u, alpha_v) = map(_color, bsdf.ior), map(_number, bsdf.alphas)
-    reflectance = _color(bsdf.specular_reflectance)
-    return builder.add_rough_conductor(bsdf.distribution, alpha_u, alpha_v, eta, k, reflectance)
-
-
-def _dielectric(builder: SceneBuilder, bsdf: Dielectric) -> int:
-    reflectance, transmittance = _color(bsdf.specular_reflectance), _color(bsdf.specular_transmittance)
-    return builder.add_dielectric(bsdf.int_ior / bsdf.ext_ior, reflectance, transmittance)
-
-
-def _thin_dielectric(builder: SceneBuilder, bsdf: ThinDielectric) -> int:
-    reflectance, transmittance = _color(bsdf.specular_reflectance), _color(bsdf.specular_transmittance)
-    return builder.add_thin_dielectric(bsdf.int_ior / bsdf.ext_ior, reflectance, transmittance)
-
-
-def _rough_dielectric(builder: SceneBuilder, bsdf: RoughDielectric) -> int:
-    reflectance, transmittance = _color(bsdf.specular_reflectance), _color(bsdf.specular_transmittance)
-    alpha_u, alpha_v = map(_number, bsdf.alphas)
-    ior = bsdf.int_ior / bsdf.ext_ior
-    return builder.add_rough_dielectric(bsdf.distribution, alpha_u, alpha_v, ior, reflectance, transmittance)
-
-
-def _plastic(builder: SceneBuilder, bsdf: Plastic) -> int:
-    diffuse, specular = _color(bsdf.diffuse_reflectance), _color(bsdf.specular_reflectance)
-    return builder.add_plastic(bsdf.int_ior / bsdf.ext_ior, diffuse, specular, bsdf.nonlinear)
-
-
-def _rough_plastic(builder: SceneBuilder, bsdf: RoughPlastic) -> int:
-    diffuse, specular = _color(bsdf.diffuse_reflectance), _color(bsdf.specular_reflectance)
-    ior = bsdf.int_ior / bsdf.ext_ior
-    return builder.add_rough_plastic(bsdf.distribution, bsdf.alpha, ior, diffuse, specular, bsdf.nonlinear)
-
-
-def _principled(builder: SceneBuilder, bsdf: Principled) -> int:
-    numbers = {name: _number(getattr(bsdf, name)) for name in PRINCIPLED}
-    return builder.add_principled(_color(bsdf.base_color), ior=bsdf.ior, **numbers)
-
-
-def _null(builder: SceneBuilder, _: Null) -> int:
-    return builder.add_null()
-
-
-PRINCIPLED: Final = (
-    *("roughness", "anisotropic", "metallic", "spec_trans", "spec_tint", "sheen", "sheen_tint", "flatness"),
-    *("clearcoat", "clearcoat_gloss"),
-)
-"""Parameters of `Principled` that are single numbers and may be textures."""
-Step = Callable[[SceneBuilder, Any], int]
-LEAVES: Final[dict[type, Step]] = {
-    Diffuse: _diffuse,
-    Conductor: _conductor,
-    RoughConductor: _rough_conductor,
-    Dielectric: _dielectric,
-    ThinDielectric: _thin_dielectric,
-    RoughDielectric: _rough_dielectric,
-    Plastic: _plastic,
-    RoughPlastic: _rough_plastic,
-    Principled: _principled,
-    Null: _null,
-}
-"""Functions that add a leaf BSDF (one that wraps no other) to a builder, by the type of the BSDF."""
+PLACEHOLDER: Final = 0.5
+"""Value of a parameter, a number or a grey, until the texture is bound to it that gives it."""

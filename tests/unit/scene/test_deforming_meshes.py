@@ -44,7 +44,7 @@ def between(time: float) -> tuple[Array, Array]:
 
 def scene(vertices: Array, normals: Array | None, later: bool, radiance: Any = None) -> _core.Scene:
     def add(builder: _core.SceneBuilder) -> None:
-        white = builder.add_diffuse((0.5, 0.5, 0.5))
+        white = builder.add_bsdf("diffuse", (0.5, 0.5, 0.5))
         index = builder.add_mesh(vertices, faces(), normals, None, front=white, back=white, radiance=radiance)
         if later:
             keys = [sheet(k / STEPS) for k in range(1, STEPS + 1)]
@@ -100,7 +100,7 @@ def test_no_ray_that_leaves_a_mesh_that_deforms_meets_it_again() -> None:
     keys = [np.stack([x, y, depth * (x**2 + y**2)], axis=-1).reshape(-1, 3) + 100.0 for depth in (0.2, 0.5, 0.3)]
 
     def add(builder: _core.SceneBuilder) -> None:
-        white = builder.add_diffuse((1, 1, 1))
+        white = builder.add_bsdf("diffuse", (1, 1, 1))
         index = builder.add_mesh(keys[0], faces(), front=white, back=white, radiance=None)
         builder.deform_mesh(index, np.array(keys[1:]))
         builder.add_constant_environment((1, 1, 1))

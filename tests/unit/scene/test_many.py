@@ -170,7 +170,7 @@ def test_the_account_of_memory_has_all_that_grows_with_the_scene() -> None:
 
     def mesh(alpha: tuple[float, float]) -> int:
         def add(b: _core.SceneBuilder) -> None:
-            metal = b.add_rough_conductor("ggx", *alpha, [1.0] * 3, [1.0] * 3, [1.0] * 3)
+            metal = b.add_bsdf("roughconductor", "ggx", *alpha, [1.0] * 3, [1.0] * 3, [1.0] * 3)
             b.add_mesh(*octahedron(5), front=metal, back=metal, radiance=None)
 
         return int(build(add).memory_bytes)

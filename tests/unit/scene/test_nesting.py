@@ -145,8 +145,8 @@ def test_a_camera_in_an_instance_of_a_medium_begins_in_it() -> None:
 
 
 Glass = Callable[[_core.SceneBuilder, float], int]
-SMOOTH: Glass = lambda b, ior: b.add_dielectric(ior, (1.0, 1.0, 1.0), (1.0, 1.0, 1.0))  # noqa: E731
-ROUGH: Glass = lambda b, ior: b.add_rough_dielectric("ggx", 0.2, 0.2, ior, (1.0,) * 3, (1.0,) * 3)  # noqa: E731
+SMOOTH: Glass = lambda b, ior: b.add_bsdf("dielectric", ior, (1.0, 1.0, 1.0), (1.0, 1.0, 1.0))  # noqa: E731
+ROUGH: Glass = lambda b, ior: b.add_bsdf("roughdielectric", "ggx", 0.2, 0.2, ior, (1.0,) * 3, (1.0,) * 3)  # noqa: E731
 
 
 def strange_sky(b: _core.SceneBuilder) -> None:
@@ -187,7 +187,7 @@ def test_what_is_within_a_body_of_higher_priority_is_not_there() -> None:
             ball(b, 1.0, SMOOTH(b, 1.5), priority=2)
             if within:
                 ball(b, 0.7, SMOOTH(b, 1.2), priority=1)
-                mirror = b.add_conductor([0.2] * 3, [3.0] * 3, [1.0] * 3)
+                mirror = b.add_bsdf("conductor", [0.2] * 3, [3.0] * 3, [1.0] * 3)
                 shape = b.add_sphere((0, 0, 3), 0.5, flip_normals=False, front=mirror, back=mirror, radiance=(9.0,) * 3)
                 b.set_priority(shape, 0)
 

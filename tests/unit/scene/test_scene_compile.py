@@ -31,6 +31,10 @@ class Listener:
     def all(self, name: str) -> list[tuple[tuple[Any, ...], dict[str, Any]]]:
         return [(args, kwargs) for told, args, kwargs in self.told if told == name]
 
+    def bsdfs(self, type: str) -> list[dict[str, Any]]:
+        """The parameters of the BSDFs of a type."""
+        return [kwargs for args, kwargs in self.all("add_bsdf") if args == (type,)]
+
 
 def listen(sensor: dict[str, Any] | None = None, **objects: Any) -> Listener:
     scene = load_dict({"type": "scene", "sensor": sensor or {"type": "perspective"}, **objects})
@@ -75,7 +79,7 @@ def test_two_sides_within_two_sides_show_their_front_as_in_mitsuba() -> None:
 
 def test_glass_is_on_both_sides_and_its_index_is_inside_over_outside() -> None:
     assert sides(bsdf=GLASS) == (0, 0, None)
-    assert listen(it={"type": "disk", "bsdf": GLASS}).all("add_dielectric")[0][0][0] == pytest.approx(1.2)
+    assert listen(it={"type": "disk", "bsdf": GLASS}).bsdfs("dielectric")[0]["ior"] == pytest.approx(1.2)
 
 
 def test_a_black_material_is_none_at_all() -> None:
@@ -84,7 +88,7 @@ def test_a_black_material_is_none_at_all() -> None:
 
 
 def test_a_shape_without_material_is_half_grey_or_black_if_it_shines() -> None:
-    assert listen(it={"type": "disk"}).all("add_diffuse")[0][0] == ((0.5, 0.5, 0.5),)
+    assert listen(it={"type": "disk"}).bsdfs("diffuse") == [{"reflectance": (0.5, 0.5, 0.5)}]
     assert sides(emitter=LIGHT) == (None, None, (1.0, 2.0, 3.0))
     assert sides(emitter=LIGHT, bsdf=GREY) == (0, None, (1.0, 2.0, 3.0))
 
@@ -103,7 +107,7 @@ def test_equal_materials_are_told_once_whatever_their_names() -> None:
         three={"type": "disk", "bsdf": {"type": "twosided", "bsdf": GREY}},
         four={"type": "disk", "bsdf": MIRROR},
     )
-    assert len(listener.all("add_diffuse")) == 1
+    assert len(listener.bsdfs("diffuse")) == 1
     assert [kwargs["front"] for _, kwargs in listener.all("add_disk")] == [0, 0, 0, 1]
 
 
@@ -129,8 +133,10 @@ def test_each_shape_is_told_once_and_in_order() -> None:
 def test_metals_are_told_with_their_optical_constants() -> None:
     rough = {"type": "roughconductor", "distribution": "ggx", "alpha_u": 0.1, "alpha_v": 0.2, "eta": 2, "k": [1, 2, 3]}
     listener = listen(a={"type": "disk", "bsdf": rough}, b={"type": "disk", "bsdf": MIRROR})
-    assert listener.all("add_rough_conductor")[0][0] == ("ggx", 0.1, 0.2, (2.0,) * 3, (1.0, 2.0, 3.0), (1.0,) * 3)
-    assert listener.all("add_conductor")[0][0] == ((0.0,) * 3, (1.0,) * 3, (1.0,) * 3)
+    metal = {"eta": (2.0,) * 3, "k": (1.0, 2.0, 3.0), "specular_reflectance": (1.0,) * 3}
+    roughness = {"distribution": "ggx", "alpha_u": 0.1, "alpha_v": 0.2}
+    assert listener.bsdfs("roughconductor") == [metal | roughness]
+    assert listener.bsdfs("conductor") == [{"eta": (0.0,) * 3, "k": (1.0,) * 3, "specular_reflectance": (1.0,) * 3}]
 
 
 def test_free_lights_are_told_with_their_places() -> None:

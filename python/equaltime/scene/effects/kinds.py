@@ -13,6 +13,7 @@ from typing import Final
 
 from equaltime.scene import Scene
 from equaltime.scene.compile_media import sees_media
+from equaltime.scene.core import BSDF_MODELS
 from equaltime.scene.inert import is_inert, shown
 from equaltime.scene.model import (
     Animation,
@@ -20,13 +21,12 @@ from equaltime.scene.model import (
     Area,
     BlendBsdf,
     BlendPhase,
+    BsdfPlugin,
     BumpMap,
-    Conductor,
     Constant,
     Cylinder,
     Deformation,
     Depth,
-    Dielectric,
     Directional,
     Disk,
     EnvMap,
@@ -38,7 +38,6 @@ from equaltime.scene.model import (
     NormalMap,
     Null,
     Orthographic,
-    Plastic,
     Plugin,
     Point,
     Principled,
@@ -72,18 +71,19 @@ class Effect:
     """Function that returns True for a node that uses the effect; it is not called for nodes that change nothing."""
     instead: str | None = None
     """Stand-in that replaces the effect, such as ``vacuum``; None if the effect cannot be left out."""
-    bsdfs: tuple[str, ...] = ()
-    """BSDFs and phase functions, by the core's names, whose light is attributed to the effect."""
+    phases: tuple[str, ...] = ()
+    """Phase functions, by the core's names, that belong to the effect."""
+
+    @property
+    def scatterers(self) -> frozenset[str]:
+        """BSDFs and phase functions, by the core's names, whose light is attributed to the effect."""
+        return frozenset(self.phases).union(type for type, model in BSDF_MODELS.items() if model["effect"] == self.name)
 
 
 def _is_anisotropic(node: Plugin) -> bool:
     if isinstance(node, Principled):
         return node.anisotropic != 0.0
     return isinstance(node, RoughConductor | RoughDielectric) and node.alphas[0] != node.alphas[1]
-
-
-def _is_specular(node: Plugin) -> bool:
-    return isinstance(node, Conductor | Dielectric) and not isinstance(node, RoughConductor | RoughDielectric)
 
 
 def _fills(node: Plugin) -> bool:
@@ -107,6 +107,12 @@ def _one_of(*types: type[Plugin]) -> Callable[[Plugin], bool]:
     return lambda node: isinstance(node, types)
 
 
+def _models(effect: str) -> Callable[[Plugin], bool]:
+    return lambda node: (
+        isinstance(node, BsdfPlugin) and node.title in BSDF_MODELS and BSDF_MODELS[node.title]["effect"] == effect
+    )
+
+
 KINDS: Final[Mapping[str, Effect]] = {
     kind.name: kind
     for kind in (
@@ -116,14 +122,12 @@ KINDS: Final[Mapping[str, Effect]] = {
             "normals interpolated over meshes",
             lambda node: isinstance(node, MeshFile) and not node.face_normals,
         ),
-        Effect("rough_conductors", "rough metals", _one_of(RoughConductor), bsdfs=("roughconductor",)),
+        Effect("rough_conductors", "rough metals", _models("rough_conductors")),
         Effect("anisotropy", "roughness that depends on the direction", _is_anisotropic),
-        Effect(
-            "specular", "mirrors and clear glass", _is_specular, bsdfs=("conductor", "dielectric", "thindielectric")
-        ),
-        Effect("layered", "plastics", _one_of(Plastic), bsdfs=("plastic", "roughplastic")),
-        Effect("rough_dielectrics", "frosted glass", _one_of(RoughDielectric), bsdfs=("roughdielectric",)),
-        Effect("principled", "the principled model", _one_of(Principled), bsdfs=("principled",)),
+        Effect("specular", "mirrors and clear glass", _models("specular")),
+        Effect("layered", "plastics", _models("layered")),
+        Effect("rough_dielectrics", "frosted glass", _models("rough_dielectrics")),
+        Effect("principled", "the principled model", _models("principled")),
         Effect("point_lights", "points, spots and directional lights", _one_of(Point, Spot, Directional)),
         Effect("environment", "light from all around", _one_of(Constant, EnvMap), "black"),
         Effect("lens", "any camera except a pinhole", _one_of(ThinLens, Orthographic, Spherical), "a pinhole"),
@@ -132,9 +136,11 @@ KINDS: Final[Mapping[str, Effect]] = {
         Effect("instances", "copies of groups of shapes", _one_of(Instance)),
         Effect("masks", "masks, blends and null BSDFs", _one_of(Mask, BlendBsdf, Null, ThinDielectric), "opaque"),
         Effect(
-            "media", "media, and shapes that overlap with priorities", _fills, "vacuum", bsdfs=("phase", "blendphase")
+            "media", "media, and shapes that overlap with priorities", _fills, "vacuum", phases=("hg", "blendphase")
         ),
-        Effect("phase_blends", "Rayleigh scattering, and blends", _one_of(Rayleigh, BlendPhase), bsdfs=("blendphase",)),
+        Effect(
+            "phase_blends", "Rayleigh scattering, and blends", _one_of(Rayleigh, BlendPhase), phases=("blendphase",)
+        ),
         Effect("motion", "motion while the shutter is open", _is_animated, "the shutter's centre"),
         Effect("hidden_emitters", "lights hidden from the camera", _hides, "visible lights"),
         Effect("many_lights", "a choice among several lights", _shines),

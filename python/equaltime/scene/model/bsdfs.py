@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, ClassVar, Literal, Self
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, NonNegativeFloat, PositiveFloat, model_validator
 
@@ -40,6 +41,17 @@ Distribution = Annotated[Literal["beckmann", "ggx"], BeforeValidator(as_lower)]
 WHITE: Color = (1.0, 1.0, 1.0)
 
 
+def without(parameters: Mapping[str, Any], *names: str) -> dict[str, Any]:
+    """Return the parameters that have other names."""
+    return {name: value for name, value in parameters.items() if name not in names}
+
+
+def relative(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the parameters with ``ior``, the interior's index over the exterior's, in place of the two."""
+    ior = parameters["int_ior"] / parameters["ext_ior"]
+    return without(parameters, "int_ior", "ext_ior") | {"ior": ior}
+
+
 class BsdfPlugin(Plugin):
     """Base class of all BSDFs, which describe how a surface scatters light."""
 
@@ -49,6 +61,15 @@ class BsdfPlugin(Plugin):
     def transmits(self) -> bool:
         """True if light passes through the surface. A transmitting BSDF describes both sides of the surface."""
         return False
+
+    def parameters(self) -> dict[str, Any]:
+        """Return what the core's model of the same ``type`` takes, by name: numbers, colours, names and textures."""
+        unused = {"type", "id", *self.hints}
+        return {name: getattr(self, name) for name in type(self).model_fields if name not in unused}
+
+    def textures(self) -> dict[str, Any]:
+        """Return the parameters that textures may give, by the core's names; other values are among them."""
+        return self.parameters()
 
 
 class Diffuse(BsdfPlugin):
@@ -88,6 +109,11 @@ class Conductor(BsdfPlugin):
         metal: Metal | None = METALS.get(self.material)
         return (self.eta, self.k) if metal is None else (metal.eta, metal.k)
 
+    def parameters(self) -> dict[str, Any]:
+        """Return the parameters, with the metal's ``eta`` and ``k`` in place of its name."""
+        eta, k = self.ior
+        return without(super().parameters(), "material") | {"eta": eta, "k": k}
+
 
 class Rough(BsdfPlugin):
     """Base class of the microfacet BSDFs whose roughness may differ between tangent and bitangent."""
@@ -118,6 +144,17 @@ class Rough(BsdfPlugin):
             return self.alpha, self.alpha
         return self.alpha_u, self.alpha_v
 
+    def parameters(self) -> dict[str, Any]:
+        """Return the parameters, with the roughness of both directions."""
+        alpha_u, alpha_v = self.alphas
+        return without(super().parameters(), "alpha") | {"alpha_u": alpha_u, "alpha_v": alpha_v}
+
+    def textures(self) -> dict[str, Any]:
+        """Return the parameters that textures may give, with ``alpha`` where it gives both directions."""
+        if self.alpha_u is not None:
+            return super().textures()
+        return without(super().textures(), "alpha_u", "alpha_v") | {"alpha": self.alpha}
+
 
 class RoughConductor(Conductor, Rough):
     """A metal with a microfacet surface; the back side absorbs all light."""
@@ -138,6 +175,10 @@ class Dielectric(BsdfPlugin):
     def transmits(self) -> bool:
         """Always True: light passes through the surface."""
         return True
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the parameters, with ``ior``, the interior's index over the exterior's, in place of the two."""
+        return relative(super().parameters())
 
 
 class ThinDielectric(Dielectric):
@@ -165,6 +206,10 @@ class Plastic(BsdfPlugin):
     ext_ior: Ior = 1.000277
     nonlinear: bool = False
     """True: each reflection below the coat takes on the colour of the base. False: only the first one does."""
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the parameters, with ``ior``, the interior's index over the exterior's, in place of the two."""
+        return relative(super().parameters())
 
 
 class RoughPlastic(Plastic):
@@ -242,6 +287,10 @@ class Principled(BsdfPlugin):
             return 1.001 if self.transmits and self.eta == 1.0 else self.eta
         specular = 1e-3 if self.transmits and self.specular == 0.0 else self.specular
         return 2.0 / (1.0 - math.sqrt(0.08 * specular)) - 1.0
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the parameters, with ``ior`` in place of ``eta`` and ``specular``."""
+        return without(super().parameters(), "eta", "specular") | {"ior": self.ior}
 
     @property
     def transmits(self) -> bool:
