@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Literal, TypedDict
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -104,16 +104,11 @@ class Scene:
         threads: int = 1,
     ) -> dict[str, NDArray[Any]]: ...
 
-class _BsdfModel(TypedDict):
-    parameters: list[str]
-    textured: list[str]
-    effect: str | None
-
-def bsdf_models() -> dict[str, _BsdfModel]: ...
+def bsdf_models() -> dict[str, _Named]: ...
 
 class SceneBuilder:
     def __init__(self) -> None: ...
-    def add_bsdf(self, type: str, *values: object, **named: object) -> int: ...
+    def add_bsdf(self, type: str, *args: object, **kwargs: object) -> int: ...
     def add_mesh(
         self,
         vertices: ArrayLike,

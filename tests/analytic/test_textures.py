@@ -230,5 +230,5 @@ def test_a_binding_names_what_is_there() -> None:
     for given, message in (((1, "reflectance", 0), "no BSDF 1"), ((0, "reflectance", 1), "no texture 1")):
         with pytest.raises(ValueError, match=message):
             build(bound(*given))
-    with pytest.raises(ValueError, match='no parameter "colour"'):
+    with pytest.raises(ValueError, match='no texture may give "colour"'):
         build(bound(0, "colour", 0))

@@ -13,6 +13,7 @@ LEAVES: dict[str, dict[str, Any]] = {
     "diffuse": {"type": "diffuse"},
     "plastic": {"type": "plastic"},
     "rough plastic": {"type": "roughplastic", "alpha": 0.3},
+    "polarised plastic": {"type": "pplastic", "alpha": 0.3},
     "mirror": {"type": "conductor"},
     "rough metal": {"type": "roughconductor", "alpha": 0.3},
     "principled": {"type": "principled", "metallic": 0.3, "sheen": 0.5, "clearcoat": 0.5},

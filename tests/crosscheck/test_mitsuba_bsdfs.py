@@ -91,6 +91,15 @@ CASES = [
         for n in (False, True)
         for ior in ({}, {"int_ior": 1.9, "ext_ior": 1.1}, {"int_ior": 1.2, "ext_ior": 1.6})
     ),
+    *(
+        Case(
+            "pplastic",
+            {"distribution": d, **alpha, "diffuse_reflectance": ORANGE, "specular_reflectance": PALE},
+            FRESNEL,
+        )
+        for d in ("ggx", "beckmann")
+        for alpha in ({"alpha": 0.1}, {"alpha": 0.8, "int_ior": 1.9}, {"alpha_u": 0.5, "alpha_v": 0.2})
+    ),
     *(Case("principled", PRINCIPLED | extra, TINTED, 1e-6) for extra in PRINCIPLEDS),
     Case("principled", PRINCIPLED | {"clearcoat": 0.6, "clearcoat_gloss": 1.0}, COAT, 1e-6),
     *(

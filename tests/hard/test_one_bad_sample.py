@@ -15,7 +15,7 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
-from equaltime.scene.compile_bsdfs import _color as right
+from equaltime.scene.model import Diffuse
 
 from .ground import ground
 
@@ -39,11 +39,13 @@ def patched(at: Sequence[float]) -> et.Scene:
 def bad(monkeypatch: pytest.MonkeyPatch) -> et.Scene:
     """The scene in which one path meets what reflects no number."""
 
-    def color(value: Any) -> Any:
-        found = right(value)
-        return [math.nan] * 3 if np.allclose(found, MARKED) else found
+    right = Diffuse.parameters
 
-    monkeypatch.setattr("equaltime.scene.compile_bsdfs._color", color)
+    def parameters(bsdf: Diffuse) -> dict[str, Any]:
+        found = right(bsdf)
+        return {"reflectance": [math.nan] * 3} if np.allclose(found["reflectance"], MARKED) else found
+
+    monkeypatch.setattr(Diffuse, "parameters", parameters)
     first = et.replay(et.load_dict(GROUND), pixel=PIXEL, sample=SAMPLE, seed=SEED).vertices[0]
     return patched(first["surface"]["point"])
 

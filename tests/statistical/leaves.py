@@ -104,6 +104,7 @@ LEAVES: dict[str, Leaf] = {
     "plastic": Leaf("plastic", (1.49, [0.8, 0.5, 0.1], WHITE, False)),
     "deep plastic": Leaf("plastic", (1.9, [0.9, 0.5, 0.1], [0.5, 0.8, 1.0], True)),
     "bubble plastic": Leaf("plastic", (0.75, [0.8, 0.5, 0.1], WHITE, False)),
+    "lacquered wood": Leaf("pplastic", ("ggx", 0.2, 0.2, 1.5, [0.8, 0.5, 0.1], WHITE), None, False, "ggx", (0.2, 0.2)),
     "white plastic": Leaf("plastic", (1.5, WHITE, WHITE, False), lossless=True, slack=2e-3),
     **{name: rough_plastic(*arguments) for name, arguments in ROUGH_PLASTICS.items()},
     **{name: rough_dielectric(*arguments) for name, arguments in ROUGH_DIELECTRICS.items()},

@@ -15,6 +15,7 @@
 #include "equaltime/bsdfs/dielectric.h"
 #include "equaltime/bsdfs/diffuse.h"
 #include "equaltime/bsdfs/plastic.h"
+#include "equaltime/bsdfs/pplastic.h"
 #include "equaltime/bsdfs/principled.h"
 #include "equaltime/bsdfs/rough_conductor.h"
 #include "equaltime/bsdfs/rough_dielectric.h"
@@ -24,7 +25,7 @@
 namespace equaltime {
 
 using Bsdfs = TypeList<Diffuse, RoughConductor, Conductor, Dielectric, ThinDielectric, Plastic, RoughPlastic,
-                       RoughDielectric, Principled>;
+                       RoughDielectric, Principled, PPlastic>;
 using Bsdf = Bsdfs::Variant;
 
 /// Whether the model looks at the azimuth of directions, so that the shading frame's tangent matters.

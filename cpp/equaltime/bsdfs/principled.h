@@ -67,6 +67,9 @@ struct Principled {
   /// Nearly, and 0 only if nothing: the lobes' own at the angle of wo.
   [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool front) const noexcept;
 
+  /// What follows from the parameters, which textures may give.
+  void derive() noexcept;
+
  private:
   /// The probabilities of drawing from each lobe.
   struct Lobes {
@@ -83,7 +86,6 @@ struct Principled {
   [[nodiscard]] BsdfValue eval_at(const Vec3f& wo, const Vec3f& wi, const Vec3f& m, bool front) const noexcept;
   [[nodiscard]] Spectrum diffuse(const Vec3f& wo, const Vec3f& wi, float c) const noexcept;
   [[nodiscard]] Spectrum schlick(const Spectrum& r0, float c) const noexcept;
-  void derive() noexcept;
 
   Spectrum tint_;            // the base colour at a luminance of 1
   Spectrum glass_;           // what the refracted light is multiplied by

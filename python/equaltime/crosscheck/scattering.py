@@ -45,7 +45,7 @@ def is_single(bsdf: Bsdf) -> bool:
 
     If so, light sampling contributes nothing and can be left out.
     """
-    return bsdf.type in ("conductor", "dielectric", "thindielectric")
+    return bsdf.title in ("conductor", "dielectric", "thindielectric")
 
 
 def evaluate(bsdf: Bsdf, wo: Array, wi: Array, front: Mask) -> tuple[Array, Array]:

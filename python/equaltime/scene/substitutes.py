@@ -254,7 +254,6 @@ DISNEY: Final = {
 }
 """Parameters of the Disney BSDF, in the spellings in use; parameters without an equivalent here are missing."""
 THIN: Final = ("base_color", "roughness", "anisotropic", "spec_tint", "sheen", "sheen_tint", "flatness", "eta")
-SPECULAR: Final = ("int_ior", "ext_ior", "diffuse_reflectance", "specular_reflectance", "nonlinear", "alpha")
 _diffuse = _as("bsdf", "diffuse", {"reflectance": "reflectance"})
 _path = _as("integrator", "path", _same("max_depth", "rr_depth", "hide_emitters"))
 
@@ -264,7 +263,6 @@ SUBSTITUTES: Final[Mapping[Kind, Mapping[str, Callable[[Object], Made]]]] = {
         "measured_polarized": _diffuse,
         "hair": _as("bsdf", "roughplastic"),
         "principledthin": _as("bsdf", "principled", _same(*THIN)),
-        "pplastic": _as("bsdf", "roughplastic", _same(*SPECULAR, "distribution")),
         "circular": _as("bsdf", "null"),
         "polarizer": _as("bsdf", "null"),
         "retarder": _as("bsdf", "null"),

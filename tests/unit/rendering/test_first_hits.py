@@ -110,6 +110,7 @@ LEAVES = {
     "two sides": ({"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": 0.3}}, 0.3),
     "plastic": ({"type": "plastic", "diffuse_reflectance": 0.3}, 0.3),
     "rough plastic": ({"type": "roughplastic", "diffuse_reflectance": 0.3}, 0.3),
+    "polarised plastic": ({"type": "pplastic", "diffuse_reflectance": 0.3}, 0.3),
     "principled": ({"type": "principled", "base_color": 0.3, "metallic": 0.5}, 0.3),
     "a mirror": ({"type": "conductor"}, 1.0),
     "a grey mirror": ({"type": "conductor", "specular_reflectance": 0.3}, 0.3),

@@ -5,12 +5,14 @@ from __future__ import annotations
 from equaltime.scene.model.animation import Animation, Deformation, mesh_files, poses
 from equaltime.scene.model.base import NO_MORE, NOT_YET, Kind, Plugin
 from equaltime.scene.model.bsdfs import (
+    LEAVES,
     BsdfPlugin,
     Conductor,
     Dielectric,
     Diffuse,
     Null,
     Plastic,
+    PPlastic,
     Principled,
     RoughConductor,
     RoughDielectric,
@@ -145,6 +147,7 @@ __all__ = [
     "Obj",
     "Orthogonal",
     "Orthographic",
+    "PPlastic",
     "Path",
     "Perspective",
     "Phase",
@@ -189,20 +192,18 @@ __all__ = [
     "without_shear",
 ]
 
-PLUGINS: dict[str, type[Plugin]] = {
-    plugin.model_fields["type"].default: plugin
-    for plugin in (
-        *(Diffuse, Conductor, RoughConductor, Dielectric, ThinDielectric, RoughDielectric, Plastic, RoughPlastic),
-        *(Principled, Null, TwoSided, BlendBsdf, Mask, BumpMap, NormalMap),
-        *(Bitmap, Checkerboard, MeshAttribute),
-        *(Blackbody, D65, Irregular, RawConstant, Regular, Srgb, Uniform, ConstVolume),
-        *(Rectangle, Disk, Cube, Sphere, Cylinder, Ply, Obj, Serialized, Gltf, ShapeGroup, Instance),
-        *(Area, Point, Spot, Directional, Constant, EnvMap),
-        *(Homogeneous, Isotropic, HenyeyGreenstein, Rayleigh, BlendPhase),
-        *(Perspective, ThinLens, Orthographic, Spherical),
-        *(HdrFilm, Box, Tent, Gaussian, Mitchell, CatmullRom, Lanczos),
-        *(Independent, Stratified, MultiJitter, Orthogonal, LdSampler),
-        *(Path, VolPath, VolPathMis, Direct, Depth, Moment, Aov),
-    )
-}
+_CLASSES: tuple[type[Plugin], ...] = (
+    *LEAVES,
+    *(TwoSided, BlendBsdf, Mask, BumpMap, NormalMap),
+    *(Bitmap, Checkerboard, MeshAttribute),
+    *(Blackbody, D65, Irregular, RawConstant, Regular, Srgb, Uniform, ConstVolume),
+    *(Rectangle, Disk, Cube, Sphere, Cylinder, Ply, Obj, Serialized, Gltf, ShapeGroup, Instance),
+    *(Area, Point, Spot, Directional, Constant, EnvMap),
+    *(Homogeneous, Isotropic, HenyeyGreenstein, Rayleigh, BlendPhase),
+    *(Perspective, ThinLens, Orthographic, Spherical),
+    *(HdrFilm, Box, Tent, Gaussian, Mitchell, CatmullRom, Lanczos),
+    *(Independent, Stratified, MultiJitter, Orthogonal, LdSampler),
+    *(Path, VolPath, VolPathMis, Direct, Depth, Moment, Aov),
+)
+PLUGINS: dict[str, type[Plugin]] = {plugin.model_fields["type"].default: plugin for plugin in _CLASSES}
 """Plugin classes by ``type``. A plugin that the core cannot use yet is refused when the scene is compiled."""

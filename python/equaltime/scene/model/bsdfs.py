@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Literal, Self
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar, Final, Literal, Self
 
 from pydantic import BeforeValidator, Field, NonNegativeFloat, PositiveFloat, model_validator
 
@@ -21,11 +21,13 @@ from equaltime.scene.model.textures import (
 from equaltime.scene.model.values import Color, as_lower
 
 __all__ = [
+    "LEAVES",
     "BsdfPlugin",
     "Conductor",
     "Dielectric",
     "Diffuse",
     "Null",
+    "PPlastic",
     "Plastic",
     "Principled",
     "RoughConductor",
@@ -225,6 +227,23 @@ class RoughPlastic(Plastic):
     hints: ClassVar[frozenset[str]] = frozenset({"sample_visible"})
 
 
+class PPlastic(Rough):
+    """A diffuse base under a microfacet clear coat that reflects nothing back down; the back side absorbs all light.
+
+    Mitsuba's polarised plastic, for light that is not polarised.
+    """
+
+    type: Literal["pplastic"] = "pplastic"
+    diffuse_reflectance: ReflectanceTexture = (0.5, 0.5, 0.5)
+    specular_reflectance: ReflectanceTexture = WHITE
+    int_ior: Ior = 1.49
+    ext_ior: Ior = 1.000277
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the parameters, with ``ior``, the interior's index over the exterior's, in place of the two."""
+        return relative(super().parameters())
+
+
 class Null(BsdfPlugin):
     """The null BSDF: light passes through as if the surface did not exist."""
 
@@ -296,3 +315,14 @@ class Principled(BsdfPlugin):
     def transmits(self) -> bool:
         """True if any point of the surface may be glass: ``spec_trans`` is a texture, or a number above 0."""
         return self.spec_trans != 0.0
+
+
+def _leaves(base: type[BsdfPlugin]) -> Iterator[type[BsdfPlugin]]:
+    for plugin in base.__subclasses__():
+        if "type" in plugin.model_fields:
+            yield plugin
+        yield from _leaves(plugin)
+
+
+LEAVES: Final = tuple(dict.fromkeys(_leaves(BsdfPlugin)))
+"""The classes of this module that are plugins."""

@@ -6,24 +6,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self, Union
 
 from pydantic import Field, model_validator
 
 from equaltime.scene.model.base import Kind
-from equaltime.scene.model.bsdfs import (
-    BsdfPlugin,
-    Conductor,
-    Dielectric,
-    Diffuse,
-    Null,
-    Plastic,
-    Principled,
-    RoughConductor,
-    RoughDielectric,
-    RoughPlastic,
-    ThinDielectric,
-)
+from equaltime.scene.model.bsdfs import LEAVES, BsdfPlugin, Diffuse
 from equaltime.scene.model.textures import Texture, WeightTexture
 
 __all__ = ["BlendBsdf", "Bsdf", "BumpMap", "Mask", "NormalMap", "TwoSided", "sides", "turns"]
@@ -44,7 +32,7 @@ class TwoSided(BsdfPlugin):
         for side in self.bsdf:
             if side.transmits:
                 raise ValueError(
-                    f"'twosided' cannot contain '{side.type}', which lets light through: it describes both sides"
+                    f"'twosided' cannot contain '{side.title}', which lets light through: it describes both sides"
                 )
         return self
 
@@ -122,24 +110,13 @@ class NormalMap(Bent):
     normalmap: Texture
 
 
-Bsdf = Annotated[
-    Diffuse
-    | Conductor
-    | RoughConductor
-    | Dielectric
-    | ThinDielectric
-    | RoughDielectric
-    | Plastic
-    | RoughPlastic
-    | Principled
-    | Null
-    | TwoSided
-    | BlendBsdf
-    | Mask
-    | BumpMap
-    | NormalMap,
-    Field(discriminator="type"),
-]
+if TYPE_CHECKING:
+    Bsdf = BsdfPlugin
+else:
+    Bsdf = Annotated[
+        Union[(*LEAVES, TwoSided, BlendBsdf, Mask, BumpMap, NormalMap)],  # made of a tuple
+        Field(discriminator="type"),
+    ]
 """Any BSDF that a shape may carry."""
 
 for _wrapper in (TwoSided, BlendBsdf, Mask, BumpMap, NormalMap):
