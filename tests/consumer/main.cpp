@@ -1,36 +1,47 @@
 // A white furnace through the installed library: inside a sphere of reflectance ρ that emits 1 - ρ, every path of at
-// most N vertices brings 1 - ρ^N.
-#include <equaltime/build/build_scene.h>
-#include <equaltime/render/renderer.h>
+// most N vertices brings 1 - ρ^N. A second thread could end the render by `stop`.
+#include <equaltime/equaltime.h>
 
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <stop_token>
 
 int main() {
   using namespace equaltime;
-  constexpr double kReflectance = 0.5;
+  constexpr double kReflectance = 0.5, kEmitted = 1 - kReflectance;
   constexpr int kDepth = 6;
+  constexpr std::uint64_t kSamples = 16;
 
-  SceneDescription description;
-  description.bsdfs = {DiffuseDescription{{kReflectance, kReflectance, kReflectance}}};
-  const double emitted = 1 - kReflectance;
-  const SurfaceDescription wall{.front = 0, .back = {}, .radiance = Vec3d{emitted, emitted, emitted}};
-  description.shapes = {SphereDescription{.center = {0, 0, 0}, .radius = 2, .flip_normals = true, .surface = wall}};
-  description.film = {.width = 32, .height = 24, .crop_width = 32, .crop_height = 24};
-  const auto scene = std::make_shared<const Scene>(build_scene(description));
+  const SceneDescription description{
+      .bsdfs = {DiffuseDescription{.reflectance = {kReflectance, kReflectance, kReflectance}}},
+      .shapes = {SphereDescription{.center = {0, 0, 0},
+                                   .radius = 2,
+                                   .flip_normals = true,
+                                   .surface = {.front = 0, .radiance = Vec3d{kEmitted, kEmitted, kEmitted}}}},
+      .film = {.width = 32, .height = 24, .crop_width = 32, .crop_height = 24},
+  };
+  const auto scene = std::make_shared<const Scene>(build_scene(description, {.threads = 2}));
 
-  Settings settings;
-  settings.max_depth = kDepth;
-  Renderer renderer(scene, settings, RenderOptions{.seed = 1});
-  renderer.advance(16);
+  Renderer renderer(scene, Settings{.max_depth = kDepth}, RenderOptions{.seed = 1});
+  const std::stop_source stop;
+  const bool complete = renderer.advance(kSamples, stop.get_token());
 
-  PixelMoments all;
-  for (const PixelMoments& pixel : renderer.film().moments()) all = PixelMoments::merge(all, pixel);
-  const double expected = 1 - std::pow(kReflectance, kDepth);
-  const auto n = static_cast<double>(all.count);
-  const double deviation = (all.mean[0] - expected) / std::sqrt(all.squares(0) / (n * (n - 1)) + 1e-14);
-  std::printf("%s, %.0f samples: %.6f, expected %.6f, %.1f standard errors apart\n",
-              kernel_name(renderer.kernel().effects).c_str(), n, all.mean[0], expected, deviation);
-  return n == 16 * 32 * 24 && std::abs(deviation) < 5 ? 0 : 1;
+  // Pixels are independent: their spread gives the standard error of the image's mean.
+  const Film& film = renderer.film();
+  const double pixels = static_cast<double>(film.width()) * film.height();
+  double sum = 0, squares = 0;
+  for (std::uint32_t y = 0; y < film.height(); ++y)
+    for (std::uint32_t x = 0; x < film.width(); ++x) {
+      const auto [red, green, blue] = film.mean(x, y);
+      sum += red;
+      squares += red * red;
+    }
+  const double mean = sum / pixels, expected = 1 - std::pow(kReflectance, kDepth);
+  const double variance = std::fmax(squares / pixels - mean * mean, 0) / (pixels - 1);
+  const double deviation = (mean - expected) / std::sqrt(variance + 1e-14);
+  std::printf("%s, %.0f pixels of %llu samples: %.6f, expected %.6f, %.1f standard errors apart\n",
+              kernel_name(renderer.kernel().effects).c_str(), pixels,
+              static_cast<unsigned long long>(renderer.position().done), mean, expected, deviation);
+  return complete && std::abs(deviation) < 5 ? 0 : 1;
 }

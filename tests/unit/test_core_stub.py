@@ -35,10 +35,14 @@ def stub_parameters(node: ast.FunctionDef) -> list[str]:
     words = [
         name if default is None else f"{name}={default}" for name, default in zip(positional, defaults, strict=True)
     ]
-    if arguments.kwonlyargs:
+    if arguments.vararg:
+        words.append(f"*{arguments.vararg.arg}")
+    elif arguments.kwonlyargs:
         words.append("*")
     for argument, default_node in zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True):
         words.append(argument.arg if default_node is None else f"{argument.arg}={ast.unparse(default_node)}")
+    if arguments.kwarg:
+        words.append(f"**{arguments.kwarg.arg}")
     return [word for word in words if word != "self"]
 
 

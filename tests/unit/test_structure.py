@@ -24,11 +24,17 @@ FLOORS = {
     "bindings": 9,
 }
 """Rooms of the core, each with its floor. A room knows those on lower floors, and none beside it."""
+PUBLIC_ROOMS = ("analysis", "build", "film", "io", "render")
+"""Rooms that a user of the core calls: each has one public header, which has the room's name."""
+UMBRELLA = "equaltime.h"
+"""Header that includes the public headers. It stands above all rooms."""
 TOP_LEVEL = {"pyproject.toml", "CMakeLists.txt", "cpp", "python", "tests", "scenes", "README.md", "LICENSE"}
 MAY_STAND_THERE = {"CHANGELOG.md", "CITATION.cff"}
 LONGEST_ESTIMATOR = 150
 LONGEST_CPP_LINE = 120
 """As .clang-format has it; Ruff sees to the Python."""
+EXCEPTIONS = ("std::runtime_error", "std::logic_error", "std::invalid_argument")
+"""Classes of the standard library that exceptions of the core may derive from."""
 CORE_IMPORTERS = {"bench", "experiments", "film", "rendering", "scene"}
 """Rooms that may import the compiled module."""
 
@@ -56,7 +62,7 @@ def includes(path: Path) -> list[str]:
 
 def may_include(folder: str, other: str) -> bool:
     """Tell whether a room of the core may include another: itself or one on a lower floor."""
-    return folder == other or FLOORS[other] < FLOORS[folder]
+    return folder == other or (other != UMBRELLA and FLOORS[other] < FLOORS[folder])
 
 
 CORE = [path for folder in FLOORS for path in files(f"cpp/equaltime/{folder}", "*.h", "*.cpp")]
@@ -75,7 +81,17 @@ def test_rooms_beside_each_other_do_not_know_each_other() -> None:
 
 def test_every_room_of_the_core_has_a_floor() -> None:
     assert {path.name for path in (ROOT / "cpp").iterdir() if path.is_dir()} == {"equaltime", "tests"}
-    assert {path.name for path in (ROOT / "cpp/equaltime").iterdir()} == FLOORS.keys()
+    assert {path.name for path in (ROOT / "cpp/equaltime").iterdir()} == {*FLOORS, UMBRELLA}
+
+
+def test_the_umbrella_header_has_the_public_header_of_each_public_room() -> None:
+    expected = [f"equaltime/{room}/{room}.h" for room in PUBLIC_ROOMS]
+    assert includes(ROOT / "cpp/equaltime" / UMBRELLA) == expected
+
+
+@pytest.mark.parametrize("path", files("tests/consumer", "*.cpp"), ids=place)
+def test_a_user_needs_no_other_header_of_ours(path: Path) -> None:
+    assert [name for name in includes(path) if name.startswith("equaltime/")] == [f"equaltime/{UMBRELLA}"]
 
 
 def test_includes_name_the_folder_and_never_climb() -> None:
@@ -112,9 +128,7 @@ def test_nothing_in_the_core_inherits_but_exceptions_and_observers() -> None:
     """`PathObserver` holds no data: it is what an observer of paths does unless it says otherwise."""
     based = re.compile(r"^ *(?:class|struct) \w+(?: final)? : (?:public |private |protected )?(\S+)", re.MULTILINE)
     bases = [f"{place(path)}: {base}" for path in CORE for base in based.findall(path.read_text())]
-    assert [
-        base for base in bases if not base.endswith(("std::runtime_error", "std::logic_error", "PathObserver"))
-    ] == []
+    assert [base for base in bases if not base.endswith((*EXCEPTIONS, "PathObserver"))] == []
 
 
 def imports_core(tree: ast.AST) -> bool:

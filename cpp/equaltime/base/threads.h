@@ -17,13 +17,20 @@ inline tbb::task_arena& arena_of(unsigned threads) {
   return arenas.try_emplace(threads, static_cast<int>(threads)).first->second;
 }
 
-/// A count above the machine's own is honoured, so that determinism over threads can be shown anywhere.
-template <class Worker>
-void on_threads(unsigned threads, const Worker& worker) {
+/// Calls f where oneTBB has so many threads, the calling one included. A count above the machine's own is honoured, so
+/// that determinism over threads can be shown anywhere.
+template <class F>
+void in_arena(unsigned threads, const F& f) {
   const std::size_t allowed = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
   const tbb::global_control parallelism(tbb::global_control::max_allowed_parallelism,
                                         std::max<std::size_t>(allowed, threads));
-  arena_of(threads).execute([&] { tbb::parallel_for(0U, threads, worker, tbb::simple_partitioner{}); });
+  arena_of(threads).execute(f);
+}
+
+/// Calls worker(i) for each i below `threads`, each on a thread of its own.
+template <class Worker>
+void on_threads(unsigned threads, const Worker& worker) {
+  in_arena(threads, [&] { tbb::parallel_for(0U, threads, worker, tbb::simple_partitioner{}); });
 }
 
 }  // namespace equaltime

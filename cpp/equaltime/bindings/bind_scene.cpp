@@ -316,7 +316,7 @@ void bind_builder(py::module_& m) {
             const auto mode = intersection == "robust" ? Intersection::robust : Intersection::fast;
             SceneDescription description = std::exchange(d, {});
             const py::gil_scoped_release release;
-            return std::make_shared<Scene>(build_checked_scene(std::move(description), mode));
+            return std::make_shared<Scene>(build_checked_scene(std::move(description), {.intersection = mode}));
           },
           "intersection"_a = "robust", "Compile what was added; the builder is empty afterwards.");
 }

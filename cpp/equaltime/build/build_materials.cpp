@@ -8,6 +8,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "equaltime/build/part_names.h"
+
 namespace equaltime {
 
 namespace {
@@ -57,14 +59,15 @@ Material make_material(const BsdfDescription& d) {
   return material;
 }
 
-void bind(Material& material, const TextureBinding& b, const std::vector<Texture>& textures) {
+/// `part` is the BSDF's name.
+void bind_texture(Material& material, const TextureBinding& b, const std::vector<Texture>& textures,
+                  const std::string& part) {
   const std::uint32_t last = std::max(b.texture, b.times.value_or(0));
   if (last >= textures.size()) throw std::invalid_argument("no texture " + std::to_string(last) + " to bind");
   const bool mixes = material.kind == Material::Kind::mixture;
   const std::optional<Slot> slot = mixes ? (b.parameter == "weight" ? std::optional(Slot{0, false}) : std::nullopt)
                                          : slot_of(material.bsdf, b.parameter);
-  if (!slot)
-    throw std::invalid_argument("BSDF " + std::to_string(b.bsdf) + ": no texture may give \"" + b.parameter + '"');
+  if (!slot) throw std::invalid_argument(part + ": no texture may give \"" + b.parameter + '"');
   const Material::Binding binding{slot->index, b.texture, b.times.value_or(kNone)};
   if (!constant(textures[b.texture]) || b.times) {
     material.bindings.push_back(binding);
@@ -111,7 +114,7 @@ std::vector<Material> make_materials(const SceneDescription& description, const 
   for (const BsdfDescription& d : description.bsdfs) materials.push_back(make_material(d));
   for (const TextureBinding& b : description.bindings) {
     if (b.bsdf >= materials.size()) throw std::invalid_argument("no BSDF " + std::to_string(b.bsdf) + " to bind to");
-    bind(materials[b.bsdf], b, textures);
+    bind_texture(materials[b.bsdf], b, textures, bsdf_name(description, b.bsdf));
   }
   for (const BendDescription& b : description.bends) {
     if (b.bsdf >= materials.size()) throw std::invalid_argument("no BSDF " + std::to_string(b.bsdf) + " to bend");

@@ -17,14 +17,27 @@ namespace {
 /// shapes and the points of lights many mean free paths from where they are.
 constexpr double kShortestFreePath = 1e-7;
 
+/// The end of an error: the number that was found.
+std::string found(double value) {
+  std::ostringstream text;
+  text << "; found " << value;
+  return text.str();
+}
+std::string found(const Vec3d& value) {
+  std::ostringstream text;
+  text << "; found (" << value.x << ", " << value.y << ", " << value.z << ")";
+  return text.str();
+}
+
 /// The lobes that there are, each once; `fail` throws for numbers that make no sense.
 template <class Fail>
 std::vector<PhaseLobeDescription> distinct(const MediumDescription& d, const Fail& fail) {
   if (d.lobes.empty()) return {{1, d.g, false}};
   std::vector<PhaseLobeDescription> kept;
   for (const PhaseLobeDescription& lobe : d.lobes) {
-    if (!(lobe.weight >= 0 && lobe.weight <= 1)) fail("the weight of a phase function lies in [0, 1]");
-    if (!(lobe.g > -1 && lobe.g < 1)) fail("g lies between -1 and 1");
+    if (!(lobe.weight >= 0 && lobe.weight <= 1))
+      fail("the weight of a phase function lies in [0, 1]" + found(lobe.weight));
+    if (!(lobe.g > -1 && lobe.g < 1)) fail("g lies between -1 and 1" + found(lobe.g));
     if (!(lobe.weight > 0)) continue;
     const auto same = std::ranges::find_if(kept, [&](const PhaseLobeDescription& other) {
       return lobe.rayleigh == other.rayleigh && (lobe.rayleigh || lobe.g == other.g);
@@ -74,18 +87,19 @@ Media make_media(const std::vector<MediumDescription>& descriptions, const Norma
   Media media;
   const double per_length = normalization.world_length(1);
   for (const MediumDescription& d : descriptions) {
-    const auto fail = [&](const char* what) {
-      throw std::invalid_argument("medium " + std::to_string(media.index.size()) + ": " + what);
+    const auto fail = [&](const std::string& problem) {
+      throw std::invalid_argument("medium " + std::to_string(media.index.size()) + ": " + problem);
     };
     const auto in = [](const Vec3d& v, double most) {
       return v.x >= 0 && v.y >= 0 && v.z >= 0 && v.x <= most && v.y <= most && v.z <= most;
     };
-    if (!in(d.sigma_t, std::numeric_limits<double>::max())) fail("extinction is finite and not negative");
-    if (!in(d.albedo, 1)) fail("an albedo lies in [0, 1]");
+    if (!in(d.sigma_t, std::numeric_limits<double>::max()))
+      fail("extinction is finite and not negative" + found(d.sigma_t));
+    if (!in(d.albedo, 1)) fail("an albedo lies in [0, 1]" + found(d.albedo));
     const Spectrum sigma_t = spectrum(d.sigma_t * per_length), albedo = spectrum(d.albedo);
-    if (!(d.g > -1 && d.g < 1)) fail("g lies between -1 and 1");
+    if (!(d.g > -1 && d.g < 1)) fail("g lies between -1 and 1" + found(d.g));
     if (!sigma_t.is_finite()) fail("extinction is too large for the size of the scene");
-    if (const std::string dense = too_dense(sigma_t, normalization); !dense.empty()) fail(dense.c_str());
+    if (const std::string dense = too_dense(sigma_t, normalization); !dense.empty()) fail(dense);
     const PhaseFunction phase = make_phase(distinct(d, fail), albedo);
     media.index.push_back(sigma_t.is_black() ? kNone : static_cast<std::uint32_t>(media.dense.size()));
     if (!sigma_t.is_black()) media.dense.push_back({sigma_t, sigma_t * albedo}), media.phases.push_back(phase);

@@ -9,9 +9,7 @@
 
 namespace equaltime {
 
-void fail(std::size_t shape, const std::string& what) {
-  throw std::invalid_argument("shape " + std::to_string(shape) + ": " + what);
-}
+void fail(std::size_t shape, const std::string& problem) { throw ShapeError(shape, problem); }
 
 namespace {
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -14,8 +15,22 @@
 
 namespace equaltime {
 
-/// Throws std::invalid_argument that names the shape.
-[[noreturn]] void fail(std::size_t shape, const std::string& what);
+/// A shape that cannot be built, by its number in the scene: shapes of groups are counted after all others.
+class ShapeError : public std::invalid_argument {
+ public:
+  ShapeError(std::size_t shape, const std::string& problem)
+      : std::invalid_argument("shape " + std::to_string(shape) + ": " + problem), shape_(shape), problem_(problem) {}
+  [[nodiscard]] std::size_t shape() const noexcept { return shape_; }
+  /// The text of the error without the shape.
+  [[nodiscard]] const std::string& problem() const noexcept { return problem_; }
+
+ private:
+  std::size_t shape_;
+  std::string problem_;
+};
+
+/// Throws a ShapeError.
+[[noreturn]] void fail(std::size_t shape, const std::string& problem);
 
 /// The mesh in the space; the description gives up its vertices and triangles. Checks vertices and the lengths of
 /// arrays.

@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "equaltime/base/release.h"
+#include "equaltime/base/threads.h"
 #include "equaltime/build/build_lights.h"
 #include "equaltime/build/build_materials.h"
 #include "equaltime/build/build_media.h"
@@ -17,6 +20,7 @@
 #include "equaltime/build/coincident_lamps.h"
 #include "equaltime/build/emission.h"
 #include "equaltime/build/normalize.h"
+#include "equaltime/build/part_names.h"
 
 namespace equaltime {
 
@@ -74,7 +78,9 @@ std::uint32_t Builder::add_surface(const SurfaceDescription& d, bool flipped) {
   Surface surface;
   for (const auto& [side, bsdf] : {std::pair{0, d.front}, std::pair{1, d.back}}) {
     if (!bsdf) continue;
-    if (*bsdf >= materials_.size()) fail(surfaces_.size(), "BSDF index out of range");
+    if (*bsdf >= materials_.size())
+      fail(surfaces_.size(), std::string(side == 0 ? "front" : "back") + " is BSDF " + std::to_string(*bsdf) +
+                                 "; expected an index below " + std::to_string(materials_.size()));
     surface.bsdf[side] = folded(materials_, *bsdf);
     const Material& material = materials_[surface.bsdf[side]];
     surface.textured = surface.textured || material.textured;
@@ -83,7 +89,10 @@ std::uint32_t Builder::add_surface(const SurfaceDescription& d, bool flipped) {
   if (d.radiance) surface.radiance = normalization_.radiance(*d.radiance);
   if (d.emission) area_lights_.set_emission(surface, surfaces_.size(), *d.emission);
   surface.textured = surface.textured || description_.keeps_uvs;
-  surface.media[0] = media_.at(d.exterior), surface.media[1] = media_.at(d.interior);
+  for (const auto& [side, medium] : {std::pair{0, d.exterior}, std::pair{1, d.interior}}) {
+    if (medium && *medium >= media_.index.size()) fail(surfaces_.size(), "no medium " + std::to_string(*medium));
+    surface.media[side] = media_.at(medium);
+  }
   surface.bounds_media = d.exterior || d.interior;
   surface.flipped = flipped;
   surfaces_.push_back(std::move(surface));
@@ -333,22 +342,38 @@ Scene Builder::build(Intersection mode) {
           dropped_triangles_};
 }
 
-}  // namespace
-
-Scene build_scene(SceneDescription description, Intersection mode) {
-  check(description);
-  return build_checked_scene(std::move(description), mode);
-}
-
-Scene build_checked_scene(SceneDescription description, Intersection mode) {
+/// Leaves the description with its shapes, but without what they hold.
+Scene build(SceneDescription& description, const BuildOptions& options) {
   const FilmDescription& film = description.film;
   if (film.crop_width == 0 || film.crop_height == 0 || std::uint64_t{film.crop_x} + film.crop_width > film.width ||
       std::uint64_t{film.crop_y} + film.crop_height > film.height)
-    throw std::invalid_argument("the film's crop is empty or reaches beyond the film");
+    throw std::invalid_argument("the film's crop is empty or reaches beyond the film: it has " +
+                                std::to_string(film.crop_width) + " x " + std::to_string(film.crop_height) +
+                                " pixels from (" + std::to_string(film.crop_x) + ", " + std::to_string(film.crop_y) +
+                                "), and the film has " + std::to_string(film.width) + " x " +
+                                std::to_string(film.height));
   std::vector<MotionKey>& keys = description.sensor_keys;
   if (!keys.empty()) place(description.sensor, keys.front().to_world);
   if (stays(keys)) keys.clear();
-  return Builder(description).build(mode);
+  if (options.threads == 0) return Builder(description).build(options.intersection);
+  std::optional<Scene> scene;
+  in_arena(options.threads, [&] { scene.emplace(Builder(description).build(options.intersection)); });
+  return std::move(*scene);
+}
+
+}  // namespace
+
+Scene build_scene(SceneDescription description, const BuildOptions& options) {
+  check(description);
+  try {
+    return build(description, options);
+  } catch (const ShapeError& error) {
+    throw std::invalid_argument(numbered_shape_name(description, error.shape()) + ": " + error.problem());
+  }
+}
+
+Scene build_checked_scene(SceneDescription description, const BuildOptions& options) {
+  return build(description, options);
 }
 
 }  // namespace equaltime

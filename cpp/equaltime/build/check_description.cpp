@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "equaltime/build/part_names.h"
+
 namespace equaltime {
 
 namespace {
@@ -23,9 +25,10 @@ class Part {
   void number(const char* what, double value, double least, double most) const {
     if (value >= least && value <= most) return;  // never a NaN
     std::ostringstream message;
-    message << name_ << ": " << what << " is " << value << "; expected a number from " << least << " to " << most;
-    throw std::invalid_argument(message.str());
+    message << what << " is " << value << "; expected a number from " << least << " to " << most;
+    fail(message.str());
   }
+  [[noreturn]] void fail(const std::string& problem) const { throw std::invalid_argument(name_ + ": " + problem); }
   void share(const char* what, double value) const { number(what, value, 0, 1); }
   /// Each channel must lie in [0, most].
   void color(const char* what, const Vec3d& value, double most = kLargest) const {
@@ -53,12 +56,27 @@ void check_mixture(const Part& part, const MixtureDescription& d) {
   if (d.cutoff) part.number("cutoff", *d.cutoff, 0, kCoefficient.most);
 }
 
-void check_shapes(const std::vector<ShapeDescription>& shapes, const std::string& kind) {
+/// The keys of whatever the part is must make a motion.
+void check_motion(const Part& part, const std::vector<MotionKey>& keys) {
+  if (keys.empty()) return;
+  try {
+    static_cast<void>(Motion(keys));
+  } catch (const std::invalid_argument& wrong) {
+    part.fail(wrong.what());
+  }
+}
+
+/// `name` gives the name of a shape by its index.
+template <class Name>
+void check_shapes(const std::vector<ShapeDescription>& shapes, const Name& name) {
   for (std::size_t i = 0; i < shapes.size(); ++i)
     std::visit(
         [&](const auto& shape) {
-          if constexpr (requires { shape.surface; })
-            if (shape.surface.radiance) Part(kind, i).color("radiance", *shape.surface.radiance);
+          if constexpr (requires { shape.surface; }) {
+            if (shape.surface.radiance) Part(name(i)).color("radiance", *shape.surface.radiance);
+          } else if (!shape.keys.empty()) {
+            check_motion(Part(name(i)), shape.keys);
+          }
         },
         shapes[i]);
 }
@@ -80,8 +98,8 @@ void check_lights(const SceneDescription& d) {
   part.number("scale", image.scale, 0, kLargest);
   const std::size_t expected = std::size_t{image.width} * image.height;
   if (image.pixels.size() != expected || expected == 0)
-    throw std::invalid_argument("environment: found " + std::to_string(image.pixels.size()) +
-                                " pixels; expected width times height = " + std::to_string(expected) + ", at least 1");
+    part.fail("found " + std::to_string(image.pixels.size()) +
+              " pixels; expected width times height = " + std::to_string(expected) + ", at least 1");
   for (const Spectrum& pixel : image.pixels) part.color("a pixel", {pixel.r, pixel.g, pixel.b});
 }
 
@@ -115,18 +133,22 @@ void check_sensor(const SensorDescription& sensor) {
 
 void check(const SceneDescription& description) {
   for (std::size_t i = 0; i < description.bsdfs.size(); ++i) {
-    const Part part("BSDF", i);
+    const Part part(bsdf_name(description, i));
     const BsdfDescription& bsdf = description.bsdfs[i];
     if (const auto* mixture = std::get_if<MixtureDescription>(&bsdf)) check_mixture(part, *mixture);
     Bsdfs::for_each([&]<class Model>(std::type_identity<Model>) {
       if (const auto* d = std::get_if<typename Model::Description>(&bsdf)) check_bsdf<Model>(part, *d);
     });
   }
-  check_shapes(description.shapes, "shape");
-  for (std::size_t i = 0; i < description.groups.size(); ++i)
-    check_shapes(description.groups[i].shapes, "group " + std::to_string(i) + ": shape");
+  check_shapes(description.shapes, [&](std::size_t i) { return shape_name(description.shapes, i); });
+  for (std::size_t group = 0; group < description.groups.size(); ++group)
+    check_shapes(description.groups[group].shapes, [&](std::size_t i) { return shape_name(description, group, i); });
   check_lights(description);
   check_sensor(description.sensor);
+  check_motion(Part("sensor"), description.sensor_keys);
+  if (description.camera_medium && *description.camera_medium >= description.media.size())
+    Part("sensor").fail("camera_medium is " + std::to_string(*description.camera_medium) +
+                        "; expected an index below " + std::to_string(description.media.size()));
 }
 
 }  // namespace equaltime

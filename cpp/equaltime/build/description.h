@@ -83,8 +83,8 @@ struct MediumDescription {
 
 /// What all shapes share. A side without a BSDF absorbs what reaches it; radiance leaves from the front side only.
 struct SurfaceDescription {
-  std::optional<std::uint32_t> front, back;  // indices into SceneDescription::bsdfs
-  std::optional<Vec3d> radiance;
+  std::optional<std::uint32_t> front = {}, back = {};  // indices into SceneDescription::bsdfs
+  std::optional<Vec3d> radiance = {};
   std::optional<std::uint32_t> exterior = {}, interior = {};  // into its media: what is before the front, and behind
   std::optional<int> priority = {};  // of what is inside: where bodies that have one overlap, the highest is there
   std::optional<std::uint32_t> emission = {};  // of the textures, the one that multiplies the radiance, point by point
@@ -92,28 +92,28 @@ struct SurfaceDescription {
 struct MeshDescription {
   std::vector<Vec3d> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise seen from the front
-  std::vector<Vec3d> normals;                           // one a vertex, or none
-  std::vector<std::array<double, 2>> uvs;               // one a vertex, or none
-  std::vector<AttributeValues> attributes;
-  SurfaceDescription surface;
+  std::vector<Vec3d> normals = {};                      // one a vertex, or none
+  std::vector<std::array<double, 2>> uvs = {};          // one a vertex, or none
+  std::vector<AttributeValues> attributes = {};
+  SurfaceDescription surface = {};
   /// Where the vertices are later, at evenly spaced times up to 1, if they move, and their normals, if there are any.
   std::vector<std::vector<Vec3d>> later_vertices = {}, later_normals = {};
 };
 struct RectangleDescription {  // the image of [-1, 1]² under to_world, front towards +z
-  Transform to_world;
+  Transform to_world = {};
   bool flip_normals = false;
-  SurfaceDescription surface;
+  SurfaceDescription surface = {};
 };
 struct DiskDescription {  // the image of the unit disk under to_world, front towards +z
-  Transform to_world;
+  Transform to_world = {};
   bool flip_normals = false;
-  SurfaceDescription surface;
+  SurfaceDescription surface = {};
 };
 struct SphereDescription {
-  Vec3d center;
+  Vec3d center = {};
   double radius = 1;
   bool flip_normals = false;
-  SurfaceDescription surface;
+  SurfaceDescription surface = {};
   Vec3d pole{0, 0, 1};      // the axis round which azimuth is counted
   Vec3d meridian{1, 0, 0};  // where azimuth is 0
   bool mirrored = false;    // azimuth runs the other way round
@@ -122,7 +122,7 @@ struct CylinderDescription {  // a tube without caps, front outwards
   Vec3d base, end;            // of its axis
   double radius = 1;
   bool flip_normals = false;
-  SurfaceDescription surface;
+  SurfaceDescription surface = {};
   Vec3d meridian{1, 0, 0};  // where azimuth is 0
   bool mirrored = false;    // azimuth runs the other way round
 };
@@ -130,7 +130,7 @@ struct CylinderDescription {  // a tube without caps, front outwards
 /// it move; what is the only instance of its group, and has keys, may emit.
 struct InstanceDescription {
   std::uint32_t group = 0;
-  Transform to_world;
+  Transform to_world = {};
   std::vector<MotionKey> keys = {};
 };
 using ShapeDescription = std::variant<MeshDescription, RectangleDescription, DiskDescription, SphereDescription,
@@ -165,23 +165,23 @@ using EnvironmentDescription = std::variant<ConstantEnvironmentDescription, Imag
 // --- Scene --------------------------------------------------------------------------------------------------------
 
 struct SceneDescription {
-  std::vector<BsdfDescription> bsdfs;
-  std::vector<TextureDescription> textures;
-  std::vector<TextureBinding> bindings;
-  std::vector<BendDescription> bends;
-  std::vector<ShapeDescription> shapes;
-  std::vector<GroupDescription> groups;
-  std::vector<PointLightDescription> point_lights;
-  std::vector<SpotLightDescription> spot_lights;
-  std::vector<DirectionalLightDescription> directional_lights;
-  std::optional<EnvironmentDescription> environment;
-  std::vector<MediumDescription> media;
-  std::optional<std::uint32_t> camera_medium;  // where the sensor stands; vacuum if not given
-  bool crossings_are_vertices = true;          // of paths: going through a surface of nothing is as long as a bounce
-  bool hides_emitters = false;                 // from the camera: see transport/hidden.h
+  std::vector<BsdfDescription> bsdfs = {};
+  std::vector<TextureDescription> textures = {};
+  std::vector<TextureBinding> bindings = {};
+  std::vector<BendDescription> bends = {};
+  std::vector<ShapeDescription> shapes = {};
+  std::vector<GroupDescription> groups = {};
+  std::vector<PointLightDescription> point_lights = {};
+  std::vector<SpotLightDescription> spot_lights = {};
+  std::vector<DirectionalLightDescription> directional_lights = {};
+  std::optional<EnvironmentDescription> environment = {};
+  std::vector<MediumDescription> media = {};
+  std::optional<std::uint32_t> camera_medium = {};  // where the sensor stands; vacuum if not given
+  bool crossings_are_vertices = true;  // of paths: going through a surface of nothing is as long as a bounce
+  bool hides_emitters = false;         // from the camera: see transport/hidden.h
   SensorDescription sensor = PerspectiveDescription{};
-  std::vector<MotionKey> sensor_keys;  // stand for the sensor's to_world, and make it move
-  FilmDescription film;
+  std::vector<MotionKey> sensor_keys = {};  // stand for the sensor's to_world, and make it move
+  FilmDescription film = {};
   bool keeps_uvs = false;  // of surfaces without textures too
 };
 

@@ -1,7 +1,9 @@
 // Film: running moments of every pixel's samples, means in float64, one set a replicate. A sample touches one pixel and
-// samples arrive in ascending order, so sums do not depend on threads, tiles or passes.
+// samples arrive in ascending order, so sums do not depend on threads, tiles or passes. Threads may add to different
+// pixels at the same time. Reading a pixel while a thread adds to it is a data race.
 #pragma once
 
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstddef>
@@ -78,6 +80,9 @@ class Film {
   [[nodiscard]] const PixelMoments& at(std::uint32_t replicate, std::uint32_t x, std::uint32_t y) const noexcept {
     return moments_[(std::size_t{replicate} * height_ + y) * width_ + x];
   }
+  /// The estimate of a pixel: the mean of its samples in all replicates, as linear red, green and blue, in the units of
+  /// the scene's radiances. All three are 0 for a pixel without samples. Throws std::out_of_range outside of the film.
+  [[nodiscard]] std::array<double, 3> mean(std::uint32_t x, std::uint32_t y) const;
   /// Adds sample `i` of a pixel, after all before it; `scale` as in PixelMoments.
   void add(std::uint32_t x, std::uint32_t y, std::uint64_t i, const Spectrum& s, double scale) noexcept {
     if (sharing_ == Sharing::alternate) return at(static_cast<std::uint32_t>(i % replicates_), x, y).add(s, scale);

@@ -102,10 +102,12 @@ struct Renderer::Worker {
 
 /// When to stop between blocks: shared by the workers of one call of `advance`.
 struct Renderer::Stop {
-  Stop(std::optional<double> seconds, const std::function<bool()>& p, std::optional<double> pause_seconds)
-      : poll(p), deadline(in(seconds)), pause(in(pause_seconds)) {}
+  Stop(std::optional<double> seconds, const std::function<bool()>& p, std::optional<double> pause_seconds,
+       std::stop_token token = {})
+      : poll(p), cancel(std::move(token)), deadline(in(seconds)), pause(in(pause_seconds)) {}
 
   const std::function<bool()>& poll;
+  const std::stop_token cancel;
   std::optional<Clock::time_point> deadline, pause;
   std::thread::id caller = std::this_thread::get_id();
   Clock::time_point last_poll = Clock::now();
@@ -115,6 +117,7 @@ struct Renderer::Stop {
   /// Called by every worker before it takes a block; polls on the calling thread only.
   bool now() noexcept {
     if (requested.load(std::memory_order_relaxed)) return true;
+    if (cancel.stop_requested()) requested = true;
     const Clock::time_point time = Clock::now();
     if (deadline && time >= *deadline) requested = true;
     if (poll && std::this_thread::get_id() == caller && time - last_poll >= kPollInterval) {
@@ -175,6 +178,16 @@ std::vector<PixelBlock> Renderer::blocks() const {
 bool Renderer::advance(std::uint64_t samples, std::optional<double> seconds, const std::function<bool()>& poll,
                        std::optional<double> pause) {
   Stop stop(seconds, poll, pause);
+  return bring_to(samples, stop);
+}
+
+bool Renderer::advance(std::uint64_t samples, std::stop_token cancel, std::optional<double> seconds) {
+  const std::function<bool()> no_poll;
+  Stop stop(seconds, no_poll, {}, std::move(cancel));
+  return bring_to(samples, stop);
+}
+
+bool Renderer::bring_to(std::uint64_t samples, Stop& stop) {
   (void)this->settings();  // what is learnt is a part of the time
   const std::uint64_t pixels = std::uint64_t{film_.width()} * film_.height();
   const std::uint64_t pass = std::max(kPassSamples, kPassPaths / std::max<std::uint64_t>(pixels, 1));

@@ -1,10 +1,13 @@
 // Renderer: brings the film to a number of samples, in passes of ordered blocks over a fixed set of threads.
 // A worker owns a block, hence its pixels, for a pass; what is in the film never depends on who did it or when.
+// A Renderer has one caller at a time: nothing of it may be called, and its film not be read, while `advance` runs on
+// another thread. Requesting a stop by the token is the exception. Any number of Renderers may share a scene.
 #pragma once
 
 #include <functional>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <vector>
 
 #include "equaltime/base/effects.h"
@@ -39,6 +42,10 @@ class Renderer {
   /// each of these cases the next call takes up where this one ended; no sample is lost or counted twice.
   bool advance(std::uint64_t samples, std::optional<double> seconds = {}, const std::function<bool()>& poll = {},
                std::optional<double> pause = {});
+
+  /// The same, but a stop that any thread requests by the token ends the call early too, between blocks. A stop that
+  /// was requested before the call renders nothing.
+  bool advance(std::uint64_t samples, std::stop_token cancel, std::optional<double> seconds = {});
 
   /// Where the passes stand: every pixel has `done` samples, and in the blocks before `next_block` it has `target`, but
   /// for those that were given up.
@@ -82,6 +89,7 @@ class Renderer {
  private:
   struct Stop;
   struct Worker;
+  bool bring_to(std::uint64_t samples, Stop& stop);
   void run_pass(Stop& stop);
   /// Adds a task's samples to the film. Returns false where a path was given up; then, and after an exception, the
   /// block, the counters and the logs are as they were.

@@ -11,29 +11,29 @@ namespace equaltime {
 
 /// Camera space looks along +z, +x to the left of the image, +y up.
 struct PerspectiveDescription {
-  Transform to_world;  // keeps lengths
+  Transform to_world = {};  // keeps lengths
   double x_fov_degrees = 50;
-  std::optional<double> near, far;  // planes across the axis; geometry outside is not seen
+  std::optional<double> near = {}, far = {};  // planes across the axis; geometry outside is not seen
   double principal_point_x = 0, principal_point_y = 0;
 };
 /// A perspective whose lens is a disk, or as many blades as are given leave a regular polygon of it: only what is at
 /// focus_distance along the axis is sharp. A radius of 0 makes it a pinhole.
 struct ThinLensDescription {
-  PerspectiveDescription view;
+  PerspectiveDescription view = {};
   double aperture_radius = 0, focus_distance = 1;  // radius: of the polygon's corners, too
   std::uint32_t blades = 0;                        // none, or 3 at the least
   double rotation_degrees = 0;                     // of a corner, from the camera's +x to its +y
 };
 /// Parallel rays along the camera's +z from the plane of its origin: the film's width is [-1, 1] of its x axis.
 struct OrthographicDescription {
-  Transform to_world;               // may scale: that is how its size is said
-  std::optional<double> near, far;  // in camera space
+  Transform to_world = {};                    // may scale: that is how its size is said
+  std::optional<double> near = {}, far = {};  // in camera space
 };
 /// All directions from one point: the film's width is once round the camera's y axis, its height from +y to -y; its
 /// middle looks along +z.
 struct SphericalDescription {
-  Transform to_world;               // keeps lengths
-  std::optional<double> near, far;  // distances from the camera
+  Transform to_world = {};                    // keeps lengths
+  std::optional<double> near = {}, far = {};  // distances from the camera
 };
 using SensorDescription =
     std::variant<PerspectiveDescription, ThinLensDescription, OrthographicDescription, SphericalDescription>;

@@ -1,5 +1,6 @@
 // Numbers of a description that cannot be are refused, by name, before anything is built.
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <limits>
 #include <stdexcept>
@@ -26,9 +27,16 @@ std::string refusal(const std::function<void(SceneDescription&)>& change) {
   return {};
 }
 
-bool refuses(BsdfDescription bsdf, const std::string& word) {
-  const std::string message = refusal([&](SceneDescription& d) { d.bsdfs[1] = std::move(bsdf); });
-  return message.starts_with("BSDF 1: ") && message.find(word) != std::string::npos;
+/// Whether a scene is refused for a part, such as "BSDF 1", and the message goes on as told.
+bool refuses(const std::string& part, const std::string& problem,
+             const std::function<void(SceneDescription&)>& change) {
+  const bool refused = refusal(change).starts_with(part + ": " + problem);
+  if (!refused) std::printf("  the scene is refused by: %s\n", refusal(change).c_str());
+  return refused;
+}
+
+bool refuses(BsdfDescription bsdf, const std::string& kind, const std::string& problem) {
+  return refuses("BSDF 1 (" + kind + ")", problem, [&](SceneDescription& d) { d.bsdfs[1] = bsdf; });
 }
 
 TEST("a room as it is, and numbers at the ends of their ranges, are built") {
@@ -38,51 +46,84 @@ TEST("a room as it is, and numbers at the ends of their ranges, are built") {
 }
 
 TEST("a BSDF's numbers are refused by their names") {
-  CHECK(refuses(DiffuseDescription{{0.5, kNaN, 0.5}}, "reflectance is nan"));
-  CHECK(refuses(DiffuseDescription{{0.5, 1.5, 0.5}}, "reflectance is 1.5"));
-  CHECK(refuses(ConductorDescription{{-1, 1, 1}, {1, 1, 1}, {1, 1, 1}}, "eta is -1"));
+  CHECK(refuses(DiffuseDescription{{0.5, kNaN, 0.5}}, "diffuse", "reflectance is nan"));
+  CHECK(refuses(DiffuseDescription{{0.5, 1.5, 0.5}}, "diffuse", "reflectance is 1.5"));
+  CHECK(refuses(ConductorDescription{{-1, 1, 1}, {1, 1, 1}, {1, 1, 1}}, "conductor", "eta is -1"));
   CHECK(refuses(RoughConductorDescription{MicrofacetModel::ggx, 0, 0.1, {1, 1, 1}, {1, 1, 1}, {1, 1, 1}},
-                "alpha_u is 0"));
-  CHECK(refuses(DielectricDescription{0}, "ior is 0"));
-  CHECK(refuses(ThinDielectricDescription{kNaN}, "ior is nan"));
-  CHECK(refuses(RoughDielectricDescription{.alpha_v = -1}, "alpha_v is -1"));
-  CHECK(refuses(PlasticDescription{1e12}, "ior is 1e+12"));
-  CHECK(refuses(RoughPlasticDescription{.alpha = kNaN}, "alpha is nan"));
-  CHECK(refuses(PrincipledDescription{.clearcoat = 2}, "clearcoat is 2"));
-  CHECK(refuses(MixtureDescription{0, 0, -0.25}, "weight is -0.25"));
-  CHECK(refuses(MixtureDescription{0, 0, 0.5, -1}, "cutoff is -1"));
+                "roughconductor", "alpha_u is 0"));
+  CHECK(refuses(DielectricDescription{0}, "dielectric", "ior is 0"));
+  CHECK(refuses(ThinDielectricDescription{kNaN}, "thindielectric", "ior is nan"));
+  CHECK(refuses(RoughDielectricDescription{.alpha_v = -1}, "roughdielectric", "alpha_v is -1"));
+  CHECK(refuses(PlasticDescription{1e12}, "plastic", "ior is 1e+12"));
+  CHECK(refuses(RoughPlasticDescription{.alpha = kNaN}, "roughplastic", "alpha is nan"));
+  CHECK(refuses(PrincipledDescription{.clearcoat = 2}, "principled", "clearcoat is 2"));
+  CHECK(refuses(MixtureDescription{0, 0, -0.25}, "mixture", "weight is -0.25"));
+  CHECK(refuses(MixtureDescription{0, 0, 0.5, -1}, "mixture", "cutoff is -1"));
 }
 
 TEST("light that is negative or no number is refused") {
-  const auto refused = [](const std::string& part, const std::string& found, const auto& change) {
-    const std::string message = refusal(change);
-    return message.starts_with(part) && message.find(found) != std::string::npos;
-  };
-  CHECK(refused("shape 3: ", "radiance is -1", [](SceneDescription& d) {
+  CHECK(refuses("shape 3 (rectangle)", "radiance is -1", [](SceneDescription& d) {
     std::get<RectangleDescription>(d.shapes[3]).surface.radiance = {1, -1, 1};
   }));
-  CHECK(refused("point light ", "intensity is nan", [](SceneDescription& d) {
+  CHECK(refuses("point light 1", "intensity is nan", [](SceneDescription& d) {
     d.point_lights.push_back({{0, 1, 0}, {1, kNaN, 1}});
   }));
-  CHECK(refused("spot light ", "intensity is inf", [](SceneDescription& d) {
+  CHECK(refuses("spot light 2", "intensity is inf", [](SceneDescription& d) {
     d.spot_lights.push_back({{0, 1, 0}, {0, -1, 0}, {HUGE_VAL, 1, 1}});
   }));
-  CHECK(refused("directional light ", "irradiance is -2", [](SceneDescription& d) {
+  CHECK(refuses("directional light 2", "irradiance is -2", [](SceneDescription& d) {
     d.directional_lights.push_back({{0, 1, 0}, {-2, 0, 0}});
   }));
-  CHECK(refused("environment: ", "radiance is nan", [](SceneDescription& d) {
+  CHECK(refuses("environment", "radiance is nan", [](SceneDescription& d) {
     d.environment = ConstantEnvironmentDescription{{kNaN, 0, 0}};
   }));
-  CHECK(refused("environment: ", "found 3 pixels", [](SceneDescription& d) {
+  CHECK(refuses("environment", "found 3 pixels", [](SceneDescription& d) {
     d.environment = ImageEnvironmentDescription{2, 2, {{}, {}, {}}, 1, {}};
   }));
-  CHECK(refused("environment: ", "a pixel is -1", [](SceneDescription& d) {
+  CHECK(refuses("environment", "a pixel is -1", [](SceneDescription& d) {
     d.environment = ImageEnvironmentDescription{1, 1, {{1, -1, 1}}, 1, {}};
   }));
-  CHECK(refused("group ", "shape 0: radiance is -1", [](SceneDescription& d) {
+  CHECK(refuses("group 1: shape 0 (sphere)", "radiance is -1", [](SceneDescription& d) {
     SurfaceDescription dark;
     dark.radiance = Vec3d{-1, 0, 0};
     d.groups.push_back({{SphereDescription{{}, 1, false, dark}}});
+  }));
+}
+
+TEST("a shape that cannot be built is named by its place in the description, in a group too") {
+  CHECK(refuses("shape 4 (sphere)", "a sphere needs a finite centre and a positive radius",
+                [](SceneDescription& d) { std::get<SphereDescription>(d.shapes[4]).radius = -1; }));
+  CHECK(refuses("group 0: shape 2 (disk)", "a disk needs an area", [](SceneDescription& d) {
+    std::get<DiskDescription>(d.groups[0].shapes[2]).to_world = placed({0, 0, 0}, {0, 0, 0}, {0, 0, 1}, {0, 0, 0});
+  }));
+  CHECK(refuses("group 1: shape 1 (sphere)", "front is BSDF 99; expected an index below 9", [](SceneDescription& d) {
+    d.groups.push_back({{SphereDescription{.surface = {.front = 0}}, SphereDescription{.surface = {.front = 99}}}});
+  }));
+  CHECK(refuses("shape 4 (sphere)", "no medium 7",
+                [](SceneDescription& d) { std::get<SphereDescription>(d.shapes[4]).surface.interior = 7; }));
+}
+
+TEST("a light, a medium or a motion that cannot be is named, with what was found") {
+  CHECK(refuses("point light 0", "position is not finite",
+                [](SceneDescription& d) { d.point_lights[0].position.y = kNaN; }));
+  CHECK(refuses("spot light 1", "beam is 50 and cutoff 40 degrees; expected 0 <= beam <= cutoff",
+                [](SceneDescription& d) { d.spot_lights[1].beam_degrees = 50; }));
+  CHECK(refuses("spot light 0", "direction needs a finite length above 0",
+                [](SceneDescription& d) { d.spot_lights[0].direction = {}; }));
+  CHECK(refuses("spot light 1", "no texture 9", [](SceneDescription& d) { d.spot_lights[1].texture = 9; }));
+  CHECK(refuses("spot light 1", "u_axis needs", [](SceneDescription& d) { d.spot_lights[1].u_axis = {}; }));
+  CHECK(refuses("directional light 1", "direction needs",
+                [](SceneDescription& d) { d.directional_lights[1].direction.x = kNaN; }));
+  CHECK(refuses("medium 2", "g lies between -1 and 1; found 1.5", [](SceneDescription& d) { d.media[2].g = 1.5; }));
+  CHECK(refuses("medium 0", "an albedo lies in [0, 1]; found (0.5, 2, 0.5)",
+                [](SceneDescription& d) { d.media[0].albedo.y = 2; }));
+  CHECK(refuses("sensor", "camera_medium is 3; expected an index below 3",
+                [](SceneDescription& d) { d.camera_medium = 3; }));
+  CHECK(refuses("sensor", "the times of the keys of a motion must increase", [](SceneDescription& d) {
+    d.sensor_keys = {{1, placement(d.sensor)}, {0, placement(d.sensor)}};
+  }));
+  CHECK(refuses("shape 11 (instance)", "the keys of a motion must be finite", [](SceneDescription& d) {
+    std::get<InstanceDescription>(d.shapes[11]).keys = {{0, Transform{}}, {kNaN, Transform{}}};
   }));
 }
 

@@ -1,6 +1,8 @@
 // Pixel moments against sums in long double, and the parts of an error whose noise is known.
+#include <array>
 #include <cmath>
 #include <random>
+#include <stdexcept>
 #include <vector>
 
 #include "equaltime/analysis/error_parts.h"
@@ -69,6 +71,21 @@ TEST("a hundred million samples of one value have that value for a mean, and no 
   CHECK(m.count == 100'000'000);
   for (int c = 0; c < 3; ++c) CHECK(m.mean[c] == static_cast<double>(0.1F) && m.deviation[c] == 0);
   CHECK(sum < 0.3F * 1e7F);  // the twin: where a sum in float32 stops growing
+}
+
+TEST("the mean of a pixel is that of its samples in all replicates, by either sharing") {
+  for (const Sharing sharing : {Sharing::alternate, Sharing::halves}) {
+    Film film(2, 3, 2, sharing);
+    for (std::uint64_t i = 0; i < 7; ++i) {
+      const auto value = static_cast<float>(i * i);
+      film.add(1, 2, i, {value, 2 * value, 4}, 0.5);
+    }
+    const auto [r, g, b] = film.mean(1, 2);
+    CHECK(close(r, 6.5L, 1e-15) && close(g, 13, 1e-15) && close(b, 2, 1e-15));
+    CHECK((film.mean(0, 2) == std::array<double, 3>{}));
+    CHECK_THROWS(std::out_of_range, "pixel (2, 0) is outside of a film of 2 x 3 pixels", film.mean(2, 0));
+    CHECK_THROWS(std::out_of_range, "pixel (0, 3)", film.mean(0, 3));
+  }
 }
 
 TEST("moments of parts merge to those of the whole, in any grouping") {

@@ -1,8 +1,11 @@
 // Blocks, workers and interruptions: many small blocks over more threads than processors, stopped in every way there
 // is and taken up again. Written to be run under ThreadSanitizer too.
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <limits>
 #include <stdexcept>
+#include <stop_token>
 #include <string>
 #include <thread>
 
@@ -236,6 +239,31 @@ TEST("poll is asked on the calling thread, may stop the pass, and the image goes
     if (renderer.advance(samples, {}, poll)) samples *= 2;
   while (!renderer.advance(samples, {}, poll)) continue;
   CHECK(same_bits(renderer.film().moments(), rendered(scene(), samples, shallow(), {.seed = 3, .threads = 2})));
+}
+
+TEST("a stop that another thread requests ends the call between blocks, and the next call goes on from there") {
+  constexpr std::uint64_t kEndless = std::uint64_t{1} << 40;
+  Renderer renderer(scene(), shallow(), kMany);
+  std::stop_source source;
+  std::thread other([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds{20});
+    source.request_stop();
+  });
+  CHECK(!renderer.advance(kEndless, source.get_token()));
+  other.join();
+  CHECK(ends_between_blocks(renderer));
+  const Moments stopped = renderer.film().moments();
+  CHECK(!renderer.advance(kEndless, source.get_token()));
+  CHECK(same_bits(renderer.film().moments(), stopped));
+  const std::uint64_t samples = std::max(renderer.position().target, kSamples);
+  CHECK(renderer.advance(samples, std::stop_source().get_token()));
+  CHECK(same_bits(renderer.film().moments(), rendered(scene(), samples, shallow(), {.seed = 3, .threads = 2})));
+}
+
+TEST("a call with a token ends after its seconds too") {
+  Renderer renderer(scene(), shallow(), kMany);
+  CHECK(!renderer.advance(std::uint64_t{1} << 40, std::stop_source().get_token(), 1e-2));
+  CHECK(ends_between_blocks(renderer));
 }
 
 TEST("what poll throws reaches the caller, and the renderer can be used on") {

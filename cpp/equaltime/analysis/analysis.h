@@ -1,0 +1,11 @@
+// Public header of analysis: what can be asked about a scene, a render or one sample.
+#pragma once
+
+#include "equaltime/analysis/alpha.h"
+#include "equaltime/analysis/error_parts.h"
+#include "equaltime/analysis/in_sight.h"
+#include "equaltime/analysis/limit.h"
+#include "equaltime/analysis/replay.h"
+#include "equaltime/analysis/specular.h"
+#include "equaltime/analysis/split.h"
+#include "equaltime/analysis/unseen.h"
