@@ -23,6 +23,7 @@ from .worlds import Estimate, build, direction, estimate
 Array = NDArray[np.float64]
 Lobes = list[tuple[float, float | None]]
 LAWS: Final[dict[str, Lobes]] = {
+    "even": [(1.0, 0.0)],
     "air": [(1.0, None)],
     "air and dust": [(0.4, None), (0.6, 0.7)],
     "forwards and backwards": [(0.7, 0.8), (0.2, -0.5), (0.1, 0.0)],

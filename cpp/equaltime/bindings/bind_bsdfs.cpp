@@ -4,6 +4,7 @@
 
 #include "equaltime/bindings/bindings.h"
 #include "equaltime/bsdfs/fields.h"
+#include "equaltime/media/phase_function.h"
 
 namespace py = pybind11;
 using namespace pybind11::literals;
@@ -94,10 +95,22 @@ py::dict bsdf_models() {
   return models;
 }
 
+/// By the names of all phase functions: the effect that they are part of, beside that of all, media.
+py::dict phase_functions() {
+  py::dict phases;
+  PhaseFunctions::for_each([&]<class Model>(std::type_identity<Model>) {
+    bool Effects::*needs = &Effects::media;
+    if constexpr (requires { Model::needs; }) needs = Model::needs;
+    phases[Model::name] = effect_of(needs);
+  });
+  return phases;
+}
+
 }  // namespace
 
 void bind_bsdfs(py::module_& m, py::class_<SceneDescription>& builder) {
   m.def("bsdf_models", &bsdf_models);
+  m.def("phase_functions", &phase_functions);
   builder.def("add_bsdf", &add_bsdf, "type"_a, "Add a one-sided BSDF of its parameters; returns its index.");
 }
 

@@ -53,6 +53,7 @@ std::vector<PhaseLobeDescription> distinct(const MediumDescription& d, const Fai
 }
 
 PhaseFunction make_phase(const std::vector<PhaseLobeDescription>& lobes, const Spectrum& albedo) {
+  if (lobes.size() == 1 && !lobes[0].rayleigh && lobes[0].g == 0) return IsotropicPhase{albedo};
   if (lobes.size() == 1 && !lobes[0].rayleigh) return HenyeyGreenstein{static_cast<float>(lobes[0].g), albedo};
   double total = 0;
   for (const PhaseLobeDescription& lobe : lobes) total += lobe.weight;

@@ -1,4 +1,4 @@
-// The phase function of Henyey and Greenstein (1941), isotropic for g = 0: where a particle scatters light to.
+// The phase function of Henyey and Greenstein (1941): where a particle scatters light to.
 #pragma once
 
 #include <cmath>

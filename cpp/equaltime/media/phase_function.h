@@ -5,10 +5,11 @@
 #include "equaltime/base/type_list.h"
 #include "equaltime/media/blended_phase.h"
 #include "equaltime/media/henyey_greenstein.h"
+#include "equaltime/media/isotropic.h"
 
 namespace equaltime {
 
-using PhaseFunctions = TypeList<HenyeyGreenstein, BlendedPhase>;
+using PhaseFunctions = TypeList<HenyeyGreenstein, IsotropicPhase, BlendedPhase>;
 using PhaseFunction = PhaseFunctions::Variant;
 
 }  // namespace equaltime

@@ -10,12 +10,22 @@ from __future__ import annotations
 
 from typing import Final, TypeVar
 
-from equaltime._core import MeshData, SceneBuilder, bsdf_models, obj_name, read_obj, read_obj_by_material, read_ply
+from equaltime._core import (
+    MeshData,
+    SceneBuilder,
+    bsdf_models,
+    obj_name,
+    phase_functions,
+    read_obj,
+    read_obj_by_material,
+    read_ply,
+)
 from equaltime._core import Scene as CoreScene
 from equaltime.scene.model import Plugin, Texture, TexturePlugin
 
 __all__ = [
     "BSDF_MODELS",
+    "PHASE_FUNCTIONS",
     "SMOOTHING",
     "CoreScene",
     "MeshData",
@@ -32,6 +42,9 @@ T = TypeVar("T")
 
 BSDF_MODELS: Final = bsdf_models()
 """BSDFs of the core, by ``type``: their parameters, those that textures may give, and the effect that needs them."""
+
+PHASE_FUNCTIONS: Final = phase_functions()
+"""Phase functions of the core, by name: the effect that needs them."""
 
 SMOOTHING: Final = "faces without vn are smooth"
 """Part of the warning of the OBJ reader about smoothing groups, which it does not use."""

@@ -205,7 +205,7 @@ def test_a_replay_tells_what_a_medium_leaves_and_where_it_scatters() -> None:
         for vertex in particles:
             assert vertex["surface"] is None
             assert vertex["left"] != vertex["throughput"]
-            assert (vertex["scattering"] or {"bsdf": "hg"})["bsdf"] == "hg"
+            assert (vertex["scattering"] or {"bsdf": "isotropic"})["bsdf"] == "isotropic"
             assert sum((a - b) ** 2 for a, b in zip(vertex["particle"], (0, 0, 4), strict=True)) <= 1.0
     assert scattered > 5
 

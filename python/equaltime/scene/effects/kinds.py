@@ -13,7 +13,7 @@ from typing import Final
 
 from equaltime.scene import Scene
 from equaltime.scene.compile_media import sees_media
-from equaltime.scene.core import BSDF_MODELS
+from equaltime.scene.core import BSDF_MODELS, PHASE_FUNCTIONS
 from equaltime.scene.inert import is_inert, shown
 from equaltime.scene.model import (
     Animation,
@@ -71,13 +71,14 @@ class Effect:
     """Function that returns True for a node that uses the effect; it is not called for nodes that change nothing."""
     instead: str | None = None
     """Stand-in that replaces the effect, such as ``vacuum``; None if the effect cannot be left out."""
-    phases: tuple[str, ...] = ()
-    """Phase functions, by the core's names, that belong to the effect."""
 
     @property
     def scatterers(self) -> frozenset[str]:
         """BSDFs and phase functions, by the core's names, whose light is attributed to the effect."""
-        return frozenset(self.phases).union(type for type, model in BSDF_MODELS.items() if model["effect"] == self.name)
+        if self.name == "media":
+            return frozenset(PHASE_FUNCTIONS)
+        models = {**PHASE_FUNCTIONS, **{type: model["effect"] for type, model in BSDF_MODELS.items()}}
+        return frozenset(name for name, effect in models.items() if effect == self.name)
 
 
 def _is_anisotropic(node: Plugin) -> bool:
@@ -135,12 +136,8 @@ KINDS: Final[Mapping[str, Effect]] = {
         Effect("normal_maps", "normal and bump maps", _one_of(NormalMap, BumpMap), "none"),
         Effect("instances", "copies of groups of shapes", _one_of(Instance)),
         Effect("masks", "masks, blends and null BSDFs", _one_of(Mask, BlendBsdf, Null, ThinDielectric), "opaque"),
-        Effect(
-            "media", "media, and shapes that overlap with priorities", _fills, "vacuum", phases=("hg", "blendphase")
-        ),
-        Effect(
-            "phase_blends", "Rayleigh scattering, and blends", _one_of(Rayleigh, BlendPhase), phases=("blendphase",)
-        ),
+        Effect("media", "media, and shapes that overlap with priorities", _fills, "vacuum"),
+        Effect("phase_blends", "Rayleigh scattering, and blends", _one_of(Rayleigh, BlendPhase)),
         Effect("motion", "motion while the shutter is open", _is_animated, "the shutter's centre"),
         Effect("hidden_emitters", "lights hidden from the camera", _hides, "visible lights"),
         Effect("many_lights", "a choice among several lights", _shines),
