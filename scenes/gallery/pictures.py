@@ -183,6 +183,7 @@ SHAPES: dict[str, Scene] = {
 SURFACES: dict[str, Scene] = {
     "diffuse": matte(diffuse(*RED)),
     "plastic": matte({"type": "plastic", "diffuse_reflectance": list(RED)}),
+    "pplastic": matte({"type": "pplastic", "diffuse_reflectance": list(RED), "alpha": 0.1}),
     "roughplastic": matte({"type": "roughplastic", "diffuse_reflectance": list(RED), "alpha": 0.2}),
     "conductor": shiny({"type": "conductor", "material": "Cu"}),
     "roughconductor": shiny(GOLD),

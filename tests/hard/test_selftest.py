@@ -181,5 +181,5 @@ def test_a_peer_is_asked_for_the_same_images() -> None:
 
 @pytest.mark.skipif(find_spec("mitsuba") is not None, reason="needs no mitsuba")
 def test_a_peer_that_is_not_there_is_told() -> None:
-    with pytest.raises(PeerError, match=r"Mitsuba.*equaltime\[peers\]"):
+    with pytest.raises(PeerError, match=r"Mitsuba.*pip install .*\[peers\]"):
         MitsubaSubject().start()
