@@ -83,6 +83,8 @@ def test_a_measured_time_beats_one_beyond_the_runs_even_if_the_baseline_is() -> 
     assert ": 10 % error in " in answer
     assert answer.endswith(" The time of naive is extrapolated: its runs were 900 times shorter.")
     assert said((UNKNOWN, FAR), (FAR_RATIO, RATIO)).endswith(" Extrapolated: the runs were 3 times shorter.")
+    near = replace(FAR, reach=1.02)
+    assert said((UNKNOWN, near), (FAR_RATIO, RATIO)).endswith(" Extrapolated: the runs were a little shorter.")
 
 
 def test_a_ratio_that_may_be_one_is_no_difference() -> None:

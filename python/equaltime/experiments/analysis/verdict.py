@@ -110,7 +110,7 @@ def _speed_up(found: Sequence[_Found], target: float, count: int) -> str:
     farthest = max(times, key=lambda time: time.reach)
     answer += _extrapolated(farthest, up_to)
     if (reach := max(ratio.reach for ratio in ratios)) > farthest.reach:
-        answer += f" The time of {baseline} is extrapolated: its runs were {up_to}{figure(reach)} times shorter."
+        answer += f" The time of {baseline} is extrapolated: its runs were {_shorter(reach, up_to)}."
     return answer + _rare((*times, *ratios))
 
 
@@ -177,9 +177,14 @@ def _without_ratio(scenes: Sequence[SceneResult], alone: tuple[SceneResult, Stra
     return f"On {scene.name}, {reached}{caveats} How much faster it is than {scene.baseline} cannot be told{reason}."
 
 
+def _shorter(reach: float, up_to: str) -> str:
+    """Return how much shorter than a time runs were, for a time that is ``reach`` times as long as the longest."""
+    return "a little shorter" if reach < 1.05 else f"{up_to}{figure(reach)} times shorter"
+
+
 def _extrapolated(time: Interval, up_to: str = "") -> str:
     """Return a sentence on how far a time is beyond the longest run; empty if a run was long enough."""
-    return "" if time.reach <= 1.0 else f" Extrapolated: the runs were {up_to}{figure(time.reach)} times shorter."
+    return "" if time.reach <= 1.0 else f" Extrapolated: the runs were {_shorter(time.reach, up_to)}."
 
 
 def _rare(intervals: Iterable[Interval]) -> str:
