@@ -39,7 +39,7 @@ Vertex kind_of(const event::Scattered& at) noexcept {
   return at.scattered->delta || at.scattered->pdf > kSpecularDensity ? Vertex::specular : Vertex::other;
 }
 
-/// Where an observer leaves a path: at its first specular vertex, or at its first vertex of another kind.
+/// The vertex at which an observer leaves a path: the first specular one, or the first of another kind.
 enum class Leaves : std::uint8_t { at_specular, at_other };
 
 /// Follows a path until it leaves it. Gathers the light of emitters that are met beyond a specular vertex.
@@ -70,7 +70,7 @@ class ChainObserver : public PathObserver {
   [[nodiscard]] float density() const noexcept { return density_; }
 
   [[nodiscard]] float time() const noexcept { return time_; }
-  /// Of the lamps, with the weight of the path's place under the pixel filter.
+  /// Radiance of the lamps, with the weight of the path's place under the pixel filter.
   [[nodiscard]] Spectrum radiance() const noexcept { return radiance_ * weight_; }
 
  private:
@@ -127,7 +127,7 @@ struct Chains {
   }
 };
 
-/// Calls work(i, observer) for all i below `count`, on so many threads.
+/// Calls work(i, observer) for all i below `count`; each thread has an observer of its own.
 template <Observer O, class Work>
 void for_each(std::size_t count, unsigned threads, const Work& work) {
   std::atomic<std::size_t> next{0};

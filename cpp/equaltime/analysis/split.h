@@ -29,7 +29,7 @@ class SplitParts {
   }
   [[nodiscard]] static constexpr std::uint32_t way(std::uint32_t i) noexcept { return kLengths + i; }
   [[nodiscard]] static constexpr std::uint32_t bsdf(std::uint32_t i) noexcept { return kLengths + kWays + i; }
-  /// A BSDF's number: 0 is none, phase functions come last.
+  /// Returns the number of a BSDF or phase function; 0 stands for none, and phase functions come last.
   [[nodiscard]] static std::uint32_t number(Scatterer s) noexcept {
     return 1 + static_cast<std::uint32_t>(s.bsdf != nullptr ? s.bsdf->index() : Bsdfs::size + s.phase->index());
   }

@@ -17,8 +17,8 @@ inline tbb::task_arena& arena_of(unsigned threads) {
   return arenas.try_emplace(threads, static_cast<int>(threads)).first->second;
 }
 
-/// Calls f where oneTBB has so many threads, the calling one included. A count above the machine's own is honoured, so
-/// that determinism over threads can be shown anywhere.
+/// Calls f in an arena of oneTBB with this number of threads, the calling one included. The number may exceed the
+/// machine's, so that determinism over threads can be shown anywhere.
 template <class F>
 void in_arena(unsigned threads, const F& f) {
   const std::size_t allowed = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);

@@ -82,8 +82,8 @@ const char* effect_of(bool Effects::*needs) {
   throw std::logic_error("an effect without a name");
 }
 
-/// By the types of all BSDFs: their parameters, in the order of add_bsdf, those that textures may give, and the effect
-/// that they are part of, or None.
+/// Returns by type what the core knows of a BSDF: its parameters, in the order of add_bsdf, those that textures may
+/// give, and the effect that it needs, or None.
 py::dict bsdf_models() {
   py::dict models;
   Bsdfs::for_each([&]<class Model>(std::type_identity<Model>) {
@@ -95,7 +95,7 @@ py::dict bsdf_models() {
   return models;
 }
 
-/// By the names of all phase functions: the effect that they are part of, beside that of all, media.
+/// Returns the effect of each phase function, by name. All of them need media besides.
 py::dict phase_functions() {
   py::dict phases;
   PhaseFunctions::for_each([&]<class Model>(std::type_identity<Model>) {

@@ -1,13 +1,18 @@
 // Bsdf: the closed set of models, and what each of them gives and takes. Directions are unit, local to the shading
 // frame and point away from the surface; the frame's normal is on the side of wo, so wo.z > 0. Values include the
-// cosine of wi; pdfs are per solid angle. Besides eval and sample there is albedo(wo, front): how much is scattered in
-// all, exact or nearly, 0 only if nothing. Each model says whether it is_delta (scatters into discrete directions
-// only), whether it transmits (to the other side of the surface), and whether it picks_lobe (sample looks at u_lobe).
-// One that scatters into discrete directions and others has discrete_share(wo, front) too: the probability that sample
-// takes a discrete one, which are those of the smallest u_lobe; eval is of the others alone, and their density includes
-// that of not taking a discrete one. It has a Description, whose parameters are its `fields`, and `textured`, what
-// textures may give (bsdfs/fields.h): then it may have derive(), which is called when they have. Where a description
-// says that it is no more than another model, it may have simpler(description), which is that one.
+// cosine of wi; pdfs are per solid angle.
+//
+// Every model has
+//   name, and needs (an effect), unless all kernels have the model;
+//   is_delta: it scatters into discrete directions only; transmits: to the other side of the surface too;
+//   picks_lobe: sample looks at u_lobe;
+//   Description, with its parameters in fields(), and textured(), what textures may give (bsdfs/fields.h);
+//   eval, sample, and albedo(wo, front): how much is scattered in all, exact or nearly, and 0 only if nothing is.
+// A model may have
+//   discrete_share(wo, front), if it has discrete directions and others: the probability that sample takes a discrete
+//   one, which the smallest u_lobe do. Then eval leaves the discrete ones out, and its density includes this choice;
+//   derive(), which is called after textures have given parameters;
+//   simpler(description), which returns another model where the description is no more than that.
 #pragma once
 
 #include "equaltime/base/type_list.h"

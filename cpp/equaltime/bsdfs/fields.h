@@ -20,8 +20,8 @@ struct Range {
 inline constexpr Range kShare{0, 1};
 inline constexpr Range kCoefficient{0, static_cast<double>(std::numeric_limits<float>::max())};
 inline constexpr Range kRoughness{static_cast<double>(std::numeric_limits<float>::min()), kCoefficient.most};
-/// Of an index of refraction relative to the outside. Python's readers take indices from 0.001 to 1000 on both sides,
-/// whose ratios reach 10^6; far beyond that, float32 loses the light.
+/// The range of an index of refraction relative to the outside. Python's readers take indices from 0.001 to 1000 on
+/// both sides, whose ratios reach 10^6; far beyond that, float32 loses the light.
 inline constexpr Range kIor{1e-6, 1e6};
 
 /// A parameter of a description: a number, a colour, a truth or a microfacet model. The range is of the first two.

@@ -80,7 +80,7 @@ struct Plastic {
     return specular_reflectance * reflectance + body_ * ((1 - reflectance) * leaving_);
   }
 
-  /// What follows from the two colours, which textures may give.
+  /// Computes all that follows from the two colours, which textures may give.
   void derive() noexcept {
     body_ = body_reflectance(diffuse_reflectance, internal_, nonlinear, ior);
     specular_ = specular_reflectance.mean();

@@ -69,7 +69,7 @@ struct PPlastic {
     return specular_reflectance * reflectance + diffuse_reflectance * ((1 - reflectance) * entering_);
   }
 
-  /// What follows from the two colours, which textures may give.
+  /// Computes all that follows from the two colours, which textures may give.
   void derive() noexcept {
     specular_ = specular_reflectance.mean();
     diffuse_ = diffuse_reflectance.mean() * entering_;

@@ -67,7 +67,7 @@ struct Principled {
   /// Nearly, and 0 only if nothing: the lobes' own at the angle of wo.
   [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool front) const noexcept;
 
-  /// What follows from the parameters, which textures may give.
+  /// Computes all that follows from the parameters, which textures may give.
   void derive() noexcept;
 
  private:

@@ -98,7 +98,7 @@ struct RoughPlastic {
     return specular_reflectance * (1 - entering) + body_ * (entering * transmittance_.mean());
   }
 
-  /// What follows from the two colours, which textures may give.
+  /// Computes all that follows from the two colours, which textures may give.
   void derive() noexcept {
     body_ = body_reflectance(diffuse_reflectance, transmittance_.internal_reflectance(), nonlinear, ior);
     specular_ = specular_reflectance.mean();
