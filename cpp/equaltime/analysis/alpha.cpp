@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "equaltime/base/effects.h"
-#include "equaltime/transport/block_loop.h"
+#include "equaltime/base/run_blocks.h"
 #include "equaltime/transport/hidden.h"
 #include "equaltime/transport/sample_pixel.h"
 #include "equaltime/transport/shadow.h"
@@ -39,28 +39,30 @@ double opacity(const Scene& scene, Ray ray, const Sampler& sampler, float time) 
 }  // namespace
 
 std::vector<float> alpha(std::shared_ptr<const Scene> scene, const Settings& settings, const RenderOptions& options,
-                         std::uint64_t samples, const std::function<void()>& poll) {
+                         std::uint64_t samples, const Poll& poll) {
   const Renderer renderer(scene, settings, options);
   const std::size_t width = scene->film.crop_width;
   std::vector<float> found(width * scene->film.crop_height);
-  for_each_block(renderer.blocks(), renderer.threads(), poll, [&] {
-    return [&](const PixelBlock& block) {
-      const BlockTask task{*scene, settings, options.seed, block, 0, samples, options.nets};
-      for (std::uint32_t y = block.y0; y < block.y1; ++y)
-        for (std::uint32_t x = block.x0; x < block.x1; ++x) {
-          const std::uint32_t px = x + scene->film.crop_x, py = y + scene->film.crop_y;
-          double stopped = 0, weights = 0;
-          for (std::uint64_t s = 0; s < samples; ++s) {
-            const FilmSample begin(task, px, py, s);
-            const float time = begin.time<kAllEffects>();
-            const Ray ray = begin.ray<kAllEffects>(*scene, px, py, time);
-            const double weight = std::abs(static_cast<double>(begin.offset.weight));  // so that no alpha is above 1
-            stopped += weight * opacity<kAllEffects>(*scene, ray, begin.sampler, time), weights += weight;
-          }
-          found[width * y + x] = static_cast<float>(stopped / weights);
+  const std::vector<PixelBlock> blocks = renderer.blocks();
+  const auto worker = [&](std::size_t i) {
+    const PixelBlock& block = blocks[i];
+    const BlockTask task{*scene, settings, options.seed, block, 0, samples, options.nets};
+    for (std::uint32_t y = block.y0; y < block.y1; ++y)
+      for (std::uint32_t x = block.x0; x < block.x1; ++x) {
+        const std::uint32_t px = x + scene->film.crop_x, py = y + scene->film.crop_y;
+        double stopped = 0, weights = 0;
+        for (std::uint64_t s = 0; s < samples; ++s) {
+          const FilmSample begin(task, px, py, s);
+          const float time = begin.time<kAllEffects>();
+          const Ray ray = begin.ray<kAllEffects>(*scene, px, py, time);
+          const double weight = std::abs(static_cast<double>(begin.offset.weight));  // so that no alpha is above 1
+          stopped += weight * opacity<kAllEffects>(*scene, ray, begin.sampler, time), weights += weight;
         }
-    };
-  });
+        found[width * y + x] = static_cast<float>(stopped / weights);
+      }
+  };
+  run_blocks(
+      blocks.size(), renderer.threads(), [&] { return worker; }, poll);
   return found;
 }
 

@@ -16,7 +16,6 @@ namespace equaltime {
 /// anything, and exactly 1 where all are stopped. `poll` is called about every 50 ms by the calling thread and ends it
 /// all by throwing.
 [[nodiscard]] std::vector<float> alpha(std::shared_ptr<const Scene> scene, const Settings& settings,
-                                       const RenderOptions& options, std::uint64_t samples,
-                                       const std::function<void()>& poll = {});
+                                       const RenderOptions& options, std::uint64_t samples, const Poll& poll = {});
 
 }  // namespace equaltime

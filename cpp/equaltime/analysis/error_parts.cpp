@@ -1,14 +1,11 @@
 #include "equaltime/analysis/error_parts.h"
 
-#include <tbb/info.h>
-
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
 #include <vector>
 
-#include "equaltime/base/threads.h"
+#include "equaltime/base/run_blocks.h"
 #include "equaltime/film/statistics.h"
 
 namespace equaltime {
@@ -84,15 +81,13 @@ struct Scratch {
 template <class Work>
 void over_bands(const PixelEstimates& image, std::size_t halo, const Work& work) {
   const std::size_t bands = (image.height + kBandRows - 1) / kBandRows;
-  const auto cores = static_cast<std::size_t>(tbb::info::default_concurrency());
-  std::atomic<std::size_t> next{0};
-  on_threads(static_cast<unsigned>(std::max<std::size_t>(std::min(bands, cores), 1)), [&](unsigned) {
-    Scratch scratch;
-    for (std::size_t i = next++; i < bands; i = next++) {
+  const std::size_t threads = std::max<std::size_t>(std::min<std::size_t>(bands, thread_count(0)), 1);
+  run_blocks(bands, static_cast<unsigned>(threads), [&] {
+    return [&, scratch = Scratch()](std::size_t i) mutable {
       const Band band(image, i * kBandRows, halo);
       scratch.fit(band.size());
       work(band, i, scratch);
-    }
+    };
   });
 }
 

@@ -3,18 +3,15 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <exception>
 #include <stdexcept>
-#include <thread>
 
-#include "equaltime/base/threads.h"
+#include "equaltime/base/run_blocks.h"
 
 namespace equaltime {
 
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr std::chrono::milliseconds kPollInterval{50};
 /// Samples that the renderer adds to every pixel of a block before it goes to the next.
 constexpr std::uint64_t kPassSamples = 16;
 
@@ -31,7 +28,7 @@ struct Recording {
 class LimitRun {
  public:
   LimitRun(std::shared_ptr<const Scene> scene, const Settings& settings, const RenderOptions& render,
-           const LimitOptions& options, const std::function<void()>& poll)
+           const LimitOptions& options, const Poll& poll)
       : scene_(scene),
         seed_(render.seed),
         nets_(render.nets),
@@ -59,10 +56,9 @@ class LimitRun {
  private:
   void render(std::uint64_t first, std::uint64_t last, LimitPair& result) {
     const Counters before = renderer_.counters();
-    const auto poll = [this] { return poll_ ? (poll_(), true) : true; };
     const Clock::time_point start = Clock::now();
     for (std::uint64_t done = first; done < last; done += kPassSamples)
-      renderer_.advance(std::min(done + kPassSamples, last), {}, poll);
+      if (!renderer_.advance(std::min(done + kPassSamples, last), {}, poll_)) throw std::runtime_error("cancelled");
     result.render_seconds = seconds_since(start);
     const Counters& after = renderer_.counters();
     result.counters = {after.paths - before.paths, after.rays - before.rays, after.shadow_rays - before.shadow_rays,
@@ -84,13 +80,16 @@ class LimitRun {
   Recording record(std::size_t begin, std::uint64_t first, std::uint64_t last) {
     Recording recording{begin, begin, std::vector<std::vector<RecordedRay>>(blocks_.size() - begin)};
     std::atomic<std::size_t> kept{0};
-    recording.end = in_order(begin, blocks_.size(), [&](std::size_t i) {
+    Stop stop({.poll = poll_});
+    const auto work = [&](std::size_t i) {
       RayRecorder recorder;
-      renderer_.kernel().record({*scene_, renderer_.settings(), seed_, blocks_[i], first, last, nets_}, recorder);
-      recording.rays[i - begin].assign(recorder.rays.begin(), recorder.rays.end());  // no spare capacity
-      const std::size_t bytes = recorder.rays.size() * sizeof(RecordedRay);
-      return (kept += bytes) < options_.memory_bytes;
-    });
+      const PixelBlock& block = blocks_[begin + i];
+      renderer_.kernel().record({*scene_, renderer_.settings(), seed_, block, first, last, nets_}, recorder);
+      recording.rays[i].assign(recorder.rays.begin(), recorder.rays.end());  // no spare capacity
+      if ((kept += recorder.rays.size() * sizeof(RecordedRay)) >= options_.memory_bytes) stop.request();
+    };
+    recording.end += run_blocks(recording.rays.size(), renderer_.threads(), stop, [&] { return work; });
+    stop.rethrow();
     return recording;
   }
 
@@ -99,8 +98,8 @@ class LimitRun {
     const Accel& accel = scene_->accel;
     const bool moves = scene_->moves();
     std::atomic<std::uint64_t> found{0}, traced{0};
-    in_order(part.begin, part.end, [&](std::size_t i) {
-      const std::vector<RecordedRay>& rays = part.rays[i - part.begin];
+    const auto work = [&](std::size_t i) {
+      const std::vector<RecordedRay>& rays = part.rays[i];
       std::uint64_t met = 0;
       if (moves)
         for (const RecordedRay& r : rays)
@@ -109,46 +108,18 @@ class LimitRun {
         for (const RecordedRay& r : rays) met += r.shadow ? accel.occluded(r.ray) : accel.intersect(r.ray).has_value();
       found += met;
       traced += rays.size();
-      return true;
-    });
+    };
+    run_blocks(
+        part.end - part.begin, renderer_.threads(), [&] { return work; }, poll_);
     replayed_ += traced;
     return found;
-  }
-
-  /// Works on blocks begin, begin + 1, … as a render does: each by one of the threads, begun in this order, until
-  /// `work` returns false. Returns the first block that is left.
-  std::size_t in_order(std::size_t begin, std::size_t end, const std::function<bool(std::size_t)>& work) {
-    std::atomic<std::size_t> next{begin};
-    std::atomic<bool> enough{false};
-    std::exception_ptr error;
-    const auto worker = [&, caller = std::this_thread::get_id()](unsigned) {
-      Clock::time_point last_poll = Clock::now();
-      while (!enough) {
-        if (poll_ && std::this_thread::get_id() == caller && Clock::now() - last_poll >= kPollInterval) {
-          last_poll = Clock::now();
-          try {
-            poll_();
-          } catch (...) {
-            error = std::current_exception();
-            enough = true;
-            break;
-          }
-        }
-        const std::size_t i = next.fetch_add(1, std::memory_order_relaxed);
-        if (i >= end) break;
-        if (!work(i)) enough = true;
-      }
-    };
-    on_threads(renderer_.threads(), worker);
-    if (error) std::rethrow_exception(error);
-    return std::min(next.load(), end);
   }
 
   std::shared_ptr<const Scene> scene_;
   std::uint64_t seed_;
   std::uint32_t nets_;
   LimitOptions options_;
-  const std::function<void()>& poll_;
+  const Poll& poll_;
   Renderer renderer_;
   std::vector<PixelBlock> blocks_;
   std::uint64_t replayed_ = 0;
@@ -157,7 +128,7 @@ class LimitRun {
 }  // namespace
 
 Limit measure_limit(std::shared_ptr<const Scene> scene, const Settings& settings, const RenderOptions& render,
-                    const LimitOptions& options, const std::function<void()>& poll) {
+                    const LimitOptions& options, const Poll& poll) {
   LimitRun run(std::move(scene), settings, render, options, poll);
   Limit limit{{}, run.renderer().threads(), run.renderer().kernel().effects};
   for (std::uint32_t i = 0; i < options.pairs; ++i)

@@ -40,7 +40,6 @@ struct Limit {
 /// Renders and replays in turn. `poll` is called about every 50 ms by the calling thread and ends it all by throwing.
 /// Recording the rays is not timed. Throws std::logic_error if the recorded rays are not as many as the render's.
 [[nodiscard]] Limit measure_limit(std::shared_ptr<const Scene> scene, const Settings& settings,
-                                  const RenderOptions& render, const LimitOptions& options,
-                                  const std::function<void()>& poll = {});
+                                  const RenderOptions& render, const LimitOptions& options, const Poll& poll = {});
 
 }  // namespace equaltime

@@ -144,7 +144,9 @@ Replay replay(const Scene& scene, const Settings& settings, std::uint64_t seed, 
   scene.lights.prepare(settings.lights, settings.environment);
   Replay result{};
   PathTracer tracer(scene, settings, result);
-  const RouletteDecision decision = decide_roulette(scene, settings, 1);
+  Stop never;
+  const RouletteDecision decision = decide_roulette(scene, settings, 1, never);
+  never.rethrow();
   const Settings learnt = decision.applied(settings);
   const BlockTask task{scene, learnt, seed, {x, y, x + 1, y + 1}, index, index + 1, nets};
   const HeldExceptions held;

@@ -1,16 +1,13 @@
 #include "equaltime/analysis/specular.h"
 
-#include <tbb/info.h>
-
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <numbers>
 #include <set>
 #include <vector>
 
 #include "equaltime/base/effects.h"
-#include "equaltime/base/threads.h"
+#include "equaltime/base/run_blocks.h"
 #include "equaltime/transport/sample_pixel.h"
 
 namespace equaltime {
@@ -99,10 +96,7 @@ struct Chains {
   unsigned threads;
 
   Chains(const Scene& s, Settings of_render, const RenderOptions& options)
-      : scene(s),
-        settings(of_render),
-        seed(options.seed ^ 0x9e3779b97f4a7c15),
-        threads(options.threads > 0 ? options.threads : static_cast<unsigned>(tbb::info::default_concurrency())) {
+      : scene(s), settings(of_render), seed(options.seed ^ 0x9e3779b97f4a7c15), threads(thread_count(options.threads)) {
     settings.technique = Technique::bsdf;
     settings.lights = LightSelection::power;
     settings.roulette = Roulette::none;
@@ -130,12 +124,8 @@ struct Chains {
 /// Calls work(i, observer) for all i below `count`; each thread has an observer of its own.
 template <Observer O, class Work>
 void for_each(std::size_t count, unsigned threads, const Work& work) {
-  std::atomic<std::size_t> next{0};
-  on_threads(threads, [&](unsigned) {
-    O observer;
-    for (std::size_t from = next.fetch_add(kChunk); from < count; from = next.fetch_add(kChunk))
-      for (std::size_t i = from; i < std::min(from + kChunk, count); ++i) work(i, observer);
-  });
+  run_items(count, kChunk, threads,
+            [&] { return [&work, observer = O()](std::size_t i) mutable { work(i, observer); }; });
 }
 
 using Pixels = std::vector<std::uint32_t>;  // y * width + x of the crop, ascending

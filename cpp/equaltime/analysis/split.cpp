@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "equaltime/base/effects.h"
-#include "equaltime/transport/block_loop.h"
+#include "equaltime/base/run_blocks.h"
 #include "equaltime/transport/sample_pixel.h"
 
 namespace equaltime {
@@ -58,7 +58,7 @@ void SplitObserver::add(const Spectrum& L, int depth, std::uint32_t way, std::ui
 }
 
 Split split_light(std::shared_ptr<const Scene> scene, const Settings& settings, const RenderOptions& options,
-                  std::uint64_t samples, bool only_lengths, const std::function<void()>& poll) {
+                  std::uint64_t samples, bool only_lengths, const Poll& poll) {
   Renderer renderer(scene, settings, options);
   const Settings& learnt = renderer.settings();
   Split split{SplitParts(*scene), scene->film.crop_height, scene->film.crop_width, SplitParts::kLengths, {}};
@@ -66,10 +66,12 @@ Split split_light(std::shared_ptr<const Scene> scene, const Settings& settings, 
   const std::size_t row = 3 * std::size_t{split.kept};
   split.means.resize(row * split.height * split.width);
   const double scale = scene->normalization.world_radiance_scale() / static_cast<double>(samples);
-  for_each_block(renderer.blocks(), renderer.threads(), poll, [&] {
+  const std::vector<PixelBlock> blocks = renderer.blocks();
+  const auto make_worker = [&] {
     // The sums are of one pixel: what is kept of it is rounded once.
     return [&, observer = SplitObserver(split.parts, scene->crossings_are_vertices),
-            sums = std::vector<double>(3 * std::size_t{split.parts.count()})](const PixelBlock& block) mutable {
+            sums = std::vector<double>(3 * std::size_t{split.parts.count()})](std::size_t i) mutable {
+      const PixelBlock& block = blocks[i];
       const BlockTask task{*scene, learnt, options.seed, block, 0, samples, options.nets};
       for (std::uint32_t y = block.y0; y < block.y1; ++y)
         for (std::uint32_t x = block.x0; x < block.x1; ++x) {
@@ -80,7 +82,8 @@ Split split_light(std::shared_ptr<const Scene> scene, const Settings& settings, 
                                  [](double sum) { return static_cast<float>(sum); });
         }
     };
-  });
+  };
+  run_blocks(blocks.size(), renderer.threads(), make_worker, poll);
   return split;
 }
 

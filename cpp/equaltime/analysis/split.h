@@ -99,6 +99,6 @@ struct Split {
 /// same options. `poll` is called about every 50 ms by the calling thread and ends it all by throwing.
 [[nodiscard]] Split split_light(std::shared_ptr<const Scene> scene, const Settings& settings,
                                 const RenderOptions& options, std::uint64_t samples, bool only_lengths = false,
-                                const std::function<void()>& poll = {});
+                                const Poll& poll = {});
 
 }  // namespace equaltime

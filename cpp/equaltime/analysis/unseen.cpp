@@ -1,10 +1,9 @@
 #include "equaltime/analysis/unseen.h"
 
 #include <algorithm>
-#include <atomic>
 
 #include "equaltime/base/effects.h"
-#include "equaltime/base/threads.h"
+#include "equaltime/base/run_blocks.h"
 #include "equaltime/transport/sample_pixel.h"
 
 namespace equaltime {
@@ -29,17 +28,14 @@ std::vector<double> unshadowed(std::shared_ptr<const Scene> scene, Settings sett
   const std::uint32_t width = scene->film.crop_width;
   const double scale = scene->normalization.world_radiance_scale();
   std::vector<double> found(3 * pixels.size());
-  std::atomic<std::size_t> next{0};
-  on_threads(renderer.threads(), [&](unsigned) {
-    WithoutShadows observer;
-    for (std::size_t from = next.fetch_add(kChunk); from < pixels.size(); from = next.fetch_add(kChunk))
-      for (std::size_t i = from; i < std::min(from + kChunk, pixels.size()); ++i) {
-        const std::uint32_t x = pixels[i] % width, y = pixels[i] / width;
-        const BlockTask task{*scene, settings, options.seed, {x, y, x + 1, y + 1}, 0, 1, options.nets};
-        const Spectrum L = sample_pixel<kAllEffects>(task, x, y, 0, observer);
-        const float channels[3] = {L.r, L.g, L.b};
-        for (std::size_t c = 0; c < 3; ++c) found[3 * i + c] = std::max(0.0, static_cast<double>(channels[c]) * scale);
-      }
+  run_items(pixels.size(), kChunk, renderer.threads(), [&] {
+    return [&, observer = WithoutShadows()](std::size_t i) mutable {
+      const std::uint32_t x = pixels[i] % width, y = pixels[i] / width;
+      const BlockTask task{*scene, settings, options.seed, {x, y, x + 1, y + 1}, 0, 1, options.nets};
+      const Spectrum L = sample_pixel<kAllEffects>(task, x, y, 0, observer);
+      const float channels[3] = {L.r, L.g, L.b};
+      for (std::size_t c = 0; c < 3; ++c) found[3 * i + c] = std::max(0.0, static_cast<double>(channels[c]) * scale);
+    };
   });
   return found;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <tbb/global_control.h>
+#include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -9,6 +10,11 @@
 #include <map>
 
 namespace equaltime {
+
+/// The number of threads that was asked for; as many as the machine has for 0.
+inline unsigned thread_count(unsigned asked) {
+  return asked > 0 ? asked : static_cast<unsigned>(tbb::info::default_concurrency());
+}
 
 /// The arena of the calling thread for so many threads, kept: one that ends while a worker is on its way out leaves
 /// some 7 kB behind (oneTBB 2021.8, on a busy machine), and renders have many passes.

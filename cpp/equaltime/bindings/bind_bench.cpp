@@ -11,12 +11,6 @@ namespace equaltime {
 
 namespace {
 
-/// Lets Python handle signals; called with the GIL released.
-void check_signals() {
-  const py::gil_scoped_acquire acquire;
-  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-}
-
 py::dict as_dict(const LimitPair& pair) {
   const Counters& c = pair.counters;
   return py::dict("render_seconds"_a = pair.render_seconds, "replay_seconds"_a = pair.replay_seconds,

@@ -91,13 +91,6 @@ Effects effects_of(const std::vector<std::string>& names) {
   return effects;
 }
 
-/// Asks Python whether to go on, and lets it handle signals; called with the GIL released.
-bool go_on(const std::optional<py::function>& poll) {
-  const py::gil_scoped_acquire acquire;
-  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-  return !poll || (*poll)().cast<bool>();
-}
-
 py::array moments_of(Film& film, const py::object& self) {
   return py::array_t<PixelMoments>({film.replicates(), film.height(), film.width()}, film.moments().data(), self);
 }
@@ -198,7 +191,11 @@ void bind_render(py::module_& m) {
           [](Renderer& r, std::uint64_t samples, std::optional<double> seconds, const std::optional<py::function>& poll,
              std::optional<double> pause) {
             const py::gil_scoped_release release;
-            const auto asked = [&poll] { return go_on(poll); };
+            const auto asked = [&poll] {
+              check_signals();
+              const py::gil_scoped_acquire acquire;
+              return !poll || (*poll)().cast<bool>();
+            };
             return r.advance(samples, seconds, asked, pause);
           },
           "samples"_a, "seconds"_a = py::none(), "poll"_a = py::none(), "pause"_a = py::none())

@@ -3,15 +3,12 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-#include <tbb/info.h>
-
 #include <algorithm>
-#include <atomic>
 #include <memory>
 #include <set>
 
 #include "equaltime/base/effects.h"
-#include "equaltime/base/threads.h"
+#include "equaltime/base/run_blocks.h"
 #include "equaltime/bindings/bindings.h"
 #include "equaltime/build/build_scene.h"
 #include "equaltime/build/check_description.h"
@@ -160,12 +157,9 @@ py::dict intersect(const Scene& scene, const ArrayD& origins, const ArrayD& dire
                      table("primitive", std::int64_t{}, 0),
                      table("front", false, 0)};
   constexpr std::size_t kBlock = 1024;
-  std::atomic<std::size_t> next{0};
   const py::gil_scoped_release release;
-  on_threads(threads > 0 ? threads : static_cast<unsigned>(tbb::info::default_concurrency()), [&](unsigned) {
-    for (std::size_t begin = next.fetch_add(kBlock); begin < o.size(); begin = next.fetch_add(kBlock))
-      for (std::size_t i = begin; i < std::min(begin + kBlock, o.size()); ++i) put_hit(scene, to, i, o[i], d[i], time);
-  });
+  run_items(o.size(), kBlock, thread_count(threads),
+            [&] { return [&](std::size_t i) { put_hit(scene, to, i, o[i], d[i], time); }; });
   return found;
 }
 

@@ -18,12 +18,6 @@ namespace equaltime {
 
 namespace {
 
-/// Lets Python handle signals; called with the GIL released.
-void check_signals() {
-  const py::gil_scoped_acquire acquire;
-  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-}
-
 py::tuple split(std::shared_ptr<Scene> scene, const Settings& settings, std::uint64_t seed, unsigned threads,
                 std::uint64_t samples, std::uint32_t nets, bool only_lengths) {
   if (samples == 0) throw py::value_error("samples must be at least 1");

@@ -21,6 +21,13 @@ void bind_sensors(pybind11::class_<SceneDescription>& builder);
 void bind_textures(pybind11::class_<SceneDescription>& builder);
 void bind_motion(pybind11::class_<SceneDescription>& builder);
 
+/// A poll that lets Python handle signals and goes on; called with the GIL released. Throws what a handler raises.
+inline bool check_signals() {
+  const pybind11::gil_scoped_acquire acquire;
+  if (PyErr_CheckSignals() != 0) throw pybind11::error_already_set();
+  return true;
+}
+
 /// Throws ValueError for what is no 4x4 matrix.
 [[nodiscard]] Transform transform(
     const pybind11::array_t<double, pybind11::array::c_style | pybind11::array::forcecast>& a);

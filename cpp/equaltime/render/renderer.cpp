@@ -1,27 +1,18 @@
 #include "equaltime/render/renderer.h"
 
-#include <tbb/info.h>
-
 #include <algorithm>
-#include <atomic>
-#include <chrono>
-#include <exception>
 #include <mutex>
 #include <stdexcept>
-#include <thread>
 #include <utility>
 
 #include "equaltime/base/effects.h"
-#include "equaltime/base/threads.h"
+#include "equaltime/base/run_blocks.h"
 #include "equaltime/scene/derive_effects.h"
 
 namespace equaltime {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
-constexpr std::chrono::milliseconds kPollInterval{50};
-constexpr double kMostSeconds = 1e9;  // a clock holds nine times that; whoever asks for more never waits so long
 /// A pass adds at most so many samples to a pixel, so that a block is short and a stop is prompt.
 constexpr std::uint64_t kPassSamples = 16;
 /// But a small film takes more, up to so many paths in all: starting thousands of passes takes longer than they do.
@@ -73,18 +64,6 @@ Sharing sharing(const RenderOptions& options) noexcept {
   return options.nets == 1 && options.replicates > 1 ? Sharing::halves : Sharing::alternate;
 }
 
-/// Counts who is at work, for as long as it lives: also if that ends with an exception, which others must not wait for.
-class Present {
- public:
-  explicit Present(std::atomic<unsigned>& count) noexcept : count_(count) { ++count_; }
-  ~Present() { --count_; }
-  Present(const Present&) = delete;
-  Present& operator=(const Present&) = delete;
-
- private:
-  std::atomic<unsigned>& count_;
-};
-
 Effects both(Effects a, const Effects& b) noexcept {
   for (const auto& [value, name] : kEffectFields) a.*value = a.*value || b.*value;
   return a;
@@ -92,67 +71,11 @@ Effects both(Effects a, const Effects& b) noexcept {
 
 }  // namespace
 
-/// One worker's counters, logs and block copy during a pass.
-struct Renderer::Worker {
-  RayCounter counter;
-  BlockBefore before;
-  SampleLog<NonFinite> nonfinite;
-  SampleLog<FaultySample> faulty;
-};
-
-/// When to stop between blocks: shared by the workers of one call of `advance`.
-struct Renderer::Stop {
-  Stop(std::optional<double> seconds, const std::function<bool()>& p, std::optional<double> pause_seconds,
-       std::stop_token token = {})
-      : poll(p), cancel(std::move(token)), deadline(in(seconds)), pause(in(pause_seconds)) {}
-
-  const std::function<bool()>& poll;
-  const std::stop_token cancel;
-  std::optional<Clock::time_point> deadline, pause;
-  std::thread::id caller = std::this_thread::get_id();
-  Clock::time_point last_poll = Clock::now();
-  std::atomic<bool> requested{false};
-  std::exception_ptr error;
-
-  /// Called by every worker before it takes a block; polls on the calling thread only.
-  bool now() noexcept {
-    if (requested.load(std::memory_order_relaxed)) return true;
-    if (cancel.stop_requested()) requested = true;
-    const Clock::time_point time = Clock::now();
-    if (deadline && time >= *deadline) requested = true;
-    if (poll && std::this_thread::get_id() == caller && time - last_poll >= kPollInterval) {
-      last_poll = time;
-      try {
-        if (!poll()) requested = true;
-      } catch (...) {
-        error = std::current_exception();
-        requested = true;
-      }
-    }
-    return requested;
-  }
-
-  /// Whether a worker that has finished a block takes no other; paths that are on their way go on.
-  [[nodiscard]] bool pauses() const noexcept { return pause && Clock::now() >= *pause; }
-
-  /// Lets the calling thread go on polling where a pause left it nothing to do but to wait for the paths of others.
-  void wait_for(const std::atomic<unsigned>& others) noexcept {
-    if (std::this_thread::get_id() != caller) return;
-    while (others > 0 && pauses() && !now()) std::this_thread::sleep_for(std::chrono::milliseconds{1});
-  }
-
- private:
-  static std::optional<Clock::time_point> in(std::optional<double> seconds) {
-    if (!seconds || !(*seconds < kMostSeconds)) return {};
-    return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*seconds));
-  }
-};
-
 Renderer::Renderer(std::shared_ptr<const Scene> scene, const Settings& settings, const RenderOptions& options)
     : scene_(std::move(scene)),
       settings_(settings),
       options_(options),
-      threads_(options.threads > 0 ? options.threads : static_cast<unsigned>(tbb::info::default_concurrency())),
+      threads_(thread_count(options.threads)),
       need_(both(derive_effects(*scene_), options.also)),
       kernel_(&choose_kernel(both(need_, effects_of(settings)))),
       film_(scene_->film.crop_width, scene_->film.crop_height, std::max(1U, options.replicates), sharing(options)),
@@ -175,20 +98,21 @@ std::vector<PixelBlock> Renderer::blocks() const {
   return list;
 }
 
-bool Renderer::advance(std::uint64_t samples, std::optional<double> seconds, const std::function<bool()>& poll,
+bool Renderer::advance(std::uint64_t samples, std::optional<double> seconds, const Poll& poll,
                        std::optional<double> pause) {
-  Stop stop(seconds, poll, pause);
-  return bring_to(samples, stop);
+  return advance_until(samples, {.poll = poll, .seconds = seconds, .pause = pause});
 }
 
 bool Renderer::advance(std::uint64_t samples, std::stop_token cancel, std::optional<double> seconds) {
-  const std::function<bool()> no_poll;
-  Stop stop(seconds, no_poll, {}, std::move(cancel));
-  return bring_to(samples, stop);
+  return advance_until(samples, {.cancel = std::move(cancel), .seconds = seconds});
 }
 
-bool Renderer::bring_to(std::uint64_t samples, Stop& stop) {
-  (void)this->settings();  // what is learnt is a part of the time
+bool Renderer::advance_until(std::uint64_t samples, const StopWhen& when) {
+  Stop stop(when);  // what is learnt is a part of the time, but has no deadline: half of it would be lost
+  if (Stop asked({.poll = when.poll, .cancel = when.cancel}); !learn(asked)) {
+    asked.rethrow();
+    return false;
+  }
   const std::uint64_t pixels = std::uint64_t{film_.width()} * film_.height();
   const std::uint64_t pass = std::max(kPassSamples, kPassPaths / std::max<std::uint64_t>(pixels, 1));
   while (at_.done < samples) {
@@ -200,22 +124,31 @@ bool Renderer::bring_to(std::uint64_t samples, Stop& stop) {
       at_.next_block = 0;
     }
     const bool stopped = stop.now() || stop.pauses();
-    if (stop.error) std::rethrow_exception(stop.error);
+    stop.rethrow();
     if (!complete || (stopped && at_.done < samples)) return false;
   }
   return true;
 }
 
 const Settings& Renderer::settings() {
-  if (decision_ || !is_undecided(settings_)) return settings_;
-  decision_ = decide_roulette(*scene_, settings_, threads_);
+  Stop never;
+  (void)learn(never);
+  never.rethrow();
+  return settings_;
+}
+
+bool Renderer::learn(Stop& stop) {
+  if (decision_ || !is_undecided(settings_)) return true;
+  RouletteDecision decision = decide_roulette(*scene_, settings_, threads_, stop);
+  if (stop.requested()) return false;
+  decision_ = std::move(decision);
   settings_ = decision_->applied(settings_);
   kernel_ = &choose_kernel(both(need_, effects_of(settings_)));
   if (!taken_up_) {  // or an earlier render has counted them
     counters_.rays += decision_->rays;
     counters_.shadow_rays += decision_->shadow_rays;
   }
-  return settings_;
+  return true;
 }
 
 bool Renderer::has_samples(const PixelBlock& block, std::uint64_t average) const noexcept {
@@ -273,28 +206,72 @@ void Renderer::take_up(const Counters& so_far, const Position& position) {
   taken_up_ = true;
 }
 
-bool Renderer::add_samples(const BlockTask& task, Worker& worker) {
-  std::uint64_t* rays = task.pixel_rays;
-  const Counters counters = worker.counter.counters;
-  const std::size_t logged = worker.nonfinite.size(), faults_logged = worker.faulty.size();
-  const auto undo = [&]() noexcept {
-    worker.before.put_back(task.block, film_, second_, rays);
-    worker.counter.counters = counters;
-    worker.nonfinite.shrink(logged);
-    worker.faulty.shrink(faults_logged);
-  };
-  try {
-    worker.before.keep(task.block, film_, second_, rays);
-    if (options_.traps == Traps::ignore)
-      kernel_->render(task, film_, worker.counter, worker.nonfinite);
-    else
-      render_checked(task, options_.traps, film_, worker.counter, worker.nonfinite, worker.faulty);
-  } catch (...) {
-    undo();
-    throw;
+/// One thread's share of a pass: it works on block after block, and adds what it counted to the renderer in the end.
+class Renderer::Worker {
+ public:
+  Worker(Renderer& renderer, Stop& stop, std::mutex& merge) noexcept : renderer_(renderer), merge_(merge) {
+    counter_.stop = &stop;
   }
-  if (worker.counter.gave_up) undo();
-  return !worker.counter.gave_up;
+  ~Worker() {
+    const std::lock_guard lock(merge_);
+    renderer_.counters_ += counter_.counters;
+    renderer_.nonfinite_.add(nonfinite_);
+    renderer_.faulty_.add(faulty_);
+  }
+  Worker(const Worker&) = delete;
+  Worker& operator=(const Worker&) = delete;
+
+  /// Brings a block to the pass's samples. Where a path is given up, or by an exception, which is thrown on, the block,
+  /// the counters and the logs are as they were, and the block is to be done again.
+  void add_samples(std::size_t block) {
+    const BlockTask task = renderer_.task(block);
+    const Counters counters = counter_.counters;
+    const std::size_t logged = nonfinite_.size(), faults_logged = faulty_.size();
+    const auto undo = [&]() noexcept {
+      before_.put_back(task.block, renderer_.film_, renderer_.second_, task.pixel_rays);
+      counter_.counters = counters;
+      nonfinite_.shrink(logged);
+      faulty_.shrink(faults_logged);
+      const std::lock_guard lock(merge_);
+      renderer_.again_.push_back(block);
+    };
+    try {
+      before_.keep(task.block, renderer_.film_, renderer_.second_, task.pixel_rays);
+      render(task);
+    } catch (...) {
+      undo();
+      throw;
+    }
+    if (counter_.gave_up) undo();
+  }
+
+ private:
+  void render(const BlockTask& task) {
+    if (renderer_.options_.traps == Traps::ignore)
+      renderer_.kernel_->render(task, renderer_.film_, counter_, nonfinite_);
+    else
+      render_checked(task, renderer_.options_.traps, renderer_.film_, counter_, nonfinite_, faulty_);
+  }
+
+  Renderer& renderer_;
+  std::mutex& merge_;
+  RayCounter counter_;
+  BlockBefore before_;
+  SampleLog<NonFinite> nonfinite_;
+  SampleLog<FaultySample> faulty_;
+};
+
+BlockTask Renderer::task(std::size_t block) noexcept {
+  return {*scene_,
+          settings_,
+          options_.seed,
+          blocks_[block],
+          at_.done,
+          at_.target,
+          options_.nets,
+          &schedule_,
+          options_.pixel_rays ? pixel_rays_.data() : nullptr,
+          second_.film().width() > 0 ? &second_ : nullptr};
 }
 
 void Renderer::run_pass(Stop& stop) {
@@ -302,56 +279,12 @@ void Renderer::run_pass(Stop& stop) {
   unfinished.reserve(again_.size() + blocks_.size() - at_.next_block);  // a block that fails must not need memory
   const std::vector<std::size_t> again = std::exchange(again_, std::move(unfinished));
   const std::size_t tasks = again.size() + blocks_.size() - at_.next_block;
-  std::atomic<std::size_t> next{0};
-  std::atomic<unsigned> at_work{0};
   std::mutex merge;
-  std::exception_ptr failure;
-  const std::function<bool()> stops = [&stop] { return stop.now(); };
-  const auto take_blocks = [&] {
-    const Present here(at_work);
-    Worker worker;
-    worker.counter.stop = &stops;
-    for (bool first = true; !stop.now() && (first || !stop.pauses()); first = false) {
-      const std::size_t n = next.fetch_add(1, std::memory_order_relaxed);
-      if (n >= tasks) break;
-      const std::size_t i = n < again.size() ? again[n] : at_.next_block + n - again.size();
-      const BlockTask task{*scene_,
-                           settings_,
-                           options_.seed,
-                           blocks_[i],
-                           at_.done,
-                           at_.target,
-                           options_.nets,
-                           &schedule_,
-                           options_.pixel_rays ? pixel_rays_.data() : nullptr,
-                           second_.film().width() > 0 ? &second_ : nullptr};
-      std::exception_ptr error;
-      try {
-        if (add_samples(task, worker)) continue;
-      } catch (...) {
-        error = std::current_exception();
-        stop.requested = true;
-      }
-      const std::lock_guard lock(merge);
-      again_.push_back(i);
-      if (error) failure = error;
-    }
-    const std::lock_guard lock(merge);
-    counters_ += worker.counter.counters;
-    nonfinite_.add(worker.nonfinite);
-    faulty_.add(worker.faulty);
-  };
-  const auto work = [&](unsigned) {
-    take_blocks();
-    stop.wait_for(at_work);
-  };
-  try {
-    on_threads(threads_, work);
-  } catch (...) {  // of oneTBB, which may find no memory for its tasks; what the workers finished counts all the same
-    failure = std::current_exception();
-  }
-  if (failure && !stop.error) stop.error = failure;
-  const std::size_t begun = std::min(next.load(), tasks);
+  const std::size_t begun = run_blocks(tasks, threads_, stop, [&] {
+    return [&, worker = std::make_unique<Worker>(*this, stop, merge)](std::size_t n) {
+      worker->add_samples(n < again.size() ? again[n] : at_.next_block + n - again.size());
+    };
+  });
   for (std::size_t n = begun; n < again.size(); ++n) again_.push_back(again[n]);
   std::sort(again_.begin(), again_.end());
   at_.next_block += begun - std::min(begun, again.size());

@@ -4,13 +4,13 @@
 // another thread. Requesting a stop by the token is the exception. Any number of Renderers may share a scene.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <optional>
 #include <stop_token>
 #include <vector>
 
 #include "equaltime/base/effects.h"
+#include "equaltime/base/stop.h"
 #include "equaltime/render/checked.h"
 #include "equaltime/render/splitting.h"
 #include "equaltime/transport/kernels.h"
@@ -40,7 +40,7 @@ class Renderer {
   /// begins anew then. After `pause` seconds the call ends early too, but every worker has finished a block then, so
   /// that a caller who goes on comes to the end. An exception of a worker, such as std::bad_alloc, is thrown on. In
   /// each of these cases the next call takes up where this one ended; no sample is lost or counted twice.
-  bool advance(std::uint64_t samples, std::optional<double> seconds = {}, const std::function<bool()>& poll = {},
+  bool advance(std::uint64_t samples, std::optional<double> seconds = {}, const Poll& poll = {},
                std::optional<double> pause = {});
 
   /// The same, but a stop that any thread requests by the token ends the call early too, between blocks. A stop that
@@ -87,13 +87,13 @@ class Renderer {
   [[nodiscard]] std::vector<PixelBlock> blocks() const;
 
  private:
-  struct Stop;
-  struct Worker;
-  bool bring_to(std::uint64_t samples, Stop& stop);
+  class Worker;
+  bool advance_until(std::uint64_t samples, const StopWhen& when);
+  /// Learns what a pilot decides. Returns false if it was stopped, and then knows nothing.
+  [[nodiscard]] bool learn(Stop& stop);
   void run_pass(Stop& stop);
-  /// Adds a task's samples to the film. Returns false where a path was given up; then, and after an exception, the
-  /// block, the counters and the logs are as they were.
-  bool add_samples(const BlockTask& task, Worker& worker);
+  /// Of the samples that the pass adds to a block.
+  [[nodiscard]] BlockTask task(std::size_t block) noexcept;
   /// Whether every pixel of the block has what the schedule gives it at this average.
   [[nodiscard]] bool has_samples(const PixelBlock& block, std::uint64_t average) const noexcept;
 

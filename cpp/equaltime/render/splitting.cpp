@@ -185,8 +185,8 @@ struct Parts {
 
 }  // namespace
 
-Splitting learn_splitting(const Scene& scene, const Settings& settings, unsigned threads) {
-  const SplittingPilot pilot = render_splitting_pilot(scene, settings, threads);
+Splitting learn_splitting(const Scene& scene, const Settings& settings, unsigned threads, Stop& stop) {
+  const SplittingPilot pilot = render_splitting_pilot(scene, settings, threads, stop);
   Splitting splitting;
   splitting.rays = pilot.rays, splitting.shadow_rays = pilot.shadow_rays;
   const Parts parts(pilot);
@@ -213,14 +213,14 @@ bool is_undecided(const Settings& settings) noexcept {
          (settings.roulette == Roulette::efficiency && settings.efficiency == nullptr);
 }
 
-RouletteDecision decide_roulette(const Scene& scene, const Settings& settings, unsigned threads) {
+RouletteDecision decide_roulette(const Scene& scene, const Settings& settings, unsigned threads, Stop& stop) {
   RouletteDecision decision;
   decision.roulette = settings.roulette == Roulette::automatic ? Roulette::throughput : settings.roulette;
   const bool fixed = settings.roulette != Roulette::automatic;
   const bool can_pay =
       !is_uncommon(settings.technique) && std::uint64_t{scene.film.width} * scene.film.height >= kLeastFilmPixels;
   if (!is_undecided(settings) || !(fixed || can_pay)) return decision;
-  Splitting found = learn_splitting(scene, settings, threads);
+  Splitting found = learn_splitting(scene, settings, threads, stop);
   decision.log_ratio = found.log_ratio, decision.rays = found.rays, decision.shadow_rays = found.shadow_rays;
   const double more = settings.sampler == SamplerKind::lattice ? kForkingRay * kLattice : kForkingRay;
   if (!fixed && found.log_ratio + std::log(more) >= 0) return decision;

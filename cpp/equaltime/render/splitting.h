@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 
+#include "equaltime/base/stop.h"
 #include "equaltime/transport/efficiency.h"
 #include "equaltime/transport/settings.h"
 
@@ -25,8 +26,8 @@ struct Splitting {
   std::uint64_t rays = 0, shadow_rays = 0;  // of the pilot
 };
 
-/// Learns it from a pilot: the same for any number of threads.
-[[nodiscard]] Splitting learn_splitting(const Scene& scene, const Settings& settings, unsigned threads);
+/// Learns it from a pilot: the same for any number of threads. Means nothing if `stop` ended the pilot.
+[[nodiscard]] Splitting learn_splitting(const Scene& scene, const Settings& settings, unsigned threads, Stop& stop);
 
 /// The roulette of a render.
 struct RouletteDecision {
@@ -44,7 +45,8 @@ struct RouletteDecision {
 
 /// Decides by a pilot, if there is something to decide: splits paths where the roulette is efficiency and, where it is
 /// automatic, if the pilot shows that this pays in seconds. Small films get no pilot, and no copies automatically. The
-/// same for any number of threads.
-[[nodiscard]] RouletteDecision decide_roulette(const Scene& scene, const Settings& settings, unsigned threads);
+/// same for any number of threads. Means nothing if `stop` ended the pilot.
+[[nodiscard]] RouletteDecision decide_roulette(const Scene& scene, const Settings& settings, unsigned threads,
+                                               Stop& stop);
 
 }  // namespace equaltime

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "equaltime/base/effects.h"
-#include "equaltime/base/threads.h"
+#include "equaltime/base/run_blocks.h"
 #include "equaltime/transport/efficiency.h"
 #include "equaltime/transport/sample_pixel.h"
 
@@ -152,7 +152,7 @@ Rgb mean_of_others(const std::vector<RawPixel>& square_of_pixels, const RawPixel
 
 }  // namespace
 
-SplittingPilot render_splitting_pilot(const Scene& scene, const Settings& given, unsigned threads) {
+SplittingPilot render_splitting_pilot(const Scene& scene, const Settings& given, unsigned threads, Stop& stop) {
   scene.lights.prepare(given.lights, given.environment);
   const Efficiency copies = Efficiency::uniform(SplittingPilot::kLog2Copies);
   Settings plain = given, split = given;
@@ -163,11 +163,10 @@ SplittingPilot render_splitting_pilot(const Scene& scene, const Settings& given,
   std::vector<std::vector<RawPixel>> squares(std::clamp(width * height / kFilmPixels, kLeastPixels, kMostPixels) /
                                              (kSide * kSide));
   SplittingPilot pilot;
-  std::atomic<std::size_t> next{0};
   std::atomic<std::uint64_t> rays{0}, shadow_rays{0};
-  on_threads(threads, [&](unsigned) {
-    PilotObserver observer;
-    for (std::size_t i = next++; i < squares.size(); i = next++) {
+  run_blocks(squares.size(), threads, stop, [&] {
+    return [&](std::size_t i) {
+      PilotObserver observer;
       const std::uint64_t place = mix64(kSeed + i) % (wide * high), x0 = place % wide * kSide,
                           y0 = place / wide * kSide;
       const BlockTask one{scene, plain, kSeed + i, {}, 0, 0, kReplicates},
@@ -175,8 +174,8 @@ SplittingPilot render_splitting_pilot(const Scene& scene, const Settings& given,
       for (std::uint64_t y = y0; y < std::min(y0 + kSide, height); ++y)
         for (std::uint64_t x = x0; x < std::min(x0 + kSide, width); ++x)
           if (const auto pixel = render_pixel(one, all, x, y, observer)) squares[i].push_back(*pixel);
-    }
-    rays += observer.rays, shadow_rays += observer.shadow_rays;
+      rays += observer.rays, shadow_rays += observer.shadow_rays;
+    };
   });
   pilot.rays = rays, pilot.shadow_rays = shadow_rays;
   double sum = 0, count = 0;

@@ -10,6 +10,7 @@ namespace equaltime {
 
 struct Scene;
 struct Settings;
+class Stop;
 
 /// One pixel of the pilot. Variances are those of the mean of its samples, averaged over RGB and divided by the square
 /// of the pixel and of a tenth of the picture's mean, as in the error of an image.
@@ -30,7 +31,9 @@ struct SplittingPilot {
 };
 
 /// Renders a pilot of one pixel for 64 of the film, but no fewer than 256 and no more than 4096: it takes as many rays
-/// as 0.6 path a pixel of a film of a million pixels or less, which is 1 % of a render of 64 samples a pixel.
-[[nodiscard]] SplittingPilot render_splitting_pilot(const Scene& scene, const Settings& settings, unsigned threads);
+/// as 0.6 path a pixel of a film of a million pixels or less, which is 1 % of a render of 64 samples a pixel. Squares
+/// are missing if `stop` ends it.
+[[nodiscard]] SplittingPilot render_splitting_pilot(const Scene& scene, const Settings& settings, unsigned threads,
+                                                    Stop& stop);
 
 }  // namespace equaltime

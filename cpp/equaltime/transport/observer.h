@@ -4,13 +4,13 @@
 #pragma once
 
 #include <concepts>
-#include <functional>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "equaltime/base/effects.h"
 #include "equaltime/base/floating_point.h"
+#include "equaltime/base/stop.h"
 #include "equaltime/film/counters.h"
 #include "equaltime/scene/scene.h"
 #include "equaltime/transport/events.h"
@@ -80,12 +80,12 @@ class RayCounter : public PathObserver {
 
   /// Whether a long path is to be given up, because the render ends: what has come of it counts for nothing then.
   [[gnu::noinline]] bool cancelled() noexcept {
-    gave_up = gave_up || (stop && (*stop)());
+    gave_up = gave_up || (stop && stop->now());
     return gave_up;
   }
 
   Counters counters;
-  const std::function<bool()>* stop = nullptr;  // whether the render is to end; throws nothing
+  Stop* stop = nullptr;  // of the render
   bool gave_up = false;
 };
 
