@@ -49,6 +49,7 @@ ELSEWHERE = {
     "loading_beside_mitsuba": "needs a peer",
     "quotes": "watches the load of the machine, and takes minutes at the least",
     "removed_fields": "builds the core anew, and needs valgrind",
+    "special_cases": "builds the core anew",
 }
 
 

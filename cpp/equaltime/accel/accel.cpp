@@ -1,5 +1,6 @@
 #include "equaltime/accel/accel.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <deque>
@@ -10,6 +11,8 @@
 #include "equaltime/accel/embree_values.h"
 #include "equaltime/accel/instruction_set.h"
 #include "equaltime/accel/moving_instance.h"
+#include "equaltime/accel/packet_lanes.h"
+#include "equaltime/accel/ray_packet.h"
 #include "equaltime/accel/slivers.h"
 #include "equaltime/accel/walls.h"
 
@@ -21,6 +24,7 @@ namespace {
 constexpr std::size_t kHighQualityTriangles = 1'000'000;
 /// Of spheres, of disks and of cylinders: what stands between the meshes and the instances.
 constexpr std::size_t kPrimitiveGroups = 3;
+constexpr Hit kNothing{RTC_INVALID_GEOMETRY_ID, {RTC_INVALID_GEOMETRY_ID, RTC_INVALID_GEOMETRY_ID}};
 
 struct DeviceDelete {
   void operator()(RTCDevice d) const noexcept { rtcReleaseDevice(d); }
@@ -80,28 +84,26 @@ void bounds_callback(const RTCBoundsFunctionArguments* args) {
   *args->bounds_o = bounds_of(primitives[args->primID]);
 }
 
-// Only single rays are ever traced, so that the packets below have N = 1 and the layout of RTCRay and RTCRayHit.
 template <class Primitive>
 void intersect_callback(const RTCIntersectFunctionNArguments* args) {
-  if (args->valid[0] == 0) return;
   const auto& primitives = *static_cast<const std::vector<Primitive>*>(args->geometryUserPtr);
-  auto& query = *reinterpret_cast<RTCRayHit*>(args->rayhit);
-  const auto t = intersect_primitive(primitives[args->primID], to_ray(query.ray));
-  args->valid[0] = t ? -1 : 0;  // which Embree 4 asks for
-  if (!t) return;
-  query.ray.tfar = static_cast<float>(*t);
-  query.hit.geomID = args->geomID;
-  query.hit.primID = args->primID;
-  query.hit.instID[0] = args->context->instID[0];
+  for_each_valid_lane(args->valid, args->N, [&](unsigned count, unsigned lane) noexcept {
+    const RayD ray(ray_of(RTCRayHitN_RayN(args->rayhit, count), count, lane));
+    const auto t = intersect_primitive(primitives[args->primID], ray);
+    args->valid[lane] = t ? -1 : 0;  // which Embree 4 asks for
+    if (t)
+      put_hit(args->rayhit, count, lane, static_cast<float>(*t), args->context->instID[0], args->geomID, args->primID);
+  });
 }
 
 template <class Primitive>
 void occluded_callback(const RTCOccludedFunctionNArguments* args) {
-  if (args->valid[0] == 0) return;
   const auto& primitives = *static_cast<const std::vector<Primitive>*>(args->geometryUserPtr);
-  auto& ray = *reinterpret_cast<RTCRay*>(args->ray);
-  args->valid[0] = intersect_primitive(primitives[args->primID], to_ray(ray)) ? -1 : 0;
-  if (args->valid[0] != 0) ray.tfar = -kInfinity;
+  for_each_valid_lane(args->valid, args->N, [&](unsigned count, unsigned lane) noexcept {
+    const bool met = intersect_primitive(primitives[args->primID], RayD(ray_of(args->ray, count, lane))).has_value();
+    args->valid[lane] = met ? -1 : 0;
+    if (met) RTCRayN_tfar(args->ray, count, lane) = -kInfinity;
+  });
 }
 
 }  // namespace
@@ -127,13 +129,18 @@ struct Accel::Impl {
                     const std::vector<InstanceGeometry>& instances, bool moves);
   /// What a ray meets, with Embree's own numbers, all of which are invalid if that is nothing.
   template <bool kMoves>
-  [[nodiscard]] InstancedId met(Vec3f o, Vec3f d, float t_max, float time) const noexcept;
+  [[nodiscard]] Hit met(Vec3f o, Vec3f d, float t_max, float time) const noexcept;
   template <bool kMoves>
   [[nodiscard]] bool blocked(Vec3f o, Vec3f d, float t_max, float time) const noexcept;
+  /// What a query of the tree found, or what is nearer beside the tree; and whether something there is in the way.
+  template <bool kMoves>
+  [[nodiscard]] Hit nearest_of(RTCRayHit& query) const noexcept;
+  template <bool kMoves>
+  [[nodiscard]] bool blocked_beside(const RTCRay& query) const noexcept;
   /// This is no part of `blocked`, so that scenes without walls need no registers for them.
   [[nodiscard, gnu::noinline]] bool blocked_by_walls(const Ray& ray) const noexcept { return walls.any(RayD(ray)); }
-  template <bool kMoves>
-  [[nodiscard]] Optional<InstancedId> nearest(const Ray& ray, float time) const noexcept;
+  /// The hit with our own numbers, if there is one.
+  [[nodiscard]] Optional<Hit> numbered(Hit hit) const noexcept;
   /// How many geometries of the scene are no instances.
   [[nodiscard]] std::size_t before_instances() const noexcept { return geometries.meshes.size() + kPrimitiveGroups; }
 
@@ -234,27 +241,43 @@ Accel::Accel(Geometries geometries, Intersection mode, std::vector<Geometries> g
   if (!impl_->walls.empty()) impl_->beside_walls = impl_->walls.taken_out_of(spheres);
   impl_->scene =
       impl_->build(impl_->geometries, impl_->walls.empty() ? spheres : impl_->beside_walls, mode, instances, true);
+  has_instances_ = !instances.empty();
+  const auto deforms = [](const Geometries& g) {
+    return std::any_of(g.meshes.begin(), g.meshes.end(), [](const TriangleMesh& mesh) { return !mesh.later.empty(); });
+  };
+  moves_ =
+      !moving.empty() || deforms(impl_->geometries) || std::any_of(impl_->groups.begin(), impl_->groups.end(), deforms);
 }
 Accel::~Accel() = default;
 Accel::Accel(Accel&&) noexcept = default;
 Accel& Accel::operator=(Accel&&) noexcept = default;
 
 template <bool kMoves>
-EQUALTIME_INLINE InstancedId Accel::Impl::met(Vec3f o, Vec3f d, float t_max, float time) const noexcept {
-  RTCRayHit query;
-  if (!write_unit(query.ray, o, d, t_max, time, reach)) [[unlikely]] {
-    refuse_ray();
-    return {RTC_INVALID_GEOMETRY_ID, {RTC_INVALID_GEOMETRY_ID, RTC_INVALID_GEOMETRY_ID}};
-  }
-  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  embree_intersect(scene.get(), query);
+EQUALTIME_INLINE Hit Accel::Impl::nearest_of(RTCRayHit& query) const noexcept {
   if constexpr (kMoves)
     if (moving.size() <= kFewMoving) equaltime::intersect(moving, query);
   if (!walls.empty())
     if (const auto nearer = walls.nearest(to_ray(query.ray)))
       return {RTC_INVALID_GEOMETRY_ID, {static_cast<std::uint32_t>(geometries.meshes.size()), *nearer}};
   return {query.hit.instID[0], {query.hit.geomID, query.hit.primID}};
+}
+
+template <bool kMoves>
+EQUALTIME_INLINE bool Accel::Impl::blocked_beside(const RTCRay& query) const noexcept {
+  return kMoves && moving.size() <= kFewMoving && query.tfar >= 0 && equaltime::occluded(moving, query);
+}
+
+template <bool kMoves>
+EQUALTIME_INLINE Hit Accel::Impl::met(Vec3f o, Vec3f d, float t_max, float time) const noexcept {
+  RTCRayHit query;
+  if (!write_unit(query.ray, o, d, t_max, time, reach)) [[unlikely]] {
+    refuse_ray();
+    return kNothing;
+  }
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  embree_intersect(scene.get(), query);
+  return nearest_of<kMoves>(query);
 }
 
 template <bool kMoves>
@@ -266,37 +289,60 @@ EQUALTIME_INLINE bool Accel::Impl::blocked(Vec3f o, Vec3f d, float t_max, float 
     return true;
   }
   embree_occluded(scene.get(), query);
-  if (kMoves && moving.size() <= kFewMoving && query.tfar >= 0) return equaltime::occluded(moving, query);
-  return query.tfar < 0;
+  return query.tfar < 0 || blocked_beside<kMoves>(query);
 }
 
-template <bool kMoves>
-Optional<InstancedId> Accel::Impl::nearest(const Ray& ray, float time) const noexcept {
-  InstancedId hit = met<kMoves>(ray.origin, ray.direction, ray.t_max, time);
+EQUALTIME_INLINE Optional<Hit> Accel::Impl::numbered(Hit hit) const noexcept {
   if (hit.id.geometry == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
   static_assert(kNotInstanced == RTC_INVALID_GEOMETRY_ID);
   if (hit.instance != kNotInstanced) hit.instance -= static_cast<std::uint32_t>(before_instances());
   return hit;
 }
 
-Optional<PrimitiveId> Accel::intersect(float ox, float oy, float oz, float dx, float dy, float dz,
-                                       float t_max) const noexcept {
+Optional<PrimitiveId> Accel::closest_fixed(float ox, float oy, float oz, float dx, float dy, float dz,
+                                           float t_max) const noexcept {
   const PrimitiveId id = impl_->met<false>({ox, oy, oz}, {dx, dy, dz}, t_max, 0).id;
   if (id.geometry == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
   return id;
 }
-Optional<InstancedId> Accel::intersect_instances(const Ray& ray) const noexcept {
-  return impl_->nearest<false>(ray, 0);
+Optional<Hit> Accel::closest_instanced(const Ray& ray) const noexcept {
+  return impl_->numbered(impl_->met<false>(ray.origin, ray.direction, ray.t_max, 0));
 }
-Optional<InstancedId> Accel::intersect_at(const Ray& ray, float time) const noexcept {
-  return impl_->nearest<true>(ray, time);
+Optional<Hit> Accel::closest_moving(const Ray& ray, float time) const noexcept {
+  return impl_->numbered(impl_->met<true>(ray.origin, ray.direction, ray.t_max, time));
 }
 
-bool Accel::occluded(float ox, float oy, float oz, float dx, float dy, float dz, float t_max) const noexcept {
+bool Accel::occluded_fixed(float ox, float oy, float oz, float dx, float dy, float dz, float t_max) const noexcept {
   return impl_->blocked<false>({ox, oy, oz}, {dx, dy, dz}, t_max, 0);
 }
-bool Accel::occluded_at(const Ray& ray, float time) const noexcept {
+bool Accel::occluded_moving(const Ray& ray, float time) const noexcept {
   return impl_->blocked<true>(ray.origin, ray.direction, ray.t_max, time);
+}
+
+void Accel::closest(std::span<const Ray> rays, std::span<const float> times,
+                    std::span<Optional<Hit>> hits) const noexcept {
+  for (std::size_t first = 0; first < rays.size(); first += RayPacket::kLanes) {
+    RayPacket packet(rays.subspan(first), times.subspan(first), impl_->reach);
+    packet.intersect(impl_->scene.get());
+    for (std::size_t i = 0; i < packet.size(); ++i) {
+      hits[first + i] = std::nullopt;
+      if (!packet.accepted(i)) continue;
+      RTCRayHit query = packet.lane(i);
+      hits[first + i] = impl_->numbered(impl_->nearest_of<true>(query));
+    }
+  }
+}
+
+void Accel::occluded(std::span<const Ray> rays, std::span<const float> times, std::span<bool> blocked) const noexcept {
+  for (std::size_t first = 0; first < rays.size(); first += RayPacket::kLanes) {
+    RayPacket packet(rays.subspan(first), times.subspan(first), impl_->reach);
+    packet.occlude(impl_->scene.get());
+    for (std::size_t i = 0; i < packet.size(); ++i) {
+      const RTCRay query = packet.lane(i).ray;
+      blocked[first + i] = !packet.accepted(i) || query.tfar < 0 || impl_->blocked_by_walls(rays[first + i]) ||
+                           impl_->blocked_beside<true>(query);
+    }
+  }
 }
 
 double Accel::reach(const InstanceGeometry& instance) noexcept {

@@ -6,10 +6,12 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
 #include "equaltime/math/motion.h"
 #include "equaltime/shapes/geometry.h"
@@ -45,9 +47,9 @@ struct MovingInstanceGeometry {
   Motion to_world;
 };
 
-/// Which primitive was hit, and in which instance of its group; kNotInstanced if it is in none. Moving instances are
-/// numbered after the others.
-struct InstancedId {
+/// What a ray meets: a primitive, and the instance of its group in which it is seen; kNotInstanced if it is in none.
+/// Moving instances are numbered after the others.
+struct Hit {
   std::uint32_t instance;
   PrimitiveId id;
 };
@@ -65,20 +67,31 @@ class Accel {
   Accel(Accel&&) noexcept;
   Accel& operator=(Accel&&) noexcept;
 
-  /// Nearest primitive that the ray meets at t in (0, t_max).
-  [[nodiscard]] EQUALTIME_INLINE Optional<PrimitiveId> intersect(const Ray& ray) const noexcept {
+  /// Nearest primitive that the ray meets at t in (0, t_max), at a time from 0, when the shutter opens, to 1, when it
+  /// closes. E prunes instances and motion, which the scene must not have then.
+  template <Effects E = kAllEffects>
+  [[nodiscard]] EQUALTIME_INLINE Optional<Hit> closest(const Ray& ray, [[maybe_unused]] float time = 0) const noexcept {
+    if constexpr (E.motion)
+      if (moves_) return closest_moving(ray, time);
+    if constexpr (E.instances)
+      if (has_instances_) return closest_instanced(ray);
     const auto& [o, d, t_max] = ray;
-    return intersect(o.x, o.y, o.z, d.x, d.y, d.z, t_max);
+    const Optional<PrimitiveId> id = closest_fixed(o.x, o.y, o.z, d.x, d.y, d.z, t_max);
+    if (!id) return std::nullopt;
+    return Hit{kNotInstanced, *id};
   }
-  /// The same where there are instances.
-  [[nodiscard]] Optional<InstancedId> intersect_instances(const Ray& ray) const noexcept;
-  /// The same where something moves, at a time from 0, when the shutter opens, to 1, when it closes.
-  [[nodiscard]] Optional<InstancedId> intersect_at(const Ray& ray, float time) const noexcept;
-  [[nodiscard]] bool occluded_at(const Ray& ray, float time) const noexcept;
-  [[nodiscard]] EQUALTIME_INLINE bool occluded(const Ray& ray) const noexcept {
+  /// Whether the ray meets anything at t in (0, t_max), at a time.
+  template <Effects E = kAllEffects>
+  [[nodiscard]] EQUALTIME_INLINE bool occluded(const Ray& ray, [[maybe_unused]] float time = 0) const noexcept {
+    if constexpr (E.motion)
+      if (moves_) return occluded_moving(ray, time);
     const auto& [o, d, t_max] = ray;
-    return occluded(o.x, o.y, o.z, d.x, d.y, d.z, t_max);
+    return occluded_fixed(o.x, o.y, o.z, d.x, d.y, d.z, t_max);
   }
+  /// Both for many rays at once, in packets: one time and one result a ray. Where two primitives are equally near by
+  /// float32, a packet may find the other one.
+  void closest(std::span<const Ray> rays, std::span<const float> times, std::span<Optional<Hit>> hits) const noexcept;
+  void occluded(std::span<const Ray> rays, std::span<const float> times, std::span<bool> blocked) const noexcept;
 
   /// Whether this thread traced a ray since it last asked that Embree does not take: one with NaN, or that begins
   /// beyond `reach`. Such a ray meets nothing, so that whatever was made of it counts for nothing.
@@ -86,6 +99,8 @@ class Accel {
   /// The largest coordinate of an origin that is still within Embree's limits in the space of the instance's group.
   [[nodiscard]] static double reach(const InstanceGeometry& instance) noexcept;
 
+  /// Whether anything is elsewhere at another time.
+  [[nodiscard]] bool moves() const noexcept { return moves_; }
   [[nodiscard]] const Geometries& geometries() const noexcept;
   [[nodiscard]] const std::vector<Geometries>& groups() const noexcept;
   /// The acceleration structure's own memory, Embree's as it reports it, without the primitives.
@@ -100,12 +115,17 @@ class Accel {
   [[gnu::tls_model("initial-exec")]] static constinit thread_local bool refused_;
 
   // Each number in a register of its own: see EQUALTIME_INLINE.
-  [[nodiscard]] Optional<PrimitiveId> intersect(float ox, float oy, float oz, float dx, float dy, float dz,
-                                                float t_max) const noexcept;
-  [[nodiscard]] bool occluded(float ox, float oy, float oz, float dx, float dy, float dz, float t_max) const noexcept;
+  [[nodiscard]] Optional<PrimitiveId> closest_fixed(float ox, float oy, float oz, float dx, float dy, float dz,
+                                                    float t_max) const noexcept;
+  [[nodiscard]] bool occluded_fixed(float ox, float oy, float oz, float dx, float dy, float dz,
+                                    float t_max) const noexcept;
+  [[nodiscard]] Optional<Hit> closest_instanced(const Ray& ray) const noexcept;
+  [[nodiscard]] Optional<Hit> closest_moving(const Ray& ray, float time) const noexcept;
+  [[nodiscard]] bool occluded_moving(const Ray& ray, float time) const noexcept;
 
   struct Impl;
   std::unique_ptr<Impl> impl_;
+  bool has_instances_ = false, moves_ = false;
 };
 
 }  // namespace equaltime

@@ -20,6 +20,17 @@ inline void embree_intersect(RTCScene scene, RTCRayHit& query) noexcept {
 #endif
 }
 
+/// The same for the lanes of a packet that are valid.
+inline void embree_intersect(const int* valid, RTCScene scene, RTCRayHit8& query) noexcept {
+#if EQUALTIME_EMBREE == 4
+  rtcIntersect8(valid, scene, &query);
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect8(valid, scene, &context, &query);
+#endif
+}
+
 /// Makes the ray's tfar -infinity if it meets anything.
 inline void embree_occluded(RTCScene scene, RTCRay& ray) noexcept {
 #if EQUALTIME_EMBREE == 4
@@ -28,6 +39,17 @@ inline void embree_occluded(RTCScene scene, RTCRay& ray) noexcept {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   rtcOccluded1(scene, &context, &ray);
+#endif
+}
+
+/// The same for the lanes of a packet that are valid.
+inline void embree_occluded(const int* valid, RTCScene scene, RTCRay8& rays) noexcept {
+#if EQUALTIME_EMBREE == 4
+  rtcOccluded8(valid, scene, &rays);
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded8(valid, scene, &context, &rays);
 #endif
 }
 

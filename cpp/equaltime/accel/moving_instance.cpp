@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "equaltime/accel/packet_lanes.h"
+
 namespace equaltime {
 
 namespace {
@@ -28,18 +30,22 @@ bool write_local(RTCRay& local, const Motion& to_world, const RTCRay& r) noexcep
 
 Float4 inverse_direction(const RTCRay& r) noexcept { return 1 / load(&r.dir_x); }
 
-// Only single rays are ever traced: see accel.cpp.
 void intersect_callback(const RTCIntersectFunctionNArguments* args) {
-  if (args->valid[0] == 0) return;
-  auto& query = *reinterpret_cast<RTCRayHit*>(args->rayhit);
-  args->valid[0] = static_cast<const MovingInstance*>(args->geometryUserPtr)->intersect(query) ? -1 : 0;
+  const auto& instance = *static_cast<const MovingInstance*>(args->geometryUserPtr);
+  for_each_valid_lane(args->valid, args->N, [&](unsigned count, unsigned lane) noexcept {
+    RTCRayHit query = rtcGetRayHitFromRayHitN(args->rayhit, count, lane);
+    args->valid[lane] = instance.intersect(query) ? -1 : 0;
+    if (args->valid[lane] != 0)
+      put_hit(args->rayhit, count, lane, query.ray.tfar, query.hit.instID[0], query.hit.geomID, query.hit.primID);
+  });
 }
 
 void occluded_callback(const RTCOccludedFunctionNArguments* args) {
-  if (args->valid[0] == 0) return;
-  auto& ray = *reinterpret_cast<RTCRay*>(args->ray);
-  args->valid[0] = static_cast<const MovingInstance*>(args->geometryUserPtr)->occludes(ray) ? -1 : 0;
-  if (args->valid[0] != 0) ray.tfar = -kInfinity;
+  const auto& instance = *static_cast<const MovingInstance*>(args->geometryUserPtr);
+  for_each_valid_lane(args->valid, args->N, [&](unsigned count, unsigned lane) noexcept {
+    args->valid[lane] = instance.occludes(rtcGetRayFromRayN(args->ray, count, lane)) ? -1 : 0;
+    if (args->valid[lane] != 0) RTCRayN_tfar(args->ray, count, lane) = -kInfinity;
+  });
 }
 
 }  // namespace

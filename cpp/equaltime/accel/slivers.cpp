@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "equaltime/accel/packet_lanes.h"
 #include "equaltime/math/ray.h"
 
 namespace equaltime {
@@ -56,15 +57,13 @@ bool comes_near(const Corners& v, const RayD& ray) noexcept {
   return least >= 0 || most <= 0 || nearest <= square(kPassedBy * (reach(v) + origin));
 }
 
-// Only single rays are traced: see accel.cpp.
 void filter(const RTCFilterFunctionNArguments* args) {
-  if (args->valid[0] == 0) return;
   const auto& [mesh, thin] = *static_cast<const Slivers*>(args->geometryUserPtr);
-  const std::uint32_t primitive = RTCHitN_primID(args->hit, 1, 0);
-  if (!thin[primitive]) return;
-  const auto& r = *reinterpret_cast<const RTCRay*>(args->ray);
-  const RayD ray(Ray{{r.org_x, r.org_y, r.org_z}, {r.dir_x, r.dir_y, r.dir_z}, r.tfar});
-  if (!comes_near(corners_of(*mesh, primitive), ray)) args->valid[0] = 0;
+  for_each_valid_lane(args->valid, args->N, [&](unsigned count, unsigned lane) noexcept {
+    const std::uint32_t primitive = RTCHitN_primID(args->hit, count, lane);
+    if (thin[primitive] && !comes_near(corners_of(*mesh, primitive), RayD(ray_of(args->ray, count, lane))))
+      args->valid[lane] = 0;
+  });
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ double opacity(const Scene& scene, Ray ray, const Sampler& sampler, float time) 
   PathSurroundings<E> within(scene, ray, time);
   const StraightAhead<E> straight(true);
   for (std::uint32_t crossed = 0;; ++crossed) {
-    auto meeting = scene.intersect<E>(ray, time);
+    auto meeting = scene.closest<E>(ray, time);
     if (within.follow(scene, ray, sampler, crossed, through, meeting) != nullptr) return 1;
     const Optional<Interaction>& it = surface(meeting);
     if (!it) return 1 - static_cast<double>(through.mean());

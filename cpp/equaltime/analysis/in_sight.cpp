@@ -63,7 +63,7 @@ bool is_near(const Window& window, const Scene& scene, const FilmPlace& place) n
 Spectrum seen(const Scene& scene, const FilmPlace& place, Point2f lens, const LightSample& light, float time) noexcept {
   const Ray ray = camera_ray<kAllEffects>(
       scene.sensor, scene.camera_motion, place.x, place.y, [&]() noexcept { return lens; }, time);
-  const Optional<Interaction> it = surface(scene.intersect<kAllEffects>(ray, time));
+  const Optional<Interaction> it = surface(scene.closest<kAllEffects>(ray, time));
   if (light.infinite) return it ? Spectrum() : light.radiance;
   if (!it || !it->front || scene.surfaces[it->shape].first_light == kNone || scene.light_of(*it) != light.light)
     return {};

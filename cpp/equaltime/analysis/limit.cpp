@@ -96,16 +96,12 @@ class LimitRun {
   /// Sends the rays to Embree and to nothing else; returns how many met something, so that no query is idle.
   std::uint64_t trace(const Recording& part) {
     const Accel& accel = scene_->accel;
-    const bool moves = scene_->moves();
     std::atomic<std::uint64_t> found{0}, traced{0};
     const auto work = [&](std::size_t i) {
       const std::vector<RecordedRay>& rays = part.rays[i];
       std::uint64_t met = 0;
-      if (moves)
-        for (const RecordedRay& r : rays)
-          met += r.shadow ? accel.occluded_at(r.ray, r.time) : accel.intersect_at(r.ray, r.time).has_value();
-      else
-        for (const RecordedRay& r : rays) met += r.shadow ? accel.occluded(r.ray) : accel.intersect(r.ray).has_value();
+      for (const RecordedRay& r : rays)
+        met += r.shadow ? accel.occluded(r.ray, r.time) : accel.closest(r.ray, r.time).has_value();
       found += met;
       traced += rays.size();
     };

@@ -115,7 +115,7 @@ class PathTracer : public PathObserver {
     vertex.emitter = TracedEmitter{light, radiance, light_pdf, weight, {}};
   }
   void block(const Ray& ray) {
-    const auto meeting = scene_.intersect<kAllEffects>(ray, time_);
+    const auto meeting = scene_.closest<kAllEffects>(ray, time_);
     if (const auto& it = surface(meeting)) current().light->blocker = *it;
   }
 

@@ -162,7 +162,7 @@ py::dict eval_lights(const Scene& scene, const std::string& lights, const Array&
   for (py::ssize_t i = 0; i < receivers.size; ++i) {
     const Receiver receiver = receivers[i];
     const Vec3f d = row(wi, i);
-    const Optional<Interaction> it = surface(scene.intersect<kAllEffects>({receiver.p, d}, 0));
+    const Optional<Interaction> it = surface(scene.closest<kAllEffects>({receiver.p, d}, 0));
     if (!it) {
       if (!scene.lights.environment()) continue;
       const LightValue v = scene.lights.environment_towards(by.lights, by.environment, receiver, d);

@@ -64,27 +64,18 @@ struct Scene {
   /// The nearest surface that the ray meets, at a time from 0 to 1 if anything moves. E prunes kinds of shapes that the
   /// scene cannot hold. A Guard lives while Embree searches.
   template <Effects E, class Guard = Unguarded>
-  [[nodiscard]] MeetingOf<E> intersect(const Ray& ray, float time) const noexcept;
-  /// The same where there are instances.
-  template <Effects E, class Guard = Unguarded>
-  [[nodiscard, gnu::noinline]] MeetingOf<E> intersect_instances(const Ray& ray) const noexcept;
-  /// The same where something moves.
-  template <Effects E, class Guard = Unguarded>
-  [[nodiscard, gnu::noinline]] MeetingOf<E> intersect_moving(const Ray& ray, float time) const noexcept;
-  /// The interaction with what was hit in an instance of that number.
+  [[nodiscard]] MeetingOf<E> closest(const Ray& ray, float time) const noexcept;
+  /// The interaction with what was hit in an instance.
   template <Effects E>
-  [[nodiscard]] MeetingOf<E> seen_in(const Instance& instance, const InstancedId& hit, const Ray& ray,
-                                     float time) const noexcept;
+  [[nodiscard, gnu::noinline]] MeetingOf<E> seen_in(const Hit& hit, const Ray& ray, float time) const noexcept;
   /// The corners of a triangle of a mesh, in the mesh's own space.
   [[nodiscard]] std::array<Vec3f, 3> corners(std::uint32_t mesh, std::uint32_t primitive, float time) const noexcept;
   /// Whether anything that rays meet is elsewhere at another time.
-  [[nodiscard]] bool moves() const noexcept { return !moving.empty() || !deforming.empty(); }
+  [[nodiscard]] bool moves() const noexcept { return accel.moves(); }
   /// Whether anything stands in the way of the ray.
   template <Effects E>
   [[nodiscard]] EQUALTIME_INLINE bool occluded(const Ray& ray, float time) const noexcept {
-    if constexpr (E.motion)
-      if (moves()) return accel.occluded_at(ray, time);
-    return accel.occluded(ray);
+    return accel.occluded<E>(ray, time);
   }
   /// An instance by its number, as it is at the time if it moves.
   [[nodiscard]] Instance instance_at(std::uint32_t number, float time) const noexcept {
@@ -153,47 +144,21 @@ struct Scene {
 };
 
 template <Effects E, class Guard>
-EQUALTIME_INLINE MeetingOf<E> Scene::intersect(const Ray& ray, [[maybe_unused]] float time) const noexcept {
-  if constexpr (E.motion)
-    if (moves()) return intersect_moving<E, Guard>(ray, time);
-  if constexpr (E.instances)
-    if (!instances.empty()) return intersect_instances<E, Guard>(ray);
-  Optional<PrimitiveId> hit = [&]() noexcept {
+EQUALTIME_INLINE MeetingOf<E> Scene::closest(const Ray& ray, float time) const noexcept {
+  Optional<Hit> hit = [&]() noexcept {
     [[maybe_unused]] const Guard guard;
-    return accel.intersect(ray);
+    return accel.closest<E>(ray, time);
   }();
   if (!hit) return {};
+  if constexpr (E.instances || E.motion)
+    if (hit->instance != kNotInstanced) return seen_in<E>(*hit, ray, time);
   const auto own = [this]() noexcept -> const Geometries& { return accel.geometries(); };
-  return detail::faced<E>(meet<E>(top, own, *hit, RayD(ray), 0), ray);
-}
-
-template <Effects E, class Guard>
-MeetingOf<E> Scene::intersect_instances(const Ray& ray) const noexcept {
-  const auto hit = [&]() noexcept {
-    [[maybe_unused]] const Guard guard;
-    return accel.intersect_instances(ray);
-  }();
-  if (!hit) return {};
-  const auto own = [this]() noexcept -> const Geometries& { return accel.geometries(); };
-  if (hit->instance == kNotInstanced) return detail::faced<E>(meet<E>(top, own, hit->id, RayD(ray), 0), ray);
-  return seen_in<E>(instances[hit->instance], *hit, ray, 0);
-}
-
-template <Effects E, class Guard>
-MeetingOf<E> Scene::intersect_moving(const Ray& ray, float time) const noexcept {
-  const auto hit = [&]() noexcept {
-    [[maybe_unused]] const Guard guard;
-    return accel.intersect_at(ray, time);
-  }();
-  if (!hit) return {};
-  const auto own = [this]() noexcept -> const Geometries& { return accel.geometries(); };
-  if (hit->instance == kNotInstanced) return detail::faced<E>(meet<E>(top, own, hit->id, RayD(ray), time), ray);
-  return seen_in<E>(instance_at(hit->instance, time), *hit, ray, time);
+  return detail::faced<E>(meet<E>(top, own, hit->id, RayD(ray), time), ray);
 }
 
 template <Effects E>
-EQUALTIME_INLINE MeetingOf<E> Scene::seen_in(const Instance& instance, const InstancedId& hit, const Ray& ray,
-                                             [[maybe_unused]] float time) const noexcept {
+MeetingOf<E> Scene::seen_in(const Hit& hit, const Ray& ray, float time) const noexcept {
+  const Instance instance = instance_at(hit.instance, time);
   const std::uint32_t group = instance.group();
   const auto grouped = [&]() noexcept -> const Geometries& { return accel.groups()[group]; };
   const detail::Met met = instance.placed(meet<E>(groups[group], grouped, hit.id, instance.to_local(RayD(ray)), time));

@@ -44,7 +44,7 @@ EQUALTIME_INLINE void tell(O& observer, Parts&&... parts) noexcept(!O::allocates
 /// The nearest surface that a ray meets.
 template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE MeetingOf<E> closest(const Scene& scene, const Ray& ray, float time, O&) noexcept {
-  return scene.intersect<E, typename O::Guard>(ray, time);
+  return scene.closest<E, typename O::Guard>(ray, time);
 }
 
 /// Whether anything stands on a shadow ray.
@@ -64,7 +64,7 @@ template <Effects E, Observer O>
 [[nodiscard]] MeetingOf<E> blocker(const Scene& scene, const Ray& ray, float time,
                                    O& observer) noexcept(!O::allocates) {
   if constexpr (!O::sees_shadows) return {};
-  auto meeting = scene.intersect<E, typename O::Guard>(ray, time);
+  auto meeting = scene.closest<E, typename O::Guard>(ray, time);
   const Optional<Interaction>& it = surface(meeting);
   tell<event::ShadowRayMet>(observer, ray, time, it ? &*it : nullptr);
   return meeting;

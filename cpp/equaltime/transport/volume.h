@@ -111,7 +111,7 @@ requires(E.media) class Surroundings<E> {
                                                          const Ray& shadow, const LightSample& light,
                                                          [[maybe_unused]] float time) noexcept {
     if (!light.delta && medium.sigma_t.max_component() * light.target.offset > kFarOff) {
-      const ExactMeeting lamp = scene.intersect<E, HeldExceptions>({shadow.origin, light.wi}, time);
+      const ExactMeeting lamp = scene.closest<E, HeldExceptions>({shadow.origin, light.wi}, time);
       if (lamp.it && scene.surfaces[lamp.it->shape].first_light != kNone && scene.light_of(*lamp.it) == light.light)
         return distance_along(from, light.wi, lamp);
     }

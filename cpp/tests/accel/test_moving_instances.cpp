@@ -36,7 +36,7 @@ std::vector<MovingInstanceGeometry> swinging(std::uint32_t far_away) {
   return all;
 }
 
-bool same(const Optional<InstancedId>& a, const Optional<InstancedId>& b) {
+bool same(const Optional<Hit>& a, const Optional<Hit>& b) {
   if (!a || !b) return !a && !b;
   return a->instance == b->instance && a->id.geometry == b->id.geometry && a->id.primitive == b->id.primitive;
 }
@@ -73,14 +73,14 @@ TEST("a few moving instances are met one by one where Embree's tree finds them")
     const float time = i % 3 ? static_cast<float>(random.in(0, 1)) : static_cast<float>(i % 2);
     Ray ray{Vec3f(random.point(2)), Vec3f(random.direction())};
     if (i % 5 == 0) ray.direction = i % 2 ? Vec3f{0, -1, 0} : Vec3f{-0.0F, 0, 1};
-    const auto hit = few.intersect_at(ray, time);
-    different += !same(hit, many.intersect_at(ray, time));
-    different_later += !same(hit, many.intersect_at(ray, 1 - time));
+    const auto hit = few.closest(ray, time);
+    different += !same(hit, many.closest(ray, time));
+    different_later += !same(hit, many.closest(ray, 1 - time));
     if (hit) ++(hit->instance == kNotInstanced ? still : moving);
     ray.direction = Vec3f(random.point(2)) - ray.origin;
     ray.t_max = 1;
-    const bool shadow = few.occluded_at(ray, time);
-    different += shadow != many.occluded_at(ray, time);
+    const bool shadow = few.occluded(ray, time);
+    different += shadow != many.occluded(ray, time);
     shadows += shadow;
   }
   std::printf("  %d rays meet what moves, %d what does not; %d shadows; at other times %d differ\n", moving, still,

@@ -76,8 +76,8 @@ int self_hits(float scale_of_offset, int rays, Random& random) {
   for (std::uint32_t k = 0; k < triangles; ++k)
     for (int i = 0; i < rays; ++i) {
       const Leaving ray = leave(random, kept, k, scale_of_offset);
-      const auto hit = accel.intersect(Ray{ray.anchor.moved(ray.above), ray.direction});
-      hits += hit && hit->primitive == k;
+      const auto hit = accel.closest(Ray{ray.anchor.moved(ray.above), ray.direction});
+      hits += hit && hit->id.primitive == k;
     }
   return hits;
 }
@@ -189,7 +189,7 @@ int instanced_self_hits(double scale_of_offset) {
       const Vec3f direction(normalize(d));
       const SurfaceAnchor anchor{Vec3f(met.p), n,
                                  static_cast<float>(static_cast<double>(met.offset) * scale_of_offset)};
-      hits += accel.intersect_instances(Ray{anchor.moved(dot(direction, n) > 0), direction}).has_value();
+      hits += accel.closest(Ray{anchor.moved(dot(direction, n) > 0), direction}).has_value();
     }
   }
   return hits;

@@ -9,6 +9,7 @@
 #include "equaltime/accel/walls.h"
 #include "tests/check.h"
 #include "tests/random_lights.h"
+#include "tests/scenes.h"
 
 namespace {
 
@@ -89,20 +90,25 @@ TEST("walls are met one by one where Embree's tree finds them") {
   with_satellite.spheres.push_back({{0, 0, 1e6}, 0.1});
   CHECK(!Walls(room.spheres, room.meshes).empty() && Walls(with_satellite.spheres, room.meshes).empty());
   const Accel beside(room), within(with_satellite);
+  Geometries ball;
+  ball.spheres.push_back({{0, 0, 0}, 0.1});
+  const Motion far_away(scenes::swing({1e3, 0, 0}, {1e3, 9, 0}, 1));
+  const Accel beside_instance(room, Intersection::robust, {ball}, {{0, {1, 0, 0, 0, 1, 0, 0, 0, 1, 1e3F, 0, 0}}});
+  const Accel beside_motion(room, Intersection::robust, {ball}, {}, {{0, far_away}});
   int walls = 0, balls = 0, others = 0, shadows = 0, different = 0;
   for (int i = 0; i < 200'000; ++i) {
     Ray ray{Vec3f(random.point(1.9)), Vec3f(random.direction())};
-    const auto a = beside.intersect(ray), b = within.intersect(ray);
-    const auto instanced = beside.intersect_instances(ray), later = beside.intersect_at(ray, 0.5F);
+    const auto a = beside.closest(ray), b = within.closest(ray);
+    const auto instanced = beside_instance.closest(ray), later = beside_motion.closest(ray, 0.5F);
     if (!a || !b || !instanced || !later) continue;  // through a corner, where walls meet
-    different += a->geometry != b->geometry || a->primitive != b->primitive;
-    different += instanced->id.geometry != a->geometry || instanced->instance != kNotInstanced;
-    different += later->id.primitive != a->primitive || later->instance != kNotInstanced;
-    (a->geometry != room.meshes.size() ? others : a->primitive < 6 ? walls : balls) += 1;
+    for (const Hit& other : {*b, *instanced, *later})
+      different += a->id.geometry != other.id.geometry || a->id.primitive != other.id.primitive ||
+                   other.instance != kNotInstanced;
+    (a->id.geometry != room.meshes.size() ? others : a->id.primitive < 6 ? walls : balls) += 1;
     ray.direction = Vec3f(random.point(1.9)) - ray.origin;
     ray.t_max = 1;
     const bool shadow = beside.occluded(ray);
-    different += shadow != within.occluded(ray) || shadow != beside.occluded_at(ray, 0.5F);
+    different += shadow != within.occluded(ray) || shadow != beside_motion.occluded(ray, 0.5F);
     shadows += shadow;
   }
   std::printf("  %d rays meet walls, %d balls, %d others; %d shadows\n", walls, balls, others, shadows);
@@ -127,8 +133,8 @@ TEST("of walls in one place the first is met") {
   const Accel accel(all);
   Random random(5);
   for (int i = 0; i < 1000; ++i) {
-    const auto hit = accel.intersect({Vec3f(random.direction() * 3), Vec3f(random.direction())});
-    CHECK(!hit || hit->primitive < 2);
+    const auto hit = accel.closest({Vec3f(random.direction() * 3), Vec3f(random.direction())});
+    CHECK(!hit || hit->id.primitive < 2);
   }
 }
 
