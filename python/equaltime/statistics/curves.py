@@ -49,12 +49,14 @@ from equaltime.statistics.intervals import (
 from equaltime.words import duration, percent
 
 __all__ = [
+    "BELOW",
     "STEEPEST",
     "TYPICAL",
     "Runs",
     "error_at",
     "error_curve",
     "interval_of",
+    "is_below",
     "least_error_at",
     "log_time",
     "log_times",
@@ -86,10 +88,9 @@ _FARTHEST_ERROR = 2.0
 """Largest factor of time outside the runs for which an error is stated."""
 _NEAR_ENOUGH = 1.15
 """Same limit as `_FARTHEST_ERROR`, for an unknown slope: runs may end a tenth of their time early."""
-_BELOW = (
-    "the error is below what the reference can show; reference.error and reference.seconds of an experiment file ask "
-    "for a better one"
-)
+_BETTER = "reference.error and reference.seconds of an experiment file ask for a better one"
+BELOW = f"the error is below what the reference can show; {_BETTER}"
+"""Reason why an error is not known: the noise of the reference hides it."""
 _SHALLOW = "shallower than -0.5, the slope of independent samples: fixed costs at the start, or rare bright samples"
 _CLEAR = 4.0
 """Standard errors of the reference's part that a squared error must exceed to be read off the curve."""
@@ -390,7 +391,7 @@ def time_to_error(runs: Runs, target: float) -> Interval:
         first = float(runs.seconds[:, 0].mean())
         return Interval(first, 0.0, first).bounded("high", "the first image is exact already")
     if not x.size:
-        return UNKNOWN.doubted(_BELOW)
+        return UNKNOWN.doubted(BELOW)
     begin, end = float(x[0]), float(x[-1])
     if typical:
         value = float(np.median(log_times(runs, target)))
@@ -532,7 +533,7 @@ def error_at(runs: Runs, seconds: float) -> Interval:
         return few(Interval(0.0, 0.0, 0.0), runs.repeats)
     found = _measured(log_error, runs.repeats)
     if math.isnan(found.value):
-        return UNKNOWN.doubted(_BELOW if _is_below(runs) else "no run is near that time")
+        return UNKNOWN.doubted(BELOW if is_below(runs) else "no run is near that time")
     if runs.tail:
         found = _no_less(found, median_interval([log_error(one, 0.0) for one in np.eye(runs.repeats)]).map(exp))
     return runs.judged(found)
@@ -550,12 +551,12 @@ def least_error_at(runs: Runs, seconds: float) -> float:
     noise, and NaN if no run is near that time.
     """
     found = error_at(runs, seconds).value
-    return 0.0 if math.isnan(found) and _is_below(runs) else found
+    return 0.0 if math.isnan(found) and is_below(runs) else found
 
 
-def _is_below(runs: Runs) -> bool:
-    """Tell whether the error at the ends of the runs is below the reference's noise."""
-    return float(runs.relmse[:, -1].mean()) <= _CLEAR * runs.shared
+def is_below(runs: Runs, checkpoint: int = -1) -> bool:
+    """Tell whether the error of ``runs`` at a checkpoint, by default the last, is below the reference's noise."""
+    return float(runs.relmse[:, checkpoint].mean()) <= _CLEAR * runs.shared
 
 
 def slope(runs: Runs) -> Interval:
