@@ -51,6 +51,7 @@ from equaltime.words import duration, percent
 __all__ = [
     "BELOW",
     "STEEPEST",
+    "TOO_NOISY",
     "TYPICAL",
     "Runs",
     "error_at",
@@ -91,6 +92,8 @@ _NEAR_ENOUGH = 1.15
 _BETTER = "reference.error and reference.seconds of an experiment file ask for a better one"
 BELOW = f"the error is below what the reference can show; {_BETTER}"
 """Reason why an error is not known: the noise of the reference hides it."""
+TOO_NOISY = ", too much for times beyond the runs to a smaller one"
+"""Part of the note of a time that is not given because of the reference's noise."""
 _SHALLOW = "shallower than -0.5, the slope of independent samples: fixed costs at the start, or rare bright samples"
 _CLEAR = 4.0
 """Standard errors of the reference's part that a squared error must exceed to be read off the curve."""
@@ -140,6 +143,8 @@ class Runs:
     expected."""
     shared: float = 0.0
     """Standard error of relMSE due to the reference's noise, which all repeats share."""
+    reference: float = 0.0
+    """Relative error of the reference by its own noise. Beyond the runs, no time to a smaller error is given."""
     spp: Floats | None = None
     """(C,): samples per pixel at the checkpoints of a renderer that starts anew for each, so that every time contains
     its start. None if one image grows from checkpoint to checkpoint."""
@@ -382,7 +387,8 @@ def time_to_error(runs: Runs, target: float) -> Interval:
     - The value is ``inf`` if the curve does not reach ``target`` within these limits. The field ``low`` is then a time
       that is surely too short for ``target``; it is 0 if no such time is known.
     - The value is NaN if there are too few checkpoints to extrapolate, or if the error is below the reference's noise
-      from the first checkpoint on.
+      from the first checkpoint on. It is also NaN for a time beyond the runs to an error below the reference's own, which
+      that reference could not confirm.
     """
     whole = np.ones(runs.repeats)
     typical = bool(runs.tail)
@@ -401,6 +407,8 @@ def time_to_error(runs: Runs, target: float) -> Interval:
         found = interval_of(lambda kept, off: log_time(runs.moved(off), target, kept), runs.repeats)
     if math.isnan(value):
         return runs.judged_time(UNKNOWN.doubted("too few checkpoints to extrapolate"))
+    if value > end and target < runs.reference and not runs.biased:
+        return UNKNOWN.doubted(f"the reference has an error of {percent(runs.reference)}{TOO_NOISY} ({_BETTER})")
     far = not runs.law and value > end + math.log(FARTHEST_REACH)
     if math.isinf(value) or far:
         low = max(_surely_until(runs, target, x.size - 1), min(_lower_end(found), FARTHEST_REACH * math.exp(end)))

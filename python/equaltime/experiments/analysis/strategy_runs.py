@@ -87,7 +87,10 @@ class StrategyRuns:
             return plain
         parts, tail = relmse_of_parts(images, reference), tail_of(squared_errors(images, reference))
         missing = "" if runs.biased else _missing(parts, float(runs.relmse[:, -1].mean()))
-        judged = replace(runs, doubt=tail.doubt, missing=missing, unseen=tail.unseen, shared=parts.shared)
+        own = math.sqrt(max(reference.relmse, 0.0))
+        judged = replace(
+            runs, doubt=tail.doubt, missing=missing, unseen=tail.unseen, shared=parts.shared, reference=own
+        )
         return replace(plain, runs=judged, parts=parts, heavy=bool(tail.doubt))
 
     @property
