@@ -387,8 +387,8 @@ def time_to_error(runs: Runs, target: float) -> Interval:
     - The value is ``inf`` if the curve does not reach ``target`` within these limits. The field ``low`` is then a time
       that is surely too short for ``target``; it is 0 if no such time is known.
     - The value is NaN if there are too few checkpoints to extrapolate, or if the error is below the reference's noise
-      from the first checkpoint on. It is also NaN for a time beyond the runs to an error below the reference's own, which
-      that reference could not confirm.
+      from the first checkpoint on. It is also NaN for a time beyond the runs to an error below the reference's own: the
+      reference could not confirm it.
     """
     whole = np.ones(runs.repeats)
     typical = bool(runs.tail)
