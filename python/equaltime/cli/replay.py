@@ -197,7 +197,7 @@ def _told(path: Replay, strategy: Strategy, verbose: bool) -> Iterator[str]:
 
 
 def _vertices(path: Replay, strategy: Strategy, verbose: bool) -> Iterator[str]:
-    """Yield the lines of all vertices; of a long path only those of the first and the last, unless ``verbose``."""
+    """Yield the lines of all vertices; of a long path the first and the last alone, unless ``verbose``."""
     goes_on = Counter(vertex["from"] for vertex in path.vertices)
     count = len(path.vertices)
     hidden = range(0) if verbose or count <= _FIRST + _LAST + 1 else range(_FIRST, count - _LAST)
