@@ -235,12 +235,16 @@ def efficiency(baseline: Runs, runs: Runs) -> Interval:
 
     def logs(off: float) -> Floats:
         with np.errstate(invalid="ignore", divide="ignore"):  # if the reference's noise makes up a repeat's error
-            # logarithms first: products and ratios may leave float64
-            slow, fast = (np.log(r.moved(off).relmse[:, -1]) + np.log(r.seconds[:, -1]) for r in (first, second))
-        return slow - fast
+            return _log_work(first.moved(off)) - _log_work(second.moved(off))
 
     ratio = _hidden(typical_interval(logs, 0.0).map(exp), first is not whole[0], second is not whole[1])
     return ratio.noted(_typical(*whole)).deciding()
+
+
+def _log_work(runs: Runs) -> Floats:
+    """Return log(squared error x time) at the end of each repeat, (K,): the product itself may leave float64."""
+    work: Floats = np.log(runs.relmse[:, -1]) + np.log(runs.seconds[:, -1])
+    return work
 
 
 def _raised(runs: Runs, checkpoint: int) -> Runs:
