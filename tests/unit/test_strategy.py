@@ -166,3 +166,32 @@ def test_a_missing_file_is_named_in_the_error(tmp_path: Path) -> None:
 def test_a_strategy_cannot_be_changed() -> None:
     with pytest.raises(ValueError, match="frozen"):
         Strategy().truncate = 3  # type: ignore[misc]
+
+
+GIVEN = {
+    "heuristic": "bsdf,technique=mis",
+    "environment": "bsdf,technique=mis",
+    "roulette_depth": "bsdf,roulette=albedo",
+    "survival": "best,roulette=constant",
+}
+"""Strategies by a key that their preset leaves without a value, and that their change gives a meaning."""
+
+
+def told(key: str, strategy: Strategy) -> str:
+    """Return a key's value as pages write it; a dash if the key has no meaning."""
+    value = getattr(strategy, key)
+    return f"`{value}`" if value is not None else "`none`" if key == "truncate" else "\N{EN DASH}"
+
+
+@pytest.mark.parametrize("key", Strategy.model_fields)
+def test_the_page_has_the_value_of_each_key_in_each_preset(key: str) -> None:
+    page = (Path(__file__).parents[2] / "scenes" / "experiments" / "README.md").read_text(encoding="utf-8")
+    assert f"| key | {' | '.join(f'`{name}`' for name in PRESETS)} | else |" in page
+    values = " | ".join(told(key, preset) for preset in PRESETS.values())
+    default = told(key, Strategy.parse(GIVEN[key])) if key in GIVEN else ""
+    assert f"| `{key}` | {values} | {default} |" in page
+
+
+def test_every_key_that_may_have_no_meaning_has_a_default_in_the_page() -> None:
+    without = {key for preset in PRESETS.values() for key in Strategy.model_fields if getattr(preset, key) is None}
+    assert without - {"truncate"} == GIVEN.keys()

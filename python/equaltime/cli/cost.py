@@ -100,7 +100,8 @@ def cost(
             metavar="A,B,C",
             show_default=False,
             help="Strategies to compare, as for render, or labels of the experiment's. key=value belongs to the "
-            "strategy before it [default: the experiment's, or the presets].",
+            "strategy before it. Ratios are over the experiment's baseline, else over naive, else over the first other "
+            "than best [default: the experiment's, or the presets].",
         ),
     ] = None,
     cluster: OnMachines = None,
@@ -176,7 +177,7 @@ def cost(
                 substitute=substitute,
                 progress=progress,
                 command=context.obj,
-                begins=lambda *begun: print_aside(planned(*begun)),
+                begins=lambda *begun: print_aside(_plan(*begun)),
                 cluster=cluster,
             )
     except KeyboardInterrupt:
@@ -198,7 +199,7 @@ def _cost_of_all(source: Path, output: Path, changes: Changes, command: str, as_
     check_installed()
 
     def announce(name: str, experiment: Experiment, peers: PeerTimes, machines: int) -> None:
-        print_aside(f"{name}: {planned(experiment, peers, machines)}")
+        print_aside(f"{name}: {_plan(experiment, peers, machines)}")
 
     def tell(card: Card) -> None:
         if card.state == "failed":
@@ -217,6 +218,12 @@ def _cost_of_all(source: Path, output: Path, changes: Changes, command: str, as_
     else:
         print(f"All of them: open {output / 'index.html'}")
     return 1 if any(card.state == "failed" for card in cards) else 0
+
+
+def _plan(experiment: Experiment, peers: PeerTimes, machines: int) -> str:
+    """Return a sentence on the planned runs, and the strategy with which the others are compared."""
+    compared = f"; the baseline of all ratios is {experiment.baseline}" if len(experiment.strategies) > 1 else ""
+    return f"{planned(experiment, peers, machines)}{compared}"
 
 
 def _recorded(folder: Path) -> str:

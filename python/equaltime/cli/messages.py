@@ -107,6 +107,8 @@ class Written:
     """Exposure of the preview in stops: 1 is twice as bright."""
     scale: str = ""
     """Scale of the picture of the variance, in words; empty if there is no such picture."""
+    replaced: str = ""
+    """Sentence on an earlier render at the same path that was replaced and not kept; empty if there is none."""
 
     def __str__(self) -> str:
         """Return the names of the files, with the exposure of the preview if it is not 0."""

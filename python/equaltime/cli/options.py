@@ -254,7 +254,11 @@ Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print all detail
 
 Overwrite = Annotated[
     bool,
-    typer.Option("--overwrite", help="Replace FILE even if another program wrote it, or it shows another scene file."),
+    typer.Option(
+        "--overwrite",
+        help="Replace FILE even if another program wrote it, or it shows another scene file. A render of the same "
+        "scene file is replaced without this option, and kept as FILE.exr~ if it took more than a minute.",
+    ),
 ]
 
 ExposureStops = Annotated[

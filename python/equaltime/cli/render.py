@@ -186,18 +186,20 @@ def render(
     more samples, where that pays), mis, bsdf and light (each plain), naive (uniform directions, roulette by albedo),
     and
 
-    * technique=uniform|bsdf|light|mis|mixture, heuristic=balance|power (of mis)
+    * technique=uniform|bsdf|light|mis|mixture, heuristic=balance|power (of mis; default power)
 
-    * lights=uniform|power|tree, environment=plain|compensated (of mis and mixture)
+    * lights=uniform|power|tree, environment=plain|compensated (of mis and mixture; default compensated)
 
     * sampler=independent|stratified|sobol|lattice
 
     * roulette=none|constant|albedo|throughput|efficiency (splits paths)|automatic (where that pays),
-      roulette_depth=N, survival=P (of constant)
+      roulette_depth=N (first depth at which it may end a path; default 5), survival=P (of constant; default 0.75)
 
     * adaptive=none|error (more samples where the neighbours are noisy), neighbours|history|cutoff (biased)
 
     * truncate=none|N (cuts paths: biased)
+
+    The values of all keys in each preset: scenes/experiments/README.md, Strategies.
     """
     if stop == "fixed" and error is None:
         raise typer.BadParameter("needs an error to reach: give --error, such as --error 2%, too", param_hint="--stop")

@@ -57,8 +57,8 @@ def outcome(result: Result, written: Written, quote: Quote | None) -> Iterator[s
         yield _SELECTS
     if written.scale:
         yield f"{written.files[-1 - bool(written.kept)]}: {written.scale}"
-    if written.kept:
-        yield written.kept
+    if told := written.kept or written.replaced:
+        yield told
     if quote is not None:
         yield from _price(result, quote)
 

@@ -41,7 +41,7 @@ from equaltime.quoting.quote import seconds_of_pilot
 from equaltime.rendering.black_picture import black_picture, reasons, unwarned
 from equaltime.rendering.budget import StopRule
 from equaltime.rendering.job import Backend, Traps
-from equaltime.rendering.output_files import AovPicture, check_output, check_replaceable, check_spares
+from equaltime.rendering.output_files import AovPicture, check_output, check_replaceable, check_spares, replaced
 from equaltime.rendering.passes import ProgressCallback
 from equaltime.rendering.render_file import read_record
 from equaltime.rendering.result import Result
@@ -137,7 +137,8 @@ def render_picture(
         _warn_of_short_time(scene, order)
     viewer = None if order.tev is None else _viewer(order.tev, output)
     resumable = paths.exr is not None and not order.small
-    before = None if resumed is None else read_record(resumed).get("paths")
+    old = {} if paths.exr is None else read_record(paths.exr)  # a checkpoint may replace it
+    before = None if resumed is None else old.get("paths")
     teller = _Teller({} if order.json else None, order.quiet, order.verbose, findings, resumable, before)
     failure: SampleError | BrightImage | None = None
     # hold back a second Ctrl-C from the last sample to the last line: it must not lose the samples that the first kept
@@ -163,7 +164,7 @@ def render_picture(
             raise failure.with_result(result, str(output))
         if viewer is not None and viewer.problem is not None:
             print_warning(viewer.problem)
-        teller.tell(result, scene, writing, Written(files, stops, scale))
+        teller.tell(result, scene, writing, Written(files, stops, scale, replaced(result.record, old)))
     if failure is not None:
         raise failure.with_words(*order.words)
     return 130 if signals or result.stopped_by == "interrupt" else 0

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Final
 
+import numpy as np
 import typer
 
 from equaltime.cli.messages import print_json, print_lines, print_warnings
@@ -19,6 +20,7 @@ from equaltime.cli.options import (
     StrategyWords,
     Substitute,
     Transparent,
+    Verbose,
     Without,
     parse_definitions,
     parse_pixel,
@@ -41,10 +43,13 @@ ENDS: Final = {
     "depth": "the longest path is reached",
     "absorbed": "this side of the surface absorbs everything",
     "no_direction": "the BSDF gives no direction",
-    "black": "nothing is scattered",
+    "black": "nothing is scattered, as the BSDF's weight is 0",
     "not_finite": "its throughput is not a finite number",
     "roulette": "the roulette ends it",
 }
+_UNDERFLOW: Final = "its throughput becomes 0 by underflow: throughput times weight is below the smallest float32"
+_FIRST, _LAST = 10, 5
+"""Vertices that are shown of a long path without ``-v``."""
 _OF_RECORD: Final = ("size", "max_depth", "strategy", "define", "substitute", "transparent", "without")
 """Parameters of the command that the record of a saved render tells."""
 _AIMING: Final = ("light", "mis")
@@ -103,10 +108,12 @@ def replay(
     transparent: Transparent = False,
     without: Without = None,
     as_json: AsJson = False,
+    verbose: Verbose = False,
 ) -> int:
     """Show the path of one sample of a render, vertex by vertex, with every factor of its radiance.
 
-    Without `--sample`, the pixel's brightest sample is shown: the one that made a bright dot in the picture.
+    Without `--sample`, the pixel's brightest sample is shown: the one that made a bright dot in the picture. Of a long
+    path, the first 10 and the last 5 vertices are shown; `-v` shows all.
 
     With the same scene, size, depth, strategy and seed, path and radiance equal the render's bit by bit. Give OUT.exr
     for the samples of a saved render; of a merged one, `--seed` chooses the part.
@@ -138,7 +145,7 @@ def replay(
     if as_json:
         print_json(path)
     else:
-        print_lines([*_told(path, chosen)])
+        print_lines([*_told(path, chosen, verbose)])
     return 0
 
 
@@ -169,23 +176,15 @@ def _looked_at(source: ReplaySource, pixel: tuple[int, int], sample: int | None,
     return taken if sample is None and spp is None else spp
 
 
-def _told(path: Replay, strategy: Strategy) -> Iterator[str]:
+def _told(path: Replay, strategy: Strategy, verbose: bool) -> Iterator[str]:
     if path.brightest is not None:
         yield str(path.brightest)
     x, y = path.pixel
     yield f"pixel {x},{y}, sample {path.sample}, seed {path.seed}, strategy {path.strategy}"
     if (short := path_in_short(path)) is not None:
         yield short
-    goes_on = Counter(vertex["from"] for vertex in path.vertices)
-    for number, vertex in enumerate(path.vertices):
-        yield ""
-        whose = "the camera's ray, " if vertex["from"] is None else ""
-        yield f"{number + 1}. {whose}from {_numbers(vertex['origin'])} along {_numbers(vertex['direction'])}"
-        if vertex["from"] not in (None, number - 1):
-            yield f"   another copy of the path, split off at vertex {vertex['from'] + 1}"
-        yield f"   throughput {_numbers(vertex['throughput'])}"
-        yield from (f"   {line}" for line in _vertex(vertex, strategy, goes_on[number]))
-    yield f"   ends: {ENDS[path.end]}"
+    yield from _vertices(path, strategy, verbose)
+    yield f"   ends: {_end(path)}"
     yield ""
     agrees = "the sample" if path.sum == path.radiance else f"{_numbers(path.sum)}, which is not the sample"
     yield f"radiance {_numbers(path.radiance)}"
@@ -195,6 +194,37 @@ def _told(path: Replay, strategy: Strategy) -> Iterator[str]:
     yield from _LEGEND
     if (found := path.first_nonfinite) is not None:
         yield f"the first number that is not finite: at vertex {found[0] + 1}, {found[1].replace('_', ' ')}"
+
+
+def _vertices(path: Replay, strategy: Strategy, verbose: bool) -> Iterator[str]:
+    """Yield the lines of all vertices; of a long path the first and the last alone, unless ``verbose``."""
+    goes_on = Counter(vertex["from"] for vertex in path.vertices)
+    count = len(path.vertices)
+    hidden = range(0) if verbose or count <= _FIRST + _LAST + 1 else range(_FIRST, count - _LAST)
+    for number, vertex in enumerate(path.vertices):
+        if number in hidden:
+            if number == hidden.start:
+                yield ""
+                yield f"... {len(hidden)} more (-v shows all)"
+            continue
+        yield ""
+        whose = "the camera's ray, " if vertex["from"] is None else ""
+        yield f"{number + 1}. {whose}from {_numbers(vertex['origin'])} along {_numbers(vertex['direction'])}"
+        if vertex["from"] not in (None, number - 1):
+            yield f"   another copy of the path, split off at vertex {vertex['from'] + 1}"
+        yield f"   throughput {_numbers(vertex['throughput'])}"
+        yield from (f"   {line}" for line in _vertex(vertex, strategy, goes_on[number]))
+
+
+def _end(path: Replay) -> str:
+    """Return why the path ends, in words."""
+    if path.end != "black":
+        return ENDS[path.end]
+    last = path.vertices[-1]
+    throughput, weight = (np.array(factor, np.float32) for factor in (last["left"], last["scattering"]["weight"]))
+    if (throughput * weight).any():  # scattered by a surface with holes, which may end no path that goes through them
+        return ENDS["depth"]
+    return _UNDERFLOW if ((throughput > 0.0) & (weight > 0.0)).any() else ENDS["black"]
 
 
 def _vertex(vertex: Mapping[str, Any], strategy: Strategy, rays: int) -> Iterator[str]:
@@ -258,7 +288,7 @@ def _scattering(scattering: Mapping[str, Any], *, goes_on: bool) -> Iterator[str
         return
     pdf = "a discrete direction" if scattering["pdf"] is None else f"pdf {scattering['pdf']:.9g}"
     yield f"  towards {_numbers(scattering['direction'])}, {pdf}, weight {_numbers(scattering['weight'])}"
-    if scattering["survival"] is not None:
+    if scattering["survival"] is not None and scattering["survival"] < 1.0:
         outcome = "the roulette lets it live" if goes_on else "the roulette ends it"
         yield f"  {outcome}; the probability of living was {scattering['survival']:.9g}"
 

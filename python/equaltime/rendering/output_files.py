@@ -16,7 +16,7 @@ from equaltime.images.preview import EXTENSIONS, SOURCE
 from equaltime.images.reading import utf8
 from equaltime.rendering.render_file import read_record
 
-__all__ = ["AovPicture", "OutputPaths", "check_output", "check_replaceable", "check_spares", "keep_work"]
+__all__ = ["AovPicture", "OutputPaths", "check_output", "check_replaceable", "check_spares", "keep_work", "replaced"]
 
 _WORTH_KEEPING: Final = 60.0
 """Seconds of rendering from which a replaced render is kept."""
@@ -151,6 +151,20 @@ def keep_work(path: Path, record: Mapping[str, Any]) -> Path | None:
     except OSError as error:
         raise ImageError(f"{path}: {seconds:.0f} s of rendering would be lost, and cannot be kept as {kept}") from error
     return kept
+
+
+def replaced(new: Mapping[str, Any], old: Mapping[str, Any]) -> str:
+    """Return a sentence on a render that was replaced and not kept; empty if the new render contains its samples.
+
+    Renders of more than a minute are kept (`keep_work`). ``new`` and ``old`` are records: JSON data on how the renders
+    were made. ``old`` is empty if there was no render.
+    """
+    seconds = old.get("seconds")
+    if not isinstance(seconds, int | float) or seconds > _WORTH_KEEPING or _holds(new, old):
+        return ""
+    size = "x".join(map(str, old.get("size", ())))
+    how = f"{old.get('spp')} samples a pixel, strategy {old.get('strategy')}, seed {old.get('seed')}"
+    return f"the render that was there is replaced, as it took less than a minute: {size}, {how}"
 
 
 def _holds(new: Mapping[str, Any], old: Mapping[str, Any]) -> bool:

@@ -49,12 +49,15 @@ from equaltime.statistics.intervals import (
 from equaltime.words import duration, percent
 
 __all__ = [
+    "BELOW",
     "STEEPEST",
+    "TOO_NOISY",
     "TYPICAL",
     "Runs",
     "error_at",
     "error_curve",
     "interval_of",
+    "is_below",
     "least_error_at",
     "log_time",
     "log_times",
@@ -86,10 +89,11 @@ _FARTHEST_ERROR = 2.0
 """Largest factor of time outside the runs for which an error is stated."""
 _NEAR_ENOUGH = 1.15
 """Same limit as `_FARTHEST_ERROR`, for an unknown slope: runs may end a tenth of their time early."""
-_BELOW = (
-    "the error is below what the reference can show; reference.error and reference.seconds of an experiment file ask "
-    "for a better one"
-)
+_BETTER = "reference.error and reference.seconds of an experiment file ask for a better one"
+BELOW = f"the error is below what the reference can show; {_BETTER}"
+"""Reason why an error is not known: the noise of the reference hides it."""
+TOO_NOISY = ", too much for times beyond the runs to a smaller one"
+"""Part of the note of a time that is not given because of the reference's noise."""
 _SHALLOW = "shallower than -0.5, the slope of independent samples: fixed costs at the start, or rare bright samples"
 _CLEAR = 4.0
 """Standard errors of the reference's part that a squared error must exceed to be read off the curve."""
@@ -139,6 +143,8 @@ class Runs:
     expected."""
     shared: float = 0.0
     """Standard error of relMSE due to the reference's noise, which all repeats share."""
+    reference: float = 0.0
+    """Relative error of the reference by its own noise. Beyond the runs, no time to a smaller error is given."""
     spp: Floats | None = None
     """(C,): samples per pixel at the checkpoints of a renderer that starts anew for each, so that every time contains
     its start. None if one image grows from checkpoint to checkpoint."""
@@ -381,7 +387,8 @@ def time_to_error(runs: Runs, target: float) -> Interval:
     - The value is ``inf`` if the curve does not reach ``target`` within these limits. The field ``low`` is then a time
       that is surely too short for ``target``; it is 0 if no such time is known.
     - The value is NaN if there are too few checkpoints to extrapolate, or if the error is below the reference's noise
-      from the first checkpoint on.
+      from the first checkpoint on. It is also NaN for a time beyond the runs to an error below the reference's own: the
+      reference could not confirm it.
     """
     whole = np.ones(runs.repeats)
     typical = bool(runs.tail)
@@ -390,7 +397,7 @@ def time_to_error(runs: Runs, target: float) -> Interval:
         first = float(runs.seconds[:, 0].mean())
         return Interval(first, 0.0, first).bounded("high", "the first image is exact already")
     if not x.size:
-        return UNKNOWN.doubted(_BELOW)
+        return UNKNOWN.doubted(BELOW)
     begin, end = float(x[0]), float(x[-1])
     if typical:
         value = float(np.median(log_times(runs, target)))
@@ -400,6 +407,8 @@ def time_to_error(runs: Runs, target: float) -> Interval:
         found = interval_of(lambda kept, off: log_time(runs.moved(off), target, kept), runs.repeats)
     if math.isnan(value):
         return runs.judged_time(UNKNOWN.doubted("too few checkpoints to extrapolate"))
+    if value > end and target < runs.reference and not runs.biased:
+        return UNKNOWN.doubted(f"the reference has an error of {percent(runs.reference)}{TOO_NOISY} ({_BETTER})")
     far = not runs.law and value > end + math.log(FARTHEST_REACH)
     if math.isinf(value) or far:
         low = max(_surely_until(runs, target, x.size - 1), min(_lower_end(found), FARTHEST_REACH * math.exp(end)))
@@ -532,7 +541,7 @@ def error_at(runs: Runs, seconds: float) -> Interval:
         return few(Interval(0.0, 0.0, 0.0), runs.repeats)
     found = _measured(log_error, runs.repeats)
     if math.isnan(found.value):
-        return UNKNOWN.doubted(_BELOW if _is_below(runs) else "no run is near that time")
+        return UNKNOWN.doubted(BELOW if is_below(runs) else "no run is near that time")
     if runs.tail:
         found = _no_less(found, median_interval([log_error(one, 0.0) for one in np.eye(runs.repeats)]).map(exp))
     return runs.judged(found)
@@ -550,12 +559,12 @@ def least_error_at(runs: Runs, seconds: float) -> float:
     noise, and NaN if no run is near that time.
     """
     found = error_at(runs, seconds).value
-    return 0.0 if math.isnan(found) and _is_below(runs) else found
+    return 0.0 if math.isnan(found) and is_below(runs) else found
 
 
-def _is_below(runs: Runs) -> bool:
-    """Tell whether the error at the ends of the runs is below the reference's noise."""
-    return float(runs.relmse[:, -1].mean()) <= _CLEAR * runs.shared
+def is_below(runs: Runs, checkpoint: int = -1) -> bool:
+    """Tell whether the error of ``runs`` at a checkpoint, by default the last, is below the reference's noise."""
+    return float(runs.relmse[:, checkpoint].mean()) <= _CLEAR * runs.shared
 
 
 def slope(runs: Runs) -> Interval:

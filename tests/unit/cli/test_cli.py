@@ -230,6 +230,9 @@ def test_the_help_of_render_names_every_strategy(capsys: pytest.CaptureFixture[s
     parts = [part for field in Strategy.model_fields.values() for part in get_args(field.annotation)]
     words = [word for part in parts for word in (part, *get_args(part)) if isinstance(word, str)]
     assert all(word in text for word in [*PRESETS, *Strategy.model_fields, *words])
+    best, constant = Strategy(), Strategy.parse("best,roulette=constant")
+    for default in (best.heuristic, best.environment, best.roulette_depth, constant.survival):
+        assert f"default {default})" in " ".join(text.split())
 
 
 def test_info_tells_what_is_in_a_scene(scene: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -106,7 +106,8 @@ def test_an_experiment_begins_and_ends_with_the_verdict(
     captured = capsys.readouterr()
     assert captured.err == (
         "references of up to 200 ms each, then 4 runs of 4 samples a pixel; "
-        "with 2 repeats there are no intervals: --repeats 3 is the least, 6 are better\n"
+        "with 2 repeats there are no intervals: --repeats 3 is the least, 6 are better; "
+        "the baseline of all ratios is bsdf\n"
     )
     lines = captured.out.splitlines()
     assert lines[0] == lines[-1] == VERDICT

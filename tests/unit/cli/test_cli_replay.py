@@ -12,6 +12,7 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
+from equaltime.cli.replay import ENDS
 from equaltime.images import image_files as images
 
 from ..scene.test_frames import KEYS, STANDING
@@ -147,3 +148,58 @@ def test_pictures_without_paths_are_refused(scene: Path, capsys: pytest.CaptureF
         scene.parent / "c.exr"
     )
     assert "c.exr: its scene was made in memory: replay it in Python" in refused(capsys, scene.parent / "c.exr")
+
+
+LONG = """
+[integrator]
+type = "path"
+[sensor]
+type = "perspective"
+film = { type = "hdrfilm", width = 4, height = 4 }
+[room]
+type = "sphere"
+radius = 3
+flip_normals = true
+bsdf = { type = "diffuse", reflectance = "$grey" }
+[default]
+grey = 0.25
+"""
+"""A closed room without light: paths end by underflow of their throughput."""
+
+
+def shown(scene: Path, capsys: pytest.CaptureFixture[str], *options: str) -> list[str]:
+    """Return the lines on the first sample of a pixel."""
+    words = ["replay", str(scene), "--pixel", "1,1", "--sample", "0", "--strategy", "bsdf", *options]
+    assert main(words) == 0
+    return capsys.readouterr().out.splitlines()
+
+
+def test_a_long_path_is_cut_unless_all_is_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene = tmp_path / "room.toml"
+    scene.write_text(LONG)
+    lines, every = shown(scene, capsys), shown(scene, capsys, "-v")
+    begin, end = (next(i for i, line in enumerate(lines) if line.startswith(text)) for text in ("1. ", "... "))
+    count = sum(line.startswith("   throughput") for line in every)
+    assert lines[end] == f"... {count - 15} more (-v shows all)"
+    assert sum(line.startswith("   throughput") for line in lines[begin:end]) == 10
+    assert sum(line.startswith("   throughput") for line in lines[end:]) == 5
+    assert every[: end - 1] == lines[: end - 1]
+    assert every[end + 1 - len(lines) :] == lines[end + 1 :]
+    short = shown(scene, capsys, "--max-depth", "16")
+    assert sum(line.startswith("   throughput") for line in short) == 16, "one hidden vertex would save nothing"
+
+
+def test_a_path_that_ends_by_underflow_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene = tmp_path / "room.toml"
+    scene.write_text(LONG)
+    assert [line for line in shown(scene, capsys) if "ends: its throughput becomes 0 by underflow" in line]
+    black = shown(scene, capsys, "-D", "grey=0")
+    assert [line.strip() for line in black if "ends:" in line] == ["ends: " + ENDS["absorbed"]]
+
+
+def test_a_roulette_is_told_where_it_may_end_the_path(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene = tmp_path / "room.toml"
+    scene.write_text(LONG)
+    assert not [line for line in shown(scene, capsys, "-v") if "probability of living" in line]
+    words = ("--strategy", "bsdf,roulette=constant,survival=0.5,roulette_depth=1", "-v")
+    assert [line for line in shown(scene, capsys, *words) if "the probability of living was 0.5" in line]

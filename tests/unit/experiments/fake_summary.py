@@ -57,7 +57,7 @@ def strategy(label: str, folder: Path, scene: str) -> StrategyResult:
         ratio={target: about((CONSTANTS["naive"] / constant) ** 2) for target in TARGETS},
         efficiency=Interval(3.0, 2.5, 3.5),
         error_at_budget=about(end),
-        fewer_samples=UNKNOWN,
+        fewer_samples=Interval(2.0, 1.5, 2.5),
         equality_p=None if label == "best" else 0.4,
         bias=Interval(0.001, -0.002, 0.003),
         notes=("its paths are cut",) if label == "cut" else (),
@@ -100,13 +100,14 @@ def summary(folder: Path, scenes: int = 1) -> Summary:
 
 
 def doubted(result: SceneResult, label: str, reason: str = FEW) -> SceneResult:
-    """Return the scene with a strategy whose times and speed-ups cannot be trusted."""
+    """Return the scene with a strategy whose times, speed-ups and gains cannot be trusted."""
 
     def doubt(one: StrategyResult) -> StrategyResult:
         if one.label != label:
             return one
         times = {target: interval.doubted(reason) for target, interval in one.time_to.items()}
-        ratios = dict.fromkeys(one.ratio, replace(UNKNOWN, note=reason))
-        return replace(one, time_to=times, ratio=ratios)
+        unknown = replace(UNKNOWN, note=reason)
+        ratios = dict.fromkeys(one.ratio, unknown)
+        return replace(one, time_to=times, ratio=ratios, efficiency=unknown, fewer_samples=unknown)
 
     return replace(result, strategies=tuple(doubt(one) for one in result.strategies))

@@ -175,3 +175,35 @@ def test_efficiency_is_the_median_of_what_pairs_of_repeats_say() -> None:
     assert not efficiency(slow, replace(fast, biased=True)).known
     assert efficiency(replace(slow, missing="light"), fast).doubt == "light"
     assert not efficiency(slow, replace(fast, relmse=-fast.relmse)).known
+
+
+def test_an_error_that_the_reference_hides_makes_efficiency_a_bound() -> None:
+    """The truth is 400 times less; measured errors scatter around 0, and their median may be anything."""
+    rng = np.random.default_rng(3)
+    seen = power_law(repeats=6)
+    shared = 0.1 * float(seen.relmse[0, -1])
+    hidden = replace(seen, relmse=seen.relmse / 400.0 + shared * rng.standard_normal((6, 1)), shared=shared)
+    seen = replace(seen, shared=shared)
+    more, less = efficiency(seen, hidden), efficiency(hidden, seen)
+    assert (more.trusted, more.bound, less.trusted, less.bound) == (False, "low", False, "high")
+    assert 1.0 < more.low < 10.0
+    assert less.high == pytest.approx(1.0 / more.low, rel=0.3)
+    assert "this: the error is below what the reference can show" in more.note
+    assert not efficiency(hidden, hidden).trusted
+    assert efficiency(hidden, hidden).bound == ""
+
+
+def test_the_reference_widens_efficiency() -> None:
+    first, second = power_law(seed=1), power_law(seed=2)
+    shared = 0.1 * float(first.relmse[0, -1])
+    plain, widened = efficiency(first, second), efficiency(*(replace(one, shared=shared) for one in (first, second)))
+    far = replace(second, relmse=9.0 * second.relmse)
+    assert widened.trusted
+    assert widened.low <= plain.low
+    moved = efficiency(*(replace(one, shared=shared) for one in (first, far)))
+    assert moved.high > 1.1 * efficiency(first, far).high
+
+
+def test_efficiency_of_heavy_tails_says_that_it_is_of_typical_runs() -> None:
+    assert "typical runs" in efficiency(with_firefly(), power_law(repeats=6)).note
+    assert "typical runs" not in efficiency(power_law(), power_law()).note

@@ -138,6 +138,13 @@ def test_a_scene_where_the_better_part_is_open_does_not_count() -> None:
     assert "is not known at equal samples and not known at equal time." in combination_verdict([unknown])
 
 
+def test_a_combination_says_which_ratios_are_of_typical_runs() -> None:
+    said = "Where a few rare events make most of an error, these are ratios of typical runs."
+    heavy = scene(part("bsdf", exactly(1.2), exactly(1.5).noted(TYPICAL)))
+    assert combination_verdict([heavy]).endswith(f"the squared error of right. {said}")
+    assert said not in combination_verdict([scene(part("bsdf", exactly(1.2), exactly(1.5)))])
+
+
 def test_only_strategies_of_one_technique_are_parts() -> None:
     other = replace(part("bsdf", exactly(9.0), exactly(9.0)), renderer="mitsuba")
     assert combination_verdict([scene(part("mixture", exactly(9.0), exactly(9.0)), other)]) == (
@@ -181,6 +188,17 @@ def test_samples_are_compared_at_the_most_that_both_have() -> None:
     found = fewer_samples(runs(4.0, 1), runs(1.0, 2, SPP[:4]))
     assert found.low < 4.0 < found.high < 4.3
     assert not fewer_samples(runs(4.0, 1), replace(runs(1.0, 2), spp=(3, 5))).known
+
+
+def test_an_error_that_the_reference_hides_makes_samples_a_bound() -> None:
+    seen = runs(1.0, 1)
+    shared = 0.1 * float(seen.runs.relmse[0, -1])
+    hidden = replace(seen, runs=replace(seen.runs, relmse=seen.runs.relmse / 400.0, shared=shared))
+    seen = replace(seen, runs=replace(seen.runs, shared=shared))
+    more, less = fewer_samples(seen, hidden), fewer_samples(hidden, seen)
+    assert (more.bound, less.bound) == ("low", "high")
+    assert 1.0 < more.low < 10.0
+    assert less.high < 1.0
 
 
 def test_what_has_no_error_needs_no_samples_and_a_bias_is_not_compared() -> None:

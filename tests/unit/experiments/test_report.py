@@ -237,8 +237,22 @@ def test_what_cannot_be_trusted_has_its_reason_in_place_of_numbers(tmp_path: Pat
     texts = [text for _, text in page.texts]
     row = texts.index("best", texts.index("Time to an error"))
     cells = texts[row + 1 : texts.index("Checks")]
-    assert cells == ["\N{EN DASH}"] * len(TARGETS) + ["\N{EN DASH}: these runs cannot tell."]
+    assert cells == ["\N{EN DASH}"] * (len(TARGETS) + 2) + ["\N{EN DASH}: these runs cannot tell."]
     assert any(span.get("title") == FEW for span in page.all("span"))
+
+
+@pytest.mark.usefixtures("without_figures")
+def test_the_factors_that_verdicts_tell_stand_in_the_table(tmp_path: Path) -> None:
+    """Gains at equal time and at equal samples; one that is not known as a number stands as a limit."""
+    value = summary(tmp_path)
+    first, *others = value.scenes[0].strategies
+    assert first.label == "naive"
+    best = replace(others[0], efficiency=Interval(900.0, 500.0, 999.0).bounded("low", "hidden"))
+    page, _ = written(replace(value, scenes=(replace(value.scenes[0], strategies=(first, best)),)), tmp_path)
+    assert "gain at equal time gain at equal samples" in page.visible
+    assert "\N{GREATER-THAN OR EQUAL TO} 500\N{MULTIPLICATION SIGN}" in page.visible
+    assert "900" not in page.visible
+    assert "2.0\N{MULTIPLICATION SIGN}" in page.visible
 
 
 def test_the_geometric_mean_over_scenes_adds_their_intervals_on_the_logarithm(tmp_path: Path) -> None:

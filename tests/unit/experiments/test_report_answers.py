@@ -14,11 +14,13 @@ from equaltime.experiments.report.overlap import hidden_curves
 from equaltime.experiments.report.own import other_renderers
 from equaltime.experiments.report.tables import Table, TableRow
 from equaltime.experiments.report.telling import commands, is_quick
-from equaltime.experiments.report.words import Cell, same_cell
+from equaltime.experiments.report.words import Cell, same_cell, seconds_cell
 from equaltime.images.image_files import SOFTWARE
+from equaltime.statistics.curves import time_to_error
 from equaltime.statistics.intervals import UNKNOWN
 
 from .fake_summary import summary
+from .made_up_runs import power_law
 
 DASH, THIN, TIMES = "\N{EN DASH}", "\N{NARROW NO-BREAK SPACE}", "\N{MULTIPLICATION SIGN}"
 
@@ -128,6 +130,18 @@ def test_a_biased_strategy_that_is_not_extrapolated_is_told() -> None:
     told = table((Cell("1"), never)).telling(quick=False)
     assert told.unsaid == (
         "Left out (b): these runs cannot tell; biased strategies may never reach an error, and are not extrapolated."
+    )
+
+
+def test_a_column_beyond_the_reference_s_own_error_says_so() -> None:
+    """As for two scenes, in an overview: the smallest and the largest of their references' errors."""
+    runs = replace(power_law(), independent=True)
+    times = [time_to_error(replace(runs, reference=error), 0.01) for error in (0.0904, 0.0863)]
+    told = table(*((Cell("1"), seconds_cell(time)) for time in times)).telling(quick=False)
+    assert told.columns == ("a",)
+    assert told.unsaid == (
+        "Left out (b): these runs cannot tell; the reference has an error of 8.63 to 9.04 %, too much for times beyond "
+        "the runs to a smaller one (reference.error and reference.seconds of an experiment file ask for a better one)."
     )
 
 

@@ -223,6 +223,26 @@ def test_more_than_a_minute_of_rendering_is_kept_beside(
     assert read_picture(kept).record["seconds"] == 500.0, "one backup"
 
 
+def test_a_short_render_is_not_replaced_silently(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Whatever differs; a render that has all its samples loses nothing."""
+    path = tmp_path / "out.exr"
+
+    def told(*options: str) -> str:
+        assert main(["render", str(scene), "-o", str(path), *options]) == 0
+        return next((line for line in capsys.readouterr().out.splitlines() if "was there" in line), "")
+
+    before = "the render that was there is replaced, as it took less than a minute: "
+    assert told("--spp", "2", "--size", "8x4") == ""
+    assert told("--spp", "2", "--size", "4x4") == f"{before}8x4, 2 samples a pixel, strategy best, seed 0"
+    assert told("--spp", "4", "--size", "4x4") == ""
+    assert told("--spp", "8", "--size", "4x4", "--resume") == ""
+    assert (
+        told("--spp", "4", "--size", "4x4", "--seed", "7") == f"{before}4x4, 8 samples a pixel, strategy best, seed 0"
+    )
+
+
 def test_a_render_that_cannot_be_kept_is_not_replaced(
     scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -282,6 +282,24 @@ def test_two_checkpoints_are_too_few_to_extrapolate() -> None:
     assert "too few checkpoints" in found.note
 
 
+def test_beyond_the_runs_no_time_is_given_to_an_error_below_the_reference_s_own() -> None:
+    """Within the runs such an error was measured, and a larger one may be extrapolated."""
+    plain = power_law()
+    error = math.sqrt(float(plain.relmse[0, -1]))
+    noisy = replace(plain, reference=2.0 * error)
+    for target, known in ((0.5 * error, False), (1.5 * error, True), (2.5 * error, True)):
+        assert time_to_error(noisy, target).known is known
+    doubt = time_to_error(noisy, 0.5 * error).doubt
+    assert doubt.startswith("the reference has an error of 24.9 %, too much")
+    assert "ask for a better one" in doubt
+    assert time_to_error(replace(noisy, reference=0.4 * error), 0.5 * error).known
+    assert "not extrapolated" in time_to_error(replace(noisy, biased=True), 0.5 * error).note
+    ratio = speed_up(noisy, replace(noisy, seconds=0.1 * noisy.seconds), 0.5 * error)
+    assert not ratio.known
+    assert not ratio.bound
+    assert "baseline: the reference has an error" in ratio.note
+
+
 def test_below_the_reference_s_noise_there_is_nothing_to_read() -> None:
     runs = power_law()
     drowned = replace(runs, relmse=-runs.relmse)

@@ -8,6 +8,7 @@ from contextlib import suppress
 from equaltime.errors import StrategyError
 from equaltime.experiments.analysis.sentences import joined, listed
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
+from equaltime.statistics.curves import TYPICAL
 from equaltime.statistics.in_words import about, figure
 from equaltime.statistics.intervals import Interval, sound
 from equaltime.strategy import Strategy
@@ -37,8 +38,17 @@ def combination_verdict(scenes: Sequence[SceneResult]) -> str:
     samples = _worst([_behind(scene, lambda part: part.fewer_samples) for scene in scenes], "at equal samples")
     time = _worst([_behind(scene, lambda part: part.efficiency) for scene in scenes], "at equal time")
     answer = f"Compared with {better}, the squared error of {baseline} is{at_worst} {samples} and {time}."
-    alone = [told for label in parts if (told := _alone(scenes, label))]
-    return f"{answer} At equal time, {listed(alone)} the squared error of {baseline}." if alone else answer
+    if alone := [told for label in parts if (told := _alone(scenes, label))]:
+        answer += f" At equal time, {listed(alone)} the squared error of {baseline}."
+    return answer + _typical(scenes)
+
+
+def _typical(scenes: Sequence[SceneResult]) -> str:
+    """Return a sentence if a ratio that is told is a median of repeats instead of a ratio of means; else empty."""
+    ratios = (ratio for scene in scenes for part in _parts(scene) for ratio in (part.fewer_samples, part.efficiency))
+    if not any(_is_told(ratio) and TYPICAL in ratio.note for ratio in ratios):
+        return ""
+    return " Where a few rare events make most of an error, these are ratios of typical runs."
 
 
 def _parts(scene: SceneResult) -> list[StrategyResult]:

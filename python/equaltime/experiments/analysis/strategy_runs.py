@@ -23,9 +23,11 @@ from equaltime.experiments.run.record import Row
 from equaltime.images.bias_variance import BiasVariance, relmse_of_parts
 from equaltime.images.metrics import Reference, squared_errors, tail_of
 from equaltime.statistics.curves import (
+    BELOW,
     TYPICAL,
     Runs,
     interval_of,
+    is_below,
     log_time,
     log_times,
     slope_doubt,
@@ -33,7 +35,7 @@ from equaltime.statistics.curves import (
     time_to_error,
     typical_interval,
 )
-from equaltime.statistics.intervals import FEWEST_REPEATS, UNKNOWN, Interval, exp, join, median_interval
+from equaltime.statistics.intervals import FEWEST_REPEATS, UNKNOWN, Z95, Interval, exp, join
 from equaltime.strategy import Strategy
 
 __all__ = ["StrategyRuns", "efficiency", "fewer_samples", "runs_of", "speed_up"]
@@ -85,7 +87,10 @@ class StrategyRuns:
             return plain
         parts, tail = relmse_of_parts(images, reference), tail_of(squared_errors(images, reference))
         missing = "" if runs.biased else _missing(parts, float(runs.relmse[:, -1].mean()))
-        judged = replace(runs, doubt=tail.doubt, missing=missing, unseen=tail.unseen, shared=parts.shared)
+        own = math.sqrt(max(reference.relmse, 0.0))
+        judged = replace(
+            runs, doubt=tail.doubt, missing=missing, unseen=tail.unseen, shared=parts.shared, reference=own
+        )
         return replace(plain, runs=judged, parts=parts, heavy=bool(tail.doubt))
 
     @property
@@ -216,32 +221,68 @@ def efficiency(baseline: Runs, runs: Runs) -> Interval:
 
     The ratio is the median over pairs of repeats. For independent samples, the ratio also holds for times to equal
     error. The median describes typical runs, also for heavy-tailed errors, and ignores rare bad runs. No time is
-    extrapolated. The result is unknown if either strategy is biased, or if its images have missed light.
+    extrapolated. An error that the reference's noise hides makes the ratio a bound. The result is unknown if either
+    strategy is biased, or if its images have missed light.
     """
     if missing := join((baseline.missing, runs.missing)):
         return UNKNOWN.doubted(missing)
     repeats = min(baseline.repeats, runs.repeats)
-    ends = [part[:repeats, -1] for r in (baseline, runs) for part in (r.relmse, r.seconds)]
-    if any(r.biased for r in (baseline, runs)) or min(part.min() for part in ends) <= 0.0:
+    whole = [_first(r, repeats) for r in (baseline, runs)]
+    first, second = (_raised(r, -1) for r in whole)
+    ends = [part[:, -1] for r in (first, second) for part in (r.relmse, r.seconds)]
+    if any(r.biased for r in whole) or min(part.min() for part in ends) <= 0.0:
         return UNKNOWN.doubted("a bias or the noise of the reference leaves the ratio open")
-    relmse, seconds, other_relmse, other_seconds = map(np.log, ends)  # products and ratios may leave float64
-    return median_interval(relmse + seconds - other_relmse - other_seconds).map(exp)
+
+    def logs(off: float) -> Floats:
+        with np.errstate(invalid="ignore", divide="ignore"):  # if the reference's noise makes up a repeat's error
+            return _log_work(first.moved(off)) - _log_work(second.moved(off))
+
+    ratio = _hidden(typical_interval(logs, 0.0).map(exp), first is not whole[0], second is not whole[1])
+    return ratio.noted(_typical(*whole)).deciding()
+
+
+def _log_work(runs: Runs) -> Floats:
+    """Return log(squared error x time) at the end of each repeat, (K,): the product itself may leave float64."""
+    work: Floats = np.log(runs.relmse[:, -1]) + np.log(runs.seconds[:, -1])
+    return work
+
+
+def _raised(runs: Runs, checkpoint: int) -> Runs:
+    """Return ``runs``, or upper limits of its squared errors if the reference's noise hides those at a checkpoint."""
+    return replace(runs, relmse=np.maximum(runs.relmse, 0.0)).moved(Z95) if is_below(runs, checkpoint) else runs
+
+
+def _hidden(ratio: Interval, baseline: bool, this: bool) -> Interval:
+    """Return a ratio of squared errors with the one valid end if the reference's noise hides one of the errors.
+
+    ``baseline`` and ``this`` tell of which strategy the ratio has the upper limits by `_raised` instead of the errors.
+    """
+    ratio = ratio.bounded("high", f"baseline: {BELOW}") if baseline else ratio
+    return ratio.bounded("low", f"this: {BELOW}") if this else ratio
+
+
+def _typical(first: Runs, second: Runs) -> str:
+    """Return the note of a ratio of medians if few events make most of an error of the two; else an empty text."""
+    tails = join((first.tail and f"baseline: {first.tail}", second.tail and f"this: {second.tail}"))
+    return f"{TYPICAL}; {tails}" if tails else ""
 
 
 def fewer_samples(baseline: StrategyRuns, other: StrategyRuns) -> Interval:
     """Return the baseline's squared error divided by the other's, at the largest sample count that both have.
 
     For independent samples, the ratio is the factor by which the other strategy needs fewer samples for equal error. If
-    few events make most of an error (a heavy tail), the ratio is the median over pairs of repeats.
+    few events make most of an error (a heavy tail), the ratio is the median over pairs of repeats. An error that the
+    reference's noise hides makes the ratio a bound.
     """
     common = sorted(set(baseline.spp) & set(other.spp))
     if not common or baseline.runs.biased or other.runs.biased:
         return UNKNOWN.doubted("a bias leaves the ratio open" if common else "they have no sample count in common")
     repeats = min(baseline.runs.repeats, other.runs.repeats)
-    first, second = (_first(s.runs, repeats) for s in (baseline, other))
+    whole = [_first(s.runs, repeats) for s in (baseline, other)]
     above, below = (s.spp.index(common[-1]) for s in (baseline, other))
-    if not second.relmse[:, below].any():
+    if not whole[1].relmse[:, below].any():
         return Interval(math.inf, math.inf, math.inf)
+    first, second = _raised(whole[0], above), _raised(whole[1], below)
 
     def log_ratio(kept: Floats, off: float) -> float:
         squares = kept @ first.moved(off).relmse[:, above], kept @ second.moved(off).relmse[:, below]
@@ -250,12 +291,13 @@ def fewer_samples(baseline: StrategyRuns, other: StrategyRuns) -> Interval:
     def logs(off: float) -> Floats:
         return np.array([log_ratio(one, off) for one in np.eye(repeats)])
 
-    if typical := join((first.tail and f"baseline: {first.tail}", second.tail and f"this: {second.tail}")):
-        ratio = typical_interval(logs, 0.0).map(exp).noted(f"{TYPICAL}; {typical}")
+    if typical := _typical(*whole):
+        ratio = typical_interval(logs, 0.0).map(exp).noted(typical)
     else:
         ratio = interval_of(log_ratio, repeats).map(exp).widened(first.unseen).widened(second.unseen, "low")
     if math.isnan(ratio.value):
         return UNKNOWN.doubted("an error is below what the reference can show")
+    ratio = _hidden(ratio, first is not whole[0], second is not whole[1])
     if first.missing:
         ratio = ratio.bounded("low", f"baseline: {first.missing}")
     return (ratio.bounded("high", f"this: {second.missing}") if second.missing else ratio).deciding()

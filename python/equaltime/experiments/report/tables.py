@@ -169,10 +169,14 @@ def label_row(
     return TableRow(strategy.label, look, tags, tuple(map(tuple, cells)), strategy.name)
 
 
+_GAINS = ("gain at equal time", "gain at equal samples")
+
+
 def time_table(slug: str, scene: SceneResult, targets: Sequence[float], looks: Mapping[str, Style]) -> Table:
     """Return a table with each strategy's time to each target error, and below it the speed-up over the baseline.
 
-    ``slug`` begins the table's id. ``looks`` gives colour, marker and line style by label of a strategy.
+    The last two columns are the gains at equal time and at equal samples, which verdicts may tell. ``slug`` begins the
+    table's id. ``looks`` gives colour, marker and line style by label of a strategy.
     """
     rows = []
     for strategy in scene.strategies:
@@ -182,9 +186,11 @@ def time_table(slug: str, scene: SceneResult, targets: Sequence[float], looks: M
             ratio = strategy.ratio.get(target)
             faster = [] if ratio is None or strategy.label == scene.baseline else [factor_cell(ratio)]
             cells.append([time, *faster])
+        for gain in (strategy.efficiency, strategy.fewer_samples):
+            cells.append([_NOTHING if strategy.label == scene.baseline else factor_cell(gain)])
         rows.append(label_row(scene, strategy, looks[strategy.label], cells))
-    caption = f"Time to a given error, and speed-up over {scene.baseline}; 95 % intervals"
-    columns = [f"to {percent(target)}" for target in targets]
+    caption = f"Time to a given error, and speed-up and gain over {scene.baseline}; 95 % intervals"
+    columns = [*(f"to {percent(target)}" for target in targets), *_GAINS]
     return Table(f"{slug}-times", caption, "strategy", tuple(columns), tuple(rows))
 
 

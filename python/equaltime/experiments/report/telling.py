@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import replace
 
 from equaltime.experiments.model.summary import SceneResult, Summary
+from equaltime.experiments.report.footnotes import merged
 from equaltime.experiments.report.words import Cell
+from equaltime.statistics.curves import TOO_NOISY
 from equaltime.statistics.intervals import UNKNOWN, Interval
 
 __all__ = ["DASH", "column_says_something", "commands", "is_quick", "says_slower", "silenced", "unsaid"]
@@ -14,6 +17,8 @@ __all__ = ["DASH", "column_says_something", "commands", "is_quick", "says_slower
 DASH = "\N{EN DASH}"
 _BIASED = "biased, not extrapolated"
 """Part of the note of a time that a biased strategy does not reach."""
+_NOISY = re.compile(f"the reference has .*{re.escape(TOO_NOISY)}")
+"""Remark on a time that is not given because of the reference's noise; its number differs from scene to scene."""
 _NOT_KNOWN = ("unknown", "not trusted", "not reached")
 
 
@@ -72,8 +77,11 @@ def unsaid(names: Iterable[str], dashes: bool, quick: bool, cells: Iterable[Cell
     """
     listed = ", ".join(names)
     why = "these runs are too short to tell; run without --quick" if quick else "these runs cannot tell"
-    if any(_is_silent(cell) and _BIASED in cell.note for cell in cells):
+    silent = [cell.note for cell in cells if _is_silent(cell)]
+    if any(_BIASED in note for note in silent):
         why += "; biased strategies may never reach an error, and are not extrapolated"
+    if noisy := [remark for note in silent for remark in note.split("; ") if _NOISY.match(remark)]:
+        why += f"; {merged(noisy)}"
     if not listed:
         return f"{DASH}: {why}." if dashes else ""
     return f"Left out ({listed}){f', and {DASH}' if dashes else ''}: {why}."
