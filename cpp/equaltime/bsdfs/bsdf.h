@@ -6,6 +6,7 @@
 //   name, and needs (an effect), unless all kernels have the model;
 //   is_delta: it scatters into discrete directions only; transmits: to the other side of the surface too;
 //   picks_lobe: sample looks at u_lobe;
+//   a constructor from its Description, and from the scene's BsdfTables if it has tables (bsdfs/tables.h);
 //   Description, with its parameters in fields(), and textured(), what textures may give (bsdfs/fields.h);
 //   eval, sample, and albedo(wo, front): how much is scattered in all, exact or nearly, and 0 only if nothing is.
 // A model may have
@@ -32,6 +33,9 @@ namespace equaltime {
 using Bsdfs = TypeList<Diffuse, RoughConductor, Conductor, Dielectric, ThinDielectric, Plastic, RoughPlastic,
                        RoughDielectric, Principled, PPlastic>;
 using Bsdf = Bsdfs::Variant;
+
+// A BSDF is copied where textures give its parameters: what is large stands in the scene's tables.
+static_assert(sizeof(Bsdf) <= 128);
 
 /// Whether the model looks at the azimuth of directions, so that the shading frame's tangent matters.
 [[nodiscard]] bool is_anisotropic(const Bsdf& bsdf) noexcept;

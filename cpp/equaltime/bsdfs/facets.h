@@ -4,6 +4,8 @@
 
 #include "equaltime/base/optional.h"
 #include "equaltime/bsdfs/microfacet.h"
+#include "equaltime/sampling/scattering.h"
+#include "equaltime/sampling/warps.h"
 
 namespace equaltime {
 
@@ -28,6 +30,22 @@ struct FacetLobe {
                                         const Vec3f& m) noexcept {
   const float d = distribution.D(m);
   return {d * distribution.G1(wo) * distribution.G1(wi) / (4 * wo.z), distribution.reflected_pdf(wo, d)};
+}
+
+/// Samples a mirror direction of microfacets with this probability, by the smallest u_lobe, or else a direction of a
+/// diffuse body beneath them. `value(wi, m)` evaluates both lobes, with the normal m between wo and wi.
+template <class Value>
+[[nodiscard]] EQUALTIME_INLINE Optional<BsdfSample> sample_mirror_or_body(const Microfacet& distribution,
+                                                                          float probability, const Vec3f& wo,
+                                                                          double u_lobe, Point2f u,
+                                                                          Value&& value) noexcept {
+  const bool mirrors = u_lobe < probability;
+  const Vec3f m = mirrors ? distribution.sample(wo, u) : Vec3f();
+  const Vec3f wi = mirrors ? m * (2 * dot(wo, m)) - wo : square_to_cosine_hemisphere(u);
+  if (!(wi.z > 0)) return std::nullopt;
+  const BsdfValue both = value(wi, mirrors ? m : normalize(wo + wi));
+  if (!(both.pdf > 0)) return std::nullopt;
+  return BsdfSample{wi, both.f * (1 / both.pdf), both.pdf};
 }
 
 /// With o and i the cosines of the directions to m: D·G·o·i / (cosθo (o - η·i)²), for radiance, whose compression by

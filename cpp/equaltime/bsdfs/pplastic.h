@@ -8,7 +8,6 @@
 #include "equaltime/bsdfs/fields.h"
 #include "equaltime/bsdfs/fresnel.h"
 #include "equaltime/sampling/scattering.h"
-#include "equaltime/sampling/warps.h"
 
 namespace equaltime {
 
@@ -56,13 +55,8 @@ struct PPlastic {
     return m ? eval_at(wo, wi, *m) : BsdfValue();
   }
   [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool, double u_lobe, Point2f u) const noexcept {
-    const bool mirrors = u_lobe < share(interface(wo.z));
-    const Vec3f m = mirrors ? distribution.sample(wo, u) : Vec3f();
-    const Vec3f wi = mirrors ? m * (2 * dot(wo, m)) - wo : square_to_cosine_hemisphere(u);
-    if (!(wi.z > 0)) return std::nullopt;
-    const BsdfValue value = eval_at(wo, wi, mirrors ? m : normalize(wo + wi));
-    if (!(value.pdf > 0)) return std::nullopt;
-    return BsdfSample{wi, value.f * (1 / value.pdf), value.pdf};
+    const auto value = [&](const Vec3f& wi, const Vec3f& m) noexcept { return eval_at(wo, wi, m); };
+    return sample_mirror_or_body(distribution, share(interface(wo.z)), wo, u_lobe, u, value);
   }
   [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool) const noexcept {
     const float reflectance = interface(wo.z);

@@ -2,16 +2,14 @@
 // is the share of light that one refraction by microfacets lets through.
 #pragma once
 
-#include <array>
-
 #include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
 #include "equaltime/bsdfs/facets.h"
 #include "equaltime/bsdfs/fields.h"
 #include "equaltime/bsdfs/fresnel.h"
 #include "equaltime/bsdfs/plastic.h"
+#include "equaltime/bsdfs/tables.h"
 #include "equaltime/sampling/scattering.h"
-#include "equaltime/sampling/warps.h"
 
 namespace equaltime {
 
@@ -20,30 +18,6 @@ struct RoughPlasticDescription {
   double alpha = 0.1, ior = 1.5;  // ior: interior over exterior
   Vec3d diffuse_reflectance{0.5, 0.5, 0.5}, specular_reflectance{1, 1, 1};
   bool nonlinear = false;  // see PlasticDescription
-};
-
-/// How much light microfacets of a dielectric let through, by the cosine of one direction, all others integrated.
-class RoughTransmittance {
- public:
-  /// Integrates at load. Shadowed and masked light is lost, as by all models of single scattering here.
-  RoughTransmittance(const Microfacet& distribution, float ior);
-
-  /// From outside; linear between knots at equal steps of the cosine, of which Mitsuba has as many.
-  [[nodiscard]] float operator()(float cosine) const noexcept {
-    const float x = std::min(cosine, 1.0F) * (kKnots - 1);
-    const auto i = std::min(static_cast<std::size_t>(x), std::size_t{kKnots - 2});
-    return std::lerp(from_outside_[i], from_outside_[i + 1], x - static_cast<float>(i));
-  }
-  /// What diffuse light from within is reflected, by Mitsuba's rule: the mean over the knots, not over the interval,
-  /// which is a 64th too little, and seen in pictures as a percent or two.
-  [[nodiscard]] float internal_reflectance() const noexcept { return internal_reflectance_; }
-  /// What diffuse light from outside enters.
-  [[nodiscard]] float mean() const noexcept { return mean_; }
-
- private:
-  static constexpr int kKnots = 64;
-  std::array<float, kKnots> from_outside_;
-  float internal_reflectance_, mean_;
 };
 
 struct RoughPlastic {
@@ -58,13 +32,13 @@ struct RoughPlastic {
   bool nonlinear;
   Spectrum diffuse_reflectance, specular_reflectance;
 
-  explicit RoughPlastic(const Description& d)
+  RoughPlastic(const Description& d, BsdfTables& tables)
       : distribution(d.distribution, static_cast<float>(d.alpha), static_cast<float>(d.alpha)),
         ior(static_cast<float>(d.ior)),
         nonlinear(d.nonlinear),
         diffuse_reflectance(spectrum(d.diffuse_reflectance)),
         specular_reflectance(spectrum(d.specular_reflectance)),
-        transmittance_(distribution, ior) {
+        transmittance_(&tables.rough_transmittance(d.distribution, static_cast<float>(d.alpha), ior)) {
     derive();
   }
   [[nodiscard]] static constexpr auto fields() noexcept {
@@ -85,35 +59,30 @@ struct RoughPlastic {
     return m ? eval_at(wo, wi, *m) : BsdfValue();
   }
   [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool, double u_lobe, Point2f u) const noexcept {
-    const bool mirrors = u_lobe < share(transmittance_(wo.z));
-    const Vec3f m = mirrors ? distribution.sample(wo, u) : Vec3f();
-    const Vec3f wi = mirrors ? m * (2 * dot(wo, m)) - wo : square_to_cosine_hemisphere(u);
-    if (!(wi.z > 0)) return std::nullopt;
-    const BsdfValue value = eval_at(wo, wi, mirrors ? m : normalize(wo + wi));
-    if (!(value.pdf > 0)) return std::nullopt;
-    return BsdfSample{wi, value.f * (1 / value.pdf), value.pdf};
+    const auto value = [&](const Vec3f& wi, const Vec3f& m) noexcept { return eval_at(wo, wi, m); };
+    return sample_mirror_or_body(distribution, share((*transmittance_)(wo.z)), wo, u_lobe, u, value);
   }
   [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool) const noexcept {
-    const float entering = transmittance_(wo.z);
-    return specular_reflectance * (1 - entering) + body_ * (entering * transmittance_.mean());
+    const float entering = (*transmittance_)(wo.z);
+    return specular_reflectance * (1 - entering) + body_ * (entering * transmittance_->mean());
   }
 
   /// Computes all that follows from the two colours, which textures may give.
   void derive() noexcept {
-    body_ = body_reflectance(diffuse_reflectance, transmittance_.internal_reflectance(), nonlinear, ior);
+    body_ = body_reflectance(diffuse_reflectance, transmittance_->internal_reflectance(), nonlinear, ior);
     specular_ = specular_reflectance.mean();
-    diffuse_ = body_.mean() * transmittance_.mean();
+    diffuse_ = body_.mean() * transmittance_->mean();
   }
 
  private:
   [[nodiscard]] BsdfValue eval_at(const Vec3f& wo, const Vec3f& wi, const Vec3f& m) const noexcept {
-    const float entering = transmittance_(wo.z), mirrors = share(entering);
+    const float entering = (*transmittance_)(wo.z), mirrors = share(entering);
     // The cosine of half the angle between them, the same from both: where total reflection begins, Fresnel's
     // reflectance is so steep that the rounding of wo·m and wi·m would tell.
     const float reflectance = fresnel_dielectric(std::min(1.0F, 0.5F * length(wo + wi)), ior).reflectance;
     const FacetLobe mirror = mirrored(distribution, wo, wi, m);
     const float cosine = cosine_hemisphere_pdf(wi.z);
-    return {specular_reflectance * (reflectance * mirror.f) + body_ * (cosine * entering * transmittance_(wi.z)),
+    return {specular_reflectance * (reflectance * mirror.f) + body_ * (cosine * entering * (*transmittance_)(wi.z)),
             mirrors * mirror.pdf + (1 - mirrors) * cosine};
   }
   /// The probability of a microfacet's mirror direction where the interface lets so much light enter.
@@ -122,9 +91,9 @@ struct RoughPlastic {
     return mirror > 0 ? mirror / (mirror + body) : 0.0F;
   }
 
-  Spectrum body_;                     // f·π of the body without the interface's transmittances
-  float specular_ = 0, diffuse_ = 0;  // how much each scatters of what the interface gives it
-  RoughTransmittance transmittance_;
+  Spectrum body_;                            // f·π of the body without the interface's transmittances
+  float specular_ = 0, diffuse_ = 0;         // how much each scatters of what the interface gives it
+  const RoughTransmittance* transmittance_;  // of the scene's tables
 };
 
 }  // namespace equaltime

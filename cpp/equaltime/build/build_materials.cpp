@@ -16,7 +16,7 @@ namespace {
 
 /// The model that a description is of; one of what is no model is never asked for its light: nothing passes all
 /// through, and of a mixture one part is picked.
-Bsdf make_bsdf(const BsdfDescription& description) {
+Bsdf make_bsdf(const BsdfDescription& description, BsdfTables& tables) {
   std::optional<Bsdf> made;
   const auto make = [&]<class Model>(std::type_identity<Model>) {
     const auto* d = std::get_if<typename Model::Description>(&description);
@@ -26,7 +26,10 @@ Bsdf make_bsdf(const BsdfDescription& description) {
         made = *simpler;
         return;
       }
-    made = Model(*d);
+    if constexpr (std::is_constructible_v<Model, const typename Model::Description&, BsdfTables&>)
+      made = Model(*d, tables);
+    else
+      made = Model(*d);
   };
   Bsdfs::for_each(make);
   return made.value_or(Diffuse({}));
@@ -47,8 +50,8 @@ std::optional<Slot> slot_of(const Bsdf& bsdf, const std::string& parameter) noex
   });
 }
 
-Material make_material(const BsdfDescription& d) {
-  Material material{make_bsdf(d)};
+Material make_material(const BsdfDescription& d, BsdfTables& tables) {
+  Material material{make_bsdf(d, tables)};
   if (std::holds_alternative<NullDescription>(d)) material.kind = Material::Kind::nothing;
   if (const auto* mixture = std::get_if<MixtureDescription>(&d)) {
     material.kind = Material::Kind::mixture;
@@ -109,9 +112,9 @@ void complete(std::vector<Material>& materials, std::uint32_t index) {
 }  // namespace
 
 std::vector<Material> make_materials(const SceneDescription& description, const std::vector<Texture>& textures,
-                                     double length_scale) {
+                                     double length_scale, BsdfTables& tables) {
   std::vector<Material> materials;
-  for (const BsdfDescription& d : description.bsdfs) materials.push_back(make_material(d));
+  for (const BsdfDescription& d : description.bsdfs) materials.push_back(make_material(d, tables));
   for (const TextureBinding& b : description.bindings) {
     if (b.bsdf >= materials.size()) throw std::invalid_argument("no BSDF " + std::to_string(b.bsdf) + " to bind to");
     bind_texture(materials[b.bsdf], b, textures, bsdf_name(description, b.bsdf));

@@ -58,6 +58,7 @@ class Builder {
   Normalization normalization_;
   Normalization space_;  // that of the set being built
   std::vector<Texture> textures_;
+  BsdfTables bsdf_tables_;
   std::vector<Material> materials_;
   Media media_;
   std::vector<Surface> surfaces_;
@@ -285,7 +286,7 @@ Scene Builder::build(Intersection mode) {
   bring_lamps_forward(description_, normalization_);
   area_lights_.pictured_meshes = pictured_meshes();
   textures_ = make_textures(std::move(description_.textures));
-  materials_ = make_materials(description_, textures_, normalization_.length(1));
+  materials_ = make_materials(description_, textures_, normalization_.length(1), bsdf_tables_);
   media_ = make_media(description_.media, normalization_);
   surfaces_.reserve(description_.shapes.size());
   const SetOfShapes top = add_set(description_.shapes);
@@ -313,33 +314,34 @@ Scene Builder::build(Intersection mode) {
       !nesting.bodies.empty() || std::any_of(surfaces_.begin(), surfaces_.end(), [&](const Surface& s) {
         return std::any_of(s.bsdf, s.bsdf + 2, [&](std::uint32_t i) { return i != kNone && materials_[i].passes; });
       });
-  return {normalization_,
-          std::move(accel),
-          std::move(surfaces_),
-          top,
-          std::move(group_sets_),
-          instances,
-          std::move(moving),
-          std::move(deforming),
-          camera_motion,
-          std::move(views),
-          std::move(sphere_shapes_),
-          std::move(disk_shapes_),
-          std::move(cylinder_shapes_),
-          std::move(materials_),
-          std::move(textures_),
-          by_number ? std::move(area_lights_.emitters) : std::vector<Emitter>(),
-          std::move(media_.dense),
-          std::move(media_.phases),
-          std::move(nesting),
-          description_.crossings_are_vertices,
-          description_.hides_emitters,
-          lets_light_pass,
-          std::move(lights),
-          make_sensor(description_, normalization_),
-          PixelFilter(film.filter, film.filter_parameter, film.second_filter_parameter),
-          film,
-          dropped_triangles_};
+  return {.normalization = normalization_,
+          .accel = std::move(accel),
+          .surfaces = std::move(surfaces_),
+          .top = top,
+          .groups = std::move(group_sets_),
+          .instances = instances,
+          .moving = std::move(moving),
+          .deforming = std::move(deforming),
+          .camera_motion = camera_motion,
+          .meshes = std::move(views),
+          .sphere_shapes = std::move(sphere_shapes_),
+          .disk_shapes = std::move(disk_shapes_),
+          .cylinder_shapes = std::move(cylinder_shapes_),
+          .bsdf_tables = std::move(bsdf_tables_),
+          .materials = std::move(materials_),
+          .textures = std::move(textures_),
+          .emitters = by_number ? std::move(area_lights_.emitters) : std::vector<Emitter>(),
+          .media = std::move(media_.dense),
+          .phases = std::move(media_.phases),
+          .nesting = std::move(nesting),
+          .crossings_are_vertices = description_.crossings_are_vertices,
+          .hides_emitters = description_.hides_emitters,
+          .lets_light_pass = lets_light_pass,
+          .lights = std::move(lights),
+          .sensor = make_sensor(description_, normalization_),
+          .filter = PixelFilter(film.filter, film.filter_parameter, film.second_filter_parameter),
+          .film = film,
+          .dropped_triangles = dropped_triangles_};
 }
 
 /// Leaves the description with its shapes, but without what they hold.

@@ -86,7 +86,7 @@ std::size_t Scene::memory_bytes() const noexcept {
   for (const Geometries& group : accel.groups()) bytes += held_by(group);
   bytes += held(surfaces) + held(groups) + held(instances) + held(moving) + held(deforming) + held(meshes) +
            held(sphere_shapes) + held(disk_shapes) + held(cylinder_shapes) + held(emitters) + held(media) +
-           held(materials) + held(textures);
+           held(materials) + held(textures) + bsdf_tables.memory_bytes();
   for (const MovingInstanceGeometry& instance : moving) bytes += instance.to_world.memory_bytes();
   for (const Surface& surface : surfaces) bytes += held_by(surface);
   for (const Material& material : materials) bytes += held(material.bindings);

@@ -46,6 +46,7 @@ struct Scene {
   std::vector<std::uint32_t> sphere_shapes;
   std::vector<std::uint32_t> disk_shapes;
   std::vector<std::uint32_t> cylinder_shapes;
+  BsdfTables bsdf_tables;           // that the materials point to
   std::vector<Material> materials;  // one a BSDF of the description
   std::vector<Texture> textures;
   std::vector<Emitter> emitters;      // one an area light, or none if no texture emits and no bodies overlap

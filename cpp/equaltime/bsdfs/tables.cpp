@@ -1,5 +1,6 @@
-#include "equaltime/bsdfs/rough_plastic.h"
+#include "equaltime/bsdfs/tables.h"
 
+#include "equaltime/bsdfs/fresnel.h"
 #include "equaltime/math/quadrature.h"
 
 namespace equaltime {
@@ -63,6 +64,11 @@ RoughTransmittance::RoughTransmittance(const Microfacet& distribution, float ior
   }
   internal_reflectance_ = static_cast<float>(reflected);
   mean_ = static_cast<float>(entered);
+}
+
+const RoughTransmittance& BsdfTables::rough_transmittance(MicrofacetModel model, float alpha, float ior) {
+  const Key key{model, alpha, ior};
+  return rough_transmittances_.try_emplace(key, Microfacet(model, alpha, alpha), ior).first->second;
 }
 
 }  // namespace equaltime
