@@ -110,6 +110,13 @@ def test_embree_is_included_under_accel_only() -> None:
     assert {path.parent.name for path in users} == {"accel"}
 
 
+def test_the_core_has_its_own_elementary_functions() -> None:
+    # those of a C library differ between its versions, and between processors
+    call = re.compile(r"std::(a?(sin|cos|tan)h?|atan2|exp(2|m1)?|log(2|10|1p)?|pow|cbrt|hypot|erfc?|[tl]gamma)f?\(")
+    found = [place(path) for path in files("cpp/equaltime", "*.h", "*.cpp") if call.search(path.read_text())]
+    assert not found
+
+
 def test_the_estimator_stands_on_a_screen() -> None:
     assert len((ROOT / "cpp/equaltime/transport/path.h").read_text().splitlines()) <= LONGEST_ESTIMATOR
 

@@ -15,6 +15,7 @@
 #include "equaltime/accel/ray_packet.h"
 #include "equaltime/accel/slivers.h"
 #include "equaltime/accel/walls.h"
+#include "equaltime/math/elementary.h"
 
 namespace equaltime {
 
@@ -57,7 +58,7 @@ RTCBounds bounds_of(const DiskGeometry& d) noexcept {
   const double volume = dot(d.normal, cross(d.inv_u, d.inv_v));
   const Vec3d u = cross(d.inv_v, d.normal) / volume;
   const Vec3d v = cross(d.normal, d.inv_u) / volume;
-  const Vec3d half{std::hypot(u.x, v.x), std::hypot(u.y, v.y), std::hypot(u.z, v.z)};
+  const Vec3d half{elementary::hypot(u.x, v.x), elementary::hypot(u.y, v.y), elementary::hypot(u.z, v.z)};
   return bounds_around(d.center, half);
 }
 

@@ -7,6 +7,7 @@
 
 #include "equaltime/base/run_blocks.h"
 #include "equaltime/film/statistics.h"
+#include "equaltime/math/elementary.h"
 
 namespace equaltime {
 
@@ -182,7 +183,7 @@ ErrorSums contribute(const Band& band, double floor, Scratch& s, const ErrorCont
     const double above = with.denominator(floor), below = without.denominator(floor);
     const double caution = kLeastCaution + kMoreCaution * std::max(without.shared, own.noise());
     // in this form it is scaled exactly where the light is, by a power of two
-    const double part = variance / (above * std::pow(below / above, caution));
+    const double part = variance / (above * elementary::pow(below / above, caution));
     const double by_with = (1.0 - caution) / above, by_without = caution / below;
     s.shared[i] =
         2.0 * share * part * (by_with * with.shared * with.value + by_without * without.shared * without.value);

@@ -4,9 +4,6 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-#ifdef __GLIBC__
-#include <gnu/libc-version.h>
-#endif
 
 #include <cmath>
 #include <map>
@@ -14,6 +11,7 @@
 #include "equaltime/accel/instruction_set.h"
 #include "equaltime/base/effects.h"
 #include "equaltime/bindings/bindings.h"
+#include "equaltime/math/elementary.h"
 #include "equaltime/render/renderer.h"
 
 namespace py = pybind11;
@@ -126,23 +124,9 @@ py::object decision(const Renderer& r) {
   static constexpr const char* kWords[] = {"none", "constant", "albedo", "throughput", "efficiency", "automatic"};
   const RouletteDecision* decided = r.decision();
   if (decided == nullptr) return py::none();
-  const auto splitting = decided->log_ratio ? std::optional(std::exp(*decided->log_ratio)) : std::nullopt;
+  const auto splitting = decided->log_ratio ? std::optional(elementary::exp(*decided->log_ratio)) : std::nullopt;
   return py::dict("roulette"_a = kWords[static_cast<std::size_t>(decided->roulette)], "splitting"_a = splitting,
                   "rays"_a = decided->rays + decided->shadow_rays);
-}
-
-/// The C library whose functions are a part of the bits, and whether it takes those with fused multiplication: it
-/// chooses by the processor.
-std::string libm() {
-#ifdef __GLIBC__
-  std::string name = std::string("glibc ") + gnu_get_libc_version();
-#ifdef __x86_64__
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) name += ", fma";
-#endif
-  return name;
-#else
-  return "unknown";
-#endif
 }
 
 py::dict build_info() {
@@ -157,8 +141,7 @@ py::dict build_info() {
   const char* compiler = "g++ " __VERSION__;
 #endif
   return py::dict("version"_a = EQUALTIME_VERSION, "compiler"_a = compiler, "optimized"_a = optimized,
-                  "target"_a = EQUALTIME_TARGET, "embree"_a = Accel::version(), "embree_isa"_a = embree_isa(),
-                  "libm"_a = libm());
+                  "target"_a = EQUALTIME_TARGET, "embree"_a = Accel::version(), "embree_isa"_a = embree_isa());
 }
 
 }  // namespace

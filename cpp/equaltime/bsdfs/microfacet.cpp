@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "equaltime/math/elementary.h"
+
 namespace equaltime {
 
 namespace {
@@ -12,7 +14,7 @@ constexpr float kInvSqrtPi = 0.56418958354775628695F;
 
 /// Inverse error function to about 1e-6 relative (Giles 2010, single precision).
 float erf_inverse(float x) noexcept {
-  float w = -std::log((1 - x) * (1 + x));
+  float w = -elementary::log((1 - x) * (1 + x));
   float p;
   if (w < 5) {
     w -= 2.5F;
@@ -40,7 +42,7 @@ float slope_quantile(float u) noexcept {
 float visible_slope(float cos_theta, float u) noexcept {
   const float sin_theta = safe_sqrt((1 - cos_theta) * (1 + cos_theta));
   const auto cumulative = [&](float x) noexcept {
-    return cos_theta * 0.5F * (1 + std::erf(x)) + sin_theta * 0.5F * kInvSqrtPi * std::exp(-x * x);
+    return cos_theta * 0.5F * (1 + elementary::erf(x)) + sin_theta * 0.5F * kInvSqrtPi * elementary::exp(-x * x);
   };
   float lo = -6.0F;  // beyond it, less than 2^-52 of the slopes
   float hi = sin_theta * 6.0F > cos_theta ? cos_theta / sin_theta : 6.0F;
@@ -49,7 +51,7 @@ float visible_slope(float cos_theta, float u) noexcept {
   for (int i = 0; i < 16; ++i) {
     const float error = cumulative(x) - target;
     (error > 0 ? hi : lo) = x;
-    const float derivative = (cos_theta - x * sin_theta) * kInvSqrtPi * std::exp(-x * x);
+    const float derivative = (cos_theta - x * sin_theta) * kInvSqrtPi * elementary::exp(-x * x);
     float next = derivative >= std::numeric_limits<float>::min() ? x - error / derivative : lo;
     if (!(next > lo && next < hi)) next = 0.5F * (lo + hi);
     const float step = std::abs(next - x);

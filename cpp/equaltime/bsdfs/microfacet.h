@@ -3,6 +3,7 @@
 // Visible normals: GGX by spherical caps (Dupuy & Benyoub 2023), Beckmann by inversion in slope space (Heitz 2014).
 #pragma once
 
+#include "equaltime/math/elementary.h"
 #include "equaltime/math/numeric.h"
 #include "equaltime/math/vector.h"
 #include "equaltime/sampling/sampler.h"
@@ -36,7 +37,7 @@ class Microfacet {
     const float z2 = m.z * m.z;
     const float norm = kPi * alpha_u_ * alpha_v_;
     if (model_ == MicrofacetModel::ggx) return 1 / (norm * square(slope + z2));
-    const float left = std::exp(-slope / z2);
+    const float left = elementary::exp(-slope / z2);
     return left > 0 ? left / (norm * square(z2)) : 0.0F;
   }
 
@@ -75,7 +76,7 @@ class Microfacet {
     if (model_ == MicrofacetModel::ggx) return ggx_g1(v);
     const float a = inverse_slope(v);
     if (a > 4) return 1.0F;
-    return 2 / (1 + std::erf(a) + std::exp(-a * a) / (a * std::sqrt(kPi)));
+    return 2 / (1 + elementary::erf(a) + elementary::exp(-a * a) / (a * std::sqrt(kPi)));
   }
 
   [[nodiscard]] Vec3f sample_ggx(const Vec3f& wo, Point2f u) const noexcept {

@@ -1,5 +1,7 @@
 #include "equaltime/bsdfs/principled.h"
 
+#include "equaltime/math/elementary.h"
+
 namespace equaltime {
 
 namespace {
@@ -22,10 +24,10 @@ struct CoatDistribution {
   [[nodiscard]] float D(const Vec3f& m) const noexcept {
     // 1 + (α² - 1)cos², in sines, so that small roughness loses no digits
     const float across = m.x * m.x + m.y * m.y;
-    return (alpha2 - 1) / (kPi * std::log(alpha2) * (across + alpha2 * m.z * m.z));
+    return (alpha2 - 1) / (kPi * elementary::log(alpha2) * (across + alpha2 * m.z * m.z));
   }
   [[nodiscard]] Vec3f sample(Point2f u) const noexcept {
-    const float sine2 = (std::pow(alpha2, 1 - u.y) - alpha2) / (1 - alpha2);
+    const float sine2 = (elementary::pow(alpha2, 1 - u.y) - alpha2) / (1 - alpha2);
     const auto [sin_phi, cos_phi] = sin_cos_turn(u.x);
     const float sine = safe_sqrt(sine2);
     return {sine * cos_phi, sine * sin_phi, safe_sqrt(1 - sine2)};

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "equaltime/build/emission.h"
+#include "equaltime/math/elementary.h"
 #include "equaltime/scene/material.h"
 
 namespace equaltime {
@@ -43,7 +44,7 @@ SpotLight make_spot(const SpotLightDescription& s, const std::string& name, cons
       fail_light(name, "no texture " + std::to_string(*s.texture) + " that a spot light could project");
     if (s.cutoff_degrees > 90) fail_light(name, "a spot light with a texture needs a cutoff <= 90 degrees");
     const Texture& texture = textures[*s.texture];
-    const double half = 0.5 / std::tan(cutoff);
+    const double half = 0.5 / elementary::tan(cutoff);
     if (const auto color = constant(texture))
       intensity *= *color;
     else

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "equaltime/build/build_meshes.h"
+#include "equaltime/math/elementary.h"
 #include "equaltime/scene/surface.h"
 
 namespace equaltime {
@@ -82,8 +83,8 @@ template <class F>
 void for_each_triangle(const DiskDescription& d, F&& f) {
   std::array<std::array<double, 2>, kDiskCorners> corners;
   for (int i = 0; i < kDiskCorners; ++i) {
-    const double turn = 2 * std::numbers::pi / kDiskCorners, reach = 1 / std::cos(0.5 * turn);
-    corners[static_cast<std::size_t>(i)] = {reach * std::cos(i * turn), reach * std::sin(i * turn)};
+    const double turn = 2 * std::numbers::pi / kDiskCorners, reach = 1 / elementary::cos(0.5 * turn);
+    corners[static_cast<std::size_t>(i)] = {reach * elementary::cos(i * turn), reach * elementary::sin(i * turn)};
   }
   for_each_triangle(d, corners, f);
 }

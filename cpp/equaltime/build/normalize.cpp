@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "equaltime/math/elementary.h"
 #include "equaltime/math/numeric.h"
 
 namespace equaltime {
@@ -20,7 +21,7 @@ void include_shape(Bounds& b, const RectangleDescription& r) {
 }
 void include_shape(Bounds& b, const DiskDescription& d) {
   const Vec3d u = d.to_world.column(0), v = d.to_world.column(1), c = d.to_world.column(3);
-  const Vec3d half{std::hypot(u.x, v.x), std::hypot(u.y, v.y), std::hypot(u.z, v.z)};
+  const Vec3d half{elementary::hypot(u.x, v.x), elementary::hypot(u.y, v.y), elementary::hypot(u.z, v.z)};
   b.include(c - half);
   b.include(c + half);
 }

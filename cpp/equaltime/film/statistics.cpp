@@ -6,6 +6,8 @@
 #include <limits>
 #include <vector>
 
+#include "equaltime/math/elementary.h"
+
 namespace equaltime {
 
 JoinedPixel join_replicates(const PixelMoments* first, std::size_t replicates, std::size_t stride) noexcept {
@@ -119,7 +121,7 @@ namespace {
 /// The weighted sums of which `nearest_mean` is made.
 void nearest_sum(std::span<const double> image, std::size_t height, std::size_t width, std::size_t channels,
                  std::span<double> sums) {
-  const double near = std::exp(-0.5 / 0.64), far = std::exp(-2 / 0.64);
+  const double near = elementary::exp(-0.5 / 0.64), far = elementary::exp(-2 / 0.64);
   const auto weighted = [&](double a, double b, double c, double d) { return near * (b + c) + far * (a + d); };
   const std::size_t row = width * channels, margin = 2 * channels, c = channels;
   std::vector<double> padded(row + 2 * margin), across(image.size());

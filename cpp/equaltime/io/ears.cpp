@@ -7,6 +7,8 @@
 #include <numbers>
 #include <span>
 
+#include "equaltime/math/elementary.h"
+
 namespace equaltime {
 namespace {
 
@@ -69,9 +71,9 @@ class Cutter {
       const Point &a = points_[i], &b = points_[(i + 1) % n], &c = points_[(i + 2) % n];
       const double ex = b.x - a.x, ey = b.y - a.y, fx = c.x - b.x, fy = c.y - b.y;
       const double sine = ex * fy - ey * fx, cosine = ex * fx + ey * fy;
-      const double none = kStraight * std::hypot(ex, ey) * std::hypot(fx, fy);
+      const double none = kStraight * elementary::hypot(ex, ey) * elementary::hypot(fx, fy);
       if (sine < -none || (sine <= none && cosine < 0)) return false;
-      if (n > 4) turned += std::atan2(sine, cosine);  // four turns to the left are one round
+      if (n > 4) turned += elementary::atan2(sine, cosine);  // four turns to the left are one round
     }
     return turned < 3 * std::numbers::pi;
   }

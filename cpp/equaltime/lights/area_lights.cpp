@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "equaltime/math/elementary.h"
 #include "equaltime/math/frame.h"
 #include "equaltime/sampling/warps.h"
 #include "equaltime/shapes/triangle_plane.h"
@@ -282,9 +283,9 @@ double DiskLight::power() const noexcept { return emitted_power(radiance_, area_
 
 EmitterBounds DiskLight::bounds() const noexcept {
   const Vec3d &u = axis_u_, &v = axis_v_;
-  const Vec3d half{std::hypot(u.x, v.x), std::hypot(u.y, v.y), std::hypot(u.z, v.z)};
+  const Vec3d half{elementary::hypot(u.x, v.x), elementary::hypot(u.y, v.y), elementary::hypot(u.z, v.z)};
   const double uu = length_squared(u), vv = length_squared(v), uv = dot(u, v);
-  const double longest_axis_squared = 0.5 * (uu + vv + std::hypot(uu - vv, 2 * uv));  // of the ellipse
+  const double longest_axis_squared = 0.5 * (uu + vv + elementary::hypot(uu - vv, 2 * uv));  // of the ellipse
   return {{center_ - half, center_ + half},
           std::sqrt(longest_axis_squared),
           {Vec3d(normal_), 0},

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "equaltime/math/elementary.h"
 #include "equaltime/math/frame.h"
 #include "equaltime/math/numeric.h"
 #include "equaltime/shapes/triangle_plane.h"
@@ -17,7 +18,7 @@ CylinderLight::Strip CylinderLight::facing(const Vec3d& receiver) const noexcept
     const Vec3d any = FrameD::from_normal(tube_.axis).s;
     return {any, inward_ ? std::numbers::pi : 0};
   }
-  const double outside = std::acos(tube_.radius / distance);
+  const double outside = elementary::acos(tube_.radius / distance);
   return inward_ ? Strip{-across / distance, std::numbers::pi - outside} : Strip{across / distance, outside};
 }
 
@@ -31,8 +32,8 @@ double CylinderLight::density(const Strip& strip, const Vec3d& to_point, const V
 Optional<LightSample> CylinderLight::sample(Vec3f receiver, Point2f u, float pmf) const noexcept {
   const Vec3d from(receiver);
   const Strip strip = facing(from);
-  const double angle = (2 * static_cast<double>(u.y) - 1) * strip.half;
-  const Vec3d out = strip.middle * std::cos(angle) + cross(tube_.axis, strip.middle) * std::sin(angle);
+  const auto [sine, cosine] = elementary::sin_cos((2 * static_cast<double>(u.y) - 1) * strip.half);
+  const Vec3d out = strip.middle * cosine + cross(tube_.axis, strip.middle) * sine;
   const Vec3d place = tube_.base + tube_.axis * (tube_.length * static_cast<double>(u.x)) + out * tube_.radius;
   const Vec3d normal = inward_ ? -out : out, to_point = place - from;
   const double pdf = density(strip, to_point, normal);
@@ -78,7 +79,7 @@ EmitterBounds CylinderLight::bounds() const noexcept {
   const Vec3d center = tube_.base + a * (0.5 * tube_.length), half{reach(a.x), reach(a.y), reach(a.z)};
   // It is brightest from the side, where it looks like a rectangle.
   const double brightest = 2 * tube_.radius * tube_.length * static_cast<double>(radiance_.mean());
-  return {{center - half, center + half}, std::hypot(0.5 * tube_.length, tube_.radius), {}, brightest};
+  return {{center - half, center + half}, elementary::hypot(0.5 * tube_.length, tube_.radius), {}, brightest};
 }
 
 CylinderLight CylinderLight::placed(const Placement& to) const noexcept {

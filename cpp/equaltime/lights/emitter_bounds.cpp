@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "equaltime/math/elementary.h"
+
 namespace equaltime {
 
 namespace {
@@ -13,19 +15,19 @@ NormalCone join(const NormalCone& a, const NormalCone& b) noexcept {
   const NormalCone &wide = a.spread < b.spread ? b : a, &narrow = a.spread < b.spread ? a : b;
   if (wide.spread >= kPiD) return wide;
   const double cosine = dot(wide.axis, narrow.axis);
-  const double between = std::acos(std::clamp(cosine, -1.0, 1.0));
+  const double between = elementary::acos(std::clamp(cosine, -1.0, 1.0));
   if (between + narrow.spread <= wide.spread) return wide;
   const double spread = 0.5 * (wide.spread + between + narrow.spread);
   const Vec3d across = narrow.axis - wide.axis * cosine;
   const double norm = length(across);
   if (!(norm > 0) && cosine > 0) return wide;
   if (!(norm > 0) || !(spread < kPiD)) return {};
-  const double turn = spread - wide.spread;
-  return {normalize(wide.axis * std::cos(turn) + across * (std::sin(turn) / norm)), spread};
+  const auto [sine, turned] = elementary::sin_cos(spread - wide.spread);
+  return {normalize(wide.axis * turned + across * (sine / norm)), spread};
 }
 
 double orientation_measure(const NormalCone& cone) noexcept {
-  const double cosine = std::cos(cone.spread), sine = std::sin(cone.spread);
+  const auto [sine, cosine] = elementary::sin_cos(cone.spread);
   // θw of the equation is put in: spread + 90°, or else 180°.
   if (cone.spread < 0.5 * kPiD) return kPiD * (2 - cosine + 0.5 * kPiD * sine);
   return kPiD * (2 * (1 - cosine) + (kPiD - cone.spread) * sine);

@@ -5,6 +5,7 @@
 #include <span>
 #include <utility>
 
+#include "equaltime/math/elementary.h"
 #include "equaltime/math/numeric.h"
 
 namespace equaltime {
@@ -29,7 +30,7 @@ ImageEnvironment::ImageEnvironment(ImageEnvironmentDescription d, double radianc
   y_axis_ = Vec3f(normalize(d.to_world.column(1)));
   z_axis_ = Vec3f(normalize(d.to_world.column(2)));
   for (std::uint32_t row = 0; row <= rows_; ++row)
-    polar_cosine_.push_back(std::cos(kPiD * static_cast<double>(row) / static_cast<double>(rows_)));
+    polar_cosine_.push_back(elementary::cos(kPiD * static_cast<double>(row) / static_cast<double>(rows_)));
   cells_ = table_above(0);
 }
 
@@ -72,21 +73,22 @@ EnvironmentSample ImageEnvironment::sample(Point2d u, EnvironmentSampling sampli
   const double cosine = std::lerp(polar_cosine_[row.index], polar_cosine_[row.index + 1], row.rest);
   const double sine = std::sqrt(std::max(0.0, (1 - cosine) * (1 + cosine)));
   const double phi = 2 * kPiD * (static_cast<double>(column.index) + column.rest + 0.5) / static_cast<double>(width_);
-  const double down = std::acos(cosine) / kPiD * static_cast<double>(rows_) - static_cast<double>(row.index);
+  const double down = elementary::acos(cosine) / kPiD * static_cast<double>(rows_) - static_cast<double>(row.index);
   const Cell cell{row.index, column.index, static_cast<float>(std::clamp(down, 0.0, 1.0)),
                   static_cast<float>(column.rest)};
-  const auto x = static_cast<float>(std::sin(phi) * sine), z = static_cast<float>(-std::cos(phi) * sine);
+  const auto [sin_phi, cos_phi] = elementary::sin_cos(phi);
+  const auto x = static_cast<float>(sin_phi * sine), z = static_cast<float>(-cos_phi * sine);
   const Vec3f wi = x_axis_ * x + y_axis_ * static_cast<float>(cosine) + z_axis_ * z;
   return {wi, {interpolated(cell), pdf(cell, cells)}};
 }
 
 ImageEnvironment::Cell ImageEnvironment::cell_towards(Vec3f local) const noexcept {
-  const double turn = std::atan2(static_cast<double>(local.x), static_cast<double>(-local.z)) / (2 * kPiD);
+  const double turn = elementary::atan2(static_cast<double>(local.x), static_cast<double>(-local.z)) / (2 * kPiD);
   const double from_first = turn * static_cast<double>(width_) - 0.5;  // in columns from the centre of the first
   const double column = from_first < 0 ? from_first + static_cast<double>(width_) : from_first;
   // The polar angle from both components keeps its accuracy at the poles.
-  const double sine = std::hypot(static_cast<double>(local.x), static_cast<double>(local.z));
-  const double row = std::atan2(sine, static_cast<double>(local.y)) / kPiD * static_cast<double>(rows_);
+  const double sine = elementary::hypot(static_cast<double>(local.x), static_cast<double>(local.z));
+  const double row = elementary::atan2(sine, static_cast<double>(local.y)) / kPiD * static_cast<double>(rows_);
   const auto c = std::min(static_cast<std::uint32_t>(column), width_ - 1);
   const auto r = std::min(static_cast<std::uint32_t>(row), rows_ - 1);
   return {r, c, static_cast<float>(std::min(row - r, 1.0)), static_cast<float>(std::min(column - c, 1.0))};

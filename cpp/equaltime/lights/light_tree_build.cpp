@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "equaltime/lights/light_tree.h"
+#include "equaltime/math/elementary.h"
 #include "equaltime/math/numeric.h"
 
 namespace equaltime {
@@ -160,8 +161,8 @@ class LightTreeBuilder {
     const double rounding =
         0x1p-20 * b.radius + 0x1p-22 * (max_component(abs(b.box.lo)) + max_component(abs(b.box.hi)));
     node.radius[side] = static_cast<float>(b.radius + rounding);
-    node.cos_spread[side] = static_cast<float>(std::cos(b.normals.spread));
-    node.sin_spread[side] = static_cast<float>(std::sin(b.normals.spread));
+    const auto [sine, cosine] = elementary::sin_cos(b.normals.spread);
+    node.cos_spread[side] = static_cast<float>(cosine), node.sin_spread[side] = static_cast<float>(sine);
     node.intensity[side] = std::max(static_cast<float>(b.intensity), kLeastIntensity);
     node.index[side] = child.index, node.count[side] = child.count;
   }

@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "equaltime/math/elementary.h"
 #include "equaltime/math/numeric.h"
 
 namespace equaltime {
 
 double SpotLight::falloff(const Vec3d& direction) const noexcept {
-  const double angle = std::atan2(length(cross(axis_, direction)), dot(axis_, direction));
+  const double angle = elementary::atan2(length(cross(axis_, direction)), dot(axis_, direction));
   if (angle <= beam_) return 1;
   return angle < cutoff_ ? (cutoff_ - angle) / (cutoff_ - beam_) : 0;
 }
@@ -35,8 +36,8 @@ TexturePlace SpotLight::place_on_slide(const Vec3f& wi) const noexcept {
 /// ∫ falloff dω = 2π(1 - (sin c - sin b) / (c - b)), as a sum of what is never negative.
 double SpotLight::power() const noexcept {
   const double middle = 0.5 * (cutoff_ + beam_), half = 0.5 * (cutoff_ - beam_);
-  const double sinc = half > 0 ? std::min(1.0, std::sin(half) / half) : 1.0;
-  const double share = 2 * square(std::sin(0.5 * middle)) * sinc + (1 - sinc);
+  const double sinc = half > 0 ? std::min(1.0, elementary::sin(half) / half) : 1.0;
+  const double share = 2 * square(elementary::sin(0.5 * middle)) * sinc + (1 - sinc);
   return 2 * std::numbers::pi * mean_intensity() * share;
 }
 

@@ -8,6 +8,8 @@
 #include <new>
 #include <stdexcept>
 
+#include "equaltime/math/elementary.h"
+
 namespace equaltime {
 
 namespace {
@@ -110,8 +112,8 @@ Motion::Motion(const std::vector<MotionKey>& keys) : id_(new_id()) {
         const double w = b.w + sign * a.w, x = b.x + sign * a.x, y = b.y + sign * a.y, z = b.z + sign * a.z;
         return std::sqrt(w * w + x * x + y * y + z * z);
       };
-      last.angle = 2 * std::atan2(apart(-1), apart(1));
-      if (last.angle > kStraight) last.unit = 1 / std::sin(last.angle);
+      last.angle = 2 * elementary::atan2(apart(-1), apart(1));
+      if (last.angle > kStraight) last.unit = 1 / elementary::sin(last.angle);
     }
     poses_.push_back(pose);
   }
@@ -170,7 +172,8 @@ Placement Motion::computed_at(double time) const noexcept {
   const auto mixed = [&](const auto& u, const auto& v) { return u * (1 - f) + v * f; };
   const Vec3d position = mixed(a.position, b.position), stretch = mixed(a.stretch, b.stretch);
   const Vec3d shear = mixed(a.shear, b.shear);
-  if (a.angle > kStraight) from = std::sin((1 - f) * a.angle) * a.unit, to = std::sin(f * a.angle) * a.unit;
+  if (a.angle > kStraight)
+    from = elementary::sin((1 - f) * a.angle) * a.unit, to = elementary::sin(f * a.angle) * a.unit;
   const Quaternion &p = a.turn, &q = b.turn;
   const Quaternion turn{p.w * from + q.w * to, p.x * from + q.x * to, p.y * from + q.y * to, p.z * from + q.z * to};
   return placed(position, turn, stretch, shear);

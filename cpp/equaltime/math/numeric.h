@@ -36,31 +36,9 @@ constexpr float select(bool first, float a, float b) noexcept {
   const std::uint32_t kept = 0 - static_cast<std::uint32_t>(first);
   return std::bit_cast<float>((std::bit_cast<std::uint32_t>(a) & kept) | (std::bit_cast<std::uint32_t>(b) & ~kept));
 }
-
-/// Sine and cosine of one angle in radians.
-struct SinCos {
-  float sin, cos;
-};
-inline SinCos sin_cos(float angle) noexcept { return {std::sin(angle), std::cos(angle)}; }
-
-/// The same for |angle| <= π/4, by their series to below half an ulp of 1: no call, and the same bits with every libm.
-constexpr SinCos sin_cos_octant(float x) noexcept {
-  const float s = x * x;
-  const float sine = x + x * s * (-1.0F / 6 + s * (1.0F / 120 + s * (-1.0F / 5040 + s * (1.0F / 362880))));
-  const float cosine = 1 + s * (-0.5F + s * (1.0F / 24 + s * (-1.0F / 720 + s * (1.0F / 40320))));
-  return {sine, cosine};
-}
-
-/// Sine and cosine of a full turn times u, from 0 to 1, in the same way: to 1e-7.
-constexpr SinCos sin_cos_turn(float u) noexcept {
-  const float quarters = 4 * u;  // exact, as is its distance to the nearest quarter
-  const auto nearest = static_cast<std::int32_t>(quarters + 0.5F);
-  const auto [s, c] = sin_cos_octant((kPi / 2) * (quarters - static_cast<float>(nearest)));
-  const bool odd = (nearest & 1) != 0;
-  const auto negated_if = [](std::int32_t quarter, float x) noexcept {  // in the second half of four quarters
-    return std::bit_cast<float>(std::bit_cast<std::uint32_t>(x) ^ (static_cast<std::uint32_t>(quarter & 2) << 30));
-  };
-  return {negated_if(nearest, select(odd, c, s)), negated_if(nearest + 1, select(odd, s, c))};
+constexpr double select(bool first, double a, double b) noexcept {
+  const std::uint64_t kept = 0 - static_cast<std::uint64_t>(first);
+  return std::bit_cast<double>((std::bit_cast<std::uint64_t>(a) & kept) | (std::bit_cast<std::uint64_t>(b) & ~kept));
 }
 
 }  // namespace equaltime

@@ -5,6 +5,8 @@
 #include <numbers>
 #include <vector>
 
+#include "equaltime/math/elementary.h"
+
 namespace equaltime {
 
 struct QuadratureNode {
@@ -15,7 +17,7 @@ struct QuadratureNode {
 [[nodiscard]] inline std::vector<QuadratureNode> gauss_legendre(int n) {
   std::vector<QuadratureNode> nodes;
   for (int i = 0; i < n; ++i) {
-    double x = std::cos(std::numbers::pi * (i + 0.75) / (n + 0.5)), derivative = 1;
+    double x = elementary::cos(std::numbers::pi * (i + 0.75) / (n + 0.5)), derivative = 1;
     for (int step = 0; step < 6; ++step) {
       double p = 1, before = 0;
       for (int k = 1; k <= n; ++k) {

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "equaltime/base/effects.h"
+#include "equaltime/math/elementary.h"
 #include "equaltime/media/henyey_greenstein.h"
 
 namespace equaltime {
@@ -55,7 +56,7 @@ struct BlendedPhase {
   /// The cosine is the root of c³ + 3c = 2z, of which there is one, by Cardano.
   [[nodiscard]] static Vec3f rayleigh_direction(Point2f u) noexcept {
     const double z = 4 * static_cast<double>(u.x) - 2;
-    const double root = std::cbrt(z + std::sqrt(z * z + 1));
+    const double root = elementary::cbrt(z + std::sqrt(z * z + 1));
     const double cosine = std::clamp(root - 1 / root, -1.0, 1.0);
     const auto sine = static_cast<float>(std::sqrt((1 - cosine) * (1 + cosine)));
     const auto [sin_phi, cos_phi] = sin_cos_turn(u.y);

@@ -5,6 +5,7 @@
 
 #include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
+#include "equaltime/math/elementary.h"
 #include "equaltime/sampling/scattering.h"
 #include "equaltime/sampling/warps.h"
 

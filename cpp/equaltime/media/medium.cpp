@@ -3,12 +3,14 @@
 #include <cmath>
 #include <limits>
 
+#include "equaltime/math/elementary.h"
+
 namespace equaltime {
 
 namespace {
 
 /// exp(-sigma·t); 1 where nothing is in the way, however far that is.
-double transmitted(double sigma, double t) noexcept { return sigma > 0 ? std::exp(-sigma * t) : 1.0; }
+double transmitted(double sigma, double t) noexcept { return sigma > 0 ? elementary::exp(-sigma * t) : 1.0; }
 
 /// Where there is no end, nothing is looked for beyond: 2^30 times the scene, from where no float32 tells its light
 /// from none.
@@ -52,7 +54,7 @@ Flight Medium::sample(const Spectrum& beta, double distance, Point2d u) const no
   else if (place < weight.of[0] + weight.of[1] || !(weight.of[2] > 0))
     picked = weight.of[1] > 0 ? 1 : 0;
   const double extinction = sigma.of[picked];
-  const double drawn = extinction > 0 ? -std::log1p(-u.x) / extinction : std::numeric_limits<double>::infinity();
+  const double drawn = extinction > 0 ? -elementary::log1p(-u.x) / extinction : std::numeric_limits<double>::infinity();
   const bool collides = drawn < distance;
   const double t = collides ? drawn : distance;
   if (collides && t > kFarthest) return {0, true, {}};

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "equaltime/math/elementary.h"
 #include "equaltime/math/numeric.h"
 #include "equaltime/render/splitting_pilot.h"
 #include "equaltime/scene/scene.h"
@@ -140,7 +141,8 @@ std::vector<std::uint32_t> worthwhile_copies(const std::vector<Seen>& blocks, co
     }
   }
   std::vector<std::uint32_t> log2_copies;
-  for (const double n : copies) log2_copies.push_back(static_cast<std::uint32_t>(std::lround(std::log2(n))));
+  for (const double n : copies)
+    log2_copies.push_back(static_cast<std::uint32_t>(std::lround(elementary::log(n) / std::numbers::ln2)));
   return log2_copies;
 }
 
@@ -158,7 +160,7 @@ struct Judged {
   }
   [[nodiscard]] double log_ratio() const noexcept {
     const double left = std::max(variance - saved, std::min(least, variance));
-    return left > 0 ? std::log(left / variance * rays_split / rays) : 0.0;
+    return left > 0 ? elementary::log(left / variance * rays_split / rays) : 0.0;
   }
 };
 
@@ -223,7 +225,7 @@ RouletteDecision decide_roulette(const Scene& scene, const Settings& settings, u
   Splitting found = learn_splitting(scene, settings, threads, stop);
   decision.log_ratio = found.log_ratio, decision.rays = found.rays, decision.shadow_rays = found.shadow_rays;
   const double more = settings.sampler == SamplerKind::lattice ? kForkingRay * kLattice : kForkingRay;
-  if (!fixed && found.log_ratio + std::log(more) >= 0) return decision;
+  if (!fixed && found.log_ratio + elementary::log(more) >= 0) return decision;
   decision.roulette = Roulette::efficiency;
   decision.efficiency = std::make_shared<const Efficiency>(std::move(found.efficiency));
   return decision;

@@ -28,7 +28,7 @@ struct Slot {
 };
 
 inline constexpr std::uint32_t kCameraSlots = 8;
-inline constexpr std::uint32_t kBounceSlots = 8;
+inline constexpr std::uint32_t kBounceSlots = 16;  // half of them are free
 static_assert(static_cast<std::uint32_t>(CameraDimension::count) <= kCameraSlots, "camera slots overlap bounce 0");
 static_assert(static_cast<std::uint32_t>(BounceDimension::count) <= kBounceSlots, "slots of two bounces overlap");
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "equaltime/math/elementary.h"
 #include "equaltime/math/vector.h"
 #include "equaltime/sampling/sampler.h"
 
@@ -44,7 +45,7 @@ class SphericalRectangle {
     const double sin2 = std::sqrt(std::max(0.0, 1 - cos2 * cos2)), sin3 = std::sqrt(std::max(0.0, 1 - cos3 * cos3));
     const double cos_sum = cos2 * cos3 - sin2 * sin3, sin_sum = sin2 * cos3 + cos2 * sin3;
     const double angle = static_cast<double>(u.x) * solid_angle_;
-    const double sin_angle = std::sin(angle), cos_angle = std::cos(angle);
+    const auto [sin_angle, cos_angle] = elementary::sin_cos(angle);
     const double sin_au = sin_angle * cos_sum - cos_angle * sin_sum;
     const double cos_au = cos_angle * cos_sum + sin_angle * sin_sum;
     double cu = 0;  // the limit, where the plane of constant u holds the edge
@@ -80,7 +81,7 @@ class SphericalRectangle {
     turn(x0_, y1_, -1);
     turn(x0_, y0_, 1);
     turn(x1_, y0_, -1);
-    const double angle = std::atan2(im, re);
+    const double angle = elementary::atan2(im, re);
     // A negative angle is one above π, but for what rounding makes of 0.
     if (angle < -1e-12) return angle + 2 * std::numbers::pi;
     return std::max(angle, 0.0);

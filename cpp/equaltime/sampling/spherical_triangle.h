@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "equaltime/math/elementary.h"
 #include "equaltime/math/vector.h"
 #include "equaltime/sampling/sampler.h"
 
@@ -23,7 +24,7 @@ class SphericalTriangle {
     // Van Oosterom & Strackee 1983; the triple product is taken with the edges.
     const double numerator = std::abs(dot(v0, cross(e1, e2)));
     const double denominator = la * lb * lc + dot(v0, v1) * lc + dot(v0, v2) * lb + dot(v1, v2) * la;
-    solid_angle_ = 2 * std::atan2(numerator, denominator);
+    solid_angle_ = 2 * elementary::atan2(numerator, denominator);
   }
 
   [[nodiscard]] double solid_angle() const noexcept { return solid_angle_; }
@@ -39,8 +40,8 @@ class SphericalTriangle {
     // to 0, and c_sub, next to the antipode of b, must be right to a small part of that.
     const double one_minus_cos_c = 0.5 * length_squared(a_ - b_);
     const double area = static_cast<double>(u.x) * solid_angle_;
-    const double sin_half = std::sin(0.5 * area), one_minus_cos_area = 2 * sin_half * sin_half;
-    const double s = std::sin(area) * cos_alpha - (1 - one_minus_cos_area) * sin_alpha;  // of area - alpha
+    const double sin_half = elementary::sin(0.5 * area), one_minus_cos_area = 2 * sin_half * sin_half;
+    const double s = elementary::sin(area) * cos_alpha - (1 - one_minus_cos_area) * sin_alpha;  // of area - alpha
     const double denominator = one_minus_cos_area - one_minus_cos_c * s * sin_alpha;
     const double numerator = (2 - one_minus_cos_c) * one_minus_cos_area;
     const double one_minus_cos_b = denominator > 0 ? std::fmin(2.0, numerator / denominator) : 0.0;

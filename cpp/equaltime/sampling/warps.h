@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "equaltime/math/elementary.h"
 #include "equaltime/math/numeric.h"
 #include "equaltime/math/vector.h"
 #include "equaltime/sampling/sampler.h"

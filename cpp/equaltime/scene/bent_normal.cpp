@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "equaltime/math/elementary.h"
 #include "equaltime/scene/scene.h"
 
 namespace equaltime {
@@ -51,13 +52,13 @@ Derivatives Scene::derivatives(const Interaction& it, float time) const noexcept
     return on_mesh(meshes[s.mesh], it.primitive, corners(s.mesh, it.primitive, time), n, s.size);
   }
   const float turns = kTurn * (s.kind == SurfaceKind::disk ? it.place.y : it.place.x);
-  const Vec3f outward = s.azimuth[0] * std::cos(turns) + s.azimuth[1] * std::sin(turns);
-  const Vec3f around = s.azimuth[1] * std::cos(turns) - s.azimuth[0] * std::sin(turns);
+  const auto [sin_turns, cos_turns] = sin_cos(turns);
+  const Vec3f outward = s.azimuth[0] * cos_turns + s.azimuth[1] * sin_turns;
+  const Vec3f around = s.azimuth[1] * cos_turns - s.azimuth[0] * sin_turns;
   if (s.kind == SurfaceKind::disk) return {outward, around * (kTurn * it.place.x)};
   if (s.kind == SurfaceKind::cylinder) return {around * (kTurn * s.size), s.pole};
-  const float polar = kPi * it.place.y;
-  return {around * (kTurn * s.size * std::sin(polar)),
-          (outward * std::cos(polar) - s.pole * std::sin(polar)) * (kPi * s.size)};
+  const auto [sin_polar, cos_polar] = sin_cos(kPi * it.place.y);
+  return {around * (kTurn * s.size * sin_polar), (outward * cos_polar - s.pole * sin_polar) * (kPi * s.size)};
 }
 
 void Scene::bend(const Bend& b, Interaction& it, float time) const noexcept {

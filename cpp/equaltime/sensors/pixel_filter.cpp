@@ -5,6 +5,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "equaltime/math/elementary.h"
 #include "equaltime/math/numeric.h"
 
 namespace equaltime {
@@ -15,6 +16,7 @@ constexpr std::size_t kIntervals = 512;  // straight lines are within 2 % of the
 // The Gaussian is exp(-x²/2σ²) lowered to 0 at 4 standard deviations, as in Mitsuba.
 constexpr double kGaussianCut = 4;
 constexpr double kGaussianFloor = 3.3546262790251185e-4;  // exp(-8)
+constexpr double kGaussianWithin = 0.99993665751633376;   // erf(4/√2): the part of a Gaussian that is not cut off
 constexpr double kMitchellRadius = 2;
 
 double tent(float u, double radius) noexcept {
@@ -24,7 +26,7 @@ double tent(float u, double radius) noexcept {
 }
 
 double gaussian(double x, double deviation, double) noexcept {
-  return std::max(0.0, std::exp(-0.5 * (x / deviation) * (x / deviation)) - kGaussianFloor);
+  return std::max(0.0, elementary::exp(-0.5 * (x / deviation) * (x / deviation)) - kGaussianFloor);
 }
 
 /// Mitchell & Netravali 1988, eq. 8; its integral is 1.
@@ -38,7 +40,7 @@ double mitchell(double x, double b, double c) noexcept {
 
 double sinc(double x) noexcept {
   const double t = std::numbers::pi * x;
-  return std::abs(t) < 1e-8 ? 1 : std::sin(t) / t;
+  return std::abs(t) < 1e-8 ? 1 : elementary::sin(t) / t;
 }
 
 /// A sinc under the middle lobe of a sinc that is as wide as the filter.
@@ -69,7 +71,7 @@ PixelFilter::PixelFilter(FilterKind kind, double parameter, double second)
   switch (kind) {
     case FilterKind::gaussian: {
       radius_ = kGaussianCut * parameter;
-      const double bell = std::sqrt(2 * std::numbers::pi) * std::erf(kGaussianCut / std::numbers::sqrt2);
+      const double bell = std::sqrt(2 * std::numbers::pi) * kGaussianWithin;
       tabulate(gaussian, parameter * (bell - 2 * kGaussianCut * kGaussianFloor));
       break;
     }

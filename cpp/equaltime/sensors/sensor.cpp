@@ -5,6 +5,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "equaltime/math/elementary.h"
 #include "equaltime/sampling/warps.h"
 
 namespace equaltime {
@@ -59,7 +60,7 @@ PerspectiveCamera::PerspectiveCamera(const PerspectiveDescription& d, const Film
   const Bounds& bounds = normalization.bounds();
   const double clear = distance_to(bounds, origin_) * (1 - kSlack) - kSlack * extent_of(bounds) - aperture;
   advance_ = std::max(0.0, clear);
-  const double half_width = std::tan(0.5 * d.x_fov_degrees * std::numbers::pi / 180);
+  const double half_width = elementary::tan(0.5 * d.x_fov_degrees * std::numbers::pi / 180);
   const double pixel = 2 * half_width / film.width;
   const double x0 = half_width - pixel * film.width * d.principal_point_x;
   const double y0 = pixel * (0.5 * film.height - film.height * d.principal_point_y);
@@ -169,9 +170,9 @@ SphericalCamera::SphericalCamera(const SphericalDescription& d, const FilmDescri
 }
 
 SensorRay SphericalCamera::exact(double x, double y) const noexcept {
-  const double phi = azimuth_ * x, theta = polar_ * y, sine = std::sin(theta);
-  return {origin_, x_axis_ * (std::sin(phi) * sine) + y_axis_ * std::cos(theta) - z_axis_ * (std::cos(phi) * sine),
-          near_, far_};
+  const auto [sin_phi, cos_phi] = elementary::sin_cos(azimuth_ * x);
+  const auto [sine, cosine] = elementary::sin_cos(polar_ * y);
+  return {origin_, x_axis_ * (sin_phi * sine) + y_axis_ * cosine - z_axis_ * (cos_phi * sine), near_, far_};
 }
 
 Ray SphericalCamera::ray(double x, double y) const noexcept { return rounded(exact(x, y), start_); }

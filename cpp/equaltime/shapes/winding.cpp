@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "equaltime/math/elementary.h"
+
 namespace equaltime {
 
 namespace {
@@ -78,7 +80,7 @@ std::optional<Enclosure> enclosure(const TriangleMesh& mesh, const Vec3d& point,
     vector_area = vector_area + twice;
     area += length(twice);
     volume += determinant;
-    angle += 2 * std::atan2(determinant, la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
+    angle += 2 * elementary::atan2(determinant, la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
   }
   const double turns = angle * std::numbers::inv_pi / 4, whole = std::round(turns);
   if (!(length(vector_area) <= kClosed * area) || !(std::abs(turns - whole) < kWhole)) return std::nullopt;

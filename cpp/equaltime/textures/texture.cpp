@@ -6,6 +6,8 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "equaltime/math/elementary.h"
+
 namespace equaltime {
 
 namespace {
@@ -25,7 +27,7 @@ float from_half(std::uint16_t h) noexcept {
 bool is_finite_half(std::uint16_t h) noexcept { return (h & 0x7c00U) != 0x7c00U; }
 
 float from_srgb(double encoded) noexcept {
-  return static_cast<float>(encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4));
+  return static_cast<float>(encoded <= 0.04045 ? encoded / 12.92 : elementary::pow((encoded + 0.055) / 1.055, 2.4));
 }
 
 std::size_t bytes_of(TexelFormat format) noexcept {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "equaltime/base/bits.h"
+#include "equaltime/math/elementary.h"
 #include "equaltime/math/frame.h"
 #include "equaltime/math/numeric.h"
 #include "equaltime/math/transform.h"

@@ -18,7 +18,7 @@ from equaltime.strict_json import json_text
 __all__ = ["bits", "probe_unit", "render_unit"]
 
 _PROBE = "best,roulette=throughput,adaptive=none"
-_NAMES = {"embree_isa": "instructions of Embree", "target": "instructions of the core", "libm": "C library"}
+_NAMES = {"embree_isa": "instructions of Embree", "target": "instructions of the core"}
 
 
 def render_unit(scene: SceneText | str, unit: Unit, threads: int = 0) -> Rendered:
