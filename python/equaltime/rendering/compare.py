@@ -233,6 +233,7 @@ def _compared(pair: _Pair) -> Compared:
     seconds = pair.file.said("seconds")
     known = float(seconds) if isinstance(seconds, int | float) and seconds > 0 else None
     bias_p, own = _bias_p(pair.file, pair.truth), _own(pair.file)
+    metrics |= {name: metrics[name].in_unit("%") for name in ("error", "mare")}
     return Compared(pair.file.path, metrics, bias_p, own, pair.truth.doubt, known)
 
 

@@ -100,7 +100,10 @@ def test_why_an_error_has_no_interval_is_said_below(tmp_path: Path, capsys: pyte
     found = changed(summary(tmp_path), "best", lambda one: replace(one, error_at_budget=nothing))
     below = printed(found, tmp_path, capsys, verbose=True)[5:]
     assert below[0] == "best: the error is below what the reference can show"
-    assert printed(found, tmp_path, capsys)[5] == f"equaltime info {tmp_path} -v shows {LEFT_OUT} and why 1 error cannot be trusted"
+    assert (
+        printed(found, tmp_path, capsys)[5]
+        == f"equaltime info {tmp_path} -v shows {LEFT_OUT} and why 1 error cannot be trusted"
+    )
 
 
 @pytest.mark.parametrize(("columns", "times"), [("", 2), ("80", 2), ("56", 1), ("36", 0)])

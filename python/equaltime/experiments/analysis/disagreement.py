@@ -54,7 +54,9 @@ def reason(difference: Interval | None) -> str:
     least = least_error(difference)
     if math.isinf(least):
         return f"its picture {DISAGREES}, by how much is not known: no error and no time is given"
-    return f"its picture {DISAGREES} by {off_by(difference)}: no error below {percent(least)} is given, and no time to one"
+    return (
+        f"its picture {DISAGREES} by {off_by(difference)}: no error below {percent(least)} is given, and no time to one"
+    )
 
 
 def withheld(result: StrategyResult, baseline: Interval | None) -> StrategyResult:
