@@ -103,6 +103,7 @@ def repeating(path: Path, record: Record, verbose: bool, exposure: float | None 
     ``exposure`` is that of a picture alone, in stops; None for an EXR file.
     """
     if record["scene"] is None:
+        yield _call(record, path.name)
         return
     if not record["sources"]:
         words, exact = _command(record, path.name)
@@ -114,6 +115,21 @@ def repeating(path: Path, record: Record, verbose: bool, exposure: float | None 
         return  # merged by an earlier version, which did not record how the parts ended
     if changed := _changed(record):
         yield f"          but {changed}"
+
+
+def _call(record: Record, name: str) -> str:
+    """Return a line with the call that repeats a render of a scene made in Python, which no command can load."""
+    if record["sources"] or record["frame"] is not None:
+        return "repeat    in Python: the scene was made there, and this file does not hold it"
+    option, exact = _limit(record)
+    limit, *rule = option[1::2]
+    kind = option[0].removeprefix("--")
+    words = [f"{kind}={float(limit.rstrip('%')) / 100.0:g}" if kind == "error" else f"{kind}={limit}"]
+    words += [f"stop={name!r}" for name in rule] + [f"strategy={record['strategy']!r}", f"seed={record['seed']}"]
+    words += [f"without={list(record['without'])!r}"] if record.get("without") else []
+    words += [f"backend={record['backend']!r}"] if record["backend"] != "core" else []
+    call = f"et.render(scene, {', '.join(words)}).save({name!r})"
+    return f"{_title(exact)}in Python, with the same scene or dict, which no file holds: {call}"
 
 
 def _repeat_parts(path: Path, record: Record, verbose: bool) -> Iterator[str]:
