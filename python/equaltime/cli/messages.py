@@ -75,8 +75,9 @@ def headline(result: Result) -> str:
 def bias(result: Result) -> list[str]:
     """Return a list with one text: the cause of a bias, or "unbiased".
 
-    The list is empty if other paths than the scene's were rendered, or if the rule that ended the render favours images
-    without rare light.
+    The list is empty if other paths than the scene's were rendered. It is empty too if the render, or a merged part, was
+    ended by its own error and the scene has caustics: such renders are a little too dark on average, also where all
+    samples together have met the light often.
     """
     origin, number = result.origin, stated(result.origin)
     by = []
@@ -86,7 +87,8 @@ def bias(result: Result) -> list[str]:
         by.append(origin.strategy)
     if by:
         return [f"biased: {', and '.join(by)}"]
-    selected = result.stopped_by == "error" and selects_images(result)
+    looked = result.stop is not None and result.stop.selects and result.stopped_by in ("error", "merge")
+    selected = looked and result.focus.possible
     return [] if number.paths or selected else ["unbiased"]
 
 
