@@ -75,7 +75,7 @@ def headline(result: Result) -> str:
 def bias(result: Result) -> list[str]:
     """Return a list with one text: the cause of a bias, or "unbiased".
 
-    The list is empty if other paths than the scene's were rendered. It is empty too if the render, or a merged part, was
+    The list is empty if other paths than those of the scene were rendered. It is empty too if a render or merged part was
     ended by its own error and the scene has caustics: such renders are a little too dark on average, also where all
     samples together have met the light often.
     """

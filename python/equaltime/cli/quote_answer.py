@@ -37,16 +37,22 @@ class Asked:
 
 
 def answer(found: Quote, asked: Asked, verbose: bool = False) -> list[str]:
-    """Return the answer to ``asked`` in at most twelve lines, the numbers that were asked for first.
+    """Return the answer to ``asked`` in at most twelve lines: the numbers that were asked for, then a doubt of them.
 
     ``verbose`` tells that details follow, so that the answer does not point to ``-v``.
     """
-    lines = [*_asked(found, asked), *_biased(found), *_prices(found), *_noise(found)]
-    if found.error.doubt:
-        lines.append(f"in doubt: {found.error.doubt}")
+    lines = [*_asked(found, asked), *_doubt(found), *_biased(found), *_prices(found), *_noise(found)]
     if found.interrupted:
         lines.append(f"interrupted: the quote is from the {found.law.samples} samples a pixel until then")
     return [*lines, f"This quote took {duration(found.pilot_seconds)}{'.' if verbose else '; -v tells more.'}"]
+
+
+def _doubt(found: Quote) -> Iterator[str]:
+    """Yield a line on why the numbers may be far off; a doubt of the shares of the noise is one of the numbers too."""
+    if found.error.doubt:
+        yield f"in doubt: {found.error.doubt}"
+    elif found.light is not None and found.light.doubt:
+        yield f"in doubt, and several times the time may be needed: {found.light.doubt}"
 
 
 def _asked(found: Quote, asked: Asked) -> Iterator[str]:
@@ -131,7 +137,7 @@ def _light(light: NoiseLight) -> str:
     ways = {"direct": light.direct, "indirect": light.indirect, "seen by the camera": light.seen}
     lamps = {lamp(what)[0]: share for what, share in light.kinds["light"].items()}
     told = "; ".join(filter(None, (_largest(ways), _largest(lamps) if len(lamps) > 1 else "")))
-    return f"{told} (in doubt, see -v)" if light.doubt else told
+    return f"{told} (in doubt)" if light.doubt else told
 
 
 def _largest(shares: Mapping[str, Interval]) -> str:

@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
+from equaltime.cli.quote_answer import Asked, answer
 from equaltime.quoting import pilot
 from equaltime.quoting.law import fit
 from equaltime.statistics.intervals import Interval
@@ -208,6 +210,19 @@ def test_the_command_prints_intervals_with_plain_brackets(capsys: pytest.Capture
     assert " % (" in printed
     assert "\\" not in printed
     assert "-" not in re.findall(r"which light +(.)", printed)
+
+
+def test_a_doubt_stands_in_the_second_line() -> None:
+    found = et.quote(et.load(SCENE).with_(size=(32, 32)), error=0.3, why=True)
+    assert found.light is not None
+    plain, heavy = replace(found.light, doubt=""), replace(found.light, doubt="heavy tail: one pixel")
+    asked = Asked(None, 0.3)
+    rare = answer(replace(found, error=found.error.doubted("rare light"), light=plain), asked)
+    assert (rare[0][:12], rare[1]) == ("Error surely", "in doubt: rare light")
+    assert answer(replace(found, light=heavy), asked)[1] == (
+        "in doubt, and several times the time may be needed: heavy tail: one pixel"
+    )
+    assert not any(line.startswith("in doubt") for line in answer(replace(found, light=plain), asked))
 
 
 def test_the_record_of_a_render_has_its_quote_or_why_there_is_none(
