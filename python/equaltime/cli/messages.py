@@ -75,9 +75,9 @@ def headline(result: Result) -> str:
 def bias(result: Result) -> list[str]:
     """Return a list with one text: the cause of a bias, or "unbiased".
 
-    The list is empty if other paths than those of the scene were rendered. It is empty too if a render or merged part was
-    ended by its own error and the scene has caustics: such renders are a little too dark on average, also where all
-    samples together have met the light often.
+    The list is empty if other paths than the scene's were rendered. It is empty too if the scene has caustics and its own
+    error ended the render or a merged part. Such renders are a little too dark on average, even if all samples together
+    have met the light often.
     """
     origin, number = result.origin, stated(result.origin)
     by = []

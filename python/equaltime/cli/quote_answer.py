@@ -48,11 +48,9 @@ def answer(found: Quote, asked: Asked, verbose: bool = False) -> list[str]:
 
 
 def _doubt(found: Quote) -> Iterator[str]:
-    """Yield a line on why the numbers may be far off; a doubt of the shares of the noise is one of the numbers too."""
+    """Yield a line on why the numbers, times as well as errors, may be far off."""
     if found.error.doubt:
         yield f"in doubt: {found.error.doubt}"
-    elif found.light is not None and found.light.doubt:
-        yield f"in doubt, and several times the time may be needed: {found.light.doubt}"
 
 
 def _asked(found: Quote, asked: Asked) -> Iterator[str]:
@@ -137,7 +135,7 @@ def _light(light: NoiseLight) -> str:
     ways = {"direct": light.direct, "indirect": light.indirect, "seen by the camera": light.seen}
     lamps = {lamp(what)[0]: share for what, share in light.kinds["light"].items()}
     told = "; ".join(filter(None, (_largest(ways), _largest(lamps) if len(lamps) > 1 else "")))
-    return f"{told} (in doubt)" if light.doubt else told
+    return f"{told} (in doubt, see -v)" if light.doubt else told
 
 
 def _largest(shares: Mapping[str, Interval]) -> str:
