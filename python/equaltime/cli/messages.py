@@ -75,7 +75,7 @@ def headline(result: Result) -> str:
 def bias(result: Result) -> list[str]:
     """Return a list with one text: the cause of a bias, or "unbiased".
 
-    The list is empty if other paths than the scene's were rendered. It is empty too if the scene has caustics and its own
+    The list is empty if other paths than the scene's were rendered. It is empty too if the scene has caustics and the
     error ended the render or a merged part. Such renders are a little too dark on average, even if all samples together
     have met the light often.
     """
