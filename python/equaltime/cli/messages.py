@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import re
 import sys
 import tempfile
 import warnings
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -39,6 +41,7 @@ __all__ = [
     "headline",
     "kept_elsewhere",
     "left_by_interrupt",
+    "once_each",
     "plain_console",
     "print_aside",
     "print_connecting",
@@ -98,6 +101,11 @@ def selects_images(result: Result) -> bool:
     True if the rule compares the image's own error with a target, and pixels may have missed rare light.
     """
     return result.stop is not None and result.stop.selects and result.focus.rare(result.spp)
+
+
+_PLACE = re.compile(r"^\S+\.\w+(?::\d+)?: ")
+_FILE_NAME = re.compile(r"'[^']*\.\w+'")
+"""Parts of a warning by which warnings of one kind differ: its place, such as ``a.mtl:3: ``, and names of files."""
 
 
 @dataclass(frozen=True)
@@ -214,9 +222,20 @@ def print_json(value: object) -> None:
 
 
 def print_warnings(scene: Scene) -> None:
-    """Print each warning of the scene to stderr as ``warning: …``."""
-    for warning in scene.warnings:
+    """Print each kind of warning of the scene once to stderr, as ``warning: …``, with a count of those like it."""
+    for warning in once_each(scene.warnings):
         print_warning(warning)
+
+
+def once_each(warnings: Sequence[str]) -> list[str]:
+    """Return the first warning of each kind, with the number of others that differ by place or file name alone."""
+    kinds = [_FILE_NAME.sub("''", _PLACE.sub("", warning)) for warning in warnings]
+    firsts = dict(zip(reversed(kinds), reversed(warnings), strict=True))
+    counts = Counter(kinds)
+    return [
+        firsts[kind] + (f" (and {count - 1} more like it: lint -v)" if count > 1 else "")
+        for kind, count in counts.items()
+    ]
 
 
 def print_warning(text: str) -> None:
