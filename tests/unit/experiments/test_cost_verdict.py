@@ -163,7 +163,7 @@ def test_a_renderer_of_ones_own_is_told_beside_standard_and_baseline() -> None:
     own = replace(naive, label="mine", renderer="command", ratio=speed)
     answer = verdict([replace(found, strategies=(naive, best, own))], TARGETS)
     assert answer.endswith(
-        " mine needs 1 times as long as naive (0.8 to 1.25) and 40 times as long as best (32.4 to 51) for 5 %."
+        " mine needs 1 times as long as naive (0.8 to 1.2) and 40 times as long as best (32 to 51) for 5 %."
     )
 
 
