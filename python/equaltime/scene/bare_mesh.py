@@ -134,7 +134,7 @@ class _Options:
 
     @property
     def added(self) -> str:
-        """Clause on the parts that are put around the mesh; those of strength 0 are left out."""
+        """Clause on the parts that are put around the mesh. Parts of strength 0 are left out."""
         *parts, last = ["a camera", *(f"a {name}" for name in ("sky", "sun", "ground") if np.any(getattr(self, name)))]
         return f"{', '.join(parts)} and {last} are added" if parts else f"{last} is added"
 

@@ -246,7 +246,7 @@ def test_a_renderer_that_failed_its_test_of_agreement_is_told_with_its_differenc
     assert 0.19 < mine.difference.low < mine.difference.value < mine.difference.high < 0.21
     assert "Not the picture of equaltime: cut is 19.73 % off (" in summary.verdict
     told = other_renderers(summary)[0]
-    assert told.startswith("cut: its picture disagrees with the reference by 19.7 % (")
+    assert told.startswith("cut: its picture disagrees with the reference by 19.73 % (")
     assert re.search(r": no error below 99(\.\d)? % is given, and no time to one\.$", told)
     assert told.removeprefix("cut: ").rstrip(".") in mine.notes
     numbers = (*mine.time_to.values(), *mine.ratio.values(), *mine.curve.error, mine.curve.slope, mine.efficiency)
