@@ -262,7 +262,7 @@ def test_a_renderer_that_failed_its_test_of_agreement_is_told_with_its_differenc
     look = looks(["naive", "cut"], "naive")
     cells = [cell for cells in time_table("box", scene, TARGETS, look).rows[1].cells for cell in cells]
     assert {str(cell) for cell in cells} == {"disagrees"}
-    assert all("disagrees with the reference by 19.7 %" in cell.note for cell in cells)
+    assert all("disagrees with the reference by 19.73 %" in cell.note for cell in cells)
     row = check_table("box", scene, look).rows[1]
     assert "no (p < 0.0001)" in [str(cell) for cells in row.cells for cell in cells]
 
