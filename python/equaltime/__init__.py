@@ -6,7 +6,7 @@
 
     scene = et.load("scenes/cornell-box.toml")
     result = et.render(scene, time=10)          # or spp=256; Ctrl-C keeps what is finished
-    print(result.error)                         # 2.31 % [2.28, 2.34]
+    print(result.error)                         # 2.31 % (2.28 to 2.34)
     print(result.stats.rays_per_second)
     result.image                                # (H, W, 3) float32, linear
     result.standard_error                       # (H, W, 3) float32

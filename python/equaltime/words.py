@@ -72,8 +72,8 @@ def figure(number: float) -> str:
 
 
 def percent(error: float) -> str:
-    """Return a relative error as text in percent, with three digits: 0.025 becomes ``2.5 %``."""
-    return f"{100.0 * error:.3g} %"
+    """Return a relative error as text in percent, with three digits: 0.025 becomes ``2.5 %``, and 14 ``1,400 %``."""
+    return f"{figure(100.0 * error)} %"
 
 
 class Shown:

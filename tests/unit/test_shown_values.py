@@ -49,6 +49,14 @@ def test_times_have_a_unit_that_suits_them(seconds: float, said: str) -> None:
     assert duration(seconds) == said
 
 
+def test_estimates_print_in_their_units() -> None:
+    scene = et.load(CORNELL).with_(size=(16, 16))
+    error, quote = et.render(scene, spp=4).error, et.quote(scene, spp=4, why=False)
+    assert str(error) == f"{error:%}"
+    assert [str(one) for one in (quote.error, quote.memory)] == [f"{quote.error:%}", f"{quote.memory:MB}"]
+    assert "%" not in str(error.map(lambda value: value**2)), "the square of an error is no per cent"
+
+
 def test_errors_are_per_cent() -> None:
     assert percent(0.025) == "2.5 %"
 

@@ -78,7 +78,7 @@ def _print(found: Comparison, verbose: bool) -> None:
     console.print(table := _table(found, names, verbose))
     if verbose and found.efficiency is not None:
         print_line(console, _ratio(found.efficiency, "the efficiency", found, names))
-    room = MOST_LINES - 4 - table.row_count
+    room = MOST_LINES - 4 - table.row_count - bool(found.same)
     shown = found.notes if verbose or len(found.notes) <= room else found.notes[: room - 1]
     more = [f"{len(found.notes) - len(shown)} more notes"] if len(shown) < len(found.notes) else []
     for note in shown:
@@ -100,6 +100,8 @@ def _names(found: Comparison) -> Mapping[Path, str]:
 def _answer(found: Comparison, names: Mapping[Path, str]) -> Iterator[str]:
     """Yield the answer: which image is nearer to the reference, or how far two are apart; and whether one is biased."""
     against = names[found.against]
+    if found.same:
+        yield found.same
     if found.ratio is not None:
         told = not math.isnan(found.ratio.low)
         even = told and found.ratio.low <= 1.0 <= found.ratio.high

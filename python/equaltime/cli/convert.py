@@ -57,7 +57,9 @@ def convert(
     exposure: ExposureStops = "auto",
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> int:
-    """Write a scene, or the picture of a saved render, to a file of another format.
+    """Write one scene, or the picture of one saved render, to a file of another format.
+
+    For many files: `for f in *.exr; do equaltime convert "$f" "${f%.exr}.png"; done`
 
     Renders of the new scene file equal renders of the old one bit by bit. No file is overwritten. Variables are
     replaced by their values, spectra by colours in linear sRGB, and outdated parameter names by current ones.

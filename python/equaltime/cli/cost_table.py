@@ -9,6 +9,7 @@ from pathlib import Path
 from rich.table import Table
 
 from equaltime.cli.messages import MOST_LINES, plain_console, print_line, print_lines
+from equaltime.experiments.analysis.sentences import listed
 from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.words import (
     EXTRAPOLATED,
@@ -49,17 +50,18 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     telling = [row for row in every if _tells(row[1])]
     few = len(every) <= _FEW_ROWS
     rows = every if verbose or few else _first(telling, MOST_LINES - _OTHER_LINES - len(caveats))
-    table = _fitting(rows, summary, console.width)
+    table = _fitting(rows, summary, console.width, len(summary.targets) if verbose else _MOST_TARGETS)
     if rows:
         console.print(table)
     reasons = _reasons(summary)
     more = [_count(len(every) - len(rows), "more row")] if len(rows) < len(every) else []
+    more += [f"times to {', '.join(absent)}"] if (absent := _left_out(table, summary)) and not verbose else []
     more += [f"why {_count(len(reasons), 'error')} cannot be trusted"] if reasons else []
     beyond = [text for text in _marks(table) if text.startswith(EXTRAPOLATED.strip())]
     last = (
-        reasons
+        [*_too_wide(table, summary), *reasons]
         if verbose
-        else [f"equaltime info {shlex.quote(str(folder))} -v shows {' and '.join(more)}"]
+        else [f"equaltime info {shlex.quote(str(folder))} -v shows {listed(more)}"]
         if more
         else []
     )
@@ -73,13 +75,32 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
 def every_row(summary: Summary) -> Table:
     """Return the table of all strategies on all scenes for ``-v``: errors at equal time, and times to errors."""
     rows = [(scene, strategy) for scene in summary.scenes for strategy in scene.strategies]
-    return _fitting(rows, summary, plain_console().width)
+    return _fitting(rows, summary, plain_console().width, len(summary.targets))
 
 
 def legend(summary: Summary, table: Table) -> list[str]:
     """Return the lines below ``table``, which has all strategies: meaning of numbers and marks, then caveats."""
     intervals = "In brackets: 95 % intervals, or the error that was measured"
-    return [intervals, *_marks(table), *_rule(summary), *_caveats(summary, verbose=True), *_reasons(summary)]
+    caveats = [*_rule(summary), *_caveats(summary, verbose=True), *_too_wide(table, summary)]
+    return [intervals, *_marks(table), *caveats, *_reasons(summary)]
+
+
+def _left_out(table: Table, summary: Summary) -> list[str]:
+    """Return the errors in per cent whose times the table has no column for, although some strategy reaches them."""
+    headings = {column.header for column in table.columns}
+    every = [one for scene in summary.scenes for one in scene.strategies]
+    reached = [target for target in summary.targets if any(one.time_to[target].known for one in every)]
+    return [percent(target) for target in reached if _heading(target) not in headings]
+
+
+def _too_wide(table: Table, summary: Summary) -> list[str]:
+    """Return a line on the times that a table of all targets has no room for; none if there is room."""
+    absent = _left_out(table, summary)
+    return [f"Too wide for this terminal: times to {', '.join(absent)}; {_REPORT} has them"] if absent else []
+
+
+def _heading(target: float) -> str:
+    return f"time to {percent(target)}"
 
 
 def _marks(table: Table) -> list[str]:
@@ -145,12 +166,15 @@ def _first(rows: Sequence[_Row], most: int) -> list[_Row]:
     return [rows[number] for number in sorted(chosen)]
 
 
-def _fitting(rows: Sequence[_Row], summary: Summary, width: int) -> Table:
-    """Return the table with as many columns of times as fit the width; a truncated number would mislead."""
+def _fitting(rows: Sequence[_Row], summary: Summary, width: int, most: int) -> Table:
+    """Return the table with as many columns of times as fit the width, up to ``most``.
+
+    A truncated number would mislead.
+    """
     anywhere = plain_console()
     anywhere.width = _ANY_WIDTH
-    for most in range(_MOST_TARGETS, 0, -1):
-        table = _table(rows, summary, most)
+    for count in range(most, 0, -1):
+        table = _table(rows, summary, count)
         if anywhere.measure(table).maximum <= width:
             return table
     return _table(rows, summary, 0)
@@ -160,13 +184,16 @@ def _table(rows: Sequence[_Row], summary: Summary, most: int) -> Table:
     """Return errors at equal time, and times to up to ``most`` targets.
 
     The first target is the verdict's, then come those that most strategies have trusted times for. Of several such
-    targets the smallest are chosen.
+    targets the smallest are chosen. If ``most`` is more than the tables of a terminal usually have, the other targets
+    that some strategy reaches follow.
     """
     targets, headline = summary.targets, summary.headline_target
     cells = {target: [seconds_cell(result.time_to[target]) for _, result in rows] for target in targets}
     counts = {target: sum(cell.state == "trusted" for cell in cells[target]) for target in targets}
     known = [target for target in targets if counts[target] == max(counts.values()) > 0]
     preferred = [*reversed(known)] if headline is None else [headline, *reversed(known)]
+    if most > _MOST_TARGETS:
+        preferred += [target for target in targets if any(result.time_to[target].known for _, result in rows)]
     known = sorted(list(dict.fromkeys(preferred))[:most], reverse=True)
     several = len({scene.name for scene, _ in rows}) > 1
     budgets = {scene.budget_s for scene, _ in rows}
@@ -177,7 +204,7 @@ def _table(rows: Sequence[_Row], summary: Summary, most: int) -> Table:
     after = f"after {seconds(*budgets)}" if len(budgets) == 1 else "at equal time"
     table.add_column(f"error {after}", justify="right", no_wrap=True)
     for target in known:
-        table.add_column(f"time to {percent(target)}", justify="right", no_wrap=True)
+        table.add_column(_heading(target), justify="right", no_wrap=True)
     for number, (scene, result) in enumerate(rows):
         times = (_marked(cells[target][number], result.time_to[target]) for target in known)
         first = (scene.name,) if several else ()

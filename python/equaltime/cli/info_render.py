@@ -12,9 +12,9 @@ from equaltime.cli.recorded import CHANGED, recorded_options, recorded_scene
 from equaltime.errors import EqualtimeError
 from equaltime.rendering.origin import Origin
 from equaltime.rendering.render_record import checked
-from equaltime.rendering.stated import paths_up_to, stated
+from equaltime.rendering.stated import paths_up_to, samples_in_words, stated
 from equaltime.scene.frames import Frame, frame_pattern
-from equaltime.statistics.in_words import count, error_range
+from equaltime.statistics.in_words import error_range
 from equaltime.statistics.intervals import UNKNOWN, Interval
 from equaltime.words import duration_of_runs, percent
 
@@ -45,9 +45,10 @@ def saved_render(path: Path, record: Record, resumable: bool, verbose: bool = Fa
     record = checked(record, path)
     error = UNKNOWN if record["error"] is None else Interval.from_dict(record["error"])
     width, height = record["size"]
-    number, spp = stated(Origin.from_record(record)), count(record["spp"])
+    number, position = stated(Origin.from_record(record)), record.get("position")
+    spp = samples_in_words(record["spp"], position[0] if record["stopped_by"] == "spp" and position else None)
     said = f"{number.noun} {error_range(error)}{number.of_paths}"
-    yield f"{path}: {said}, {spp} samples a pixel in {duration_of_runs(record['seconds'], record['runs'])}"
+    yield f"{path}: {said}, {spp} in {duration_of_runs(record['seconds'], record['runs'])}"
     yield f"shows     {record['scene'] or 'a scene made in memory'} at {width}x{height}{_parts(record)}"
     yield f"ended     as {_end(record)}"
     yield f"strategy  {record['strategy']}{' (biased)' if record['biased'] else ''}, {seeds(record)}"
@@ -103,6 +104,7 @@ def repeating(path: Path, record: Record, verbose: bool, exposure: float | None 
     ``exposure`` is that of a picture alone, in stops; None for an EXR file.
     """
     if record["scene"] is None:
+        yield _call(record, path.name)
         return
     if not record["sources"]:
         words, exact = _command(record, path.name)
@@ -114,6 +116,21 @@ def repeating(path: Path, record: Record, verbose: bool, exposure: float | None 
         return  # merged by an earlier version, which did not record how the parts ended
     if changed := _changed(record):
         yield f"          but {changed}"
+
+
+def _call(record: Record, name: str) -> str:
+    """Return a line with the call that repeats a render of a scene made in Python, which no command can load."""
+    if record["sources"] or record["frame"] is not None:
+        return "repeat    in Python: the scene was made there, and this file does not hold it"
+    option, exact = _limit(record)
+    limit, *rule = option[1::2]
+    kind = option[0].removeprefix("--")
+    words = [f"{kind}={float(limit.rstrip('%')) / 100.0:g}" if kind == "error" else f"{kind}={limit}"]
+    words += [f"stop={name!r}" for name in rule] + [f"strategy={record['strategy']!r}", f"seed={record['seed']}"]
+    words += [f"without={list(record['without'])!r}"] if record.get("without") else []
+    words += [f"backend={record['backend']!r}"] if record["backend"] != "core" else []
+    call = f"et.render(scene, {', '.join(words)}).save({name!r})"
+    return f"{_title(exact)}in Python, with the same scene or dict, which no file holds: {call}"
 
 
 def _repeat_parts(path: Path, record: Record, verbose: bool) -> Iterator[str]:

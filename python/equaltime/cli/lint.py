@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Sequence
 
-from equaltime.cli.messages import MOST_LINES, print_aside, print_json, print_lines
+from equaltime.cli.messages import MOST_LINES, once_each, print_aside, print_json, print_lines
 from equaltime.cli.options import AsJson, Define, SceneFile, Substitute, Verbose, parse_definitions
 from equaltime.scene import Scene, load_file
 from equaltime.scene.lint import Finding
@@ -85,9 +85,9 @@ def _short(findings: Sequence[Finding], name: str) -> list[str]:
 
 
 def _lines(finding: Finding) -> list[str]:
-    """Return a line with the finding, its first place and what to do; a line for each thing that a reader mended."""
+    """Return a line with the finding, its first place and what to do; a line for each kind of thing that was mended."""
     if finding.check == "mended-files":
-        return [f"{finding.severity}: {place}" for place in finding.where]
+        return [f"{finding.severity}: {place}" for place in once_each(finding.where)]
     others = len(finding.where) - 1
     place = f", at {finding.where[0]}" if finding.where else ""
     more = f" and {others} other {'place' if others == 1 else 'places'}" if others > 0 else ""

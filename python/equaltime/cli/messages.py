@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import re
 import sys
 import tempfile
 import warnings
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -39,6 +41,7 @@ __all__ = [
     "headline",
     "kept_elsewhere",
     "left_by_interrupt",
+    "once_each",
     "plain_console",
     "print_aside",
     "print_connecting",
@@ -75,8 +78,9 @@ def headline(result: Result) -> str:
 def bias(result: Result) -> list[str]:
     """Return a list with one text: the cause of a bias, or "unbiased".
 
-    The list is empty if other paths than the scene's were rendered, or if the rule that ended the render favours images
-    without rare light.
+    The list is empty if other paths than the scene's were rendered. It is empty too if the scene has caustics and the
+    error ended the render or a merged part. Such renders are a little too dark on average, even if all samples together
+    have met the light often.
     """
     origin, number = result.origin, stated(result.origin)
     by = []
@@ -86,7 +90,8 @@ def bias(result: Result) -> list[str]:
         by.append(origin.strategy)
     if by:
         return [f"biased: {', and '.join(by)}"]
-    selected = result.stopped_by == "error" and selects_images(result)
+    looked = result.stop is not None and result.stop.selects and result.stopped_by in ("error", "merge")
+    selected = looked and result.focus.possible
     return [] if number.paths or selected else ["unbiased"]
 
 
@@ -96,6 +101,11 @@ def selects_images(result: Result) -> bool:
     True if the rule compares the image's own error with a target, and pixels may have missed rare light.
     """
     return result.stop is not None and result.stop.selects and result.focus.rare(result.spp)
+
+
+_PLACE = re.compile(r"^\S+\.\w+(?::\d+)?: ")
+_FILE_NAME = re.compile(r"'[^']*\.\w+'")
+"""Parts of a warning by which warnings of one kind differ: its place, such as ``a.mtl:3: ``, and names of files."""
 
 
 @dataclass(frozen=True)
@@ -214,9 +224,20 @@ def print_json(value: object) -> None:
 
 
 def print_warnings(scene: Scene) -> None:
-    """Print each warning of the scene to stderr as ``warning: …``."""
-    for warning in scene.warnings:
+    """Print each kind of warning of the scene once to stderr, as ``warning: …``, with a count of those like it."""
+    for warning in once_each(scene.warnings):
         print_warning(warning)
+
+
+def once_each(warnings: Sequence[str]) -> list[str]:
+    """Return the first warning of each kind, with the number of others that differ by place or file name alone."""
+    kinds = [_FILE_NAME.sub("''", _PLACE.sub("", warning)) for warning in warnings]
+    firsts = dict(zip(reversed(kinds), reversed(warnings), strict=True))
+    counts = Counter(kinds)
+    return [
+        firsts[kind] + (f" (and {count - 1} more like it: lint -v)" if count > 1 else "")
+        for kind, count in counts.items()
+    ]
 
 
 def print_warning(text: str) -> None:

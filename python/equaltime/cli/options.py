@@ -11,6 +11,7 @@ from typing import Annotated, Any, get_args
 import typer
 
 from equaltime.cluster import check_address, check_machines
+from equaltime.extras import optional
 from equaltime.images.exposure import AUTO, MOST_STOPS, Exposure
 from equaltime.rendering.job import MOST_SECONDS, MOST_THREADS
 from equaltime.rendering.output_files import AovPicture
@@ -113,19 +114,28 @@ def parse_exposure(text: str) -> Exposure:
 
 
 def parse_cluster(text: str) -> str:
-    """Parse the place of a cluster, ``local:N`` or an address; raises typer.BadParameter for other texts."""
-    try:
-        return check_address(text)
-    except ValueError as error:
-        raise typer.BadParameter(str(error)) from None
+    """Parse the place of a cluster, ``local:N`` or an address; raises typer.BadParameter for other texts.
+
+    Raises EqualtimeError with the line that installs Dask if it is missing, before anything is begun.
+    """
+    return _with_dask(text, check_address)
 
 
 def parse_machines(text: str) -> str:
-    """Parse the place of a cluster whose machines take whole runs; raises typer.BadParameter for other texts."""
+    """Parse the place of a cluster whose machines take whole runs; raises typer.BadParameter for other texts.
+
+    Raises EqualtimeError with the line that installs Dask if it is missing, before anything is begun.
+    """
+    return _with_dask(text, check_machines)
+
+
+def _with_dask(text: str, check: Callable[[str], str]) -> str:
     try:
-        return str(check_machines(text))
+        where = check(text)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from None
+    optional("distributed", "cluster")
+    return where
 
 
 def parse_aov(text: str) -> str:

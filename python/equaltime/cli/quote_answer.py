@@ -37,16 +37,20 @@ class Asked:
 
 
 def answer(found: Quote, asked: Asked, verbose: bool = False) -> list[str]:
-    """Return the answer to ``asked`` in at most twelve lines, the numbers that were asked for first.
+    """Return the answer to ``asked`` in at most twelve lines: the numbers that were asked for, then a doubt of them.
 
     ``verbose`` tells that details follow, so that the answer does not point to ``-v``.
     """
-    lines = [*_asked(found, asked), *_biased(found), *_prices(found), *_noise(found)]
-    if found.error.doubt:
-        lines.append(f"in doubt: {found.error.doubt}")
+    lines = [*_asked(found, asked), *_doubt(found), *_biased(found), *_prices(found), *_noise(found)]
     if found.interrupted:
         lines.append(f"interrupted: the quote is from the {found.law.samples} samples a pixel until then")
     return [*lines, f"This quote took {duration(found.pilot_seconds)}{'.' if verbose else '; -v tells more.'}"]
+
+
+def _doubt(found: Quote) -> Iterator[str]:
+    """Yield a line on why the numbers, times as well as errors, may be far off."""
+    if found.error.doubt:
+        yield f"in doubt: {found.error.doubt}"
 
 
 def _asked(found: Quote, asked: Asked) -> Iterator[str]:

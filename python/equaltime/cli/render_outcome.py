@@ -9,7 +9,7 @@ from equaltime.cli.messages import Written, bias, headline, selects_images
 from equaltime.quoting.pilot import FEWEST, Quote
 from equaltime.rendering.budget import Looks, Stop
 from equaltime.rendering.result import Result
-from equaltime.rendering.stated import stated
+from equaltime.rendering.stated import samples_in_words, stated
 from equaltime.statistics.in_words import count, error_range, time_range
 from equaltime.words import duration, duration_of_runs, percent
 
@@ -43,8 +43,9 @@ def outcome(result: Result, written: Written, quote: Quote | None) -> Iterator[s
     seconds = duration_of_runs(stats.seconds, stats.runs)
     said = f"{number.noun} {error_range(result.error)}{number.of_paths}"
     because = bias(result)
+    asked = result.position[0] if result.stopped_by == "spp" and result.position else None
     exact = ", unbiased" if because == ["unbiased"] else ""
-    yield f"{_end(result)}: {said} in {seconds}, {count(result.spp)} samples a pixel{exact} -> {written}"
+    yield f"{_end(result)}: {said} in {seconds}, {samples_in_words(result.spp, asked)}{exact} -> {written}"
     if about := "; ".join([*(word for word in because if word != "unbiased"), *filter(None, [number.missing])]):
         yield about
     if missed := _count_missed(result.stop) if result.stopped_by in ("spp", "time") else "":
@@ -119,7 +120,7 @@ def _far_below(result: Result) -> str:
         return ""
     if Looks(result.looks[:-1]).met(stop.error):
         return ""
-    return f"smaller than asked for, since two looks in a row must find it small: {_looks(result)}"
+    return f"better than asked for, as a render goes on until two looks in a row find its error small: {_looks(result)}"
 
 
 def _looks(result: Result) -> str:

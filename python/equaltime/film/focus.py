@@ -106,7 +106,8 @@ class Focus:
         often = rounded(1.0 / self.share)
         return (
             "small bright emitters reach the image through glass or mirrors, where samples meet them by chance, at "
-            f"most one in {often}: light that {samples:.3g} samples a pixel have not met is not in the error"
+            f"most one in {often}: light that {samples:.3g} samples a pixel have not met is not in the error; more "
+            "samples, or larger and dimmer emitters, bring it in"
         )
 
     @classmethod

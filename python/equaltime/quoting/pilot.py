@@ -36,7 +36,7 @@ from equaltime.rendering.passes import ESTIMATE_SECONDS_A_PIXEL
 from equaltime.rendering.session import Session
 from equaltime.rendering.stated import stated
 from equaltime.scene.model import MOST_SAMPLES
-from equaltime.statistics.intervals import UNKNOWN, Interval
+from equaltime.statistics.intervals import UNKNOWN, Interval, Unit
 from equaltime.strategy import Strategy
 from equaltime.strict_json import fields_to_json
 from equaltime.words import Shown, percent
@@ -128,6 +128,12 @@ class Quote(Shown):
     """Light that makes the noise, by kind; None if it was not asked for, or if there was no time to find it."""
     interrupted: bool = False
     """Whether Ctrl-C ended the short render behind the quote, which then predicts from fewer samples."""
+
+    def __post_init__(self) -> None:
+        """Give each prediction the unit in which it is printed."""
+        units: Mapping[str, Unit] = {"seconds": "s", "spp": "spp", "error": "%", "memory": "MB"}
+        for name, unit in units.items():
+            object.__setattr__(self, name, getattr(self, name).in_unit(unit))
 
     def __str__(self) -> str:
         number = stated(self.origin)

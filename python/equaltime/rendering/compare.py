@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -94,9 +95,11 @@ class Comparison(Shown):
     images only. None if there is no ratio, or if a file does not state its time."""
     notes: tuple[str, ...]
     """Sentences on facts that limit the numbers, such as a noisy reference."""
+    same: str = ""
+    """Sentence on two images with the same pixels, such as a file that was given twice; empty without such a pair."""
 
     def __str__(self) -> str:
-        lines = []
+        lines = [self.same] if self.same else []
         for image in self.images:
             error = image.metrics["error"]
             said = f"{error:%}" if error.trusted else percent(error.value)
@@ -148,7 +151,7 @@ def compare(a: Render, b: Render, reference: Render | None = None) -> Comparison
     efficiency = None if ratio is None else _efficiency(ratio, compared)
     height, width = truth.image.shape[:2]
     notes = tuple(_notes(files, compared, reference is not None and ratio is None))
-    return Comparison((width, height), truth.path, compared, ratio, efficiency, notes)
+    return Comparison((width, height), truth.path, compared, ratio, efficiency, notes, _same_pixels(files))
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,6 +236,7 @@ def _compared(pair: _Pair) -> Compared:
     seconds = pair.file.said("seconds")
     known = float(seconds) if isinstance(seconds, int | float) and seconds > 0 else None
     bias_p, own = _bias_p(pair.file, pair.truth), _own(pair.file)
+    metrics |= {name: metrics[name].in_unit("%") for name in ("error", "mare")}
     return Compared(pair.file.path, metrics, bias_p, own, pair.truth.doubt, known)
 
 
@@ -273,6 +277,16 @@ def _seeds(file: _File) -> set[int]:
     sources = file.said("sources")
     parts = [part.get("seed") for part in sources if isinstance(part, dict)] if isinstance(sources, list) else []
     return {seed for seed in parts or [file.said("seed")] if isinstance(seed, int)}
+
+
+def _same_pixels(files: list[_File]) -> str:
+    """Return a sentence on the first two images whose pixels are all equal; empty if there are none."""
+    for first, second in combinations(files, 2):
+        if np.array_equal(first.image, second.image):
+            twice = first.path.absolute() == second.path.absolute()
+            said = f"{first.path} was given twice" if twice else f"{first.path} and {second.path} have the same pixels"
+            return f"{said}: a comparison needs two renders. Render one with another --seed."
+    return ""
 
 
 def _ratio(first: _Pair, second: _Pair) -> Interval | None:
@@ -334,7 +348,7 @@ def _notes(files: list[_File], compared: tuple[Compared, ...], without_ratio: bo
     for file in files:
         if file.path.suffix.lower() in _DISPLAY:
             yield f"{file.path} is made for displays: its values are taken as they are, and may not be linear"
-        if file is not truth and _same_seed(file, truth):
+        if file is not truth and _same_seed(file, truth) and not np.array_equal(file.image, truth.image):
             yield (
                 f"{file.path} and {truth.path} have a seed in common: they are not independent. "
                 "No noise is subtracted, and bias is not tested; render one with another --seed"

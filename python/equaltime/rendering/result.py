@@ -157,7 +157,9 @@ class Result:
     """Light that specular surfaces focus, which may put the error in doubt."""
 
     def __post_init__(self) -> None:
-        """Make the arrays read-only: image, error and moments describe each other."""
+        """Make the arrays read-only: image, error and moments describe each other. Errors print in per cent."""
+        object.__setattr__(self, "error", self.error.in_unit("%"))
+        object.__setattr__(self, "bias", None if self.bias is None else self.bias.in_unit("%"))
         second = None if self.second is None else self.second.moments
         arrays = (self.image, self.standard_error, self.samples, self.moments, self.parts, second)
         for array in (*arrays, *self.missed.values(), *self.aovs.values()):

@@ -12,9 +12,10 @@ from pathlib import Path
 from typing import Any, Literal, TypeGuard
 
 from equaltime.rendering.origin import Origin
+from equaltime.statistics.in_words import count
 from equaltime.strategy import Strategy
 
-__all__ = ["Stated", "different_problems", "other_depth", "paths_up_to", "shorter", "stated"]
+__all__ = ["Stated", "different_problems", "other_depth", "paths_up_to", "samples_in_words", "shorter", "stated"]
 
 _COMPARE = "the bias is not in the noise: `equaltime compare` with a render by `best` measures it"
 
@@ -47,6 +48,16 @@ class Stated:
 def paths_up_to(depth: int) -> str:
     """Return ``all paths`` for a negative depth, else words such as ``paths up to depth 2``."""
     return "all paths" if depth < 0 else f"paths up to depth {depth}"
+
+
+def samples_in_words(spp: float, asked: int | None) -> str:
+    """Return a mean number of samples a pixel in words, and why it is not the number ``asked``.
+
+    ``asked`` is the number that ended the render; None if another limit did. Adaptive counts follow the noise, so that
+    their mean is a few percent off.
+    """
+    told = f"{count(spp)} samples a pixel"
+    return told if asked is None or round(spp) == asked else f"{told} (for {asked}: more where it is noisy)"
 
 
 def shorter(depth: int, other: int | None) -> int:

@@ -64,7 +64,7 @@ Where faces of a mesh without normals meet at more than the crease angle, in deg
 40 degrees keeps a box hard, and a ball of 10 sides or more round. With the defaults, a white surface that faces the sun
 is white in the image."""
 _ADDED: Final = (
-    "the file is only a mesh: a camera, a sky, a sun and a ground are added; -D view=back shows its back, -D up=z if "
+    "the file is only a mesh: {}; -D view=back shows its back, -D up=z if "
     "it lies on its back; also -D sky=, sun=, sun_angle=, ground="
 )
 _CREASED: Final = (
@@ -114,7 +114,7 @@ def read_mesh(
         bare = (mesh for mesh in parts.values() if mesh.normals is None)
         if "crease_angle" not in defines and any(has_creases(mesh, options.crease_angle) for mesh in bare):
             account.tell(_CREASED.format(options.crease_angle), path.name)
-    for line in (*account, _ADDED):
+    for line in (*account, _ADDED.format(options.added)):
         report.note(line)
     return Object(place, "scene", "scene", children=[Child(each.id, each) for each in (*shapes, *around)])
 
@@ -131,6 +131,12 @@ class _Options:
     up: str
     face_normals: bool
     crease_angle: float
+
+    @property
+    def added(self) -> str:
+        """Clause on the parts that are put around the mesh. Parts of strength 0 are left out."""
+        *parts, last = ["a camera", *(f"a {name}" for name in ("sky", "sun", "ground") if np.any(getattr(self, name)))]
+        return f"{', '.join(parts)} and {last} are added" if parts else f"{last} is added"
 
     @classmethod
     def of(cls, defines: Mapping[str, object]) -> _Options:

@@ -187,10 +187,10 @@ def ground(reflectance: Strength, bounds: Array, place: Place, name: str = "grou
     return plant("shape", "disk", place, name, to_world=down @ lying, bsdf=bsdf)
 
 
-def number_of(given: object, name: str, most: float = math.inf, least: float = 0.0) -> float:
+def number_of(given: object, name: str, most: float = math.inf, least: float = 0.0, other: str = "") -> float:
     """Return ``given``, the user's value of the scene variable ``name`` (command line: ``-D name=value``), as a number.
 
-    Raises ValueError unless it is a finite number in [``least``, ``most``].
+    Raises ValueError unless it is a finite number in [``least``, ``most``]. ``other`` is what may be given besides.
     """
     try:
         value = float(str(given))
@@ -198,7 +198,7 @@ def number_of(given: object, name: str, most: float = math.inf, least: float = 0
         value = math.nan
     if not least <= value <= most or math.isinf(value):
         allowed = f"of at least {least:g}" if math.isinf(most) else f"from {least:g} to {most:g}"
-        raise ValueError(f"'{name}' must be a number {allowed}, found {shortened(given, 40)}")
+        raise ValueError(f"'{name}' must be a number {allowed}{other}, found {shortened(given, 40)}")
     return value
 
 
@@ -209,7 +209,7 @@ def strength(given: object, name: str, most: float = math.inf) -> Strength:
     unless a number is in [0, ``most``].
     """
     if not isinstance(given, str) or not given.lstrip().startswith("#"):
-        return number_of(given, name, most)
+        return number_of(given, name, most, other=" or a colour such as #20c040")
     try:
         return from_hex(given)
     except ValueError as error:

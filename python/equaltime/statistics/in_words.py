@@ -1,7 +1,7 @@
 """Intervals in words, such as ``2.1 s (1.9 to 2.4)``: one unit for the number and both ends.
 
-Sentences about a render have two significant digits (`error_range`, `time_range`). Results of measurements have three
-(`in_percent`, `in_time`).
+Sentences about a render have two significant digits (`error_range`, `time_range`). Results of measurements have the
+digits that their interval leaves sure (`in_percent`, `in_time`), as in tables (`places`).
 """
 
 from __future__ import annotations
@@ -15,15 +15,49 @@ __all__ = [
     "about",
     "count",
     "error_range",
+    "exponent",
     "figure",
     "in_percent",
     "in_time",
     "megabytes",
+    "places",
     "probability",
     "rounded",
     "span",
     "time_range",
 ]
+
+
+def places(value: float, low: float, high: float) -> tuple[int, int, int]:
+    """Return the decimals with which a number and the two ends of its interval are printed.
+
+    They show one digit of the half width, or two if its first digit is 1. A number without width gets three significant
+    digits. Over powers of ten, decimals that suit the upper end would turn the lower end into 0, so it gets two digits.
+    """
+    half = 0.5 * (high - low)
+    if half <= 0.0:
+        digits = max(0, min(9, 2 - exponent(value)))
+    else:
+        first = exponent(half)
+        digits = max(0, min(9, -first + (half / 10.0**first < 2.0)))
+    if 0.0 < 10.0 * low <= high:
+        return max(digits, -exponent(value)), max(digits, 1 - exponent(low)), digits
+    return digits, digits, digits
+
+
+def exponent(value: float) -> int:
+    """Return the power of ten of a number's first digit; 0 for 0 and for numbers that are not finite."""
+    return math.floor(math.log10(abs(value))) if value and math.isfinite(value) else 0
+
+
+def _texts(interval: Interval, scale: float) -> tuple[str, str, str]:
+    """Return value and ends of an interval, multiplied by ``scale``, with their `places` but no zeros at the end."""
+    numbers = tuple(scale * number for number in (interval.value, interval.low, interval.high))
+    if not all(map(math.isfinite, numbers)):
+        value, low, high = map(figure, numbers)
+    else:
+        value, low, high = (f"{round(x, n):,.12g}" for x, n in zip(numbers, places(*numbers), strict=True))
+    return value, low, high
 
 
 def span(interval: Interval, scale: float = 1.0) -> str:
@@ -33,19 +67,20 @@ def span(interval: Interval, scale: float = 1.0) -> str:
     """
     low, high = scale * interval.low, scale * interval.high
     if math.isfinite(low) and math.isfinite(high):
-        return f"({figure(low)} to {figure(high)})"
+        _, least, most = _texts(interval, scale)
+        return f"({least} to {most})"
     return f"({figure(low)} or more)" if math.isfinite(low) else ""
 
 
 def in_percent(interval: Interval) -> str:
     """Return a fraction and its interval in per cent: ``1.7 % (1.5 to 2)``."""
-    return f"{figure(100.0 * interval.value)} % {span(interval, 100.0)}".rstrip()
+    return f"{_texts(interval, 100.0)[0]} % {span(interval, 100.0)}".rstrip()
 
 
 def in_time(interval: Interval) -> str:
     """Return a number of seconds and its interval, all in the unit that fits the number: ``5.8 min (4 to 12)``."""
     unit, size = time_unit(interval.value)
-    return f"{figure(interval.value / size)} {unit} {span(interval, 1.0 / size)}".rstrip()
+    return f"{_texts(interval, 1.0 / size)[0]} {unit} {span(interval, 1.0 / size)}".rstrip()
 
 
 def about(interval: Interval) -> str:

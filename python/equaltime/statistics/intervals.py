@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
 from typing import Any, Literal
 
@@ -26,6 +26,7 @@ __all__ = [
     "Z95",
     "Estimate",
     "Interval",
+    "Unit",
     "exp",
     "jackknife",
     "mean_interval",
@@ -60,11 +61,13 @@ _SCALES: Mapping[str, float] = {"": 1.0, "%": 100.0, "s": 1.0, "spp": 1.0, "MB":
 class Interval(Shown):
     """A number with its 95 % interval, and notes that tell whether the interval can be trusted.
 
-    A format specification prints the number in a unit: ``%`` for fractions, ``s``, ``spp``, ``MB`` for bytes. A unit
-    that does not exist raises ValueError.
+    A format specification prints the number in a unit: ``%`` for fractions, ``s``, ``spp``, ``MB`` for bytes. Without
+    one, the number is printed in its own ``unit``. A unit that does not exist raises ValueError.
 
     >>> error = Interval(0.0231, 0.0228, 0.0234)
     >>> print(f"{error:%}")
+    2.31 % (2.28 to 2.34)
+    >>> print(error.in_unit("%"))
     2.31 % (2.28 to 2.34)
     """
 
@@ -81,6 +84,8 @@ class Interval(Shown):
     is."""
     reach: float = 1.0
     """Factor by which a time lies outside the measured times; above 1 the value is extrapolated, else it is 1."""
+    unit: Unit = field(default="", compare=False)
+    """Unit in which the number is printed; empty for a plain number."""
 
     @property
     def known(self) -> bool:
@@ -91,6 +96,10 @@ class Interval(Shown):
     def doubt(self) -> str:
         """Reason why the interval cannot be trusted; empty if it can be."""
         return "" if self.trusted else self.note
+
+    def in_unit(self, unit: Unit) -> Interval:
+        """Return a copy that is printed in ``unit``; the numbers stay the same."""
+        return replace(self, unit=unit)
 
     def doubted(self, reason: str) -> Interval:
         """Return a copy that is marked as not trusted; ``reason`` is added to its note."""
@@ -141,12 +150,12 @@ class Interval(Shown):
     def map(self, function: Callable[[float], float]) -> Interval:
         """Return the interval of ``function(x)``, where x is this interval's number, from its value and its ends.
 
-        ``function`` must be monotonic. If it decreases, the ends change places.
+        ``function`` must be monotonic. If it decreases, the ends change places. The result has no unit.
         """
         ends = function(self.low), function(self.high)
         turned: dict[str, Literal["", "low", "high"]] = {"": "", "low": "high", "high": "low"}
         bound = self.bound if ends[0] <= ends[1] else turned[self.bound]
-        return replace(self, value=function(self.value), low=min(ends), high=max(ends), bound=bound)
+        return replace(self, value=function(self.value), low=min(ends), high=max(ends), bound=bound, unit="")
 
     def with_bias(self, bias: Interval | None) -> Interval:
         """Return the total error of an image, with this interval as its noise: the root of noise² plus bias².
@@ -198,6 +207,7 @@ class Interval(Shown):
             raise ValueError(f"'{unit}' is no unit of an interval; expected %, s, spp or MB")
         if not self.known:
             return "never" if math.isinf(self.value) else "unknown"
+        unit = unit or self.unit
         name, scale = unit, _SCALES[unit]
         if unit == "s":
             name, size = time_unit(self.value)

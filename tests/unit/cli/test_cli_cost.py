@@ -206,9 +206,12 @@ def test_without_dask_a_cluster_is_refused_with_the_line_that_installs_it(
     experiment: Path, folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)  # as if it were not installed
-    assert main(["cost", str(experiment), "-o", str(folder), "--cluster", "tcp://127.0.0.1:9"]) in (1, 2)
-    told = capsys.readouterr().err
-    assert "this needs the package distributed: pip install '.[cluster]' in a checkout of equaltime, or " in told
+    commands = (["cost", str(experiment), "-o", str(folder)], ["render", str(experiment)], ["quote", str(experiment)])
+    for command in commands:
+        assert main([*command, "--cluster", "tcp://127.0.0.1:9"]) == 2
+        (told,) = capsys.readouterr().err.splitlines()
+        assert "this needs the package distributed: pip install '.[cluster]' in a checkout of equaltime, or " in told
+    assert not folder.exists(), "refused before anything is begun"
     assert main(["cost", "--help"]) == 0
     assert "pip install '.[cluster]'" in " ".join(
         capsys.readouterr().out.replace("\N{BOX DRAWINGS LIGHT VERTICAL}", " ").split()

@@ -14,11 +14,13 @@ from equaltime.cli.messages import MOST_LINES
 from equaltime.experiments.model.summary import StrategyResult, Summary
 from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.tables import check_table, point_table
-from equaltime.experiments.report.words import facts
+from equaltime.experiments.report.words import facts, percent
 from equaltime.statistics.intervals import UNKNOWN, Interval
 
 from ..experiments.fake_summary import summary
 
+LEFT_OUT = f"times to {percent(0.1)}, {percent(0.05)}"
+"""Times that the table has no column for, in words."""
 HUGE = Interval(500.0, 400.0, 600.0, note="extrapolated 9 times", reach=9.0)
 
 
@@ -98,7 +100,10 @@ def test_why_an_error_has_no_interval_is_said_below(tmp_path: Path, capsys: pyte
     found = changed(summary(tmp_path), "best", lambda one: replace(one, error_at_budget=nothing))
     below = printed(found, tmp_path, capsys, verbose=True)[5:]
     assert below[0] == "best: the error is below what the reference can show"
-    assert printed(found, tmp_path, capsys)[5] == f"equaltime info {tmp_path} -v shows why 1 error cannot be trusted"
+    assert (
+        printed(found, tmp_path, capsys)[5]
+        == f"equaltime info {tmp_path} -v shows {LEFT_OUT} and why 1 error cannot be trusted"
+    )
 
 
 @pytest.mark.parametrize(("columns", "times"), [("", 2), ("80", 2), ("56", 1), ("36", 0)])
@@ -110,6 +115,16 @@ def test_a_narrow_terminal_shows_fewer_times_and_none_by_half(
         monkeypatch.setenv("COLUMNS", columns)
     head, row = printed(summary(tmp_path), tmp_path, capsys)[1:3]
     assert (head.count("time to"), row.count("("), row.count(")")) == (times, 1 + times, 1 + times)
+
+
+def test_a_table_of_all_has_every_time_or_names_those_without_room(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = summary(tmp_path)
+    every = printed(found, tmp_path, capsys, verbose=True)
+    assert every[1].count("time to") == len(found.targets) == 4
+    monkeypatch.setenv("COLUMNS", "80")
+    assert f"Too wide for this terminal: {LEFT_OUT}; report.html has them" in legend(found, every_row(found))
 
 
 def test_first_images_later_than_the_budget_are_told_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -131,11 +146,11 @@ def test_up_to_eight_strategies_are_all_shown_also_without_a_number(
     )
     lines = printed(silent, tmp_path, capsys)
     assert [text.split()[0] for text in lines[2:5]] == ["naive", "cut", "best"]
-    assert lines[5] == f"equaltime info {tmp_path} -v shows why 1 error cannot be trusted"
+    assert lines[5] == f"equaltime info {tmp_path} -v shows {LEFT_OUT} and why 1 error cannot be trusted"
 
 
 def test_the_legend_has_the_marks_of_its_table_and_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("COLUMNS", "120")
+    monkeypatch.setenv("COLUMNS", "160")
     plain = changed(summary(tmp_path), "cut", lambda one: replace(one, biased=False))
     assert legend(plain, every_row(plain)) == ["In brackets: 95 % intervals, or the error that was measured"]
     far = changed(summary(tmp_path), "naive", lambda one: replace(one, time_to={**one.time_to, 0.02: HUGE}))
@@ -174,4 +189,4 @@ def test_standards_and_baselines_are_shown_first(tmp_path: Path, capsys: pytest.
     assert lines[1].split()[:2] == ["scene", "strategy"]
     rows = [tuple(line.split()[:2]) for line in lines[2:-3]]
     assert rows == [(f"box{number}", label) for number in range(3) for label in ("naive", "best")]
-    assert lines[-3] == f"equaltime info {tmp_path} -v shows 3 more rows"
+    assert lines[-3] == f"equaltime info {tmp_path} -v shows 3 more rows and {LEFT_OUT}"

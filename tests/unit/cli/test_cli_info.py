@@ -228,6 +228,24 @@ def test_more_of_a_render_tells_its_frame(tmp_path: Path, capsys: pytest.Capture
     assert json.loads(capsys.readouterr().out)["frame"] == {"number": 3, "fps": 24.0, "blur": 0.0}
 
 
+def test_a_render_of_a_dict_is_repeated_by_a_call(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    film = {"type": "hdrfilm", "width": 8, "height": 8}
+    scene = {"type": "scene", "sensor": {"type": "perspective", "film": film}, "sky": {"type": "constant"}}
+    path, seen = tmp_path / "sky.exr", []
+    et.render(scene, error=0.5, seed=3, strategy="mis", stop="fixed").save(path)
+    before = et.read(path).image
+    assert main(["info", str(path)]) == 0
+    (line,) = (line for line in capsys.readouterr().out.splitlines() if line.startswith(("repeat", "similar")))
+    assert "in Python, with the same scene or dict, which no file holds: " in line
+    call = line.partition(": ")[2].partition(".save(")[0]
+    exec(f"seen.append({call})", {"et": et, "scene": scene, "seen": seen})
+    assert np.array_equal(seen[0].image, before)
+    parts = [et.render(scene, spp=4, seed=seed) for seed in (1, 2)]
+    et.merge(parts).save(path)
+    assert main(["info", str(path)]) == 0
+    assert "in Python: the scene was made there, and this file does not hold it" in capsys.readouterr().out
+
+
 def test_definitions_from_python_are_recorded_as_text() -> None:
     motion = et.load(SCENES / "experiments" / "motion.toml", ball=24.0)
     assert motion.defines == {"ball": "24.0"}

@@ -17,6 +17,7 @@ from equaltime.cli import main
 from equaltime.cli.messages import Written, doubts
 from equaltime.cli.render_outcome import details, outcome
 from equaltime.rendering.budget import Look, Stop
+from equaltime.rendering.stated import samples_in_words
 from equaltime.words import duration
 
 SCENE = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
@@ -54,6 +55,17 @@ def test_what_the_strategy_left_to_the_render_is_said_if_asked(
     assert "decision" in capsys.readouterr().out
 
 
+def test_samples_that_follow_the_noise_are_told_beside_those_asked_for(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = str(tmp_path / "a.exr")
+    assert main(["render", str(SCENE), "-o", path, "--size", "32x32", "--spp", "64"]) == 0
+    assert main(["info", path]) == 0
+    for line in (line for line in capsys.readouterr().out.splitlines() if "samples a pixel" in line):
+        assert " samples a pixel (for 64: more where it is noisy)" in line
+    assert samples_in_words(64.2, 64) == samples_in_words(64.2, None) == "64 samples a pixel"
+
+
 def ended(*looks: tuple[float, ...], target: float = 0.05) -> et.Result:
     """Return a render that ended by these looks at its error: samples, value, upper limit, perhaps brightest path."""
     result = et.render(et.load("cornell-box").with_(size=(8, 8)), spp=2)
@@ -68,7 +80,10 @@ def test_an_error_far_below_the_wanted_one_is_explained(last: float, told: bool)
     result = ended((8, 0.075, 0.1227), (12, 0.0489, 0.0729), (18, 0.03, 0.034), (26, 0.0232, last))
     looks = f"at most 7.29 % at 12, 3.45 % at 18, {100.0 * last:.1f} % at 26 samples a pixel"
     lines = [line for line in outcome(result, Written([Path("a.exr")]), None) if "looks" in line]
-    assert lines == [f"smaller than asked for, since two looks in a row must find it small: {looks}"] * told
+    assert (
+        lines
+        == [f"better than asked for, as a render goes on until two looks in a row find its error small: {looks}"] * told
+    )
     assert (f"last looks at the error: {looks}" in details(result, {})) is not told
 
 

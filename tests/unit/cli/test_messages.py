@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from equaltime.cli.messages import print_error, while_heard
+from equaltime.cli.messages import once_each, print_error, while_heard
 from equaltime.words import duration, seconds_of
 
 
@@ -47,3 +47,10 @@ def test_what_nobody_hears_any_more_is_said_once_and_harms_nobody() -> None:
 def test_a_problem_with_a_line_separator_of_unicode_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     print_error("a\u2028b\x85c\x0cd\nsecond")
     assert capsys.readouterr().err == "error: a\\u2028b\\x85c\\x0cd\nerror: second\n"
+
+
+def test_warnings_that_differ_by_place_or_file_name_alone_are_told_once() -> None:
+    lost = [f"a.mtl:{line}: the image 'lost{line}.png' is left out: no such file" for line in (3, 5, 8)]
+    other = ["a.mtl:4: 'Ks' is not used: surfaces are diffuse", "a.mtl:6: 'Ni' is not used: surfaces are diffuse"]
+    told = once_each([lost[0], other[0], *lost[1:], other[1]])
+    assert told == [f"{lost[0]} (and 2 more like it: lint -v)", *other]

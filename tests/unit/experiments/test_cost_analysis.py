@@ -244,9 +244,9 @@ def test_a_renderer_that_failed_its_test_of_agreement_is_told_with_its_differenc
     assert mine.difference is not None
     assert mine.difference.value == pytest.approx(0.2 / math.sqrt(1.01), rel=0.02)
     assert 0.19 < mine.difference.low < mine.difference.value < mine.difference.high < 0.21
-    assert "Not the picture of equaltime: cut is 19.7 % off (" in summary.verdict
+    assert "Not the picture of equaltime: cut is 19.73 % off (" in summary.verdict
     told = other_renderers(summary)[0]
-    assert told.startswith("cut: its picture disagrees with the reference by 19.7 % (")
+    assert told.startswith("cut: its picture disagrees with the reference by 19.73 % (")
     assert re.search(r": no error below 99(\.\d)? % is given, and no time to one\.$", told)
     assert told.removeprefix("cut: ").rstrip(".") in mine.notes
     numbers = (*mine.time_to.values(), *mine.ratio.values(), *mine.curve.error, mine.curve.slope, mine.efficiency)
@@ -262,7 +262,7 @@ def test_a_renderer_that_failed_its_test_of_agreement_is_told_with_its_differenc
     look = looks(["naive", "cut"], "naive")
     cells = [cell for cells in time_table("box", scene, TARGETS, look).rows[1].cells for cell in cells]
     assert {str(cell) for cell in cells} == {"disagrees"}
-    assert all("disagrees with the reference by 19.7 %" in cell.note for cell in cells)
+    assert all("disagrees with the reference by 19.73 %" in cell.note for cell in cells)
     row = check_table("box", scene, look).rows[1]
     assert "no (p < 0.0001)" in [str(cell) for cells in row.cells for cell in cells]
 

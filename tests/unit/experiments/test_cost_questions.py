@@ -158,7 +158,7 @@ def test_efficiency_is_told_over_all_scenes_the_standard_first() -> None:
     scenes = [replace(one, standard="best") for one in (box, ball)]
     assert efficiency_verdict(scenes) == (
         "For the same error, compared with typical runs of right, on average over 2 scenes (geometric mean): "
-        "best needs 1 times the time (0.613 to 1.44), from 4 times more on ball to 4 times less on box, "
+        "best needs 1 times the time (0.6 to 1.4), from 4 times more on ball to 4 times less on box, "
         "split needs 1 times the time (0.5 to 2) on 1 of 2 scenes."
     )
 
@@ -235,6 +235,7 @@ OFF = Interval(0.099, 0.098, 0.1)
 def test_a_renderer_that_failed_its_test_of_agreement_is_told_whatever_the_question() -> None:
     """How far its picture is off, and which errors and times it does not get, also without a second test."""
     mine = replace(strategy("mine", fewer=Interval(2.0, 1.5, 2.5)), renderer="command", agreement_p=0.0, difference=OFF)
+    mine = replace(mine, name="mine --filter {filter}")
     told = "Not the picture of equaltime: mine is 9.9 % off (9.8 to 10). "
     told += "No error below 50 % and no time to one is given for it."
     for question in ("time", "samples", "efficiency", "combination", "bias"):
@@ -249,7 +250,8 @@ def test_several_renderers_that_failed_are_told_with_their_scenes() -> None:
     known = replace(strategy("mine"), renderer="command", agreement_p=1e-9, difference=bound)
     unknown = replace(known, label="theirs", difference=UNKNOWN)
     said = verdict([scene(known), scene(unknown, name="room")], (0.1,))
-    assert "mine on box is off by at most 10 %, theirs on room (p < 0.0001). Errors below 5 times the" in said
+    assert "mine on box is 10 % off (0 to 10), theirs on room (p < 0.0001). Such runs need a box filter" in said
+    assert "the scene's own; {filter} in a command stands for it. Errors below 5 times the difference" in said
     assert verdict([scene(unknown)], (0.1,)).endswith("No error and no time is given for it.")
 
 
@@ -267,7 +269,9 @@ def test_samples_of_typical_runs_are_not_those_of_the_mean() -> None:
 
 def test_a_bias_of_a_known_size_at_the_most_is_an_upper_limit() -> None:
     limit = Interval(0.01, -0.02, 0.025).bounded("high", "it differs")
-    assert "wrong is off by at most 2.5 %." in bias_verdict([scene(strategy("wrong", 1e-9, limit))], LEVEL)
+    assert "wrong is 1 % off (0 to 2.5)." in bias_verdict([scene(strategy("wrong", 1e-9, limit))], LEVEL)
+    none = replace(limit, value=-0.001)
+    assert "wrong is off by 0 to 2.5 %." in bias_verdict([scene(strategy("wrong", 1e-9, none))], LEVEL)
 
 
 @pytest.mark.parametrize(

@@ -107,8 +107,11 @@ def test_scenes_of_which_something_is_known_are_counted_and_a_single_one_is_name
     one = verdict([known, unknown], TARGETS)
     assert one.startswith("On box (1 of 2 scenes), best is about ")
     assert one.endswith("extrapolated: its runs were 900 times shorter.")
-    two = verdict([known, known, unknown], TARGETS)
+    slow = tuple(time.map(lambda seconds: 40.0 * seconds) for time in (TIME, TIME))
+    room = replace(scene(slow, (FAR_RATIO, FAR_RATIO)), name="room")
+    two = verdict([known, room, unknown], TARGETS)
     assert two.startswith("On average over 2 of 3 scenes (geometric mean), best is about ")
+    assert ": 5 % error in 500 ms (400 to 600) on box to 20 s (16 to 24) on room." in two
     assert two.endswith(" its runs were up to 900 times shorter.")
 
 
@@ -160,7 +163,7 @@ def test_a_renderer_of_ones_own_is_told_beside_standard_and_baseline() -> None:
     own = replace(naive, label="mine", renderer="command", ratio=speed)
     answer = verdict([replace(found, strategies=(naive, best, own))], TARGETS)
     assert answer.endswith(
-        " mine needs 1 times as long as naive (0.8 to 1.25) and 40 times as long as best (32.4 to 51) for 5 %."
+        " mine needs 1 times as long as naive (0.8 to 1.2) and 40 times as long as best (32 to 51) for 5 %."
     )
 
 

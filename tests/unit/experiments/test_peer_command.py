@@ -162,14 +162,15 @@ def test_what_mitsuba_has_no_words_for_is_told_before_it_runs() -> None:
 
 
 def test_all_words_are_filled_in(tmp_path: Path) -> None:
-    words = "{scene} {json} {spp} {seed} {width}x{height} {max_depth} {threads}"
+    words = "{scene} {json} {spp} {seed} {width}x{height} {max_depth} {filter} {threads}"
     keep = f"open('{tmp_path}/words', 'w').write('|'.join(sys.argv[1:])); shutil.copy(sys.argv[2], '{tmp_path}')"
     command = f'{sys.executable} -c "import sys, shutil; {keep}" {words} {{out}}'
     with pytest.raises(PeerError, match="wrote no image"):
         run(CommandPeer("mine", command), 5, seed=7, of=scene(max_depth=3))
-    scene_file, json_file, spp, seed, size, depth, threads, out = (tmp_path / "words").read_text().split("|")
+    scene_file, json_file, spp, seed, size, depth, rfilter, threads, out = (tmp_path / "words").read_text().split("|")
     assert scene_file == str(SCENE)
     assert (spp, size, depth, threads) == ("5", f"{WIDTH}x{HEIGHT}", "3", "1")
+    assert rfilter == "box", "and not the tent of the scene's file"
     assert 0 <= int(seed) < 2**31
     assert out.endswith(".exr")
     assert json_file.endswith(".json")

@@ -50,9 +50,12 @@ def test_a_renderer_of_ones_own_has_its_time_beside_the_baseline_and_the_best(fo
     )
 
 
-def test_on_several_scenes_its_times_are_means_and_that_is_said(found: Summary) -> None:
+def test_on_several_scenes_ratios_alone_are_means_and_times_have_their_scenes(found: Summary) -> None:
     (sentence,) = other_renderers(with_renderer(found))
-    assert sentence.endswith("(geometric means of 2 scenes).")
+    box, room = (scene.name for scene in found.scenes)
+    assert f" on {box} to " in sentence
+    assert f" on {room}, " in sentence
+    assert " as fast as naive (geometric mean of 2 scenes); best takes " in sentence
 
 
 def test_what_the_runs_cannot_tell_of_it_is_said_with_its_error(found: Summary) -> None:

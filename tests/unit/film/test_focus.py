@@ -222,6 +222,9 @@ RARE = Focus(paths=0.2, light=0.3, share=1e-3)
 
 def test_an_error_is_in_doubt_while_few_samples_meet_the_light() -> None:
     assert "at most one in 1,000" in RARE.doubt(samples=100.0, error=0.1, mean=0.3)
+    assert RARE.doubt(samples=100.0, error=0.1, mean=0.3).endswith(
+        "; more samples, or larger and dimmer emitters, bring it in"
+    )
     assert RARE.doubt(samples=20_000.0, error=1e-4, mean=0.3) == ""
 
 

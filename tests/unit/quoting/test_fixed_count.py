@@ -1,6 +1,7 @@
 """Counts that a pilot with samples of its own chooses for an error: rendered whatever the image shows, and kept."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
-from equaltime.cli.messages import Written
+from equaltime.cli.messages import Written, bias
 from equaltime.cli.render_outcome import outcome
 from equaltime.film.focus import Focus
 from equaltime.quoting import fixed_count
@@ -288,6 +289,16 @@ def test_a_stop_that_selects_says_so_where_light_may_not_have_been_met(
     result = et.render(lit_ball(lamp, {"type": bsdf}), threads=1, **limits)
     lines = [*outcome(result, Written(()), None)]
     assert any("favours images that have not met rare light" in line for line in lines) is said
+
+
+@pytest.mark.parametrize(("end", "exact"), [("error", False), ("merge", False), ("spp", True)])
+def test_caustics_are_never_called_unbiased_once_the_error_has_ended_the_render(end: str, exact: bool) -> None:
+    """Samples may have met all the light at last, but the looks before that favoured dark images."""
+    result = et.render(lit_ball(2.5, {"type": "diffuse"}), threads=1, error=0.5)
+    met = replace(result, focus=Focus(paths=0.2, light=1.0, share=0.2), samples=result.samples + 10_000, stopped_by=end)
+    assert not met.focus.rare(met.spp)
+    assert (bias(met) == ["unbiased"]) is exact
+    assert bias(replace(met, focus=Focus.none())) == ["unbiased"]
 
 
 def test_many_samples_have_met_what_is_rare() -> None:

@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
+from equaltime.cli.quote_answer import Asked, answer
 from equaltime.quoting import pilot
 from equaltime.quoting.law import fit
 from equaltime.statistics.intervals import Interval
@@ -208,6 +210,13 @@ def test_the_command_prints_intervals_with_plain_brackets(capsys: pytest.Capture
     assert " % (" in printed
     assert "\\" not in printed
     assert "-" not in re.findall(r"which light +(.)", printed)
+
+
+def test_a_doubt_stands_in_the_second_line() -> None:
+    found, asked = et.quote(et.load(SCENE).with_(size=(32, 32)), error=0.3, why=False), Asked(None, 0.3)
+    first, second, *_ = answer(replace(found, error=found.error.doubted("rare light")), asked)
+    assert (first[:12], second) == ("Error surely", "in doubt: rare light")
+    assert not any(line.startswith("in doubt") for line in answer(found, asked))
 
 
 def test_the_record_of_a_render_has_its_quote_or_why_there_is_none(

@@ -107,10 +107,25 @@ def test_two_percent_too_much_light_is_found(files: tuple[Path, Path, Path], tmp
 
 def test_equal_seeds_are_not_tested_for_bias(tmp_path: Path) -> None:
     record = {"seed": 1, "digest": "d"}
-    a, b = (write(tmp_path / name, noisy(0.05, 3), 0.05, record) for name in ("a.exr", "b.exr"))
+    a, b = (write(tmp_path / f"{seed}.exr", noisy(0.05, seed), 0.05, record) for seed in (3, 4))
     found = et.compare(a, b)
     assert found.images[0].bias_p is None
     assert any("a seed in common" in note for note in found.notes)
+
+
+def test_of_a_file_that_is_given_twice_the_first_line_says_so(
+    files: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    a, b, reference = files
+    told = f"{a} was given twice: a comparison needs two renders. Render one with another --seed."
+    assert main(["compare", str(a), str(a)]) == 0
+    said = capsys.readouterr().out
+    assert said.splitlines()[0] == told
+    assert "seed in common" not in said
+    copy = a.with_name("copy.exr")
+    copy.write_bytes(a.read_bytes())
+    assert et.compare(a, copy, reference).same.startswith(f"{a} and {copy} have the same pixels: ")
+    assert et.compare(a, b, reference).same == ""
 
 
 def test_samples_that_both_have_are_not_subtracted_twice(tmp_path: Path) -> None:

@@ -128,6 +128,17 @@ def test_everything_is_in_view_and_lit(tmp_path: Path) -> None:
     assert max(seen.any(axis=0).mean(), seen.any(axis=1).mean()) > 0.9
 
 
+@pytest.mark.parametrize(
+    ("defines", "added"),
+    [
+        ({"ground": 0}, "a camera, a sky and a sun are added;"),
+        ({"ground": 0, "sky": 0, "sun": "#000000"}, "a camera is added;"),
+    ],
+)
+def test_parts_of_strength_0_are_not_called_added(defines: dict[str, object], added: str, tmp_path: Path) -> None:
+    assert f"the file is only a mesh: {added} -D view=" in et.load(written(tmp_path), **defines).warnings[-1]
+
+
 def test_a_wide_ground_of_the_mesh_is_not_framed(tmp_path: Path) -> None:
     wide = "v -50 0 50\nv 50 0 50\nv 0 0 -50\nusemtl wood\nf 8 9 10\n"
     scene = et.load(written(tmp_path, SQUARES + wide))
@@ -353,8 +364,8 @@ def test_a_mesh_around_which_no_studio_can_stand_is_refused(tmp_path: Path) -> N
         ({"sun_angle": "0"}, "'sun_angle' must be a number from 0.1 to 45, found '0'"),
         ({"sun_angle": 46}, "'sun_angle' must be a number from 0.1 to 45, found 46"),
         ({"crease_angle": 181}, "'crease_angle' must be a number from 0 to 180, found 181"),
-        ({"ground": 1.5}, "'ground' must be a number from 0 to 1, found 1.5"),
-        ({"sun": "bright"}, "'sun' must be a number of at least 0, found 'bright'"),
+        ({"ground": 1.5}, "'ground' must be a number from 0 to 1 or a colour such as #20c040, found 1.5"),
+        ({"sun": "bright"}, "'sun' must be a number of at least 0 or a colour such as #20c040, found 'bright'"),
         ({"skye": 1}, "nothing in the scene uses the definition 'skye'; did you mean 'sky'"),
     ],
 )

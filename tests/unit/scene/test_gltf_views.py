@@ -336,3 +336,19 @@ def test_strengths_of_a_studio_may_be_colours(tmp_path: Path) -> None:
     assert isinstance(sun, m.Directional)
     assert (sky.radiance, sun.irradiance) == ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
     assert any(isinstance(shape, m.Disk) for shape in scene.model.shapes)
+
+
+def test_a_strength_of_0_that_takes_nothing_away_is_told(tmp_path: Path) -> None:
+    lit = with_light({"type": "directional"})
+    ground = "-D ground=0 changes nothing: none is added to glTF, and the file's own stays"
+    light = "-D sky=0; -D sun=0: no light is added, and those of the file stay"
+    assert {ground, light} <= {*loaded(lit, tmp_path, ground=0, sky=0, sun=0).warnings}
+    assert not {ground, light} & {*loaded(lit, tmp_path, ground=0.5, sky=0.1, sun=0).warnings}
+
+
+@pytest.mark.parametrize("name", ["ground", "sky", "sun"])
+def test_a_strength_that_is_no_number_is_told_with_what_may_be_given(name: str, tmp_path: Path) -> None:
+    with pytest.raises(
+        et.SceneError, match=f"'{name}' must be a number .* or a colour such as #20c040, found '0.2,0.4,0.2'"
+    ):
+        loaded(one_triangle(), tmp_path, **{name: "0.2,0.4,0.2"})

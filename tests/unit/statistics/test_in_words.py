@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
-from equaltime.statistics.in_words import error_range, rounded, time_range
+from equaltime.experiments.report.words import seconds_cell
+from equaltime.statistics.in_words import error_range, in_percent, in_time, rounded, time_range
 from equaltime.statistics.intervals import UNKNOWN, Interval
 
 
@@ -31,3 +34,22 @@ def test_an_interval_has_one_unit() -> None:
     assert error_range(Interval(0.0171, 0.0149, 0.0196)) == "1.7 % (1.5 to 2.0)"
     assert error_range(Interval(0.0171, 0.0149, float("inf"))) == "1.7 % (1.5 to unknown)"
     assert error_range(UNKNOWN) == "unknown"
+
+
+@pytest.mark.parametrize(
+    ("numbers", "text"),
+    [
+        ((12.34, 8.12, 20.1), "12 s (8 to 20)"),
+        ((12.34, 12.31, 12.37), "12.34 s (12.31 to 12.37)"),
+        ((46.0, 0.33, 254.4), "46 s (0.33 to 254)"),
+        ((2.0, 2.0, 2.0), "2 s (2 to 2)"),
+    ],
+)
+def test_a_sentence_has_the_digits_of_the_table(numbers: tuple[float, float, float], text: str) -> None:
+    """Only the zeros at the end are left out, and the brackets differ."""
+    found = Interval(*numbers)
+    assert in_time(found) == text
+    cell = str(seconds_cell(found)).replace("\N{NARROW NO-BREAK SPACE}", " ")
+    plain = re.sub(r"(\.\d*?)0+(?=\D|$)", lambda match: match[1].rstrip("."), cell)
+    assert plain.replace("[", "(").replace("]", ")").replace(", ", " to ") == text
+    assert in_percent(found.map(lambda seconds: 0.01 * seconds)) == text.replace(" s ", " % ")

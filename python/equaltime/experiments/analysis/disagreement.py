@@ -16,7 +16,7 @@ from equaltime.statistics.in_words import in_percent
 from equaltime.statistics.intervals import UNKNOWN, Interval
 from equaltime.words import percent
 
-__all__ = ["NEGLIGIBLE", "least_error", "reason", "withheld"]
+__all__ = ["NEGLIGIBLE", "least_error", "off_by", "reason", "withheld"]
 
 NEGLIGIBLE = 5.0
 """Least multiple of a renderer's difference that an error must be: noise and difference add as squares, so the
@@ -34,6 +34,19 @@ def least_error(difference: Interval | None) -> float:
     return NEGLIGIBLE * max(difference.high, 0.0) if known else math.inf
 
 
+def off_by(difference: Interval) -> str:
+    """Return a difference of pictures in per cent: ``35 % (30 to 41)``.
+
+    If only the upper end of its interval is valid, the interval begins at 0: ``35 % (0 to 282)``, or ``0 to 282 %``
+    without a measured value above 0.
+    """
+    if difference.bound != "high":
+        return in_percent(difference)
+    if difference.value <= 0.0:
+        return f"0 to {percent(difference.high)}"
+    return in_percent(replace(difference, low=0.0))
+
+
 def reason(difference: Interval | None) -> str:
     """Return a sentence on why a renderer lacks errors and times; empty for a renderer without a difference (None)."""
     if difference is None:
@@ -41,8 +54,9 @@ def reason(difference: Interval | None) -> str:
     least = least_error(difference)
     if math.isinf(least):
         return f"its picture {DISAGREES}, by how much is not known: no error and no time is given"
-    off = in_percent(difference) if difference.trusted else f"at most {percent(difference.high)}"
-    return f"its picture {DISAGREES} by {off}: no error below {percent(least)} is given, and no time to one"
+    return (
+        f"its picture {DISAGREES} by {off_by(difference)}: no error below {percent(least)} is given, and no time to one"
+    )
 
 
 def withheld(result: StrategyResult, baseline: Interval | None) -> StrategyResult:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from equaltime.experiments.analysis.disagreement import NEGLIGIBLE, least_error
+from equaltime.experiments.analysis.disagreement import NEGLIGIBLE, least_error, off_by
 from equaltime.experiments.analysis.sentences import joined
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
-from equaltime.statistics.in_words import in_percent, probability
+from equaltime.statistics.in_words import probability
 from equaltime.statistics.intervals import UNKNOWN, Interval
 from equaltime.words import percent
 
@@ -45,7 +45,7 @@ def differing_renderers(scenes: Sequence[SceneResult]) -> str:
     found = [one for one in _all(scenes) if one[1].disagrees]
     if not found:
         return ""
-    different = _not_the_picture_of("equaltime", found, len(scenes))
+    different = _not_the_picture_of("equaltime", found, len(scenes)) + _filter_hint(found)
     if len(found) > 1:
         return f"{different} Errors below {NEGLIGIBLE:g} times the difference are not given, nor times to them."
     least = least_error(found[0][1].difference or UNKNOWN)
@@ -55,12 +55,19 @@ def differing_renderers(scenes: Sequence[SceneResult]) -> str:
 
 
 def size_of(bias: Interval | None) -> str:
-    """Return a bias in per cent, its upper limit, or that neither is known."""
-    if bias is not None and bias.bound == "high":
-        return f"is off by at most {percent(bias.high)}"
-    if bias is None or not bias.trusted or bias.low <= 0.0:
+    """Return a bias in per cent with its interval, or that it is not known."""
+    if bias is None or (bias.bound != "high" and (not bias.trusted or bias.low <= 0.0)):
         return "(how much is not known)"
-    return f"is {in_percent(bias).replace(' (', ' off (', 1)}"
+    off = off_by(bias)
+    return f"is {off.replace(' (', ' off (', 1)}" if "(" in off else f"is off by {off}"
+
+
+def _filter_hint(found: Sequence[_Found]) -> str:
+    """Return a sentence on the box filter for commands that are not told the filter; empty if there are none."""
+    commands = [strategy.name for _, strategy in found if strategy.renderer == "command"]
+    if all("{filter}" in command for command in commands):
+        return ""
+    return " Such runs need a box filter, not the scene's own; {filter} in a command stands for it."
 
 
 def _not_the_picture_of(standard: str, found: Sequence[_Found], scenes: int) -> str:

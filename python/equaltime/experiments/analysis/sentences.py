@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from equaltime.statistics.in_words import about, figure, span
 from equaltime.statistics.intervals import Interval
 
-__all__ = ["compared", "joined", "less_time", "listed", "times", "where"]
+__all__ = ["across", "compared", "joined", "less_time", "listed", "times", "where"]
 
 
 def where(names: Sequence[str], count: int) -> str:
@@ -55,6 +55,18 @@ def times(ratio: Interval, above: str, below: str) -> str:
     """
     found = ratio if ratio.value >= 1.0 else ratio.map(lambda value: 1.0 / value)
     return f"{about(found)} times {above if ratio.value >= 1.0 else below} {span(found)}"
+
+
+def across(found: Sequence[tuple[str, Interval]], text: Callable[[Interval], object]) -> str:
+    """Return the time of the only scene, or the shortest and the longest time of several, each with its scene.
+
+    Times of unlike scenes have no mean that means anything: only ratios are averaged. ``found`` has names of scenes and
+    times in seconds, and ``text`` words a time.
+    """
+    ordered = sorted(found, key=lambda one: one[1].value)
+    if len(ordered) == 1:
+        return str(text(ordered[0][1]))
+    return " to ".join(f"{text(time)} on {name}" for name, time in (ordered[0], ordered[-1]))
 
 
 def joined(labels: Iterable[str]) -> str:

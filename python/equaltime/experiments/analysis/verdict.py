@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from equaltime.experiments.analysis.combination import combination_verdict
 from equaltime.experiments.analysis.pictures import other_pictures
 from equaltime.experiments.analysis.questions import bias_verdict, efficiency_verdict, samples_verdict
-from equaltime.experiments.analysis.sentences import compared, joined, less_time, where
+from equaltime.experiments.analysis.sentences import across, compared, joined, less_time, where
 from equaltime.experiments.model.experiment import Question
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.statistics.agreement import LEVEL
@@ -105,7 +105,8 @@ def _speed_up(found: Sequence[_Found], target: float, count: int) -> str:
     label, baseline = joined(strategy.label for _, strategy in found), joined(scene.baseline for scene, _ in found)
     faster = compared(label, product_mean(ratios), baseline)
     answer = f"{where([scene.name for scene, _ in found], count)}, {faster}: "
-    answer += f"{percent(target)} error in {in_time(product_mean(times))}."
+    each = [(scene.name, strategy.time_to[target]) for scene, strategy in found]
+    answer += f"{percent(target)} error in {across(each, in_time)}."
     up_to = "up to " if len(found) > 1 else ""
     farthest = max(times, key=lambda time: time.reach)
     answer += _extrapolated(farthest, up_to)

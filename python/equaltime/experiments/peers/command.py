@@ -15,11 +15,12 @@ The command is split as by a shell (quotes work) and run without a shell. Words 
 - ``{scene}``   the scene's original file, without the experiment's changes
 - ``{json}``    file with the whole scene, changes included: see `equaltime.scene.export.plain`
 - ``{width}``, ``{height}``, ``{max_depth}``   size of the image in pixels, and largest depth of paths
+- ``{filter}``  pixel filter to use: always ``box``, whatever filter the scene's file has
 - ``{python}``  the Python that runs equaltime
 - ``{threads}`` threads to use: the number asked for, else the processors that the machine or container allows. A number
   that was asked for also confines the command to that many processors
 
-The pixel filter must be a box. The command's stdout may end in a JSON object like that of ``equaltime render --json``.
+The command's stdout may end in a JSON object like that of ``equaltime render --json``.
 Then the object's ``seconds`` and ``cpu_seconds`` count as the times of rendering, and ``spp`` as the samples taken.
 Without the object, the time is that of the whole process, loading included.
 
@@ -60,7 +61,7 @@ from equaltime.strict_json import json_text
 
 __all__ = ["WORDS", "CommandPeer"]
 
-WORDS = ("scene", "json", "spp", "seed", "out", "width", "height", "max_depth", "threads", "python")
+WORDS = ("scene", "json", "spp", "seed", "out", "width", "height", "max_depth", "filter", "threads", "python")
 """Words that the command of another renderer may contain in braces, where values are filled in."""
 NEEDED = ("spp", "seed", "out")
 _WORD = re.compile(r"\{(\w*)\}")
@@ -162,6 +163,7 @@ class CommandPeer:
             "width": str(width),
             "height": str(height),
             "max_depth": str(scene.max_depth),
+            "filter": scene.model.sensor.film.rfilter.type,
             "python": sys.executable,
             "threads": str(worker_threads(self._threads)),
         }

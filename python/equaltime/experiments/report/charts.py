@@ -173,11 +173,11 @@ def _draw_marks(axes: Axes, scene: SceneResult, targets: Sequence[float]) -> Non
         axes.annotate(
             f"equal time, {seconds(scene.budget_s)}",
             (scene.budget_s, 1.0),
-            (-5.0 if room else 5.0, -2.0),
+            (0.0, 2.0),  # above the axes, where neither curves nor the legend are
             xycoords=("data", "axes fraction"),
             textcoords="offset points",
             ha="right" if room else "left",
-            va="top",
+            va="bottom",
             color=MUTED,
             fontsize=9,
         )
@@ -200,8 +200,8 @@ def tick(axis: Any, words: Callable[[float], str], most: float = 8.0) -> None:
 
 _SHOWN = "curve "
 """Prefix of labels in Matplotlib, which omits labels with a leading underscore from legends."""
-_PALE = 0.35
-"""Opacity of points whose interval cannot be trusted."""
+_PALE = 0.6
+"""Opacity of points whose interval cannot be trusted. Short runs may have no others, so that less is hard to read."""
 
 
 def _add_legend(axes: Axes, pale: bool) -> None:

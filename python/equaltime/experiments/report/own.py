@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from equaltime.experiments.analysis.disagreement import reason
 from equaltime.experiments.analysis.pictures import other_pictures
+from equaltime.experiments.analysis.sentences import across
 from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.words import Cell, error_cell, factor_cell, percent, seconds, seconds_cell
 from equaltime.statistics.intervals import UNKNOWN, product_mean, sound
@@ -37,7 +38,6 @@ def _names(text: str, label: str) -> bool:
 
 
 def _sentence(label: str, found: _Found, targets: Sequence[float]) -> str:
-    on = f" (geometric means of {len(found)} scenes)" if len(found) > 1 else ""
     times = {target: [one.time_to.get(target, UNKNOWN) for _, one in found] for target in sorted(targets)}
     known = [target for target, each in times.items() if all(map(sound, each))]
     if not known and (reasons := {reason(one.difference) for _, one in found if one.disagrees}):
@@ -46,8 +46,12 @@ def _sentence(label: str, found: _Found, targets: Sequence[float]) -> str:
         return f"{label}: these runs cannot tell its time to an error{_last_error(found)}."
     target = next((target for target in known if all(time.reach == 1.0 for time in times[target])), known[0])
     extrapolated = "" if all(time.reach == 1.0 for time in times[target]) else ", extrapolated beyond its runs"
-    said = f"{label}: {percent(target)} in {seconds_cell(product_mean(times[target]))}{extrapolated}"
-    return f"{said}{_beside_baseline(found, target)}{_beside_best(found, target)}{on}."
+    said = f"{label}: {percent(target)} in {_times(found, target)}{extrapolated}"
+    return f"{said}{_beside_baseline(found, target)}{_beside_best(found, target)}."
+
+
+def _times(found: _Found, target: float) -> str:
+    return across([(scene.name, strategy.time_to[target]) for scene, strategy in found], seconds_cell)
 
 
 def _beside_baseline(found: _Found, target: float) -> str:
@@ -55,16 +59,16 @@ def _beside_baseline(found: _Found, target: float) -> str:
     baselines = " / ".join(dict.fromkeys(scene.baseline for scene, _ in found))
     if any(strategy.label == scene.baseline for scene, strategy in found) or not all(map(sound, ratios)):
         return ""
-    return f", {factor_cell(product_mean(ratios))} as fast as {baselines}"
+    mean = f" (geometric mean of {len(found)} scenes)" if len(found) > 1 else ""
+    return f", {factor_cell(product_mean(ratios))} as fast as {baselines}{mean}"
 
 
 def _beside_best(found: _Found, target: float) -> str:
-    best = [one for scene, mine in found if (one := _standard(scene)) is not None and one.label != mine.label]
-    times = [strategy.time_to.get(target, UNKNOWN) for strategy in best]
-    if len(best) < len(found) or not all(map(sound, times)):
+    best = [(scene, one) for scene, mine in found if (one := _standard(scene)) is not None and one.label != mine.label]
+    if len(best) < len(found) or not all(sound(strategy.time_to.get(target, UNKNOWN)) for _, strategy in best):
         return ""
-    labels = " / ".join(dict.fromkeys(strategy.label for strategy in best))
-    return f"; {labels} takes {seconds_cell(product_mean(times))}"
+    labels = " / ".join(dict.fromkeys(strategy.label for _, strategy in best))
+    return f"; {labels} takes {_times(best, target)}"
 
 
 def _standard(scene: SceneResult) -> StrategyResult | None:

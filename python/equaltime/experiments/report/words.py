@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from equaltime.experiments.model.summary import DISAGREES, SceneResult, Summary
-from equaltime.statistics.in_words import probability
+from equaltime.statistics.in_words import exponent, places, probability
 from equaltime.statistics.intervals import Interval
 
 __all__ = [
@@ -218,12 +218,9 @@ def _cell(interval: Interval, unit: Unit) -> Cell:
     value, low, high = (number * unit.scale for number in (interval.value, interval.low, interval.high))
     if not (math.isfinite(low) and math.isfinite(high)):
         return Cell("not trusted", note=interval.note or "its interval has no end", state="untrusted")
-    digits = _decimals(value, low, high)
-    if 0.0 < 10.0 * low <= high:  # over powers of ten: decimals that suit the upper end would turn the lower one into 0
-        shown, least = _fixed(value, max(digits, -_exponent(value))), _fixed(low, max(digits, 1 - _exponent(low)))
-    else:
-        shown, least = _fixed(value, digits), _fixed(low, digits)
-    return Cell(shown + unit.symbol, f"[{least}, {_fixed(high, digits)}]", note=interval.note)
+    of_value, of_low, of_high = places(value, low, high)
+    ends = f"[{_fixed(low, of_low)}, {_fixed(high, of_high)}]"
+    return Cell(_fixed(value, of_value) + unit.symbol, ends, note=interval.note)
 
 
 def percent(value: float) -> str:
@@ -261,22 +258,6 @@ def _time_unit(value: float) -> Unit:
     return Unit(1.0 / 3600.0, f"{_THIN}h") if size < 864000.0 else Unit(1.0 / 86400.0, f"{_THIN}d")
 
 
-def _decimals(value: float, low: float, high: float) -> int:
-    """Return the decimals that show one digit of the half width, or two if its first digit is 1.
-
-    A number without width gets three significant digits.
-    """
-    half = 0.5 * (high - low)
-    if half <= 0.0:
-        return max(0, min(9, 2 - _exponent(value)))
-    first = _exponent(half)
-    return max(0, min(9, -first + (half / 10.0**first < 2.0)))
-
-
-def _exponent(value: float) -> int:
-    return math.floor(math.log10(abs(value))) if value and math.isfinite(value) else 0
-
-
 def _fixed(value: float, decimals: int) -> str:
     if not math.isfinite(value):
         return "unknown" if math.isnan(value) else f"{_MINUS if value < 0.0 else ''}\N{INFINITY}"
@@ -287,7 +268,7 @@ def _fixed(value: float, decimals: int) -> str:
 
 
 def _short(value: float) -> str:
-    text = _fixed(value, max(0, min(9, 2 - _exponent(value))))
+    text = _fixed(value, max(0, min(9, 2 - exponent(value))))
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 

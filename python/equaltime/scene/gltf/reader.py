@@ -192,6 +192,9 @@ class _GltfScene:
         """
         if {"sky", "sun"} & set(self._defines):
             radiance, irradiance = self._strength("sky"), self._strength("sun")
+            if lights and not np.any(radiance) and not np.any(irradiance):
+                said = "; ".join(f"-D {name}=0" for name in ("sky", "sun") if name in self._defines)
+                self._document.note(f"{said}: no light is added, and those of the file stay", "")
         elif lights:
             if "sun_angle" in self._defines:
                 raise Malformed(("", "'sun_angle' needs a sun, but the file has its own lights; add -D sun=1.5"))
@@ -224,6 +227,8 @@ class _GltfScene:
         none: Strength = 0.0
         reflectance = self._defined(partial(strength, name="ground", most=1.0), "ground", none)
         if not np.any(reflectance):
+            if "ground" in self._defines:
+                self._document.note("-D ground=0 changes nothing: none is added to glTF, and the file's own stays", "")
             return []
         return [ground(reflectance, self._bounds(), self._place, self._ids.take("ground"))]
 
