@@ -68,7 +68,7 @@ inline std::vector<EmitterBounds> bounds_of(const std::vector<AnyLight>& lights)
 
 inline LightTree tree_of(const std::vector<AnyLight>& lights) { return LightTree(bounds_of(lights)); }
 
-inline Receiver random_receiver(Random& random, double reach = 1.5) {
+inline LightSampleContext random_receiver(Random& random, double reach = 1.5) {
   return {Vec3f(random.point(reach)), Vec3f(random.direction()), random.engine() % 4 != 0};
 }
 

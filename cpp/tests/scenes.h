@@ -187,7 +187,7 @@ inline SceneDescription with_lengths(SceneDescription d, double s) {
   };
   std::for_each(d.shapes.begin(), d.shapes.end(), scale_shape);
   for (GroupDescription& group : d.groups) std::for_each(group.shapes.begin(), group.shapes.end(), scale_shape);
-  for (BendDescription& bend : d.bends) bend.scale *= s;
+  for (NormalMapDescription& bend : d.bends) bend.scale *= s;
   for (MediumDescription& medium : d.media) medium.sigma_t = medium.sigma_t / s;
   for (PointLightDescription& light : d.point_lights)
     light.position = light.position * s, light.intensity = light.intensity * (s * s);

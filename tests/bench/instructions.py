@@ -41,7 +41,7 @@ def main() -> None:
         return
     file = options.core or find()
     core = load(file)
-    names = [*core.SceneBuilder().build().effects(), "forks"]
+    names = [*core.SceneBuilder().build().effects(), "splitting"]
     kernels: dict[str, str] = {}  # each once, by what it takes to get it
     for number in (0, 1, 2, len(names)):
         for also in combinations(names, number):

@@ -20,14 +20,21 @@ from workers import Worker
 from equaltime.images.image_files import write_exr
 
 POINT_SAMPLED = (
-    "cpp/equaltime/textures/triangle_picture.cpp",
+    "cpp/equaltime/textures/triangle_distribution.cpp",
     r"(?s)  double sum = 0;\n  const auto value = \[&\].*?return 2 \* sum;",
     "  const double s = (near + far) / 2;\n"
     "  return (far * far - near * near) * (high - low) * bright({f.uv_at({1 - s, s * (low + high) / 2})});",
 )
 VARIANTS = {
     "walls": Variant(
-        TWO_ROWS, [("cpp/equaltime/accel/accel.cpp", r"impl_->walls = Walls\(spheres, impl_->geometries.meshes\);", "")]
+        TWO_ROWS,
+        [
+            (
+                "cpp/equaltime/accel/accel.cpp",
+                r"impl_->walls = EnclosingSpheres\(spheres, impl_->geometries.meshes\);",
+                "",
+            )
+        ],
     ),
     "moving": Variant(TWO_ROWS, [("cpp/equaltime/accel/moving_instance.h", r"kFewMoving = 2", "kFewMoving = 0")]),
     "lamp-pictures": Variant(TWO_ROWS, [POINT_SAMPLED]),

@@ -126,7 +126,7 @@ def test_C07_a_checkpoint_of_blocks_that_were_given_up_is_taken_up() -> None:  #
     subject = renderer(6000, threads=2)
     subject.moments[...] = stopped.moments
     rays = {name: stopped.counters[name] for name in ("paths", "rays", "shadow_rays")}
-    subject.take_up(**rays, position=stopped.position)
+    subject.resume(**rays, position=stopped.position)
     assert subject.advance(4)
     assert subject.moments.tobytes() == whole.moments.tobytes()
     assert subject.counters == whole.counters

@@ -16,7 +16,7 @@ GLASS = Path(__file__).parents[1] / "golden" / "glass.toml"
 def test_the_kernel_for_all_effects_makes_the_bits_of_the_derived_one(path: Path) -> None:
     scene = et.load(path).with_(size=(24, 16))
     settings = _core.Settings(max_depth=scene.max_depth, lights="tree")
-    also = (*scene.core.effects(), "forks")
+    also = (*scene.core.effects(), "splitting")
     derived, full = (_core.Renderer(scene.core, settings, seed=3, threads=1, also=names) for names in ((), also))
     assert derived.kernel != full.kernel
     for renderer in (derived, full):
@@ -28,7 +28,7 @@ def test_kernels_agree_on_what_thin_glass_lets_pass_of_a_light_that_no_ray_meets
     """With masks alone, with media too, and with all effects; the image is another where light is stopped by glass."""
     core, stopped = (behind_glass(kind).core for kind in ("volpath", "path"))
     settings = _core.Settings(max_depth=4)
-    sets = ((), ("media",), (*core.effects(), "forks"))
+    sets = ((), ("media",), (*core.effects(), "splitting"))
     renderers = [_core.Renderer(core, settings, seed=3, threads=1, also=names) for names in sets]
     renderers.append(_core.Renderer(stopped, settings, seed=3, threads=1))
     for renderer in renderers:

@@ -31,8 +31,8 @@ def test_paths_are_split_where_that_is_worth_it(file: str) -> None:
     scene, split = shipped(file), film(file)
     plain = make_renderer(scene, PLAIN, 5, threads=1)
     plain.advance(6)
-    assert "forks" in split.kernel
-    assert "forks" not in plain.kernel
+    assert "splitting" in split.kernel
+    assert "splitting" not in plain.kernel
     assert split.counters["paths"] == plain.counters["paths"]
     assert split.counters["rays"] > 1.05 * plain.counters["rays"]
 

@@ -9,12 +9,12 @@
 #include <stdexcept>
 
 #include "equaltime/accel/embree_values.h"
+#include "equaltime/accel/enclosing_spheres.h"
 #include "equaltime/accel/instruction_set.h"
 #include "equaltime/accel/moving_instance.h"
 #include "equaltime/accel/packet_lanes.h"
 #include "equaltime/accel/ray_packet.h"
 #include "equaltime/accel/slivers.h"
-#include "equaltime/accel/walls.h"
 #include "equaltime/math/elementary.h"
 
 namespace equaltime {
@@ -122,7 +122,7 @@ struct Accel::Impl {
   std::vector<EmbreeScene> group_scenes;
   std::vector<MovingInstance> moving;
   EmbreeScene scene;  // of all but these, and what moves if that is few:
-  Walls walls;
+  EnclosingSpheres walls;
   std::vector<SphereGeometry> beside_walls;  // the spheres that are no walls, if some are
   Reach reach;                               // of the origins of rays, by the instances
 
@@ -238,7 +238,7 @@ Accel::Accel(Geometries geometries, Intersection mode, std::vector<Geometries> g
                                static_cast<std::uint32_t>(unmoving + impl_->moving.size()));
   for (const InstanceGeometry& instance : instances) impl_->reach.limit(static_cast<float>(reach(instance)));
   std::vector<SphereGeometry>& spheres = impl_->geometries.spheres;
-  impl_->walls = Walls(spheres, impl_->geometries.meshes);
+  impl_->walls = EnclosingSpheres(spheres, impl_->geometries.meshes);
   if (!impl_->walls.empty()) impl_->beside_walls = impl_->walls.taken_out_of(spheres);
   impl_->scene =
       impl_->build(impl_->geometries, impl_->walls.empty() ? spheres : impl_->beside_walls, mode, instances, true);

@@ -22,7 +22,7 @@ RTCBounds box_at(const Motion& to_world, const Bounds& local, unsigned step, uns
 
 /// Writes the ray as the group sees it, and tells whether Embree takes it.
 bool write_local(RTCRay& local, const Motion& to_world, const RTCRay& r) noexcept {
-  const Placement now = to_world.at(static_cast<double>(r.time));
+  const AffineMap now = to_world.at(static_cast<double>(r.time));
   const Vec3d o = now.local_point(Vec3d(Vec3f(r.org_x, r.org_y, r.org_z)));
   const Vec3d d = now.local_vector(Vec3d(Vec3f(r.dir_x, r.dir_y, r.dir_z)));
   return write_any(local, Vec3f(o), Vec3f(d), r.tfar, r.time);

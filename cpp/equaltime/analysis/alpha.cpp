@@ -5,7 +5,7 @@
 
 #include "equaltime/base/effects.h"
 #include "equaltime/base/run_blocks.h"
-#include "equaltime/transport/hidden.h"
+#include "equaltime/transport/hidden_emitters.h"
 #include "equaltime/transport/sample_pixel.h"
 #include "equaltime/transport/shadow.h"
 #include "equaltime/transport/volume.h"
@@ -18,21 +18,21 @@ namespace {
 template <Effects E>
 double opacity(const Scene& scene, Ray ray, const Sampler& sampler, float time) noexcept {
   Spectrum through(1);
-  PathSurroundings<E> within(scene, ray, time);
-  const StraightAhead<E> straight(true);
+  PathMediumStack<E> media(scene, ray, time);
+  const HiddenEmitters<E> hidden_emitters(true);
   for (std::uint32_t crossed = 0;; ++crossed) {
     auto meeting = scene.closest<E>(ray, time);
-    if (within.follow(scene, ray, sampler, crossed, through, meeting) != nullptr) return 1;
+    if (media.sample_distance(scene, ray, sampler, crossed, through, meeting) != nullptr) return 1;
     const Optional<Interaction>& it = surface(meeting);
     if (!it) return 1 - static_cast<double>(through.mean());
-    if (!within.here().hides(scene, *it) && !straight.looks_through(scene, *it, 1)) {
+    if (!media.here().hides(scene, *it) && !hidden_emitters.skips(scene, *it, 1)) {
       const std::uint32_t material = scene.material(*it);
       if (material == kNone) return 1;
-      through *= passing<E>(scene, material, *it, false, time);
+      through *= surface_transmittance<E>(scene, material, *it, false, time);
       if (through.is_black()) return 1;
     }
     ray = it->spawn(-it->wo, false);
-    within.leave(scene, *it, false);
+    media.leave(scene, *it, false);
   }
 }
 

@@ -3,9 +3,9 @@
 
 #include "equaltime/analysis/alpha.h"
 #include "equaltime/analysis/error_parts.h"
-#include "equaltime/analysis/in_sight.h"
+#include "equaltime/analysis/light_breakdown.h"
 #include "equaltime/analysis/limit.h"
 #include "equaltime/analysis/replay.h"
 #include "equaltime/analysis/specular.h"
-#include "equaltime/analysis/split.h"
-#include "equaltime/analysis/unseen.h"
+#include "equaltime/analysis/unoccluded_light.h"
+#include "equaltime/analysis/visible_emitters.h"

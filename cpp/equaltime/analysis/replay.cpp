@@ -25,7 +25,7 @@ std::optional<Point2f> place_on(const Scene& scene, const Interaction& it, float
 class PathTracer : public PathObserver {
  public:
   static constexpr bool allocates = true;
-  using Guard = HeldExceptions;
+  using Guard = ScopedFpEnvironment;
 
   PathTracer(const Scene& scene, const Settings& settings, Replay& replay)
       : scene_(scene), settings_(settings), replay_(replay) {}
@@ -44,7 +44,7 @@ class PathTracer : public PathObserver {
     resumes_ = false;
   }
   void on(const event::RayMet& met) {
-    const HeldExceptions held;
+    const ScopedFpEnvironment held;
     TracedVertex& vertex = current();
     if (met.it) {
       vertex.it = *met.it;
@@ -59,11 +59,11 @@ class PathTracer : public PathObserver {
     if (current().emitter) current().emitter->gathered = added.L;
   }
   void on(const event::ShadowRayTraced& shadow) {
-    const HeldExceptions held;
+    const ScopedFpEnvironment held;
     if (shadow.blocked) block(shadow.ray);
   }
   void on(const event::ShadowRayMet& shadow) {
-    if (shadow.it) current().light->blocker = *shadow.it;
+    if (shadow.it) current().light->closest_occluder = *shadow.it;
   }
   void on(const event::DirectLightAdded& added) noexcept {
     if (current().light) current().light->gathered = added.L;
@@ -78,7 +78,7 @@ class PathTracer : public PathObserver {
     vertex.place.reset(), vertex.emitter.reset();
   }
   void on(const event::EmitterMet& met) {
-    const HeldExceptions held;
+    const ScopedFpEnvironment held;
     meets(met.light, scene_.radiance<kAllEffects>(*current().it), met.light_pdf);
   }
   void on(const event::LightPicked& picked) {
@@ -87,7 +87,7 @@ class PathTracer : public PathObserver {
   void on(const event::LightSampled& sampled) {
     current().light->sample = sampled.light;
     current().light->bsdf = sampled.bsdf;
-    const HeldExceptions held;
+    const ScopedFpEnvironment held;
     current().light->radiance = scene_.radiance_of(sampled.light, time_);
   }
   void on(const event::LightReceived& received) {
@@ -95,7 +95,7 @@ class PathTracer : public PathObserver {
     current().light->share = received.share;
   }
   void on(const event::Scattered& at) {
-    const HeldExceptions held;
+    const ScopedFpEnvironment held;
     TracedScattering& scattering = current().scattering.emplace();
     scattering = {at.bsdf.name(), at.it, albedo<kAllEffects>(at.it, at.bsdf), {}, {}};
     if (at.scattered) scattering.scattered = *at.scattered;
@@ -111,12 +111,12 @@ class PathTracer : public PathObserver {
   TracedVertex& current() noexcept { return replay_.vertices.back(); }
   void meets(std::uint32_t light, const Spectrum& radiance, float light_pdf) {
     TracedVertex& vertex = current();
-    const float weight = emitter_weight(settings_, vertex.made, light, light_pdf);
+    const float weight = emission_mis_weight(settings_, vertex.made, light, light_pdf);
     vertex.emitter = TracedEmitter{light, radiance, light_pdf, weight, {}};
   }
   void block(const Ray& ray) {
     const auto meeting = scene_.closest<kAllEffects>(ray, time_);
-    if (const auto& it = surface(meeting)) current().light->blocker = *it;
+    if (const auto& it = surface(meeting)) current().light->closest_occluder = *it;
   }
 
   const Scene& scene_;
@@ -149,7 +149,7 @@ Replay replay(const Scene& scene, const Settings& settings, std::uint64_t seed, 
   never.rethrow();
   const Settings learnt = decision.applied(settings);
   const BlockTask task{scene, learnt, seed, {x, y, x + 1, y + 1}, index, index + 1, nets};
-  const HeldExceptions held;
+  const ScopedFpEnvironment held;
   result.radiance = sample_pixel<kAllEffects>(task, x, y, index, tracer);
   tracer.finish();
   result.end = end_of(result.vertices, settings.max_depth);
@@ -163,7 +163,7 @@ std::uint32_t shape_of_light(const Scene& scene, std::uint32_t light) noexcept {
     const std::uint32_t first = scene.surfaces[shape].first_light;
     if (first != kNone && first <= light && first >= begin) owner = shape, begin = first;
   }
-  return owner != kNone && scene.surfaces[owner].shown_as != kNone ? scene.surfaces[owner].shown_as : owner;
+  return owner != kNone && scene.surfaces[owner].source_shape != kNone ? scene.surfaces[owner].source_shape : owner;
 }
 
 }  // namespace equaltime

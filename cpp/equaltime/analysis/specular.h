@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <map>
 
-#include "equaltime/analysis/in_sight.h"
+#include "equaltime/analysis/visible_emitters.h"
 #include "equaltime/render/renderer.h"
 
 namespace equaltime {

@@ -9,12 +9,12 @@ namespace equaltime {
 inline constexpr int kFaults = FE_INVALID | FE_DIVBYZERO | FE_OVERFLOW;
 
 /// While it lives, nothing is trapped; then the flags, and what is trapped, are what they were before.
-class HeldExceptions {
+class ScopedFpEnvironment {
  public:
-  HeldExceptions() noexcept { std::feholdexcept(&before_); }
-  ~HeldExceptions() { std::fesetenv(&before_); }
-  HeldExceptions(const HeldExceptions&) = delete;
-  HeldExceptions& operator=(const HeldExceptions&) = delete;
+  ScopedFpEnvironment() noexcept { std::feholdexcept(&before_); }
+  ~ScopedFpEnvironment() { std::fesetenv(&before_); }
+  ScopedFpEnvironment(const ScopedFpEnvironment&) = delete;
+  ScopedFpEnvironment& operator=(const ScopedFpEnvironment&) = delete;
 
  private:
   std::fenv_t before_;

@@ -4,7 +4,6 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-
 #include <cmath>
 #include <map>
 
@@ -193,18 +192,18 @@ void bind_render(py::module_& m) {
           "whole "
           "blocks.")
       .def(
-          "take_up",
+          "resume",
           [](Renderer& r, std::uint64_t paths, std::uint64_t rays, std::uint64_t shadow_rays,
              const std::tuple<std::uint64_t, std::uint64_t, std::size_t>& position) {
             const auto [done, target, next_block] = position;
-            r.take_up({.paths = paths, .rays = rays, .shadow_rays = shadow_rays}, {done, target, next_block});
+            r.resume({.paths = paths, .rays = rays, .shadow_rays = shadow_rays}, {done, target, next_block});
           },
           py::kw_only(), "paths"_a, "rays"_a, "shadow_rays"_a, "position"_a,
           "Takes up a render whose moments were written into `moments`; ValueError if no passes leave such counts.")
       .def(
-          "adapt",
+          "set_sample_rates",
           [](Renderer& r, std::uint64_t pilot, const py::array_t<float, py::array::c_style>& rates) {
-            r.adapt(pilot, {rates.data(), rates.data() + rates.size()});
+            r.set_sample_rates(pilot, {rates.data(), rates.data() + rates.size()});
           },
           "pilot"_a, "rates"_a, "From here on samples are averages: each pixel's grow at its rate, (H, W).")
       .def_property_readonly(

@@ -87,7 +87,7 @@ class Report {
     d["bsdf_pdf"] = l.bsdf.pdf;
     d["mis_weight"] = l.weight;
     d["visible"] = l.share;
-    d["blocker"] = l.blocker ? py::object(of(*l.blocker, {})) : py::none();
+    d["blocker"] = l.closest_occluder ? py::object(of(*l.closest_occluder, {})) : py::none();
     d["gathered"] = number(l.gathered, radiance_);
     return d;
   }
@@ -99,7 +99,7 @@ class Report {
     d["above"] = s.scattered->above;
     d["pdf"] = s.scattered->delta ? py::object(py::none()) : py::object(py::float_(s.scattered->pdf));
     d["weight"] = number(s.scattered->weight);
-    d["radiance_scale"] = s.scattered->radiance_scale;
+    d["radiance_scale"] = s.scattered->eta_scale;
     d["survival"] = s.survival ? py::object(py::float_(*s.survival)) : py::none();
     return d;
   }

@@ -88,7 +88,7 @@ py::dict bsdf_samples(const Scene& scene, std::size_t index, const Array& wo, co
       return m.sample(row(wo, i), front, *u.data(i, 0), {x.y, x.z});
     });
     delta.mutable_at(i) = s && s->delta;
-    scale.mutable_at(i) = s ? static_cast<double>(s->radiance_scale) : 1.0;
+    scale.mutable_at(i) = s ? static_cast<double>(s->eta_scale) : 1.0;
     if (s) out.set(i, s->wi, s->weight, s->pdf);
   }
   return py::dict("wi"_a = out.direction, "weight"_a = out.value, "pdf"_a = out.pdf, "valid"_a = out.valid,
@@ -123,7 +123,7 @@ struct Receivers {
       : scene(in), points(at), normals(facing), size(count(at, 3, "receivers")) {
     require(!normals || count(*normals, 3, "normals") == size, "as many normals as receivers");
   }
-  [[nodiscard]] Receiver operator[](py::ssize_t i) const {
+  [[nodiscard]] LightSampleContext operator[](py::ssize_t i) const {
     const double* p = points.data(i, 0);
     const Vec3f point(scene.normalization.point({p[0], p[1], p[2]}));
     return {point, normals ? row(*normals, i) : Vec3f(), normals.has_value()};
@@ -160,7 +160,7 @@ py::dict eval_lights(const Scene& scene, const std::string& lights, const Array&
   Columns out(receivers.size);
   const auto scale = static_cast<float>(scene.normalization.world_radiance_scale());
   for (py::ssize_t i = 0; i < receivers.size; ++i) {
-    const Receiver receiver = receivers[i];
+    const LightSampleContext receiver = receivers[i];
     const Vec3f d = row(wi, i);
     const Optional<Interaction> it = surface(scene.closest<kAllEffects>({receiver.p, d}, 0));
     if (!it) {
@@ -189,7 +189,7 @@ py::array_t<double> direction_densities(const Scene& scene, std::uint32_t light,
   for (py::ssize_t i = 0; i < receivers.size; ++i) {
     const bool drawn = scene.lights.has_directions<kAllEffects>(light, receivers[i], 0);
     out.mutable_at(i) =
-        drawn ? scene.lights.pdf_towards<kAllEffects>(light, sampling, receivers[i], row(wi, i), 0) : -1.0F;
+        drawn ? scene.lights.pdf_direction<kAllEffects>(light, sampling, receivers[i], row(wi, i), 0) : -1.0F;
   }
   return out;
 }
@@ -206,9 +206,9 @@ py::dict sample_flights(const Scene& scene, std::size_t medium, const Array& bet
   for (py::ssize_t i = 0; i < n; ++i) {
     const Vec3f b = row(beta, i);
     const auto most = static_cast<float>(scene.normalization.length(distance.at(i)));
-    const Flight f = scene.media[medium].sample({b.x, b.y, b.z}, most, {*u.data(i, 0), *u.data(i, 1)});
+    const DistanceSample f = scene.media[medium].sample({b.x, b.y, b.z}, most, {*u.data(i, 0), *u.data(i, 1)});
     out.set(i, {}, f.weight, 0);
-    out.valid.mutable_at(i) = f.collides;
+    out.valid.mutable_at(i) = f.scattered;
     reach.mutable_at(i) = scene.normalization.world_length(static_cast<double>(f.distance));
   }
   return py::dict("weight"_a = out.value, "collides"_a = out.valid, "distance"_a = reach);

@@ -84,7 +84,7 @@ ImageEnvironmentDescription image_environment(const ArrayF& pixels, double scale
 py::dict effects_dict(const Effects& e) {
   py::dict d;
   for (const auto& [used, name] : kEffectFields)
-    if (used != &Effects::forks) d[name] = e.*used;
+    if (used != &Effects::splitting) d[name] = e.*used;
   return d;
 }
 
@@ -111,7 +111,7 @@ void put_hit(const Scene& scene, const HitTables& to, std::size_t i, const Vec3d
   put(to.p, i, &point.x, 3);
   put(to.n, i, &normal.x, 3);
   put(to.shading_normal, i, &shading_normal.x, 3);
-  const std::uint32_t shown = it ? scene.surfaces[it->shape].shown_as : kNone;
+  const std::uint32_t shown = it ? scene.surfaces[it->shape].source_shape : kNone;
   if (to.shape != nullptr) to.shape[i] = it ? static_cast<std::int64_t>(shown != kNone ? shown : it->shape) : -1;
   if (to.primitive != nullptr) to.primitive[i] = it ? static_cast<std::int64_t>(it->primitive) : -1;
   if (to.front != nullptr) to.front[i] = it && it->front;
@@ -244,7 +244,7 @@ void bind_builder(py::module_& m) {
           "shape"_a, "priority"_a)
       .def(
           "set_camera_medium", [](D& d, std::uint32_t medium) { d.camera_medium = medium; }, "medium"_a)
-      .def("cross_freely", [](D& d) { d.crossings_are_vertices = false; })
+      .def("cross_freely", [](D& d) { d.count_null_interfaces = false; })
       .def("hide_emitters", [](D& d) { d.hides_emitters = true; })
       .def(
           "add_group",

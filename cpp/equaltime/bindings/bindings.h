@@ -8,14 +8,14 @@
 
 namespace equaltime {
 
-void bind_bench(pybind11::module_& m);     // the limit ratio
-void bind_film(pybind11::module_& m);      // moments and what is made of them
-void bind_meshes(pybind11::module_& m);    // mesh files
-void bind_scene(pybind11::module_& m);     // SceneBuilder, Scene
-void bind_render(pybind11::module_& m);    // Settings, Renderer, build information
-void bind_replay(pybind11::module_& m);    // one sample, vertex by vertex
-void bind_sampling(pybind11::module_& m);  // samplers and densities, for tests
-void bind_split(pybind11::module_& m);     // where light comes from
+void bind_bench(pybind11::module_& m);      // the limit ratio
+void bind_film(pybind11::module_& m);       // moments and what is made of them
+void bind_meshes(pybind11::module_& m);     // mesh files
+void bind_scene(pybind11::module_& m);      // SceneBuilder, Scene
+void bind_render(pybind11::module_& m);     // Settings, Renderer, build information
+void bind_replay(pybind11::module_& m);     // one sample, vertex by vertex
+void bind_sampling(pybind11::module_& m);   // samplers and densities, for tests
+void bind_breakdown(pybind11::module_& m);  // where light comes from
 void bind_bsdfs(pybind11::module_& m, pybind11::class_<SceneDescription>& builder);
 void bind_sensors(pybind11::class_<SceneDescription>& builder);
 void bind_textures(pybind11::class_<SceneDescription>& builder);

@@ -12,5 +12,5 @@ PYBIND11_MODULE(_core, m) {
   equaltime::bind_render(m);
   equaltime::bind_replay(m);
   equaltime::bind_sampling(m);
-  equaltime::bind_split(m);
+  equaltime::bind_breakdown(m);
 }

@@ -10,10 +10,10 @@
 //   Description, with its parameters in fields(), and textured(), what textures may give (bsdfs/fields.h);
 //   eval, sample, and albedo(wo, front): how much is scattered in all, exact or nearly, and 0 only if nothing is.
 // A model may have
-//   discrete_share(wo, front), if it has discrete directions and others: the probability that sample takes a discrete
-//   one, which the smallest u_lobe do. Then eval leaves the discrete ones out, and its density includes this choice;
-//   derive(), which is called after textures have given parameters;
-//   simpler(description), which returns another model where the description is no more than that.
+//   delta_probability(wo, front), if it has discrete directions and others: the probability that sample takes a
+//   discrete one, which the smallest u_lobe do. Then eval leaves the discrete ones out, and its density includes this
+//   choice; derive(), which is called after textures have given parameters; simpler(description), which returns another
+//   model where the description is no more than that.
 #pragma once
 
 #include "equaltime/base/type_list.h"

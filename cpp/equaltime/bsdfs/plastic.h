@@ -74,7 +74,7 @@ struct Plastic {
     if (!(value.pdf > 0)) return std::nullopt;
     return BsdfSample{wi, value.f * (1 / value.pdf), value.pdf};
   }
-  [[nodiscard]] float discrete_share(const Vec3f& wo, bool) const noexcept { return share(interface(wo)); }
+  [[nodiscard]] float delta_probability(const Vec3f& wo, bool) const noexcept { return share(interface(wo)); }
   [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool) const noexcept {
     const float reflectance = interface(wo);
     return specular_reflectance * reflectance + body_ * ((1 - reflectance) * leaving_);

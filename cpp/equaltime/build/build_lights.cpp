@@ -38,7 +38,7 @@ SpotLight make_spot(const SpotLightDescription& s, const std::string& name, cons
   constexpr double kRadians = std::numbers::pi / 180;
   const double cutoff = s.cutoff_degrees * kRadians, beam = s.beam_degrees * kRadians;
   Spectrum intensity = normalization.intensity(s.intensity);
-  std::optional<Slide> slide;
+  std::optional<ProjectedTexture> slide;
   if (s.texture) {
     if (*s.texture >= textures.size() || std::holds_alternative<MeshAttribute>(textures[*s.texture]))
       fail_light(name, "no texture " + std::to_string(*s.texture) + " that a spot light could project");
@@ -48,8 +48,8 @@ SpotLight make_spot(const SpotLightDescription& s, const std::string& name, cons
     if (const auto color = constant(texture))
       intensity *= *color;
     else
-      slide = Slide{*s.texture, unit_direction(s.u_axis, name, "u_axis") * half,
-                    unit_direction(s.v_axis, name, "v_axis") * half, mean_over_square(texture)};
+      slide = ProjectedTexture{*s.texture, unit_direction(s.u_axis, name, "u_axis") * half,
+                               unit_direction(s.v_axis, name, "v_axis") * half, mean_over_square(texture)};
   }
   return SpotLight(Vec3f(normalization.point(s.position)), unit_direction(s.direction, name), intensity, cutoff, beam,
                    slide);
@@ -81,8 +81,8 @@ std::optional<Environment> make_environment(SceneDescription& d, const Normaliza
   if (const auto* constant = std::get_if<ConstantEnvironmentDescription>(&*d.environment))
     environment = ConstantEnvironment(normalization.radiance(constant->radiance));
   else
-    environment = ImageEnvironment(std::move(std::get<ImageEnvironmentDescription>(*d.environment)),
-                                   normalization.radiance_scale());
+    environment =
+        ImageEnvironment(std::move(std::get<ImageEnvironmentDescription>(*d.environment)), normalization.eta_scale());
   // A black environment is none: it lights nothing and calls for nothing.
   if (!(std::visit([](const auto& e) { return e.total(); }, *environment) > 0)) environment.reset();
   return environment;

@@ -87,7 +87,7 @@ void bind_texture(Material& material, const TextureBinding& b, const std::vector
 
 /// Whether a bump or normal map leaves every normal as it is: squares of one height each have no slope anywhere. The
 /// grey of 128 of 255 in maps of bytes is not quite flat: it leans by a third of a degree.
-bool is_flat(const BendDescription& b, const Texture& texture) noexcept {
+bool is_flat(const NormalMapDescription& b, const Texture& texture) noexcept {
   const auto color = constant(texture);
   if (b.bump) return b.scale == 0 || color || std::holds_alternative<Checkerboard>(texture);
   return color && 2 * color->r - 1 == 0 && 2 * color->g - 1 == 0 && 2 * color->b - 1 > 0;
@@ -102,7 +102,7 @@ void complete(std::vector<Material>& materials, std::uint32_t index) {
   if (m.kind != Material::Kind::mixture) return;
   for (std::uint32_t& part : m.parts) {
     if (part >= index) throw std::invalid_argument("BSDF " + std::to_string(index) + ": a mixture follows its parts");
-    part = folded(materials, part);
+    part = resolve_constant_blend(materials, part);
     m.textured = m.textured || materials[part].textured;
     m.anisotropic = m.anisotropic || materials[part].anisotropic;
     m.passes = m.passes || materials[part].passes;
@@ -119,13 +119,13 @@ std::vector<Material> make_materials(const SceneDescription& description, const 
     if (b.bsdf >= materials.size()) throw std::invalid_argument("no BSDF " + std::to_string(b.bsdf) + " to bind to");
     bind_texture(materials[b.bsdf], b, textures, bsdf_name(description, b.bsdf));
   }
-  for (const BendDescription& b : description.bends) {
+  for (const NormalMapDescription& b : description.bends) {
     if (b.bsdf >= materials.size()) throw std::invalid_argument("no BSDF " + std::to_string(b.bsdf) + " to bend");
     if (b.texture >= textures.size())
       throw std::invalid_argument("no texture " + std::to_string(b.texture) + " to bend by");
     if (is_flat(b, textures[b.texture])) continue;
     const auto scale = static_cast<float>(b.scale * length_scale);
-    materials[b.bsdf].bend = Bend{b.texture, b.bump, b.flip_invalid, b.shadowing, b.turned, scale};
+    materials[b.bsdf].bend = NormalMap{b.texture, b.bump, b.flip_invalid, b.shadowing, b.turned, scale};
   }
   for (std::uint32_t i = 0; i < materials.size(); ++i) complete(materials, i);
   return materials;

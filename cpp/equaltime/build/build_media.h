@@ -12,7 +12,7 @@
 
 namespace equaltime {
 
-/// The media of a description. Those of no extinction are folded into vacuum.
+/// The media of a description. Those of no extinction are resolve_constant_blend into vacuum.
 struct Media {
   std::vector<Medium> dense;
   std::vector<PhaseFunction> phases;  // of each of these, its phase function

@@ -124,10 +124,10 @@ MeshView view_of(const TriangleMesh& mesh, const Surface& surface, std::uint32_t
 
 }  // namespace
 
-std::vector<MeshView> view_meshes(const Accel& accel, const SetOfShapes& top, const std::vector<SetOfShapes>& groups,
+std::vector<MeshView> view_meshes(const Accel& accel, const ShapeRange& top, const std::vector<ShapeRange>& groups,
                                   const std::vector<std::uint32_t>& mesh_shapes, const std::vector<Surface>& surfaces) {
   std::vector<MeshView> views;
-  const auto add = [&](const SetOfShapes& set, const Geometries& all) {
+  const auto add = [&](const ShapeRange& set, const Geometries& all) {
     for (std::uint32_t i = 0; i < set.mesh_count; ++i) {
       const std::uint32_t shape = mesh_shapes[set.first_mesh + i];
       views.push_back(view_of(all.meshes[i], surfaces[shape], shape));
@@ -202,7 +202,7 @@ void deform(std::size_t index, const MeshDescription& from, const TriangleMesh& 
 }
 
 std::vector<std::optional<DeformingMesh>> deforming_meshes(const Accel& accel, const std::vector<MeshView>& views,
-                                                           const std::vector<SetOfShapes>& groups,
+                                                           const std::vector<ShapeRange>& groups,
                                                            const std::vector<Surface>& surfaces) {
   std::vector<std::optional<DeformingMesh>> all(views.size());
   bool any = false;

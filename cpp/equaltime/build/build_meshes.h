@@ -45,8 +45,8 @@ void add_attributes(std::uint32_t shape, const TriangleMesh& mesh, std::vector<A
                                                    const std::vector<std::array<double, 2>>& uvs);
 [[nodiscard]] std::vector<Point2f> float_uvs(std::size_t shape, const std::vector<std::array<double, 2>>& uvs);
 /// Views of all meshes, those of groups last; `mesh_shapes` says which shape each is.
-[[nodiscard]] std::vector<MeshView> view_meshes(const Accel& accel, const SetOfShapes& top,
-                                                const std::vector<SetOfShapes>& groups,
+[[nodiscard]] std::vector<MeshView> view_meshes(const Accel& accel, const ShapeRange& top,
+                                                const std::vector<ShapeRange>& groups,
                                                 const std::vector<std::uint32_t>& mesh_shapes,
                                                 const std::vector<Surface>& surfaces);
 
@@ -55,7 +55,7 @@ void deform(std::size_t index, const MeshDescription& from, const TriangleMesh& 
 /// One a mesh, or none at all if no mesh deforms.
 [[nodiscard]] std::vector<std::optional<DeformingMesh>> deforming_meshes(const Accel& accel,
                                                                          const std::vector<MeshView>& views,
-                                                                         const std::vector<SetOfShapes>& groups,
+                                                                         const std::vector<ShapeRange>& groups,
                                                                          const std::vector<Surface>& surfaces);
 
 /// Where instances stand, each from the space of its group to normalised space.

@@ -39,7 +39,7 @@ float index_of(const ShapesToNest& shapes, std::uint32_t material, std::size_t s
 
 /// Calls f with each shape of a set that may be closed.
 template <class F>
-void each_of(const ShapesToNest& shapes, const SetOfShapes& set, const Geometries& all, F&& f) {
+void each_of(const ShapesToNest& shapes, const ShapeRange& set, const Geometries& all, F&& f) {
   for (std::size_t i = 0; i < all.meshes.size(); ++i)
     f(ClosedShape{shapes.mesh_shapes[set.first_mesh + i], &all.meshes[i], nullptr});
   for (std::size_t i = 0; i < all.spheres.size(); ++i)
@@ -163,7 +163,7 @@ class Search {
     ClosedShape closed;
     Bounds box;
   };
-  [[nodiscard]] std::vector<Candidate> candidates(const SetOfShapes& set, const Geometries& all, bool shared) const {
+  [[nodiscard]] std::vector<Candidate> candidates(const ShapeRange& set, const Geometries& all, bool shared) const {
     std::vector<Candidate> found;
     each_of(shapes_, set, all, [&](ClosedShape closed) {
       const Surface& surface = surfaces_[closed.shape];

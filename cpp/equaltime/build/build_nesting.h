@@ -14,7 +14,7 @@ class CameraMotion;
 struct Geometries;
 struct Material;
 struct MovingInstanceGeometry;
-struct SetOfShapes;
+struct ShapeRange;
 
 /// The shapes of a scene while it is built.
 struct ShapesToNest {
@@ -24,8 +24,8 @@ struct ShapesToNest {
   const std::vector<Instance>& instances;
   const std::vector<MovingInstanceGeometry>& moving;
   const std::optional<CameraMotion>& camera_motion;
-  const SetOfShapes& top_set;
-  const std::vector<SetOfShapes>& group_sets;
+  const ShapeRange& top_set;
+  const std::vector<ShapeRange>& group_sets;
   const std::vector<std::optional<std::size_t>>& only_instances;  // of each group
   const std::vector<std::uint32_t>&mesh_shapes, &sphere_shapes;
 };

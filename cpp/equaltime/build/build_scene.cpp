@@ -46,7 +46,7 @@ class Builder {
   void add(std::size_t index, SphereDescription& sphere);
   void add(std::size_t index, CylinderDescription& cylinder);
   void add(std::size_t index, InstanceDescription& instance);
-  SetOfShapes add_set(std::vector<ShapeDescription>& shapes);
+  ShapeRange add_set(std::vector<ShapeDescription>& shapes);
   void add_groups();
   void move_group(std::size_t first_shape, std::size_t first_light);
   void add_mesh(std::size_t shape, TriangleMesh mesh);
@@ -64,7 +64,7 @@ class Builder {
   std::vector<Surface> surfaces_;
   Geometries geometries_;  // of the set being built
   std::vector<Normalization> group_spaces_;
-  std::vector<SetOfShapes> group_sets_;
+  std::vector<ShapeRange> group_sets_;
   std::vector<Geometries> groups_;
   std::vector<InstanceDescription> instances_, moving_;
   std::vector<MovingLights> moving_lights_;
@@ -82,7 +82,7 @@ std::uint32_t Builder::add_surface(const SurfaceDescription& d, bool flipped) {
     if (*bsdf >= materials_.size())
       fail(surfaces_.size(), std::string(side == 0 ? "front" : "back") + " is BSDF " + std::to_string(*bsdf) +
                                  "; expected an index below " + std::to_string(materials_.size()));
-    surface.bsdf[side] = folded(materials_, *bsdf);
+    surface.bsdf[side] = resolve_constant_blend(materials_, *bsdf);
     const Material& material = materials_[surface.bsdf[side]];
     surface.textured = surface.textured || material.textured;
     surface.tangential = surface.tangential || material.anisotropic;
@@ -215,9 +215,9 @@ void Builder::add(std::size_t index, InstanceDescription& instance) {
 }
 
 /// Adds shapes to the set being built, and returns where they are.
-SetOfShapes Builder::add_set(std::vector<ShapeDescription>& shapes) {
+ShapeRange Builder::add_set(std::vector<ShapeDescription>& shapes) {
   const auto count = [](const auto& list) { return static_cast<std::uint32_t>(list.size()); };
-  SetOfShapes set{count(mesh_shapes_), 0, count(sphere_shapes_), count(disk_shapes_), count(cylinder_shapes_)};
+  ShapeRange set{count(mesh_shapes_), 0, count(sphere_shapes_), count(disk_shapes_), count(cylinder_shapes_)};
   for (ShapeDescription& shape : shapes) std::visit([&](auto& s) { add(surfaces_.size(), s); }, shape);
   set.mesh_count = count(mesh_shapes_) - set.first_mesh;
   return set;
@@ -242,7 +242,7 @@ void Builder::move_group(std::size_t first_shape, std::size_t first_light) {
   const bool moves = owner && !owner->keys.empty(), shines = area_lights_.lights.size() > first_light;
   if (shines && !moves) fail(first_shape, "the shapes of a group cannot emit, unless its only instance moves");
   for (std::size_t i = first_shape; moves && i < surfaces_.size(); ++i)
-    surfaces_[i].shown_as = static_cast<std::uint32_t>(*only);
+    surfaces_[i].source_shape = static_cast<std::uint32_t>(*only);
   if (!shines) return;
   MovingInstanceGeometry instance = move_instances({*owner}, group_spaces_, normalization_).front();
   moving_lights_.push_back(moving_lights(area_lights_.lights, first_light, std::move(instance)));
@@ -289,7 +289,7 @@ Scene Builder::build(Intersection mode) {
   materials_ = make_materials(description_, textures_, normalization_.length(1), bsdf_tables_);
   media_ = make_media(description_.media, normalization_);
   surfaces_.reserve(description_.shapes.size());
-  const SetOfShapes top = add_set(description_.shapes);
+  const ShapeRange top = add_set(description_.shapes);
   Geometries own = std::exchange(geometries_, {});
   add_groups();
   Lights lights = make_lights();
@@ -334,7 +334,7 @@ Scene Builder::build(Intersection mode) {
           .media = std::move(media_.dense),
           .phases = std::move(media_.phases),
           .nesting = std::move(nesting),
-          .crossings_are_vertices = description_.crossings_are_vertices,
+          .count_null_interfaces = description_.count_null_interfaces,
           .hides_emitters = description_.hides_emitters,
           .lets_light_pass = lets_light_pass,
           .lights = std::move(lights),

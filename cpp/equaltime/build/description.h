@@ -54,7 +54,7 @@ struct TextureBinding {
 
 /// A texture changes the shading normal of a BSDF that is no mixture. A bump map is a height, in the author's units of
 /// length. A normal map is (n + 1) / 2 in the frame whose first axis follows u.
-struct BendDescription {
+struct NormalMapDescription {
   std::uint32_t bsdf, texture;
   bool bump = false;
   double scale = 1;          // of a height
@@ -168,7 +168,7 @@ struct SceneDescription {
   std::vector<BsdfDescription> bsdfs = {};
   std::vector<TextureDescription> textures = {};
   std::vector<TextureBinding> bindings = {};
-  std::vector<BendDescription> bends = {};
+  std::vector<NormalMapDescription> bends = {};
   std::vector<ShapeDescription> shapes = {};
   std::vector<GroupDescription> groups = {};
   std::vector<PointLightDescription> point_lights = {};
@@ -177,8 +177,8 @@ struct SceneDescription {
   std::optional<EnvironmentDescription> environment = {};
   std::vector<MediumDescription> media = {};
   std::optional<std::uint32_t> camera_medium = {};  // where the sensor stands; vacuum if not given
-  bool crossings_are_vertices = true;  // of paths: going through a surface of nothing is as long as a bounce
-  bool hides_emitters = false;         // from the camera: see transport/hidden.h
+  bool count_null_interfaces = true;  // of paths: going through a surface of nothing is as long as a bounce
+  bool hides_emitters = false;        // from the camera: see transport/hidden_emitters.h
   SensorDescription sensor = PerspectiveDescription{};
   std::vector<MotionKey> sensor_keys = {};  // stand for the sensor's to_world, and make it move
   FilmDescription film = {};

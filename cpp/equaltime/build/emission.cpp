@@ -20,7 +20,7 @@ constexpr double kDarkest = 0x1p-20;
 constexpr double kRoundings = 32;
 
 /// Where the texture of an area light is looked up for a point of it, in the space of the set that it is one of.
-TexturePlace place_of(const Scene& scene, const Geometries& all, const Emitter& emitter, const Vec3d& p) noexcept {
+TextureCoords place_of(const Scene& scene, const Geometries& all, const Emitter& emitter, const Vec3d& p) noexcept {
   const auto [shape, primitive] = emitter;
   const Surface& surface = scene.surfaces[shape];
   if (surface.kind == SurfaceKind::sphere)
@@ -99,14 +99,15 @@ void AreaLights::add_rectangle(Surface& surface, std::size_t shape, const Vec3f&
   const auto lit_by = [&](const Spectrum& mean) { return RectangleLight(corner, edge_x, edge_y, flipped, mean); };
   if (surface.emission == kNone || std::holds_alternative<MeshAttribute>(textures[surface.emission]))
     return add(surface, shape, 0, lit_by(mean_radiance(surface)));
-  const auto picture = std::make_shared<const Picture>(picture_of(textures[surface.emission], surface.radiance));
-  add(surface, shape, 0, PictureRectangle(lit_by(Spectrum(static_cast<float>(picture->mean()))), picture));
+  const auto picture =
+      std::make_shared<const ImageDistribution>(picture_of(textures[surface.emission], surface.radiance));
+  add(surface, shape, 0, TexturedRectangle(lit_by(Spectrum(static_cast<float>(picture->mean()))), picture));
 }
 
 void AreaLights::add_triangles(std::size_t shape, const TriangleMesh& mesh, Surface& surface, bool flipped) {
   if (surface.radiance.is_black()) return;
   surface.light_per_primitive = true;
-  std::vector<TriangleShine> shines;
+  std::vector<TriangleEmission> shines;
   if (surface.emission != kNone) shines = shines_of(shape, mesh, surface, flipped);
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const auto [a, b, c] = corners_of(mesh, i, flipped);
@@ -116,30 +117,30 @@ void AreaLights::add_triangles(std::size_t shape, const TriangleMesh& mesh, Surf
     }
     const TriangleLight light(a, b, c, Spectrum(static_cast<float>(shines[i].mean)));
     if (shines[i].picture)
-      add(surface, shape, i, PictureTriangle(light, shines[i].picture));
+      add(surface, shape, i, TexturedTriangle(light, shines[i].picture));
     else
       add(surface, shape, i, light);
   }
 }
 
-std::vector<TriangleShine> AreaLights::shines_of(std::size_t shape, const TriangleMesh& mesh, const Surface& surface,
-                                                 bool flipped) const {
+std::vector<TriangleEmission> AreaLights::shines_of(std::size_t shape, const TriangleMesh& mesh, const Surface& surface,
+                                                    bool flipped) const {
   const TrianglePictures pictures(textures[surface.emission], surface.radiance, mesh.triangles.size(), pictured_meshes);
   const Point2f* uvs = surface.uvs.empty() ? nullptr : surface.uvs.data();
-  std::vector<TriangleShine> shines;
+  std::vector<TriangleEmission> shines;
   double total = 0;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const auto place = [&](float u, float v) {
       return on_triangle({u, v}, static_cast<std::uint32_t>(shape), static_cast<std::uint32_t>(i), mesh.triangles[i],
                          uvs);
     };
-    const TexturePlace second = place(1, 0), third = place(0, 1);
+    const TextureCoords second = place(1, 0), third = place(0, 1);
     shines.push_back(pictures.of({place(0, 0), flipped ? third : second, flipped ? second : third},
                                  finest(corners_of(mesh, i, flipped))));
     total += shines.back().mean;
   }
   const double least = kDarkest * (total > 0 ? total / static_cast<double>(shines.size()) : 1);
-  for (TriangleShine& shine : shines) shine.mean = std::max(shine.mean, least);
+  for (TriangleEmission& shine : shines) shine.mean = std::max(shine.mean, least);
   return shines;
 }
 
@@ -159,7 +160,7 @@ Spectrum Scene::radiance_of(const LightSample& sample) const noexcept {
   const Emitter* emitter = pictured(sample);
   if (emitter == nullptr) return projected(sample);
   const Surface& surface = surfaces[emitter->shape];
-  const TexturePlace place = place_of(*this, accel.geometries(), *emitter, Vec3d(sample.target.p));
+  const TextureCoords place = place_of(*this, accel.geometries(), *emitter, Vec3d(sample.target.p));
   return surface.radiance * eval(textures[surface.emission], place);
 }
 
@@ -169,7 +170,7 @@ Spectrum Scene::radiance_of(const LightSample& sample, float time) const noexcep
   if (carrier == nullptr) return radiance_of(sample);
   const Surface& surface = surfaces[emitter->shape];
   const Vec3d local = carrier->to_world.at(static_cast<double>(time)).local_point(Vec3d(sample.target.p));
-  const TexturePlace place = place_of(*this, accel.groups()[carrier->group], *emitter, local);
+  const TextureCoords place = place_of(*this, accel.groups()[carrier->group], *emitter, local);
   return surface.radiance * eval(textures[surface.emission], place);
 }
 

@@ -8,8 +8,8 @@
 #include "equaltime/scene/lights.h"
 #include "equaltime/scene/surface.h"
 #include "equaltime/textures/texture.h"
-#include "equaltime/textures/texture_picture.h"
-#include "equaltime/textures/triangle_picture.h"
+#include "equaltime/textures/texture_distribution.h"
+#include "equaltime/textures/triangle_distribution.h"
 
 namespace equaltime {
 
@@ -34,8 +34,8 @@ struct AreaLights {
   /// One light a triangle.
   void add_triangles(std::size_t shape, const TriangleMesh& mesh, Surface& surface, bool flipped);
   /// How bright the texture of a mesh makes each triangle: none so little that it would never be picked.
-  [[nodiscard]] std::vector<TriangleShine> shines_of(std::size_t shape, const TriangleMesh& mesh,
-                                                     const Surface& surface, bool flipped) const;
+  [[nodiscard]] std::vector<TriangleEmission> shines_of(std::size_t shape, const TriangleMesh& mesh,
+                                                        const Surface& surface, bool flipped) const;
 };
 
 }  // namespace equaltime

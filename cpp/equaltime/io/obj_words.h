@@ -67,10 +67,12 @@ inline constexpr std::array kObjWords = {
 
 /// The rule for a word, in whatever case; one that tells of it if there is none.
 [[nodiscard]] inline ObjWord obj_word(std::string_view word) noexcept {
-  const auto folded = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
+  const auto resolve_constant_blend = [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  };
   const auto same = [&](const ObjWord& rule) {
     return std::equal(word.begin(), word.end(), rule.word.begin(), rule.word.end(),
-                      [&](char a, char b) { return folded(a) == b; });
+                      [&](char a, char b) { return resolve_constant_blend(a) == b; });
   };
   const auto* const found = std::find_if(kObjWords.begin(), kObjWords.end(), same);
   return found != kObjWords.end() ? *found : ObjWord{word, ObjUse::told, kUnknownWord};

@@ -86,7 +86,7 @@ Vec3f TriangleLight::point_in(const View& view, Vec3f receiver, Point2f u) const
 }
 
 float TriangleLight::pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept {
-  if (!shows_front(receiver)) return 0;
+  if (!faces(receiver)) return 0;
   if (is_near(receiver))
     if (const auto view = near_view(receiver)) return static_cast<float>(1 / view->solid_angle());
   return area_pdf(receiver, wi, point, normal_, area_);
@@ -97,7 +97,7 @@ std::optional<Vec3f> TriangleLight::met(Vec3f receiver, Vec3f wi) const noexcept
   return hit && hit->a >= 0 && hit->b >= 0 && hit->a + hit->b <= 1 ? std::optional(hit->point) : std::nullopt;
 }
 
-float TriangleLight::pdf_towards(Vec3f receiver, Vec3f wi) const noexcept {
+float TriangleLight::pdf_direction(Vec3f receiver, Vec3f wi) const noexcept {
   const auto point = met(receiver, wi);
   return point ? pdf(receiver, wi, *point) : 0.0F;
 }
@@ -109,7 +109,7 @@ EmitterBounds TriangleLight::bounds() const noexcept {
   return flat_bounds({v0, v0 + Vec3d(e1_), v0 + Vec3d(e2_)}, normal_, power());
 }
 
-TriangleLight TriangleLight::placed(const Placement& to) const noexcept {
+TriangleLight TriangleLight::placed(const AffineMap& to) const noexcept {
   const Vec3d v0(v0_);
   const Vec3f a(to.point(v0)), b(to.point(v0 + Vec3d(e1_))), c(to.point(v0 + Vec3d(e2_)));
   return to.mirrors() ? TriangleLight(a, c, b, radiance_) : TriangleLight(a, b, c, radiance_);
@@ -148,7 +148,7 @@ Vec3f RectangleLight::point_in(const View& view, Vec3f receiver, Point2f u) cons
 }
 
 float RectangleLight::pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept {
-  if (!shows_front(receiver)) return 0;
+  if (!faces(receiver)) return 0;
   if (is_near(receiver))
     if (const auto view = near_view(receiver)) return static_cast<float>(1 / view->solid_angle());
   return area_pdf(receiver, wi, point, normal_, area_);
@@ -160,7 +160,7 @@ std::optional<Vec3f> RectangleLight::met(Vec3f receiver, Vec3f wi) const noexcep
   return hit && within(hit->a) && within(hit->b) ? std::optional(hit->point) : std::nullopt;
 }
 
-float RectangleLight::pdf_towards(Vec3f receiver, Vec3f wi) const noexcept {
+float RectangleLight::pdf_direction(Vec3f receiver, Vec3f wi) const noexcept {
   const auto point = met(receiver, wi);
   return point ? pdf(receiver, wi, *point) : 0.0F;
 }
@@ -185,7 +185,7 @@ double one_minus_cos_max(double distance, double radius) noexcept {
 
 }  // namespace
 
-bool SphereLight::shows_front(Vec3f receiver, const Vec3d& to_center, double distance) const noexcept {
+bool SphereLight::faces(Vec3f receiver, const Vec3d& to_center, double distance) const noexcept {
   if (!inward_) return distance > radius_;
   // A receiver on the sphere itself sees the rest of it, on whichever side its rounding may have put it.
   const Vec3f normal(to_center / std::max(distance, radius_));
@@ -195,7 +195,7 @@ bool SphereLight::shows_front(Vec3f receiver, const Vec3d& to_center, double dis
 Optional<LightSample> SphereLight::sample(Vec3f receiver, Point2f u, float pmf) const noexcept {
   const Vec3d to_center = center_ - Vec3d(receiver);
   const double distance = length(to_center);
-  if (!shows_front(receiver, to_center, distance)) return std::nullopt;
+  if (!faces(receiver, to_center, distance)) return std::nullopt;
   Vec3d local;
   double along;  // distance to the sphere in that direction
   float pdf;
@@ -227,12 +227,12 @@ Optional<LightSample> SphereLight::sample(Vec3f receiver, Point2f u, float pmf) 
 float SphereLight::pdf(Vec3f receiver, Vec3f, Vec3f) const noexcept {
   const Vec3d to_center = center_ - Vec3d(receiver);
   const double distance = length(to_center);
-  if (!shows_front(receiver, to_center, distance)) return 0;
+  if (!faces(receiver, to_center, distance)) return 0;
   if (inward_) return kUniformSpherePdf;
   return static_cast<float>(1 / (2 * std::numbers::pi * one_minus_cos_max(distance, radius_)));
 }
 
-float SphereLight::pdf_towards(Vec3f receiver, Vec3f wi) const noexcept {
+float SphereLight::pdf_direction(Vec3f receiver, Vec3f wi) const noexcept {
   const Vec3d to_center = center_ - Vec3d(receiver), direction(wi);
   const bool met = dot(to_center, direction) > 0 && length_squared(cross(to_center, direction)) <= square(radius_);
   return inward_ || met ? pdf(receiver, wi, {}) : 0.0F;
@@ -245,7 +245,7 @@ EmitterBounds SphereLight::bounds() const noexcept {
   return {{center_ - half, center_ + half}, radius_, {}, power() * 0.25 * std::numbers::inv_pi};
 }
 
-SphereLight SphereLight::placed(const Placement& to) const noexcept {
+SphereLight SphereLight::placed(const AffineMap& to) const noexcept {
   return {to.point(center_), radius_ * length(to.columns[0]), inward_, radiance_};
 }
 
@@ -270,11 +270,11 @@ Optional<LightSample> DiskLight::sample(Vec3f receiver, Point2f u, float pmf) co
 }
 
 float DiskLight::pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept {
-  if (!shows_front(receiver)) return 0;
+  if (!faces(receiver)) return 0;
   return area_pdf(receiver, wi, point, normal_, area_);
 }
 
-float DiskLight::pdf_towards(Vec3f receiver, Vec3f wi) const noexcept {
+float DiskLight::pdf_direction(Vec3f receiver, Vec3f wi) const noexcept {
   const auto hit = plane_towards(receiver, wi, center_, axis_u_, axis_v_);
   return hit && square(hit->a) + square(hit->b) <= 1 ? pdf(receiver, wi, hit->point) : 0.0F;
 }
@@ -292,7 +292,7 @@ EmitterBounds DiskLight::bounds() const noexcept {
           power() * std::numbers::inv_pi};
 }
 
-DiskLight DiskLight::placed(const Placement& to) const noexcept {
+DiskLight DiskLight::placed(const AffineMap& to) const noexcept {
   const bool flipped = dot(cross(axis_u_, axis_v_), Vec3d(normal_)) < 0;
   return {to.point(center_), to.vector(axis_u_), to.vector(axis_v_), flipped != to.mirrors(), radiance_};
 }

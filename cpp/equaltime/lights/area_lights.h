@@ -23,7 +23,7 @@ inline constexpr float kNearSquared = 1;
 /// What a one-sided flat light sends from `point` to the receiver, which lies at `height` above its plane: more than
 /// the light's offset, since one within the plane, such as a point of the light itself, sees nothing of it.
 /// `solid_angle` is that of the view that was sampled, or 0 if the point is uniform over `area`.
-[[nodiscard]] EQUALTIME_INLINE LightSample flat_sample(const Vec3f& receiver, const SurfaceAnchor& point, float height,
+[[nodiscard]] EQUALTIME_INLINE LightSample flat_sample(const Vec3f& receiver, const OffsetPoint& point, float height,
                                                        const Spectrum& radiance, float area, float solid_angle,
                                                        float pmf) noexcept {
   const Vec3f to_light = point.p - receiver;
@@ -52,16 +52,16 @@ class TriangleLight {
     return flat_sample(receiver, {v.point, normal_, offset_}, height, radiance_, area_, v.solid_angle, pmf);
   }
   [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
-  [[nodiscard]] float pdf_towards(Vec3f receiver, Vec3f wi) const noexcept;
-  [[nodiscard]] bool shows_front(Vec3f receiver) const noexcept { return height_of(receiver) > offset_; }
+  [[nodiscard]] float pdf_direction(Vec3f receiver, Vec3f wi) const noexcept;
+  [[nodiscard]] bool faces(Vec3f receiver) const noexcept { return height_of(receiver) > offset_; }
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] EmitterBounds bounds() const noexcept;
   /// The same light, taken to where an instance puts it.
-  [[nodiscard]] TriangleLight placed(const Placement& placement) const noexcept;
+  [[nodiscard]] TriangleLight placed(const AffineMap& placement) const noexcept;
 
  private:
   template <class Flat>
-  friend class PictureLight;
+  friend class TexturedAreaLight;
   using View = SphericalTriangle;
   /// The point that a direction meets, on either side.
   [[nodiscard]] std::optional<Vec3f> met(Vec3f receiver, Vec3f wi) const noexcept;
@@ -94,14 +94,14 @@ class RectangleLight {
     return flat_sample(receiver, {v.point, normal_, offset_}, height, radiance_, area_, v.solid_angle, pmf);
   }
   [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
-  [[nodiscard]] float pdf_towards(Vec3f receiver, Vec3f wi) const noexcept;
-  [[nodiscard]] bool shows_front(Vec3f receiver) const noexcept { return height_of(receiver) > offset_; }
+  [[nodiscard]] float pdf_direction(Vec3f receiver, Vec3f wi) const noexcept;
+  [[nodiscard]] bool faces(Vec3f receiver) const noexcept { return height_of(receiver) > offset_; }
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] EmitterBounds bounds() const noexcept;
 
  private:
   template <class Flat>
-  friend class PictureLight;
+  friend class TexturedAreaLight;
   using View = SphericalRectangle;
   /// The point that a direction meets, on either side.
   [[nodiscard]] std::optional<Vec3f> met(Vec3f receiver, Vec3f wi) const noexcept;
@@ -127,19 +127,19 @@ class SphereLight {
 
   [[nodiscard]] Optional<LightSample> sample(Vec3f receiver, Point2f u, float pmf) const noexcept;
   [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
-  [[nodiscard]] float pdf_towards(Vec3f receiver, Vec3f wi) const noexcept;
-  [[nodiscard]] bool shows_front(Vec3f receiver) const noexcept {
+  [[nodiscard]] float pdf_direction(Vec3f receiver, Vec3f wi) const noexcept;
+  [[nodiscard]] bool faces(Vec3f receiver) const noexcept {
     const Vec3d to_center = center_ - Vec3d(receiver);
-    return shows_front(receiver, to_center, length(to_center));
+    return faces(receiver, to_center, length(to_center));
   }
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] EmitterBounds bounds() const noexcept;
   /// The same light, taken to where an instance puts it that scales all directions alike.
-  [[nodiscard]] SphereLight placed(const Placement& placement) const noexcept;
+  [[nodiscard]] SphereLight placed(const AffineMap& placement) const noexcept;
 
  private:
   /// Whether a receiver at that distance from the centre is on the side that radiance leaves to.
-  [[nodiscard]] bool shows_front(Vec3f receiver, const Vec3d& to_center, double distance) const noexcept;
+  [[nodiscard]] bool faces(Vec3f receiver, const Vec3d& to_center, double distance) const noexcept;
 
   Vec3d center_;
   double radius_;
@@ -155,11 +155,11 @@ class DiskLight {
 
   [[nodiscard]] Optional<LightSample> sample(Vec3f receiver, Point2f u, float pmf) const noexcept;
   [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
-  [[nodiscard]] float pdf_towards(Vec3f receiver, Vec3f wi) const noexcept;
-  [[nodiscard]] bool shows_front(Vec3f receiver) const noexcept { return height_of(receiver) > offset_; }
+  [[nodiscard]] float pdf_direction(Vec3f receiver, Vec3f wi) const noexcept;
+  [[nodiscard]] bool faces(Vec3f receiver) const noexcept { return height_of(receiver) > offset_; }
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] EmitterBounds bounds() const noexcept;
-  [[nodiscard]] DiskLight placed(const Placement& placement) const noexcept;
+  [[nodiscard]] DiskLight placed(const AffineMap& placement) const noexcept;
 
  private:
   [[nodiscard]] float height_of(const Vec3f& receiver) const noexcept {

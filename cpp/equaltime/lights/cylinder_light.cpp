@@ -53,7 +53,7 @@ float CylinderLight::pdf(Vec3f receiver, Vec3f, Vec3f point) const noexcept {
   return static_cast<float>(density(facing(from), Vec3d(point) - from, inward_ ? -out : out));
 }
 
-float CylinderLight::pdf_towards(Vec3f receiver, Vec3f wi) const noexcept {
+float CylinderLight::pdf_direction(Vec3f receiver, Vec3f wi) const noexcept {
   const Vec3d from(receiver), direction(wi), r = from - tube_.base;
   // Across the axis: where the line enters the tube its outer side faces the receiver, where it leaves, the inner one.
   const Vec3d r_across = r - tube_.axis * dot(r, tube_.axis), along = tube_.axis * dot(direction, tube_.axis);
@@ -82,7 +82,7 @@ EmitterBounds CylinderLight::bounds() const noexcept {
   return {{center - half, center + half}, elementary::hypot(0.5 * tube_.length, tube_.radius), {}, brightest};
 }
 
-CylinderLight CylinderLight::placed(const Placement& to) const noexcept {
+CylinderLight CylinderLight::placed(const AffineMap& to) const noexcept {
   const Vec3d axis = to.vector(tube_.axis);
   const double scale = length(axis);
   return {{to.point(tube_.base), axis / scale, tube_.length * scale, tube_.radius * scale}, inward_, radiance_};

@@ -18,12 +18,12 @@ class CylinderLight {
 
   [[nodiscard]] Optional<LightSample> sample(Vec3f receiver, Point2f u, float pmf) const noexcept;
   [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
-  [[nodiscard]] float pdf_towards(Vec3f receiver, Vec3f wi) const noexcept;
-  [[nodiscard]] bool shows_front(Vec3f receiver) const noexcept { return facing(Vec3d(receiver)).half > 0; }
+  [[nodiscard]] float pdf_direction(Vec3f receiver, Vec3f wi) const noexcept;
+  [[nodiscard]] bool faces(Vec3f receiver) const noexcept { return facing(Vec3d(receiver)).half > 0; }
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] EmitterBounds bounds() const noexcept;
   /// The same light, taken to where an instance puts it that scales all directions alike.
-  [[nodiscard]] CylinderLight placed(const Placement& placement) const noexcept;
+  [[nodiscard]] CylinderLight placed(const AffineMap& placement) const noexcept;
 
  private:
   /// The part of the tube whose front faces a receiver: within `half` of an angle round the axis.

@@ -16,13 +16,13 @@ constexpr double kPiD = std::numbers::pi;
 
 }  // namespace
 
-ImageEnvironment::ImageEnvironment(ImageEnvironmentDescription d, double radiance_scale)
+ImageEnvironment::ImageEnvironment(ImageEnvironmentDescription d, double eta_scale)
     : width_(d.width), rows_(std::max(d.height, 2U) - 1), texels_(std::move(d.pixels)) {
   if (d.height == 1)
     for (std::uint32_t column = 0; column < width_; ++column) texels_.push_back(Spectrum(texels_[column]));
   // The factor that brings an image of denormal radiance to 1 is no float32.
   int exponent = 0;
-  const auto mantissa = static_cast<float>(std::frexp(radiance_scale * d.scale, &exponent));
+  const auto mantissa = static_cast<float>(std::frexp(eta_scale * d.scale, &exponent));
   const double scale = std::ldexp(static_cast<double>(mantissa), exponent);
   const auto scaled = [scale](float x) { return static_cast<float>(static_cast<double>(x) * scale); };
   for (Spectrum& t : texels_) t = {scaled(t.r), scaled(t.g), scaled(t.b)};
@@ -34,7 +34,7 @@ ImageEnvironment::ImageEnvironment(ImageEnvironmentDescription d, double radianc
   cells_ = table_above(0);
 }
 
-OrderedTable2D ImageEnvironment::table_above(double floor) const {
+PiecewiseConstant2D ImageEnvironment::table_above(double floor) const {
   std::vector<double> weights(width_);
   return {rows_, [&](std::size_t i) {
             const auto row = static_cast<std::uint32_t>(i);
@@ -62,13 +62,13 @@ Spectrum ImageEnvironment::interpolated(const Cell& c) const noexcept {
   return top * (1 - c.down) + bottom * c.down;
 }
 
-float ImageEnvironment::pdf(const Cell& c, const OrderedTable2D& cells) const noexcept {
+float ImageEnvironment::pdf(const Cell& c, const PiecewiseConstant2D& cells) const noexcept {
   const double range = polar_cosine_[c.row] - polar_cosine_[c.row + 1];
   return static_cast<float>(cells.pmf(c.row, c.column) * static_cast<double>(width_) / (2 * kPiD * range));
 }
 
 EnvironmentSample ImageEnvironment::sample(Point2d u, EnvironmentSampling sampling) const noexcept {
-  const OrderedTable2D& cells = table(sampling);
+  const PiecewiseConstant2D& cells = table(sampling);
   const auto [row, column] = cells.choose(u.x, u.y);
   const double cosine = std::lerp(polar_cosine_[row.index], polar_cosine_[row.index + 1], row.rest);
   const double sine = std::sqrt(std::max(0.0, (1 - cosine) * (1 + cosine)));

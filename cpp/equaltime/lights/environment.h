@@ -11,7 +11,7 @@
 
 #include "equaltime/lights/light_types.h"
 #include "equaltime/math/transform.h"
-#include "equaltime/sampling/ordered_table_2d.h"
+#include "equaltime/sampling/piecewise_constant_2d.h"
 #include "equaltime/sampling/sampler.h"
 #include "equaltime/sampling/warps.h"
 
@@ -54,8 +54,8 @@ struct ImageEnvironmentDescription {
 
 class ImageEnvironment {
  public:
-  /// `radiance_scale` takes the user's radiance to the normalised one.
-  ImageEnvironment(ImageEnvironmentDescription description, double radiance_scale);
+  /// `eta_scale` takes the user's radiance to the normalised one.
+  ImageEnvironment(ImageEnvironmentDescription description, double eta_scale);
 
   /// To be called before a sampling is used: makes its table, once, whoever asks first. Any number of threads may.
   void prepare(EnvironmentSampling sampling) const;
@@ -65,7 +65,7 @@ class ImageEnvironment {
   [[nodiscard]] LightValue eval(Vec3f wi, EnvironmentSampling sampling) const noexcept;
   [[nodiscard]] double total() const noexcept { return cells_.total(); }
   [[nodiscard]] std::size_t memory_bytes() const noexcept {
-    const OrderedTable2D* excess = excess_->made.load(std::memory_order_acquire);
+    const PiecewiseConstant2D* excess = excess_->made.load(std::memory_order_acquire);
     return texels_.size() * sizeof(Spectrum) + polar_cosine_.size() * sizeof(double) + cells_.memory_bytes() +
            (excess ? excess->memory_bytes() : 0);
   }
@@ -80,27 +80,27 @@ class ImageEnvironment {
   }
   [[nodiscard]] Spectrum interpolated(const Cell& cell) const noexcept;
   [[nodiscard]] Cell cell_towards(Vec3f local) const noexcept;
-  [[nodiscard]] float pdf(const Cell& cell, const OrderedTable2D& cells) const noexcept;
+  [[nodiscard]] float pdf(const Cell& cell, const PiecewiseConstant2D& cells) const noexcept;
   [[nodiscard]] double solid_angle(std::uint32_t row) const noexcept {
     return (polar_cosine_[row] - polar_cosine_[row + 1]) * 2 * std::numbers::pi / static_cast<double>(width_);
   }
   /// Cells by the integral over each of its radiance less `floor`, at least 0.
-  [[nodiscard]] OrderedTable2D table_above(double floor) const;
-  [[nodiscard]] const OrderedTable2D& table(EnvironmentSampling sampling) const noexcept {
+  [[nodiscard]] PiecewiseConstant2D table_above(double floor) const;
+  [[nodiscard]] const PiecewiseConstant2D& table(EnvironmentSampling sampling) const noexcept {
     return sampling == EnvironmentSampling::plain ? cells_ : *excess_->made.load(std::memory_order_acquire);
   }
 
   /// By what exceeds the mean, for those strategies that ask for it.
   struct LazyTable {
     std::once_flag once;
-    OrderedTable2D table;
-    std::atomic<const OrderedTable2D*> made{nullptr};
+    PiecewiseConstant2D table;
+    std::atomic<const PiecewiseConstant2D*> made{nullptr};
   };
 
   std::uint32_t width_, rows_;  // rows_: of cells, one less than of texels
   std::vector<Spectrum> texels_;
   std::vector<double> polar_cosine_;  // rows_ + 1, of the texel rows
-  OrderedTable2D cells_;              // by the radiance of their corners times their solid angle
+  PiecewiseConstant2D cells_;         // by the radiance of their corners times their solid angle
   std::unique_ptr<LazyTable> excess_ = std::make_unique<LazyTable>();
   Vec3f x_axis_, y_axis_, z_axis_;  // of the map, in world space
 };

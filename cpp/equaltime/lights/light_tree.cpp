@@ -16,7 +16,7 @@ using Lanes = float __attribute__((vector_size(16)));
 Lanes twice(const std::array<float, 2>& children) noexcept {
   return Lanes{children[0], children[1], children[0], children[1]};
 }
-Lanes beside(const std::array<float, 2>& emitters, float receiver) noexcept {
+Lanes side_by_side(const std::array<float, 2>& emitters, float receiver) noexcept {
   return Lanes{emitters[0], emitters[1], receiver, receiver};
 }
 Lanes square_root(Lanes v) noexcept {
@@ -41,7 +41,8 @@ float probability(std::int64_t places) noexcept {
 /// Intensity times bounds of the cosines at emitter and receiver, over a bound of the squared distance (eq. 3 of the
 /// paper), both times the same number: instead of dividing by its own squared distance, each is multiplied by the
 /// other's, in float64, where nothing over- or underflows. 0 only if no light of the child can reach the receiver.
-EQUALTIME_INLINE std::array<double, 2> LightTree::importance(const Node& node, const Receiver& receiver) noexcept {
+EQUALTIME_INLINE std::array<double, 2> LightTree::importance(const Node& node,
+                                                             const LightSampleContext& receiver) noexcept {
   const Lanes dx = receiver.p.x - twice(node.x), dy = receiver.p.y - twice(node.y), dz = receiver.p.z - twice(node.z);
   const Lanes distance_squared = dx * dx + dy * dy + dz * dz;
   const Lanes radius = twice(node.radius), radius_squared = radius * radius;
@@ -49,14 +50,14 @@ EQUALTIME_INLINE std::array<double, 2> LightTree::importance(const Node& node, c
   const auto outside = (distance_squared > radius_squared) & (distance_squared < kInfinity);
   const Lanes one{1, 1, 1, 1};
   const Lanes inverse = one / square_root(outside ? distance_squared : one);
-  const Lanes along = beside(node.axis_x, -receiver.n.x) * dx + beside(node.axis_y, -receiver.n.y) * dy +
-                      beside(node.axis_z, -receiver.n.z) * dz;
+  const Lanes along = side_by_side(node.axis_x, -receiver.n.x) * dx + side_by_side(node.axis_y, -receiver.n.y) * dy +
+                      side_by_side(node.axis_z, -receiver.n.z) * dz;
   // Angles: w between axis or normal and the centre, less the cone's spread, less u, which the sphere subtends.
   // A cosine beyond 1 stands for no angle at all.
   const float no_bound = receiver.opaque ? 0.0F : 2.0F;
   const Lanes cos_w = along * inverse + Lanes{0, 0, no_bound, no_bound};
   const Lanes sin_w = square_root(positive(1 - cos_w * cos_w));
-  const Lanes cos_o = beside(node.cos_spread, 1), sin_o = beside(node.sin_spread, 0);
+  const Lanes cos_o = side_by_side(node.cos_spread, 1), sin_o = side_by_side(node.sin_spread, 0);
   const auto within_cone = cos_w > cos_o;
   const Lanes cos_x = within_cone ? one : cos_w * cos_o + sin_w * sin_o;
   const Lanes sin_x = within_cone ? Lanes{} : sin_w * cos_o - cos_w * sin_o;
@@ -74,7 +75,7 @@ EQUALTIME_INLINE std::array<double, 2> LightTree::importance(const Node& node, c
 
 /// How many of a node's places its left child gets: in proportion to importance, but one a light at least if there is
 /// any. The smaller share is rounded, and the larger one gets the rest: neither loses digits.
-EQUALTIME_INLINE std::int64_t LightTree::left_places(const Node& node, const Receiver& receiver,
+EQUALTIME_INLINE std::int64_t LightTree::left_places(const Node& node, const LightSampleContext& receiver,
                                                      std::int64_t places) noexcept {
   const auto [left, right] = importance(node, receiver);
   if (!(left > 0)) return right > 0 ? 0 : kDark;
@@ -87,15 +88,15 @@ EQUALTIME_INLINE std::int64_t LightTree::left_places(const Node& node, const Rec
   return left_is_less ? smaller : places - smaller;
 }
 
-bool LightTree::may_light(const Receiver& receiver) const noexcept {
+bool LightTree::may_light(const LightSampleContext& receiver) const noexcept {
   if (nodes_.empty()) return !empty();
   const auto [left, right] = importance(nodes_[0], receiver);
   return left > 0 || right > 0;
 }
 
-Optional<LightPick> LightTree::pick(const Receiver& receiver, std::int64_t place) const noexcept {
+Optional<SampledLight> LightTree::pick(const LightSampleContext& receiver, std::int64_t place) const noexcept {
   if (empty()) return std::nullopt;
-  if (nodes_.empty()) return LightPick{first_, 1};
+  if (nodes_.empty()) return SampledLight{first_, 1};
   std::int64_t places = kPlaces;
   std::uint32_t index = 0;
   for (;;) {
@@ -112,10 +113,10 @@ Optional<LightPick> LightTree::pick(const Receiver& receiver, std::int64_t place
       if (node.count[1] == 1) break;
     }
   }
-  return LightPick{index, probability(places)};
+  return SampledLight{index, probability(places)};
 }
 
-float LightTree::pmf(const Receiver& receiver, std::uint32_t light) const noexcept {
+float LightTree::pmf(const LightSampleContext& receiver, std::uint32_t light) const noexcept {
   std::uint64_t trail = trails_[light];
   if (trail == kNoTrail) return 0;
   if (nodes_.empty()) return 1;

@@ -28,11 +28,11 @@ class LightTree {
   [[nodiscard]] bool empty() const noexcept { return first_ == kNoLight; }
   /// Whether any light may reach the receiver. If not, nothing can be picked; if so, nothing may be picked all the
   /// same, because smaller clusters are bounded more tightly.
-  [[nodiscard]] bool may_light(const Receiver& receiver) const noexcept;
+  [[nodiscard]] bool may_light(const LightSampleContext& receiver) const noexcept;
   /// `place` is one of [0, kPlaces), all equally likely.
-  [[nodiscard]] Optional<LightPick> pick(const Receiver& receiver, std::int64_t place) const noexcept;
+  [[nodiscard]] Optional<SampledLight> pick(const LightSampleContext& receiver, std::int64_t place) const noexcept;
   /// Probability with which `pick` gives the light, to the last bit.
-  [[nodiscard]] float pmf(const Receiver& receiver, std::uint32_t light) const noexcept;
+  [[nodiscard]] float pmf(const LightSampleContext& receiver, std::uint32_t light) const noexcept;
   [[nodiscard]] std::size_t memory_bytes() const noexcept {
     return nodes_.size() * sizeof(Node) + trails_.size() * sizeof(trails_[0]);
   }
@@ -53,8 +53,8 @@ class LightTree {
     std::array<std::uint32_t, 2> index;           // of a node, or of a light where count is 1
     std::array<std::uint32_t, 2> count;           // lights below
   };
-  [[nodiscard]] static std::array<double, 2> importance(const Node& node, const Receiver& receiver) noexcept;
-  [[nodiscard]] static std::int64_t left_places(const Node& node, const Receiver& receiver,
+  [[nodiscard]] static std::array<double, 2> importance(const Node& node, const LightSampleContext& receiver) noexcept;
+  [[nodiscard]] static std::int64_t left_places(const Node& node, const LightSampleContext& receiver,
                                                 std::int64_t places) noexcept;
 
   std::vector<Node> nodes_;

@@ -8,14 +8,14 @@
 namespace equaltime {
 
 /// A point that gathers light. Only the light tree looks beyond the point.
-struct Receiver {
+struct LightSampleContext {
   Vec3f p;
   Vec3f n;      // unit, as shaded, on the side that the point is seen from
   bool opaque;  // light from behind n counts for nothing
 };
 
 /// One of many lights, and the probability of this choice.
-struct LightPick {
+struct SampledLight {
   std::uint32_t light;
   float pmf;
 };
@@ -25,7 +25,7 @@ struct LightSample {
   Spectrum radiance;  // arriving, before occlusion; for a point light already divided by distance²
   float pdf;          // includes the pick; for a point light the pick alone
   float distance;
-  SurfaceAnchor target;     // its normal towards the receiver
+  OffsetPoint target;       // its normal towards the receiver
   bool infinite = false;    // the light is a direction: target has no meaning
   bool delta = false;       // no other technique can find it
   std::uint32_t light = 0;  // its number, but for the environment

@@ -26,7 +26,7 @@ Optional<LightSample> SpotLight::sample(Vec3f receiver, float pmf) const noexcep
   };
 }
 
-TexturePlace SpotLight::place_on_slide(const Vec3f& wi) const noexcept {
+TextureCoords SpotLight::place_on_slide(const Vec3f& wi) const noexcept {
   const Vec3d away = -Vec3d(wi);
   const double along = dot(away, axis_);
   return {

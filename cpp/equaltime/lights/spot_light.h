@@ -13,7 +13,7 @@
 namespace equaltime {
 
 /// What a spot light projects.
-struct Slide {
+struct ProjectedTexture {
   std::uint32_t texture;
   Vec3d u, v;     // per u and v of the texture: across the axis, unit, times half the cotangent of the cutoff
   Spectrum mean;  // of the texture, roughly, and above 0
@@ -24,16 +24,16 @@ class SpotLight {
   /// `axis` is unit; `cutoff` and `beam` are half angles in radians, 0 <= beam <= cutoff <= π and 0 < cutoff;
   /// `intensity` is that of the axis, but for the slide.
   SpotLight(const Vec3f& position, const Vec3d& axis, const Spectrum& intensity, double cutoff, double beam,
-            const std::optional<Slide>& slide = {}) noexcept
+            const std::optional<ProjectedTexture>& slide = {}) noexcept
       : position_(position), axis_(axis), intensity_(intensity), cutoff_(cutoff), beam_(beam), slide_(slide) {}
 
   /// Nothing outside the cone. Without what the slide does to it.
   [[nodiscard]] Optional<LightSample> sample(Vec3f receiver, float pmf) const noexcept;
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] EmitterBounds bounds() const noexcept;
-  [[nodiscard]] const std::optional<Slide>& slide() const noexcept { return slide_; }
+  [[nodiscard]] const std::optional<ProjectedTexture>& slide() const noexcept { return slide_; }
   /// Where the slide is looked up for the light that comes from wi.
-  [[nodiscard]] TexturePlace place_on_slide(const Vec3f& wi) const noexcept;
+  [[nodiscard]] TextureCoords place_on_slide(const Vec3f& wi) const noexcept;
 
  private:
   /// The share of the axis' intensity that leaves in a direction of any length.
@@ -47,7 +47,7 @@ class SpotLight {
   Vec3d axis_;
   Spectrum intensity_;
   double cutoff_, beam_;
-  std::optional<Slide> slide_;
+  std::optional<ProjectedTexture> slide_;
 };
 
 }  // namespace equaltime

@@ -64,7 +64,7 @@ void for_corners(const Bounds& b, F&& f) noexcept {
 
 }  // namespace
 
-Placement::Placement(const Vec3d& x, const Vec3d& y, const Vec3d& z, const Vec3d& at) noexcept
+AffineMap::AffineMap(const Vec3d& x, const Vec3d& y, const Vec3d& z, const Vec3d& at) noexcept
     : columns{x, y, z}, origin(at) {
   const double inverse = 1 / dot(x, cross(y, z));
   rows[0] = cross(y, z) * inverse, rows[1] = cross(z, x) * inverse, rows[2] = cross(x, y) * inverse;
@@ -131,7 +131,7 @@ Motion Motion::between(const Space& own, const Space& world) const {
   return motion;
 }
 
-Placement Motion::placed(const Vec3d& position, const Quaternion& turn, const Vec3d& s, const Vec3d& h) const noexcept {
+AffineMap Motion::placed(const Vec3d& position, const Quaternion& turn, const Vec3d& s, const Vec3d& h) const noexcept {
   const auto& [w, x, y, z] = turn;
   const Vec3d rx{1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)};
   const Vec3d ry{2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)};
@@ -142,11 +142,11 @@ Placement Motion::placed(const Vec3d& position, const Quaternion& turn, const Ve
   return {a, b, c, position + a * pivot_.x + b * pivot_.y + c * pivot_.z};
 }
 
-Placement Motion::at(double time) const noexcept {
+AffineMap Motion::at(double time) const noexcept {
   struct Kept {
     std::uint64_t motion = 0;  // the id of none
     double time = 0;
-    Placement placement{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {}};
+    AffineMap placement{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {}};
   };
   constexpr std::size_t kKept = 16;  // instances that a ray comes near, in most scenes; four bits of a hash
   using Recent = std::array<Kept, kKept>;
@@ -158,7 +158,7 @@ Placement Motion::at(double time) const noexcept {
   return kept.placement;
 }
 
-Placement Motion::computed_at(double time) const noexcept {
+AffineMap Motion::computed_at(double time) const noexcept {
   const auto later = [](double now, const Pose& pose) { return now < pose.time; };
   const auto next =
       static_cast<std::size_t>(std::upper_bound(poses_.begin(), poses_.end(), time, later) - poses_.begin());
@@ -189,7 +189,7 @@ bool Motion::turns() const noexcept {
 
 Bounds Motion::bounds_at(const Bounds& local, double time) const noexcept {
   Bounds bounds;
-  const Placement placement = at(time);
+  const AffineMap placement = at(time);
   for_corners(local, [&](const Vec3d& p) { bounds.include(placement.point(p)); });
   return bounds;
 }
@@ -199,10 +199,10 @@ Bounds Motion::bounds_at(const Bounds& local, double time) const noexcept {
 double Motion::deviation(const Bounds& local, double begin, double end) const noexcept {
   double reach = 0;
   for_corners(local, [&](const Vec3d& p) { reach = std::max(reach, length(p + pivot_)); });
-  const Placement first = at(begin), last = at(end);
+  const AffineMap first = at(begin), last = at(end);
   const auto off_chord = [&](double time) {
     const double f = (time - begin) / (end - begin);
-    const Placement now = at(time);
+    const AffineMap now = at(time);
     double most = 0;
     for_corners(local, [&](const Vec3d& p) {
       most = std::max(most, length(now.point(p) - (first.point(p) * (1 - f) + last.point(p) * f)));

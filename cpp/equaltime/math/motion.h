@@ -13,12 +13,12 @@
 namespace equaltime {
 
 /// An affine map at one time, with its inverse.
-struct Placement {
+struct AffineMap {
   Vec3d columns[3];  // of its linear part
   Vec3d origin;      // where 0 goes
   Vec3d rows[3];     // of the linear part's inverse
 
-  Placement(const Vec3d& x, const Vec3d& y, const Vec3d& z, const Vec3d& at) noexcept;
+  AffineMap(const Vec3d& x, const Vec3d& y, const Vec3d& z, const Vec3d& at) noexcept;
 
   [[nodiscard]] Vec3d vector(const Vec3d& v) const noexcept {
     return columns[0] * v.x + columns[1] * v.y + columns[2] * v.z;
@@ -53,7 +53,7 @@ class Motion {
 
   /// Returns the placement at a time. Before the first key, the first key's placement holds; after the last key, the
   /// last one's. Each thread keeps recent placements, because all rays of a path have one time.
-  [[nodiscard]] Placement at(double time) const noexcept;
+  [[nodiscard]] AffineMap at(double time) const noexcept;
 
   /// Whether it does more than to move everything along.
   [[nodiscard]] bool turns() const noexcept;
@@ -82,8 +82,8 @@ class Motion {
   };
 
   [[nodiscard]] static Pose pose_of(const MotionKey& key, bool mirrored);
-  [[nodiscard]] Placement computed_at(double time) const noexcept;
-  [[nodiscard]] Placement placed(const Vec3d& position, const Quaternion& turn, const Vec3d& stretch,
+  [[nodiscard]] AffineMap computed_at(double time) const noexcept;
+  [[nodiscard]] AffineMap placed(const Vec3d& position, const Quaternion& turn, const Vec3d& stretch,
                                  const Vec3d& shear) const noexcept;
 
   std::uint64_t id_;  // shared by motions that are equal

@@ -10,7 +10,7 @@ namespace equaltime {
 namespace {
 
 /// exp(-sigma·t); 1 where nothing is in the way, however far that is.
-double transmitted(double sigma, double t) noexcept { return sigma > 0 ? elementary::exp(-sigma * t) : 1.0; }
+double transmittance_of(double sigma, double t) noexcept { return sigma > 0 ? elementary::exp(-sigma * t) : 1.0; }
 
 /// Where there is no end, nothing is looked for beyond: 2^30 times the scene, from where no float32 tells its light
 /// from none.
@@ -23,10 +23,10 @@ struct Colors {
 };
 
 /// The same for each colour. Most media are grey, so that equal exponentials are computed once.
-void transmitted(const Colors& sigma, double t, double (&left)[3]) noexcept {
-  left[0] = transmitted(sigma.of[0], t);
-  left[1] = sigma.of[1] == sigma.of[0] ? left[0] : transmitted(sigma.of[1], t);
-  left[2] = sigma.of[2] == sigma.of[1] ? left[1] : transmitted(sigma.of[2], t);
+void transmittance_of(const Colors& sigma, double t, double (&left)[3]) noexcept {
+  left[0] = transmittance_of(sigma.of[0], t);
+  left[1] = sigma.of[1] == sigma.of[0] ? left[0] : transmittance_of(sigma.of[1], t);
+  left[2] = sigma.of[2] == sigma.of[1] ? left[1] : transmittance_of(sigma.of[2], t);
 }
 
 Spectrum quotients(const double (&numerators)[3], double denominator) noexcept {
@@ -39,11 +39,11 @@ Spectrum quotients(const double (&numerators)[3], double denominator) noexcept {
 Spectrum Medium::transmittance(double t) const noexcept {
   const Colors sigma(sigma_t);
   double left[3];
-  transmitted(sigma, t, left);
+  transmittance_of(sigma, t, left);
   return quotients(left, 1);
 }
 
-Flight Medium::sample(const Spectrum& beta, double distance, Point2d u) const noexcept {
+DistanceSample Medium::sample(const Spectrum& beta, double distance, Point2d u) const noexcept {
   if (sigma_s.is_black()) return {distance, false, transmittance(distance)};
   const Colors sigma(sigma_t), scattering(sigma_s), weight(beta);
   const double sum = weight.of[0] + weight.of[1] + weight.of[2];
@@ -55,16 +55,16 @@ Flight Medium::sample(const Spectrum& beta, double distance, Point2d u) const no
     picked = weight.of[1] > 0 ? 1 : 0;
   const double extinction = sigma.of[picked];
   const double drawn = extinction > 0 ? -elementary::log1p(-u.x) / extinction : std::numeric_limits<double>::infinity();
-  const bool collides = drawn < distance;
-  const double t = collides ? drawn : distance;
-  if (collides && t > kFarthest) return {0, true, {}};
+  const bool scattered = drawn < distance;
+  const double t = scattered ? drawn : distance;
+  if (scattered && t > kFarthest) return {0, true, {}};
   double left[3], values[3], density = 0;
-  transmitted(sigma, t, left);
+  transmittance_of(sigma, t, left);
   for (int c = 0; c < 3; ++c) {
-    density += weight.of[c] / sum * (collides ? sigma.of[c] * left[c] : left[c]);
-    values[c] = collides ? scattering.of[c] * left[c] : left[c];
+    density += weight.of[c] / sum * (scattered ? sigma.of[c] * left[c] : left[c]);
+    values[c] = scattered ? scattering.of[c] * left[c] : left[c];
   }
-  return {t, collides, quotients(values, density)};
+  return {t, scattered, quotients(values, density)};
 }
 
 }  // namespace equaltime

@@ -9,9 +9,9 @@
 namespace equaltime {
 
 /// How far a ray comes in a medium, and what its throughput is multiplied by.
-struct Flight {
+struct DistanceSample {
   double distance;
-  bool collides;  // with a particle, before the surface
+  bool scattered;  // with a particle, before the surface
   Spectrum weight;
 };
 
@@ -23,10 +23,10 @@ struct Medium {
   [[nodiscard]] Spectrum transmittance(double distance) const noexcept;
 
   /// The flight of a ray of throughput `beta`, which is not black, to a surface at `distance`, or infinitely far. Where
-  /// it collides is drawn for one colour, picked by what is left of it, and weighted by the mean density of all
+  /// it scattered is drawn for one colour, picked by what is left of it, and weighted by the mean density of all
   /// colours so picked (the balance heuristic): the sum of the throughput's colours never grows. A medium that only
   /// absorbs is not sampled: the light is weakened.
-  [[nodiscard]] Flight sample(const Spectrum& beta, double distance, Point2d u) const noexcept;
+  [[nodiscard]] DistanceSample sample(const Spectrum& beta, double distance, Point2d u) const noexcept;
 };
 
 }  // namespace equaltime

@@ -10,7 +10,7 @@ namespace {
 /// Counts as RayCounter does, and holds faults of Embree back.
 class CheckedCounter : public PathObserver {
  public:
-  using Guard = HeldExceptions;
+  using Guard = ScopedFpEnvironment;
 
   explicit CheckedCounter(RayCounter& counter) noexcept : counter_(counter) {}
 
@@ -27,7 +27,7 @@ class CheckedCounter : public PathObserver {
 
 void render_checked(const BlockTask& task, Traps traps, Film& film, RayCounter& counter,
                     SampleLog<NonFinite>& nonfinite, SampleLog<FaultySample>& faulty) {
-  const HeldExceptions held;  // so that this thread's own settings come back
+  const ScopedFpEnvironment held;  // so that this thread's own settings come back
   CheckedCounter checked(counter);
   const auto sample = [&](std::uint32_t x, std::uint32_t y, std::uint64_t index) {
     std::feclearexcept(kFaults);

@@ -20,7 +20,7 @@ constexpr std::uint64_t kPassPaths = 4096;
 
 /// A copy of a block of the film and of its ray counts, to be put back where a path is given up or an exception ends
 /// the block.
-class BlockBefore {
+class BlockSnapshot {
  public:
   void keep(const PixelBlock& block, Film& film, SecondNets& second, const std::uint64_t* rays) {
     moments_.clear(), rays_.clear();
@@ -57,7 +57,7 @@ class BlockBefore {
 };
 
 /// What a strategy calls for, whatever the scene.
-Effects effects_of(const Settings& settings) noexcept { return {.forks = settings.roulette == Roulette::efficiency}; }
+Effects effects_of(const Settings& settings) noexcept { return {.splitting = settings.roulette == Roulette::efficiency}; }
 
 /// Replicates are nets of their own, or the halves of one.
 Sharing sharing(const RenderOptions& options) noexcept {
@@ -118,7 +118,7 @@ bool Renderer::advance_until(std::uint64_t samples, const StopWhen& when) {
   while (at_.done < samples) {
     if (at_.target <= at_.done) at_.target = std::min(samples, at_.done + pass);
     run_pass(stop);
-    const bool complete = at_.next_block == blocks_.size() && again_.empty();
+    const bool complete = at_.next_block == blocks_.size() && cancelled_blocks_.empty();
     if (complete) {
       at_.done = at_.target;
       at_.next_block = 0;
@@ -164,7 +164,7 @@ bool Renderer::has_samples(const PixelBlock& block, std::uint64_t average) const
   return true;
 }
 
-void Renderer::adapt(std::uint64_t pilot, std::vector<float> rates) {
+void Renderer::set_sample_rates(std::uint64_t pilot, std::vector<float> rates) {
   if (rates.size() != std::size_t{film_.width()} * film_.height()) throw std::invalid_argument("a rate for each pixel");
   if (at_.done != 0 && (at_.done != pilot || at_.next_block != 0))
     throw std::invalid_argument("the pixels do not have the pilot's samples");
@@ -185,14 +185,14 @@ void Renderer::limit_to(const PixelBlock& window) {
   blocks_ = std::move(inside);
   schedule_ = {};
   at_ = {};
-  again_.clear();
+  cancelled_blocks_.clear();
   counters_ = {};
   nonfinite_ = {};
   faulty_ = {};
   std::fill(pixel_rays_.begin(), pixel_rays_.end(), 0);
 }
 
-void Renderer::take_up(const Counters& so_far, const Position& position) {
+void Renderer::resume(const Counters& so_far, const Position& position) {
   std::vector<std::size_t> again;
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     if (i < position.next_block && has_samples(blocks_[i], position.target)) continue;
@@ -200,7 +200,7 @@ void Renderer::take_up(const Counters& so_far, const Position& position) {
       throw std::invalid_argument("the pixels have other sample counts than its passes leave");
     if (i < position.next_block) again.push_back(i);
   }
-  again_ = std::move(again);
+  cancelled_blocks_ = std::move(again);
   at_ = position;
   counters_ = so_far;
   taken_up_ = true;
@@ -233,7 +233,7 @@ class Renderer::Worker {
       nonfinite_.shrink(logged);
       faulty_.shrink(faults_logged);
       const std::lock_guard lock(merge_);
-      renderer_.again_.push_back(block);
+      renderer_.cancelled_blocks_.push_back(block);
     };
     try {
       before_.keep(task.block, renderer_.film_, renderer_.second_, task.pixel_rays);
@@ -256,7 +256,7 @@ class Renderer::Worker {
   Renderer& renderer_;
   std::mutex& merge_;
   RayCounter counter_;
-  BlockBefore before_;
+  BlockSnapshot before_;
   SampleLog<NonFinite> nonfinite_;
   SampleLog<FaultySample> faulty_;
 };
@@ -276,8 +276,9 @@ BlockTask Renderer::task(std::size_t block) noexcept {
 
 void Renderer::run_pass(Stop& stop) {
   std::vector<std::size_t> unfinished;
-  unfinished.reserve(again_.size() + blocks_.size() - at_.next_block);  // a block that fails must not need memory
-  const std::vector<std::size_t> again = std::exchange(again_, std::move(unfinished));
+  unfinished.reserve(cancelled_blocks_.size() + blocks_.size() -
+                     at_.next_block);  // a block that fails must not need memory
+  const std::vector<std::size_t> again = std::exchange(cancelled_blocks_, std::move(unfinished));
   const std::size_t tasks = again.size() + blocks_.size() - at_.next_block;
   std::mutex merge;
   const std::size_t begun = run_blocks(tasks, threads_, stop, [&] {
@@ -285,8 +286,8 @@ void Renderer::run_pass(Stop& stop) {
       worker->add_samples(n < again.size() ? again[n] : at_.next_block + n - again.size());
     };
   });
-  for (std::size_t n = begun; n < again.size(); ++n) again_.push_back(again[n]);
-  std::sort(again_.begin(), again_.end());
+  for (std::size_t n = begun; n < again.size(); ++n) cancelled_blocks_.push_back(again[n]);
+  std::sort(cancelled_blocks_.begin(), cancelled_blocks_.end());
   at_.next_block += begun - std::min(begun, again.size());
 }
 

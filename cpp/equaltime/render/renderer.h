@@ -56,17 +56,17 @@ class Renderer {
   [[nodiscard]] const Position& position() const noexcept { return at_; }
 
   /// From here on, samples are averages: each pixel's own number grows at its rate. Call when every pixel has `pilot`
-  /// samples, or before `take_up`. Throws std::invalid_argument if some have others, or for rates that cannot be.
-  void adapt(std::uint64_t pilot, std::vector<float> rates);
+  /// samples, or before `resume`. Throws std::invalid_argument if some have others, or for rates that cannot be.
+  void set_sample_rates(std::uint64_t pilot, std::vector<float> rates);
 
   /// From here on, only the blocks in a window of the film are rendered, from the start: other processes render the
-  /// rest. The moments there must be those of no samples, or be put there before `take_up`. Throws
+  /// rest. The moments there must be those of no samples, or be put there before `resume`. Throws
   /// std::invalid_argument if the window does not consist of whole blocks.
   void limit_to(const PixelBlock& window);
 
   /// Takes up an earlier render whose moments were put into the film. Throws std::invalid_argument if the pixels'
   /// counts are not what passes of this renderer leave there.
-  void take_up(const Counters& so_far, const Position& position);
+  void resume(const Counters& so_far, const Position& position);
 
   /// With the roulette that a pilot decided on, and what it goes by: learnt when they are first needed.
   [[nodiscard]] const Settings& settings();
@@ -114,7 +114,7 @@ class Renderer {
   Counters counters_;
   SampleLog<NonFinite> nonfinite_;
   SampleLog<FaultySample> faulty_;
-  std::vector<std::size_t> again_;  // blocks before the next that were given up, in ascending order
+  std::vector<std::size_t> cancelled_blocks_;  // blocks before the next that were given up, in ascending order
 };
 
 }  // namespace equaltime

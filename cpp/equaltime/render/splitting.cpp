@@ -102,7 +102,7 @@ class Blocks {
       }
     return smooth;
   }
-  [[nodiscard]] Efficiency with(std::vector<std::uint32_t> log2_copies) const {
+  [[nodiscard]] SplittingMap with(std::vector<std::uint32_t> log2_copies) const {
     return {side_, wide_, std::move(log2_copies)};
   }
 
@@ -137,7 +137,7 @@ std::vector<std::uint32_t> worthwhile_copies(const std::vector<Seen>& blocks, co
     }
     for (std::size_t i = 0; i < blocks.size(); ++i) {
       const double worth = of_copy[i] > 0 ? std::sqrt(of_copy[i] / blocks[i].rays_copy * rays / variance) : 1.0;
-      copies[i] = std::clamp(worth, 1.0, static_cast<double>(1U << Efficiency::kMostLog2));
+      copies[i] = std::clamp(worth, 1.0, static_cast<double>(1U << SplittingMap::kMostLog2));
     }
   }
   std::vector<std::uint32_t> log2_copies;
@@ -151,7 +151,7 @@ std::vector<std::uint32_t> worthwhile_copies(const std::vector<Seen>& blocks, co
 struct Judged {
   double variance = 0, saved = 0, least = 0, rays = 0, rays_split = 0;
 
-  void add(const PilotPixel& p, const Efficiency& efficiency) noexcept {
+  void add(const PilotPixel& p, const SplittingMap& efficiency) noexcept {
     const Seen s(p);
     const double copies = 1U << efficiency.log2_copies(p.x, p.y);
     variance += s.variance, saved += s.own * (1 - 1 / copies);
@@ -175,12 +175,12 @@ struct Parts {
     bound(pixels);
   }
   /// Copies by all parts but one; by all if that is none of them.
-  [[nodiscard]] Efficiency fitted(const FilmDescription& film, std::size_t left_out) const {
+  [[nodiscard]] SplittingMap fitted(const FilmDescription& film, std::size_t left_out) const {
     Seen image;
     Blocks blocks(film, pixels.size());
     for (std::size_t i = 0; i < pixels.size(); ++i)
       if (part[i] != left_out) image.add(Seen(pixels[i])), blocks.add(pixels[i]);
-    if (!(image.pixels > 0)) return Efficiency::uniform(0);
+    if (!(image.pixels > 0)) return SplittingMap::uniform(0);
     return blocks.with(worthwhile_copies(blocks.smoothed(image), image));
   }
 };
@@ -195,7 +195,7 @@ Splitting learn_splitting(const Scene& scene, const Settings& settings, unsigned
   if (parts.pixels.empty()) return splitting;
   Judged judged;
   for (std::size_t own = 0; own < kParts; ++own) {
-    const Efficiency by_others = parts.fitted(scene.film, own);
+    const SplittingMap by_others = parts.fitted(scene.film, own);
     for (std::size_t i = 0; i < parts.pixels.size(); ++i)
       if (parts.part[i] == own) judged.add(parts.pixels[i], by_others);
   }
@@ -219,15 +219,15 @@ RouletteDecision decide_roulette(const Scene& scene, const Settings& settings, u
   RouletteDecision decision;
   decision.roulette = settings.roulette == Roulette::automatic ? Roulette::throughput : settings.roulette;
   const bool fixed = settings.roulette != Roulette::automatic;
-  const bool can_pay =
-      !is_uncommon(settings.technique) && std::uint64_t{scene.film.width} * scene.film.height >= kLeastFilmPixels;
+  const bool can_pay = !uses_one_direction(settings.technique) &&
+                       std::uint64_t{scene.film.width} * scene.film.height >= kLeastFilmPixels;
   if (!is_undecided(settings) || !(fixed || can_pay)) return decision;
   Splitting found = learn_splitting(scene, settings, threads, stop);
   decision.log_ratio = found.log_ratio, decision.rays = found.rays, decision.shadow_rays = found.shadow_rays;
   const double more = settings.sampler == SamplerKind::lattice ? kForkingRay * kLattice : kForkingRay;
   if (!fixed && found.log_ratio + elementary::log(more) >= 0) return decision;
   decision.roulette = Roulette::efficiency;
-  decision.efficiency = std::make_shared<const Efficiency>(std::move(found.efficiency));
+  decision.efficiency = std::make_shared<const SplittingMap>(std::move(found.efficiency));
   return decision;
 }
 

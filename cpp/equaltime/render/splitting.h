@@ -10,8 +10,8 @@
 #include <optional>
 
 #include "equaltime/base/stop.h"
-#include "equaltime/transport/efficiency.h"
 #include "equaltime/transport/settings.h"
+#include "equaltime/transport/splitting_map.h"
 
 namespace equaltime {
 
@@ -19,7 +19,7 @@ struct Scene;
 
 /// What a pilot says of splitting.
 struct Splitting {
-  Efficiency efficiency = Efficiency::uniform(0);
+  SplittingMap efficiency = SplittingMap::uniform(0);
   /// Logarithm of variance × rays with these copies over that without, every part of the pilot judging copies that the
   /// other parts chose; 0 where the pilot says nothing.
   double log_ratio = 0;
@@ -31,10 +31,10 @@ struct Splitting {
 
 /// The roulette of a render.
 struct RouletteDecision {
-  Roulette roulette = Roulette::throughput;      // never automatic
-  std::shared_ptr<const Efficiency> efficiency;  // null unless it is that of efficiency
-  std::optional<double> log_ratio;               // as in Splitting; none without a pilot
-  std::uint64_t rays = 0, shadow_rays = 0;       // of the pilot
+  Roulette roulette = Roulette::throughput;        // never automatic
+  std::shared_ptr<const SplittingMap> efficiency;  // null unless it is that of efficiency
+  std::optional<double> log_ratio;                 // as in Splitting; none without a pilot
+  std::uint64_t rays = 0, shadow_rays = 0;         // of the pilot
 
   /// The settings with this roulette. They point to `efficiency`, which must outlive them.
   [[nodiscard]] Settings applied(Settings settings) const noexcept;

@@ -7,8 +7,8 @@
 
 #include "equaltime/base/effects.h"
 #include "equaltime/base/run_blocks.h"
-#include "equaltime/transport/efficiency.h"
 #include "equaltime/transport/sample_pixel.h"
+#include "equaltime/transport/splitting_map.h"
 
 namespace equaltime {
 
@@ -154,7 +154,7 @@ Rgb mean_of_others(const std::vector<RawPixel>& square_of_pixels, const RawPixel
 
 SplittingPilot render_splitting_pilot(const Scene& scene, const Settings& given, unsigned threads, Stop& stop) {
   scene.lights.prepare(given.lights, given.environment);
-  const Efficiency copies = Efficiency::uniform(SplittingPilot::kLog2Copies);
+  const SplittingMap copies = SplittingMap::uniform(SplittingPilot::kLog2Copies);
   Settings plain = given, split = given;
   plain.roulette = split.roulette = Roulette::efficiency;
   plain.efficiency = nullptr, split.efficiency = &copies;

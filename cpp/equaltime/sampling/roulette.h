@@ -35,13 +35,13 @@ template <class Albedo>
 
 /// From this depth on, a path without a limit of depth is ended at random even where nothing is lost: glass holds light
 /// by total reflection for ever.
-inline constexpr int kEndlessDepth = 1024;
+inline constexpr int kLongPathDepth = 1024;
 
-/// Probability of going on from a depth n of kEndlessDepth or more, beside the rule's: (n / (n + 1))², so that a path
+/// Probability of going on from a depth n of kLongPathDepth or more, beside the rule's: (n / (n + 1))², so that a path
 /// gets to a depth d with (1024 / d)². It ends with probability 1, after 1024 more segments on average. Weights grow
 /// as d², which any loss makes up for: the variance stays finite for every albedo below 1, as it would not by a
 /// constant.
-[[nodiscard]] constexpr float survival_of_endless(int depth) noexcept {
+[[nodiscard]] constexpr float long_path_survival(int depth) noexcept {
   const float n = static_cast<float>(depth), share = n / (n + 1);
   return share * share;
 }

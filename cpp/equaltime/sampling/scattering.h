@@ -14,10 +14,10 @@ struct BsdfValue {
 
 struct BsdfSample {
   Vec3f wi;
-  Spectrum weight;              // f·|cosθi| / pdf
-  float pdf = 0;                // meaningless if delta
-  bool delta = false;           // drawn from a discrete set: no other technique can find it
-  float radiance_scale = 1.0F;  // the part of weight that is refraction's compression of radiance, for roulette
+  Spectrum weight;         // f·|cosθi| / pdf
+  float pdf = 0;           // meaningless if delta
+  bool delta = false;      // drawn from a discrete set: no other technique can find it
+  float eta_scale = 1.0F;  // the part of weight that is refraction's compression of radiance, for roulette
 };
 
 }  // namespace equaltime

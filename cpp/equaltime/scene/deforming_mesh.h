@@ -28,8 +28,9 @@ struct DeformingMesh {
 
 /// Where a ray meets a triangle at a time. `mesh` is the view of the same mesh at time 0.
 template <Effects E>
-[[nodiscard]] detail::Met meet_deforming(const DeformingMesh& deforming, const MeshView& mesh, const RayD& ray,
-                                         std::uint32_t primitive, float time) noexcept {
+[[nodiscard]] detail::SurfacePoint recompute_deforming_hit(const DeformingMesh& deforming, const MeshView& mesh,
+                                                           const RayD& ray, std::uint32_t primitive,
+                                                           float time) noexcept {
   const std::array<Vec3f, 3> corners = deforming.corners(primitive, time);
   const TrianglePlane plane = deforming.plane(primitive, time);
   std::array<Vec3f, 3> normals;
@@ -46,9 +47,9 @@ template <Effects E>
     normals = deforming.normals_of(primitive, time);
     now.normals = normals.data();
   }
-  detail::Met met = detail::meet<E>(now, ray, 0);
-  met.primitive = primitive;
-  return met;
+  detail::SurfacePoint point = detail::recompute_hit<E>(now, ray, 0);
+  point.primitive = primitive;
+  return point;
 }
 
 }  // namespace equaltime

@@ -38,7 +38,7 @@ Instance::Instance(const InstanceGeometry& geometry) noexcept
 }
 
 /// What float64 leaves of the same terms, eight of its units each, beside the rounding of the ray to float32.
-Instance::Instance(std::uint32_t group, const Placement& now) noexcept
+Instance::Instance(std::uint32_t group, const AffineMap& now) noexcept
     : group_(group),
       columns_{now.columns[0], now.columns[1], now.columns[2]},
       origin_(now.origin),
@@ -76,22 +76,22 @@ Bounds Instance::placed(const Bounds& local) const noexcept {
   return {center - reach, center + reach};
 }
 
-detail::Met Instance::placed(const detail::Met& local) const noexcept {
+detail::SurfacePoint Instance::placed(const detail::SurfacePoint& local) const noexcept {
   const auto to_world = [&](const Vec3d& v) { return columns_[0] * v.x + columns_[1] * v.y + columns_[2] * v.z; };
   // Normals go by the transposed inverse: its columns are rows_.
   const auto normal = [&](const Vec3d& v) { return rows_[0] * v.x + rows_[1] * v.y + rows_[2] * v.z; };
-  detail::Met met = local;
-  met.p = origin_ + to_world(local.p);
+  detail::SurfacePoint point = local;
+  point.p = origin_ + to_world(local.p);
   const Vec3d n = normal(local.n);
   const double stretch = length(n);  // local distances from the plane are as many times as large
-  met.n = n / stretch;
-  const Vec3d off = combined(doubt_, abs(met.p) + abs(origin_));
+  point.n = n / stretch;
+  const Vec3d off = combined(doubt_, abs(point.p) + abs(origin_));
   const double local_offset = static_cast<double>(local.offset) + dot(abs(local.n), off);
-  met.offset =
-      static_cast<float>(local_offset / stretch * (1 + 4 * kRounding)) + point_offset(Vec3f(met.p), Vec3f(met.n));
-  met.shading_normal = local.smooth ? Vec3f(normalize(normal(Vec3d(local.shading_normal)))) : Vec3f(met.n);
-  met.tangent = Vec3f(to_world(Vec3d(local.tangent)));
-  return met;
+  point.offset =
+      static_cast<float>(local_offset / stretch * (1 + 4 * kRounding)) + point_offset(Vec3f(point.p), Vec3f(point.n));
+  point.shading_normal = local.smooth ? Vec3f(normalize(normal(Vec3d(local.shading_normal)))) : Vec3f(point.n);
+  point.tangent = Vec3f(to_world(Vec3d(local.tangent)));
+  return point;
 }
 
 }  // namespace equaltime

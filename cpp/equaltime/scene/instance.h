@@ -8,7 +8,7 @@
 namespace equaltime {
 
 /// Where the primitives of one set of geometries stand in the scene's lists.
-struct SetOfShapes {
+struct ShapeRange {
   std::uint32_t first_mesh = 0, mesh_count = 0;
   std::uint32_t first_sphere = 0, first_disk = 0, first_cylinder = 0;
 };
@@ -18,7 +18,7 @@ class Instance {
   /// `to_world` as Accel has it: three columns, and where the group's origin goes; its determinant is not 0.
   explicit Instance(const InstanceGeometry& geometry) noexcept;
   /// One that moves, where it is now: the ray that Embree gets was transformed in float64 and then rounded.
-  Instance(std::uint32_t group, const Placement& now) noexcept;
+  Instance(std::uint32_t group, const AffineMap& now) noexcept;
 
   [[nodiscard]] std::uint32_t group() const noexcept { return group_; }
   [[nodiscard]] RayD to_local(const RayD& ray) const noexcept;
@@ -30,7 +30,7 @@ class Instance {
   /// The box around a box of the group's space.
   [[nodiscard]] Bounds placed(const Bounds& local) const noexcept;
   /// What was met in the group's space, in the scene's.
-  [[nodiscard]] detail::Met placed(const detail::Met& local) const noexcept;
+  [[nodiscard]] detail::SurfacePoint placed(const detail::SurfacePoint& local) const noexcept;
 
  private:
   std::uint32_t group_;

@@ -52,7 +52,7 @@ bool Lights::any_projects() const noexcept {
   });
 }
 
-Optional<LightSample> Lights::sample_delta(const LightPick& pick, Vec3f receiver) const noexcept {
+Optional<LightSample> Lights::sample_delta(const SampledLight& pick, Vec3f receiver) const noexcept {
   const DeltaLight& light = deltas_[pick.light - deltas_begin_];
   if (const auto* directional = std::get_if<DirectionalLight>(&light)) return directional->sample(pick.pmf);
   if (const auto* spot = std::get_if<SpotLight>(&light)) return spot->sample(receiver, pick.pmf);
@@ -90,7 +90,7 @@ void Lights::prepare(LightSelection selection, EnvironmentSampling environment) 
 // What is infinitely far away stands beside the tree: it gets half of all picks, or every one where no other light may
 // reach the receiver. By its power it would get all but none of them indoors, or leave none to a lamp under the sky.
 
-Optional<LightPick> Lights::pick_by_tree(const Receiver& receiver, std::uint64_t bits) const noexcept {
+Optional<SampledLight> Lights::pick_by_tree(const LightSampleContext& receiver, std::uint64_t bits) const noexcept {
   constexpr int kSpare = 64 - LightTree::kPlaceBits;
   if (distant_.empty()) return tree().pick(receiver, static_cast<std::int64_t>(bits >> kSpare));
   const bool may_be_near = tree().may_light(receiver);
@@ -101,10 +101,10 @@ Optional<LightPick> Lights::pick_by_tree(const Receiver& receiver, std::uint64_t
     return pick;
   }
   const std::uint32_t i = distant_.sample(may_be_near ? bits << 1 : bits);
-  return LightPick{distant_begin_ + i, half * distant_.pmf(i)};
+  return SampledLight{distant_begin_ + i, half * distant_.pmf(i)};
 }
 
-float Lights::tree_pmf(std::uint32_t light, const Receiver& receiver) const noexcept {
+float Lights::tree_pmf(std::uint32_t light, const LightSampleContext& receiver) const noexcept {
   if (size_ == 1) return 1;
   if (light >= distant_begin_) return (tree().may_light(receiver) ? 0.5F : 1.0F) * distant_.pmf(light - distant_begin_);
   return (distant_.empty() ? 1.0F : 0.5F) * tree().pmf(receiver, light);

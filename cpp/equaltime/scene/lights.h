@@ -39,8 +39,8 @@ template <Effects E, class F>
     if (const auto* cylinder = std::get_if<CylinderLight>(&light)) return f(*cylinder);
   }
   if constexpr (E.textures) {
-    if (const auto* picture = std::get_if<PictureRectangle>(&light)) return f(*picture);
-    if (const auto* picture = std::get_if<PictureTriangle>(&light)) return f(*picture);
+    if (const auto* picture = std::get_if<TexturedRectangle>(&light)) return f(*picture);
+    if (const auto* picture = std::get_if<TexturedTriangle>(&light)) return f(*picture);
   }
   if (const auto* rectangle = std::get_if<RectangleLight>(&light)) return f(*rectangle);
   return f(*std::get_if<TriangleLight>(&light));
@@ -83,40 +83,41 @@ class Lights {
   /// pick. Nothing if that light shows the receiver no front, which is a sample of value 0.
   template <Effects E>
   [[nodiscard]] EQUALTIME_INLINE Optional<LightSample> sample(LightSelection selection, EnvironmentSampling environment,
-                                                              const Receiver& receiver, const Sampler& sampler,
-                                                              std::uint32_t bounce, Point2f u,
+                                                              const LightSampleContext& receiver,
+                                                              const Sampler& sampler, std::uint32_t bounce, Point2f u,
                                                               float time) const noexcept {
     const auto picked = pick(selection, receiver, sampler, bounce);
     return picked ? sample<E>(*picked, environment, receiver, sampler, bounce, u, time) : std::nullopt;
   }
   /// The two steps of it. Nothing is picked where no light may reach the receiver.
-  [[nodiscard]] EQUALTIME_INLINE Optional<LightPick> pick(LightSelection selection, const Receiver& receiver,
-                                                          const Sampler& sampler, std::uint32_t bounce) const noexcept;
+  [[nodiscard]] EQUALTIME_INLINE Optional<SampledLight> pick(LightSelection selection,
+                                                             const LightSampleContext& receiver, const Sampler& sampler,
+                                                             std::uint32_t bounce) const noexcept;
   template <Effects E>
-  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample> sample(LightPick pick, EnvironmentSampling environment,
-                                                              const Receiver& receiver, const Sampler& sampler,
-                                                              std::uint32_t bounce, Point2f u,
+  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample> sample(SampledLight pick, EnvironmentSampling environment,
+                                                              const LightSampleContext& receiver,
+                                                              const Sampler& sampler, std::uint32_t bounce, Point2f u,
                                                               float time) const noexcept;
 
   /// Whether the light can be sampled as directions: it is no point, and shows the receiver its front.
   template <Effects E>
-  [[nodiscard]] bool has_directions(std::uint32_t light, const Receiver& receiver, float time) const noexcept;
+  [[nodiscard]] bool has_directions(std::uint32_t light, const LightSampleContext& receiver, float time) const noexcept;
   /// Density of those directions at wi, whatever stands before the light; no pick is in it.
   template <Effects E>
-  [[nodiscard]] float pdf_towards(std::uint32_t light, EnvironmentSampling environment, const Receiver& receiver,
-                                  Vec3f wi, float time) const noexcept;
+  [[nodiscard]] float pdf_direction(std::uint32_t light, EnvironmentSampling environment,
+                                    const LightSampleContext& receiver, Vec3f wi, float time) const noexcept;
 
   /// Density with which `sample` draws direction wi by the given area light, whose surface wi meets at `point`.
   template <Effects E>
-  [[nodiscard]] float area_pdf(LightSelection selection, std::uint32_t light, const Receiver& receiver, Vec3f wi,
-                               Vec3f point, float time) const noexcept {
+  [[nodiscard]] float area_pdf(LightSelection selection, std::uint32_t light, const LightSampleContext& receiver,
+                               Vec3f wi, Vec3f point, float time) const noexcept {
     return pick_pmf(selection, light, receiver) *
            visit_at<E>(light, time, [&](const auto& l) noexcept { return l.pdf(receiver.p, wi, point); });
   }
 
   /// The environment towards wi, with the density (pick included) of `sample`. Call only with an environment.
   [[nodiscard]] LightValue environment_towards(LightSelection selection, EnvironmentSampling sampling,
-                                               const Receiver& receiver, Vec3f wi) const noexcept {
+                                               const LightSampleContext& receiver, Vec3f wi) const noexcept {
     LightValue value = std::visit([&](const auto& e) noexcept { return e.eval(wi, sampling); }, *environment_);
     value.pdf *= pick_pmf(selection, size_ - 1, receiver);
     return value;
@@ -138,16 +139,17 @@ class Lights {
       }
     return visit<E>(area_[light], f);
   }
-  [[nodiscard]] Optional<LightSample> sample_delta(const LightPick& pick, Vec3f receiver) const noexcept;
+  [[nodiscard]] Optional<LightSample> sample_delta(const SampledLight& pick, Vec3f receiver) const noexcept;
   [[nodiscard]] Optional<LightSample> sample_environment(EnvironmentSampling sampling, const Sampler& sampler,
                                                          std::uint32_t bounce, float pmf) const noexcept;
   [[nodiscard]] EQUALTIME_INLINE float pick_pmf(LightSelection selection, std::uint32_t light,
-                                                const Receiver& receiver) const noexcept {
+                                                const LightSampleContext& receiver) const noexcept {
     if (selection == LightSelection::tree) return tree_pmf(light, receiver);
     return tables_[static_cast<std::size_t>(selection)].pmf(light);
   }
-  [[nodiscard]] Optional<LightPick> pick_by_tree(const Receiver& receiver, std::uint64_t bits) const noexcept;
-  [[nodiscard]] float tree_pmf(std::uint32_t light, const Receiver& receiver) const noexcept;
+  [[nodiscard]] Optional<SampledLight> pick_by_tree(const LightSampleContext& receiver,
+                                                    std::uint64_t bits) const noexcept;
+  [[nodiscard]] float tree_pmf(std::uint32_t light, const LightSampleContext& receiver) const noexcept;
   [[nodiscard]] const LightTree& tree() const noexcept { return *lazy_tree_->made.load(std::memory_order_acquire); }
 
   /// The tree of all lights but the distant ones, for those strategies that ask for it.
@@ -167,20 +169,20 @@ class Lights {
   std::uint32_t deltas_begin_ = 0, distant_begin_ = 0, environment_begin_ = 0, size_ = 0;
 };
 
-EQUALTIME_INLINE Optional<LightPick> Lights::pick(LightSelection selection, const Receiver& receiver,
-                                                  const Sampler& sampler, std::uint32_t bounce) const noexcept {
+EQUALTIME_INLINE Optional<SampledLight> Lights::pick(LightSelection selection, const LightSampleContext& receiver,
+                                                     const Sampler& sampler, std::uint32_t bounce) const noexcept {
   if (!any_power()) return std::nullopt;
-  if (size_ == 1) return LightPick{0, 1};
+  if (size_ == 1) return SampledLight{0, 1};
   const std::uint64_t bits = sampler.bits(slot(BounceDimension::light_pick, bounce));
   if (selection == LightSelection::tree) return pick_by_tree(receiver, bits);
   const AliasTable& table = tables_[static_cast<std::size_t>(selection)];
   const std::uint32_t light = table.sample(bits);
-  return LightPick{light, table.pmf(light)};
+  return SampledLight{light, table.pmf(light)};
 }
 
 template <Effects E>
-EQUALTIME_INLINE Optional<LightSample> Lights::sample(LightPick pick, EnvironmentSampling environment,
-                                                      const Receiver& receiver, const Sampler& sampler,
+EQUALTIME_INLINE Optional<LightSample> Lights::sample(SampledLight pick, EnvironmentSampling environment,
+                                                      const LightSampleContext& receiver, const Sampler& sampler,
                                                       std::uint32_t bounce, Point2f u,
                                                       [[maybe_unused]] float time) const noexcept {
   if constexpr (E.environment)
@@ -205,18 +207,18 @@ EQUALTIME_INLINE Optional<LightSample> Lights::sample(LightPick pick, Environmen
 }
 
 template <Effects E>
-bool Lights::has_directions(std::uint32_t light, const Receiver& receiver, float time) const noexcept {
+bool Lights::has_directions(std::uint32_t light, const LightSampleContext& receiver, float time) const noexcept {
   if (light >= deltas_begin_) return light >= environment_begin_;
-  return visit_at<E>(light, time, [&](const auto& l) noexcept { return l.shows_front(receiver.p); });
+  return visit_at<E>(light, time, [&](const auto& l) noexcept { return l.faces(receiver.p); });
 }
 
 template <Effects E>
-float Lights::pdf_towards(std::uint32_t light, EnvironmentSampling environment, const Receiver& receiver, Vec3f wi,
-                          float time) const noexcept {
+float Lights::pdf_direction(std::uint32_t light, EnvironmentSampling environment, const LightSampleContext& receiver,
+                            Vec3f wi, float time) const noexcept {
   if constexpr (E.environment)
     if (light >= environment_begin_)
       return std::visit([&](const auto& e) noexcept { return e.eval(wi, environment).pdf; }, *environment_);
-  return visit_at<E>(light, time, [&](const auto& l) noexcept { return l.pdf_towards(receiver.p, wi); });
+  return visit_at<E>(light, time, [&](const auto& l) noexcept { return l.pdf_direction(receiver.p, wi); });
 }
 
 }  // namespace equaltime

@@ -19,7 +19,7 @@ std::optional<Spectrum> constant(const Texture& texture) noexcept {
   return std::visit([](const auto& t) noexcept { return t.constant(); }, texture);
 }
 
-const Bsdf& Material::at(const std::vector<Texture>& textures, const TexturePlace& place,
+const Bsdf& Material::at(const std::vector<Texture>& textures, const TextureCoords& place,
                          std::optional<Bsdf>& made) const noexcept {
   // The model alone is copied: a Bsdf is as large as the largest of them, which is mostly another.
   return visit<kAllEffects>(bsdf, [&](auto model) noexcept -> const Bsdf& {
@@ -28,19 +28,19 @@ const Bsdf& Material::at(const std::vector<Texture>& textures, const TexturePlac
   });
 }
 
-float Material::weight_at(const std::vector<Texture>& textures, const TexturePlace& place) const noexcept {
+float Material::weight_at(const std::vector<Texture>& textures, const TextureCoords& place) const noexcept {
   if (bindings.empty()) return weight;
   const auto& [slot, texture, times] = bindings.front();
   const float factor = times == kNone ? 1.0F : number(textures[times], place);
   return as_weight(factor * number(textures[texture], place), cutoff);
 }
 
-std::uint32_t folded(const std::vector<Material>& materials, std::uint32_t index) noexcept {
+std::uint32_t resolve_constant_blend(const std::vector<Material>& materials, std::uint32_t index) noexcept {
   const Material& m = materials[index];
   if (m.kind != Material::Kind::mixture) return index;
   const bool decided = m.bindings.empty() && (m.weight <= 0 || m.weight >= 1);
   if (!decided && m.parts[0] != m.parts[1]) return index;
-  return folded(materials, m.parts[decided && m.weight >= 1 ? 1 : 0]);
+  return resolve_constant_blend(materials, m.parts[decided && m.weight >= 1 ? 1 : 0]);
 }
 
 }  // namespace equaltime

@@ -13,8 +13,8 @@
 
 namespace equaltime {
 
-/// See BendDescription; the scale is of normalised lengths.
-struct Bend {
+/// See NormalMapDescription; the scale is of normalised lengths.
+struct NormalMap {
   std::uint32_t texture;
   bool bump, flip_invalid, shadowing, turned;
   float scale;
@@ -31,7 +31,7 @@ struct Material {
 
   Bsdf bsdf;  // of a leaf, as it is where no texture speaks
   std::vector<Binding> bindings = {};
-  std::optional<Bend> bend = {};
+  std::optional<NormalMap> bend = {};
   Kind kind = Kind::leaf;
   // Of the material or any part of it:
   bool textured = false;
@@ -42,20 +42,21 @@ struct Material {
   std::optional<float> cutoff = {};  // see MixtureDescription
 
   /// The leaf as the textures make it at a place, which is put in `made`.
-  const Bsdf& at(const std::vector<Texture>& textures, const TexturePlace& place,
+  const Bsdf& at(const std::vector<Texture>& textures, const TextureCoords& place,
                  std::optional<Bsdf>& made) const noexcept;
   /// The share of the second part at a place.
-  [[nodiscard]] float weight_at(const std::vector<Texture>& textures, const TexturePlace& place) const noexcept;
+  [[nodiscard]] float weight_at(const std::vector<Texture>& textures, const TextureCoords& place) const noexcept;
 };
 
 /// The material itself, or the only part of a mixture that is ever picked.
-[[nodiscard]] std::uint32_t folded(const std::vector<Material>& materials, std::uint32_t index) noexcept;
+[[nodiscard]] std::uint32_t resolve_constant_blend(const std::vector<Material>& materials,
+                                                   std::uint32_t index) noexcept;
 /// The share of the second part of a mixture, by what its weight is; the cutoff is that of MixtureDescription.
 [[nodiscard]] float as_weight(float value, std::optional<float> cutoff) noexcept;
 /// Gives the model what textures say about its parameters, at a place.
 template <class Model>
 void give(Model& model, std::span<const Material::Binding> bindings, const std::vector<Texture>& textures,
-          const TexturePlace& at) noexcept {
+          const TextureCoords& at) noexcept {
   static constexpr auto kSlots = Model::textured();
   for (const auto& [index, texture, times] : bindings)
     for_each_of(kSlots, [&, first = texture, second = times, wanted = index](const auto& slot, std::size_t i) noexcept {

@@ -25,9 +25,9 @@ struct MeshView {
 namespace detail {
 
 /// A point met by a ray, before it is known from which side.
-struct Met {
+struct SurfacePoint {
   Vec3d p, n;    // n: unit, geometric
-  float offset;  // as in SurfaceAnchor
+  float offset;  // as in OffsetPoint
   Vec3f shading_normal;
   Vec3f tangent;  // of any length; zero where none matters
   std::uint32_t shape, primitive;
@@ -37,27 +37,35 @@ struct Met {
 
 /// The interaction on the side that the ray, whose direction is unit, came from.
 template <Effects E>
-[[nodiscard]] EQUALTIME_INLINE Interaction face(const Met& met, const Ray& ray) noexcept {
-  const Vec3f n(met.n);
+[[nodiscard]] EQUALTIME_INLINE Interaction make_interaction(const SurfacePoint& point, const Ray& ray) noexcept {
+  const Vec3f n(point.n);
   const float side = dot(ray.direction, n) > 0 ? -1.0F : 1.0F;
-  const Vec3f ns = met.shading_normal * side;
+  const Vec3f ns = point.shading_normal * side;
   Frame frame;
   if constexpr (E.anisotropy)
-    frame = Frame::from_tangent(ns, met.tangent);
+    frame = Frame::from_tangent(ns, point.tangent);
   else
     frame = Frame::from_normal(ns);
-  SurfaceAnchor anchor{Vec3f(met.p), n * side, met.offset};
-  return {
-      anchor, frame, -ray.direction, met.shape, met.primitive, (side > 0) != met.flipped, met.smooth, met.place, kNone,
-      {},     0};
+  OffsetPoint anchor{Vec3f(point.p), n * side, point.offset};
+  return {anchor,
+          frame,
+          -ray.direction,
+          point.shape,
+          point.primitive,
+          (side > 0) != point.flipped,
+          point.smooth,
+          point.place,
+          kNone,
+          {},
+          0};
 }
 /// The same with all that the kernel needs of it.
 template <Effects E>
-[[nodiscard]] EQUALTIME_INLINE MeetingOf<E> faced(const Met& met, const Ray& ray) noexcept {
+[[nodiscard]] EQUALTIME_INLINE MeetingOf<E> make_meeting(const SurfacePoint& point, const Ray& ray) noexcept {
   if constexpr (E.media)
-    return {face<E>(met, ray), met.p};
+    return {make_interaction<E>(point, ray), point.p};
   else
-    return face<E>(met, ray);
+    return make_interaction<E>(point, ray);
 }
 
 /// Azimuth and polar angle, in whole turns and half turns.
@@ -73,39 +81,39 @@ template <Effects E>
 }
 
 template <Effects E>
-[[nodiscard]] Met meet(const SphereGeometry& sphere, const Surface& surface, const RayD& ray,
-                       std::uint32_t shape) noexcept {
+[[nodiscard]] SurfacePoint recompute_hit(const SphereGeometry& sphere, const Surface& surface, const RayD& ray,
+                                         std::uint32_t shape) noexcept {
   const auto hit = intersect_sphere(sphere, ray);
   const double t = hit ? *hit : nearest(ray, sphere.center);
   const Vec3d n = normalize(ray.origin + ray.direction * t - sphere.center);
   const Vec3d p = sphere.center + n * sphere.radius;
   const Vec3f nf(n);
-  Met met{p, n, point_offset(Vec3f(p), nf), nf, {}, shape, 0, surface.flipped, false, {}};
+  SurfacePoint point{p, n, point_offset(Vec3f(p), nf), nf, {}, shape, 0, surface.flipped, false, {}};
   if constexpr (E.anisotropy)
-    if (surface.tangential) met.tangent = cross(surface.pole, nf);
+    if (surface.tangential) point.tangent = cross(surface.pole, nf);
   if constexpr (E.textures)
-    if (surface.textured) met.place = sphere_uv(surface, nf);
-  return met;
+    if (surface.textured) point.place = sphere_uv(surface, nf);
+  return point;
 }
 
 template <Effects E>
-[[nodiscard]] Met meet(const DiskGeometry& disk, const Surface& surface, const RayD& ray,
-                       std::uint32_t shape) noexcept {
+[[nodiscard]] SurfacePoint recompute_hit(const DiskGeometry& disk, const Surface& surface, const RayD& ray,
+                                         std::uint32_t shape) noexcept {
   const double slope = dot(disk.normal, ray.direction);
   const double t = slope != 0 ? dot(disk.normal, disk.center - ray.origin) / slope : nearest(ray, disk.center);
   const Vec3d p = ray.origin + ray.direction * t;
   const Vec3f nf(disk.normal);
-  Met met{p, disk.normal, point_offset(Vec3f(p), nf), nf, {}, shape, 0, surface.flipped, false, {}};
+  SurfacePoint point{p, disk.normal, point_offset(Vec3f(p), nf), nf, {}, shape, 0, surface.flipped, false, {}};
   if constexpr (E.anisotropy)
-    if (surface.tangential) met.tangent = Vec3f(p - disk.center);
+    if (surface.tangential) point.tangent = Vec3f(p - disk.center);
   if constexpr (E.textures)
-    if (surface.textured) met.place = disk_uv(disk, p);
-  return met;
+    if (surface.textured) point.place = disk_uv(disk, p);
+  return point;
 }
 
 template <Effects E>
-[[nodiscard]] Met meet(const CylinderGeometry& cylinder, const Surface& surface, const RayD& ray,
-                       std::uint32_t shape) noexcept {
+[[nodiscard]] SurfacePoint recompute_hit(const CylinderGeometry& cylinder, const Surface& surface, const RayD& ray,
+                                         std::uint32_t shape) noexcept {
   const auto hit = intersect_cylinder(cylinder, ray);
   const double t = hit ? *hit : nearest(ray, cylinder.base + cylinder.axis * (0.5 * cylinder.length));
   const Vec3d r = ray.origin + ray.direction * t - cylinder.base;
@@ -113,16 +121,17 @@ template <Effects E>
   const Vec3d n = normalize(r - cylinder.axis * dot(r, cylinder.axis));
   const Vec3d p = cylinder.base + cylinder.axis * height + n * cylinder.radius;
   const Vec3f nf(n);
-  Met met{p, n, point_offset(Vec3f(p), nf), nf, {}, shape, 0, surface.flipped, false, {}};
+  SurfacePoint point{p, n, point_offset(Vec3f(p), nf), nf, {}, shape, 0, surface.flipped, false, {}};
   if constexpr (E.anisotropy)
-    if (surface.tangential) met.tangent = Vec3f(cross(cylinder.axis, n));
+    if (surface.tangential) point.tangent = Vec3f(cross(cylinder.axis, n));
   if constexpr (E.textures)
-    if (surface.textured) met.place = cylinder_uv(surface, nf, height / cylinder.length);
-  return met;
+    if (surface.textured) point.place = cylinder_uv(surface, nf, height / cylinder.length);
+  return point;
 }
 
 template <Effects E>
-[[nodiscard]] EQUALTIME_INLINE Met meet(const MeshView& mesh, const RayD& ray, std::uint32_t primitive) noexcept {
+[[nodiscard]] EQUALTIME_INLINE SurfacePoint recompute_hit(const MeshView& mesh, const RayD& ray,
+                                                          std::uint32_t primitive) noexcept {
   const TrianglePlane& plane = mesh.planes[primitive];
   Vec3d p = plane.meet(ray);
   const bool smooth = E.smooth_normals && mesh.normals != nullptr;

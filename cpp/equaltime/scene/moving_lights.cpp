@@ -3,7 +3,7 @@
 namespace equaltime {
 
 AreaLight MovingLights::at(std::uint32_t light, float time) const noexcept {
-  const Placement now = instance.to_world.at(static_cast<double>(time));
+  const AffineMap now = instance.to_world.at(static_cast<double>(time));
   return std::visit(
       [&](const auto& l) -> AreaLight {
         if constexpr (requires { l.placed(now); })
@@ -16,7 +16,7 @@ AreaLight MovingLights::at(std::uint32_t light, float time) const noexcept {
 
 Optional<LightSample> MovingLights::cleared(Optional<LightSample> sample, float time) const noexcept {
   if (!sample) return sample;
-  SurfaceAnchor& target = sample->target;
+  OffsetPoint& target = sample->target;
   const Instance now(instance.group, instance.to_world.at(static_cast<double>(time)));
   target.offset += now.doubt(target.p, target.n);
   return sample;
@@ -24,7 +24,7 @@ Optional<LightSample> MovingLights::cleared(Optional<LightSample> sample, float 
 
 EmitterBounds MovingLights::bounds(std::uint32_t light) const noexcept {
   const auto of = [](const AreaLight& any) { return std::visit([](const auto& l) { return l.bounds(); }, any); };
-  EmitterBounds all = of(at(light, kMeanwhile));
+  EmitterBounds all = of(at(light, kReferenceTime));
   all.box = instance.to_world.swept(of(local[light - first]).box);
   all.radius = 0.5 * length(all.box.extent());
   if (instance.to_world.turns()) all.normals = {};
@@ -37,9 +37,10 @@ MovingLights moving_lights(std::vector<AreaLight>& lights, std::size_t begin, Mo
                       std::move(instance)};
   if (moving.instance.to_world.at(0).mirrors())  // whose triangles have their corners in another order
     for (AreaLight& light : moving.local)
-      if (const auto* picture = std::get_if<PictureTriangle>(&light)) light = AreaLight(TriangleLight(picture->even()));
+      if (const auto* picture = std::get_if<TexturedTriangle>(&light))
+        light = AreaLight(TriangleLight(picture->even()));
   for (std::size_t i = begin; i < lights.size(); ++i)
-    lights[i] = moving.at(static_cast<std::uint32_t>(i), MovingLights::kMeanwhile);
+    lights[i] = moving.at(static_cast<std::uint32_t>(i), MovingLights::kReferenceTime);
   return moving;
 }
 

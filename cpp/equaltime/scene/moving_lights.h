@@ -6,14 +6,14 @@
 
 #include "equaltime/lights/area_lights.h"
 #include "equaltime/lights/cylinder_light.h"
-#include "equaltime/lights/picture_light.h"
+#include "equaltime/lights/textured_area_light.h"
 #include "equaltime/math/motion.h"
 #include "equaltime/scene/instance.h"
 
 namespace equaltime {
 
-using AreaLight = std::variant<TriangleLight, RectangleLight, SphereLight, DiskLight, CylinderLight, PictureRectangle,
-                               PictureTriangle>;
+using AreaLight = std::variant<TriangleLight, RectangleLight, SphereLight, DiskLight, CylinderLight, TexturedRectangle,
+                               TexturedTriangle>;
 
 struct MovingLights {
   std::uint32_t first;           // of them among all lights; the others follow
@@ -21,7 +21,7 @@ struct MovingLights {
   MovingInstanceGeometry instance;
 
   /// When a light is looked at where its choice cannot follow it.
-  static constexpr float kMeanwhile = 0.5F;
+  static constexpr float kReferenceTime = 0.5F;
 
   [[nodiscard]] bool has(std::uint32_t light) const noexcept { return light - first < local.size(); }
   [[nodiscard]] AreaLight at(std::uint32_t light, float time) const noexcept;

@@ -5,7 +5,7 @@
 
 namespace equaltime {
 
-Bsdf within(const Bsdf& bsdf, float outside) noexcept {
+Bsdf with_exterior_ior(const Bsdf& bsdf, float outside) noexcept {
   const auto over = [outside](float ior) noexcept {
     return static_cast<float>(static_cast<double>(ior) / static_cast<double>(outside));
   };
@@ -25,7 +25,7 @@ Bsdf within(const Bsdf& bsdf, float outside) noexcept {
   return clear;
 }
 
-void ClosedShape::look(Beginning& beginning, const Surface& surface, const Vec3d& camera, const Instance* in,
+void ClosedShape::look(CameraMedium& beginning, const Surface& surface, const Vec3d& camera, const Instance* in,
                        float time) const noexcept {
   const bool ranked = surface.rank != kNoRank;
   const Vec3d place = in != nullptr ? in->to_local({camera, {0, 0, 1}, 1}).origin : camera;

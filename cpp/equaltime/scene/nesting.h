@@ -28,13 +28,13 @@ class ClosedMesh;
 class Instance;
 
 /// A set of bodies by their ranks: the higher, the higher the priority.
-using Bodies = std::uint64_t;
+using DielectricSet = std::uint64_t;
 inline constexpr std::size_t kMostBodies = 64;
 
-[[nodiscard]] constexpr Bodies only(std::uint8_t rank) noexcept { return Bodies{1} << rank; }
+[[nodiscard]] constexpr DielectricSet only(std::uint8_t rank) noexcept { return DielectricSet{1} << rank; }
 /// Where a path begins.
-struct Beginning {
-  Bodies bodies = 0;             // those that the camera is in
+struct CameraMedium {
+  DielectricSet bodies = 0;      // those that the camera is in
   std::uint32_t medium = kNone;  // what is round it where no body is
   double smallest = kNowhere;    // the volume, in the scene's space, of the shape that has it
 
@@ -51,16 +51,18 @@ struct ClosedShape {
 
   /// Notes whether the camera, at this place in the scene's space, is in it at a time. `in` is the instance as it is
   /// then; null if the shape is in none.
-  void look(Beginning& beginning, const Surface& surface, const Vec3d& camera, const Instance* in,
+  void look(CameraMedium& beginning, const Surface& surface, const Vec3d& camera, const Instance* in,
             float time) const noexcept;
 };
 
 /// The rank of the body that is there; of a set that is not empty.
-[[nodiscard]] constexpr int highest(Bodies bodies) noexcept { return static_cast<int>(std::bit_width(bodies)) - 1; }
+[[nodiscard]] constexpr int highest(DielectricSet bodies) noexcept {
+  return static_cast<int>(std::bit_width(bodies)) - 1;
+}
 
 struct Nesting {
   std::vector<Body> bodies = {};            // by rank; empty where none overlap
-  Beginning always = {};                    // by all shapes that the camera is in always or never
+  CameraMedium always = {};                 // by all shapes that the camera is in always or never
   std::vector<ClosedShape> sometimes = {};  // the others
   Vec3d camera = {};                        // if it does not move
 
@@ -68,6 +70,6 @@ struct Nesting {
 };
 
 /// The BSDF of a body's surface, inside another body of so large an index.
-[[nodiscard]] Bsdf within(const Bsdf& bsdf, float outside) noexcept;
+[[nodiscard]] Bsdf with_exterior_ior(const Bsdf& bsdf, float outside) noexcept;
 
 }  // namespace equaltime

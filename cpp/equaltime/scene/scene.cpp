@@ -17,7 +17,7 @@ double azimuth(double x, double y) noexcept {
 
 }  // namespace
 
-TexturePlace Scene::place(std::uint32_t shape, std::uint32_t primitive, Point2f on_primitive) const noexcept {
+TextureCoords Scene::place(std::uint32_t shape, std::uint32_t primitive, Point2f on_primitive) const noexcept {
   const std::uint32_t mesh = surfaces[shape].mesh;
   if (mesh == kNone) return {on_primitive, shape, primitive};
   return on_triangle(on_primitive, shape, primitive, meshes[mesh].triangles[primitive], meshes[mesh].uvs);
@@ -30,8 +30,8 @@ std::array<Vec3f, 3> Scene::corners(std::uint32_t mesh, std::uint32_t primitive,
   return {vertices[a], vertices[b], vertices[c]};
 }
 
-Beginning Scene::beginning(float time) const noexcept {
-  Beginning now = nesting.always;
+CameraMedium Scene::beginning(float time) const noexcept {
+  CameraMedium now = nesting.always;
   const Vec3d camera = camera_motion ? camera_motion->place(time) : nesting.camera;
   for (const ClosedShape& closed : nesting.sometimes) {
     std::optional<Instance> in;
@@ -41,7 +41,7 @@ Beginning Scene::beginning(float time) const noexcept {
   return now;
 }
 
-std::uint32_t Scene::picked(std::uint32_t index, const Interaction& it, double u) const noexcept {
+std::uint32_t Scene::choose_component(std::uint32_t index, const Interaction& it, double u) const noexcept {
   while (materials[index].kind == Material::Kind::mixture) {
     const double w = materials[index].weight_at(textures, place(it));
     const bool second = u < w;

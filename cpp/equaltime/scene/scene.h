@@ -36,8 +36,8 @@ struct Scene {
   Accel accel;
   std::vector<Surface> surfaces;  // one a shape, in the order of the description; those of groups come after all others
   // Primitives, first what stands in the scene itself, then group by group (rectangles are meshes of two triangles).
-  SetOfShapes top;
-  std::vector<SetOfShapes> groups;
+  ShapeRange top;
+  std::vector<ShapeRange> groups;
   std::vector<Instance> instances;
   std::vector<MovingInstanceGeometry> moving;           // numbered after the instances
   std::vector<std::optional<DeformingMesh>> deforming;  // one a mesh, or none at all
@@ -53,7 +53,7 @@ struct Scene {
   std::vector<Medium> media;          // those with any extinction
   std::vector<PhaseFunction> phases;  // one a medium
   Nesting nesting;
-  bool crossings_are_vertices = true;  // see SceneDescription, as the next
+  bool count_null_interfaces = true;  // see SceneDescription, as the next
   bool hides_emitters = false;
   bool lets_light_pass = false;  // some surface may, straight on
   Lights lights;
@@ -87,15 +87,15 @@ struct Scene {
   /// Where the ray, in the space of a set, meets a primitive of it. `geometries` gives the set's own: called only where
   /// they are looked at, because the call is not free.
   template <Effects E, class GeometriesOf>
-  [[nodiscard]] detail::Met meet(const SetOfShapes& set, GeometriesOf&& geometries, const PrimitiveId& id,
-                                 const RayD& ray, float time) const noexcept;
+  [[nodiscard]] detail::SurfacePoint recompute_hit(const ShapeRange& set, GeometriesOf&& geometries,
+                                                   const PrimitiveId& id, const RayD& ray, float time) const noexcept;
 
   /// Material on the side that the interaction is on; kNone where that side absorbs.
   [[nodiscard]] std::uint32_t material(const Interaction& it) const noexcept {
     return surfaces[it.shape].bsdf[it.front ? 0 : 1];
   }
   /// The part of a material that is picked at the point: a leaf or nothing.
-  [[nodiscard]] std::uint32_t picked(std::uint32_t material, const Interaction& it, double u) const noexcept;
+  [[nodiscard]] std::uint32_t choose_component(std::uint32_t material, const Interaction& it, double u) const noexcept;
   /// BSDF of a leaf at the point, whose frame it may bend. One that textures make is put in `own`.
   template <Effects E>
   [[nodiscard]] EQUALTIME_INLINE const Bsdf& bsdf(std::uint32_t leaf, Interaction& it, std::optional<Bsdf>& own,
@@ -109,13 +109,13 @@ struct Scene {
   }
   [[nodiscard]] Derivatives derivatives(const Interaction& it, float time) const noexcept;
   /// Bends the shading frame of the interaction.
-  void bend(const Bend& bend, Interaction& it, float time) const noexcept;
+  void bend(const NormalMap& bend, Interaction& it, float time) const noexcept;
   /// Where textures are looked up for a point of a textured surface. A mesh that has no texture coordinates takes its
   /// triangles' barycentric ones.
-  [[nodiscard]] TexturePlace place(const Interaction& it) const noexcept {
+  [[nodiscard]] TextureCoords place(const Interaction& it) const noexcept {
     return place(it.shape, it.primitive, it.place);
   }
-  [[nodiscard]] TexturePlace place(std::uint32_t shape, std::uint32_t primitive, Point2f on_primitive) const noexcept;
+  [[nodiscard]] TextureCoords place(std::uint32_t shape, std::uint32_t primitive, Point2f on_primitive) const noexcept;
   /// What the front of an emissive surface sends back along the ray.
   template <Effects E>
   [[nodiscard]] EQUALTIME_INLINE Spectrum radiance(const Interaction& it) const noexcept {
@@ -133,7 +133,7 @@ struct Scene {
   /// The place of the light of a sample if it shines by a texture; null otherwise.
   [[nodiscard]] const Emitter* pictured(const LightSample& sample) const noexcept;
   /// Where the paths of a time begin: in which bodies and what medium.
-  [[nodiscard]] Beginning beginning(float time) const noexcept;
+  [[nodiscard]] CameraMedium beginning(float time) const noexcept;
   /// Index in `lights` of the emissive primitive that the interaction is on.
   [[nodiscard]] std::uint32_t light_of(const Interaction& it) const noexcept {
     const Surface& surface = surfaces[it.shape];
@@ -154,7 +154,7 @@ EQUALTIME_INLINE MeetingOf<E> Scene::closest(const Ray& ray, float time) const n
   if constexpr (E.instances || E.motion)
     if (hit->instance != kNotInstanced) return seen_in<E>(*hit, ray, time);
   const auto own = [this]() noexcept -> const Geometries& { return accel.geometries(); };
-  return detail::faced<E>(meet<E>(top, own, hit->id, RayD(ray), time), ray);
+  return detail::make_meeting<E>(recompute_hit<E>(top, own, hit->id, RayD(ray), time), ray);
 }
 
 template <Effects E>
@@ -162,36 +162,38 @@ MeetingOf<E> Scene::seen_in(const Hit& hit, const Ray& ray, float time) const no
   const Instance instance = instance_at(hit.instance, time);
   const std::uint32_t group = instance.group();
   const auto grouped = [&]() noexcept -> const Geometries& { return accel.groups()[group]; };
-  const detail::Met met = instance.placed(meet<E>(groups[group], grouped, hit.id, instance.to_local(RayD(ray)), time));
-  MeetingOf<E> meeting = detail::faced<E>(met, ray);
+  const detail::SurfacePoint point =
+      instance.placed(recompute_hit<E>(groups[group], grouped, hit.id, instance.to_local(RayD(ray)), time));
+  MeetingOf<E> meeting = detail::make_meeting<E>(point, ray);
   surface(meeting)->instance = hit.instance;
   return meeting;
 }
 
 template <Effects E, class GeometriesOf>
-EQUALTIME_INLINE detail::Met Scene::meet(const SetOfShapes& set, GeometriesOf&& geometries, const PrimitiveId& id,
-                                         const RayD& ray, [[maybe_unused]] float time) const noexcept {
+EQUALTIME_INLINE detail::SurfacePoint Scene::recompute_hit(const ShapeRange& set, GeometriesOf&& geometries,
+                                                           const PrimitiveId& id, const RayD& ray,
+                                                           [[maybe_unused]] float time) const noexcept {
   if constexpr (E.analytic_shapes) {
     const std::uint32_t i = id.primitive;
     if (id.geometry == set.mesh_count) {
       const std::uint32_t shape = sphere_shapes[set.first_sphere + i];
-      return detail::meet<E>(geometries().spheres[i], surfaces[shape], ray, shape);
+      return detail::recompute_hit<E>(geometries().spheres[i], surfaces[shape], ray, shape);
     }
     if (id.geometry == set.mesh_count + 1) {
       const std::uint32_t shape = disk_shapes[set.first_disk + i];
-      return detail::meet<E>(geometries().disks[i], surfaces[shape], ray, shape);
+      return detail::recompute_hit<E>(geometries().disks[i], surfaces[shape], ray, shape);
     }
     if (id.geometry > set.mesh_count) {
       const std::uint32_t shape = cylinder_shapes[set.first_cylinder + i];
-      return detail::meet<E>(geometries().cylinders[i], surfaces[shape], ray, shape);
+      return detail::recompute_hit<E>(geometries().cylinders[i], surfaces[shape], ray, shape);
     }
   }
   std::uint32_t mesh = id.geometry;
   if constexpr (E.instances || E.motion) mesh += set.first_mesh;
   if constexpr (E.motion)
     if (!deforming.empty() && deforming[mesh])
-      return meet_deforming<E>(*deforming[mesh], meshes[mesh], ray, id.primitive, time);
-  return detail::meet<E>(meshes[mesh], ray, id.primitive);
+      return recompute_deforming_hit<E>(*deforming[mesh], meshes[mesh], ray, id.primitive, time);
+  return detail::recompute_hit<E>(meshes[mesh], ray, id.primitive);
 }
 
 }  // namespace equaltime

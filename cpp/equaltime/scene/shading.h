@@ -54,7 +54,7 @@ struct Scattering {
   Spectrum weight;
   float pdf;
   bool delta;
-  float radiance_scale;
+  float eta_scale;
 };
 
 namespace detail {
@@ -105,7 +105,7 @@ template <Effects E>
   if (!s) return std::nullopt;
   Vec3f wi = it.frame.to_world(s->wi);
   if (!detail::same_side<E>(it, wi, s->wi)) return std::nullopt;
-  return Scattering{wi, s->wi.z > 0, detail::shadowed<E>(it, wi, s->weight), s->pdf, s->delta, s->radiance_scale};
+  return Scattering{wi, s->wi.z > 0, detail::shadowed<E>(it, wi, s->weight), s->pdf, s->delta, s->eta_scale};
 }
 
 /// What the BSDF lets go straight on towards -wo: of glass without thickness, what its samples bring on the mean. None
@@ -126,11 +126,11 @@ template <Effects E>
 
 /// The probability that a sample of the BSDF is a discrete direction, if it has others too.
 template <Effects E>
-[[nodiscard]] float discrete_share(const Interaction& it, Scatterer bsdf) noexcept {
+[[nodiscard]] float delta_probability(const Interaction& it, Scatterer bsdf) noexcept {
   const Vec3f wo = it.frame.to_local(it.wo);
   return visit<E>(bsdf, [&](const auto& model) noexcept {
-    if constexpr (requires { model.discrete_share(wo, it.front); })
-      return model.discrete_share(wo, it.front);
+    if constexpr (requires { model.delta_probability(wo, it.front); })
+      return model.delta_probability(wo, it.front);
     else
       return 0.0F;
   });
@@ -142,7 +142,7 @@ template <Effects E>
 template <Effects E>
 [[nodiscard]] Optional<Scattering> sample_uniform(const Interaction& it, Scatterer bsdf, const Sampler& sampler,
                                                   std::uint32_t bounce, Point2f u) noexcept {
-  const float discrete = discrete_share<E>(it, bsdf);
+  const float discrete = delta_probability<E>(it, bsdf);
   if (discrete > 0 && sampler.get_1d_precise(slot(BounceDimension::bsdf_lobe, bounce)) < discrete)
     return sample_bsdf<E>(it, bsdf, sampler, bounce, u);
   const bool sphere = transmits<E>(bsdf);
@@ -168,7 +168,7 @@ template <Effects E>
 
 /// The point as lights see it.
 template <Effects E>
-[[nodiscard]] EQUALTIME_INLINE Receiver receiver_at(const Interaction& it, Scatterer bsdf) noexcept {
+[[nodiscard]] EQUALTIME_INLINE LightSampleContext receiver_at(const Interaction& it, Scatterer bsdf) noexcept {
   return {it.anchor.p, it.frame.n, !transmits<E>(bsdf)};
 }
 

@@ -40,7 +40,7 @@ struct Surface {
   Vec3f pole, azimuth[2];
   float size = 0;
   std::vector<std::vector<Vec3f>> later_normals;  // of a mesh that deforms, as its later vertices
-  std::uint32_t shown_as = kNone;                 // another shape, which is how its author knows it: one that moves
+  std::uint32_t source_shape = kNone;             // another shape, which is how its author knows it: one that moves
 };
 
 }  // namespace equaltime

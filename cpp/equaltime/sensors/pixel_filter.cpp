@@ -98,7 +98,7 @@ void PixelFilter::tabulate(Profile profile, double integral) {
   std::vector<double> trapezoids(kIntervals);
   for (std::size_t i = 0; i < kIntervals; ++i)
     trapezoids[i] = 0.5 * (heights_[i] + heights_[i + 1]) * (place(1) - place(0));
-  intervals_ = OrderedTable(trapezoids);
+  intervals_ = PiecewiseConstant1D(trapezoids);
   scale_ = intervals_.total() / integral;
 }
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "equaltime/math/point.h"
-#include "equaltime/sampling/ordered_table.h"
+#include "equaltime/sampling/piecewise_constant_1d.h"
 #include "equaltime/sensors/sensor_description.h"
 
 namespace equaltime {
@@ -50,7 +50,7 @@ class PixelFilter {
   Profile profile_ = nullptr;    // of a tabulated filter
   double scale_ = 1;             // of its weights
   std::vector<double> heights_;  // its absolute value, at the ends of the intervals
-  OrderedTable intervals_;
+  PiecewiseConstant1D intervals_;
 };
 
 }  // namespace equaltime

@@ -84,13 +84,13 @@ Ray PerspectiveCamera::ray(double x, double y) const noexcept {
   return rounded(ray, std::max(advance_, ray.near));
 }
 
-std::optional<FilmPlace> PerspectiveCamera::place(const Vec3d& axis, const Vec3d& direction) const noexcept {
+std::optional<FilmPoint> PerspectiveCamera::place(const Vec3d& axis, const Vec3d& direction) const noexcept {
   const Vec3d across = cross(right_, down_);
   const double reach = dot(axis, across) / dot(direction, across);  // to where a ray of a place on the film is
   if (!(reach > 0 && std::isfinite(reach))) return std::nullopt;
   const Vec3d along = direction * reach, on_film = along - axis;
   const double area = dot(across, across), distance = length(along);
-  return FilmPlace{dot(cross(on_film, down_), across) / area, dot(cross(right_, on_film), across) / area,
+  return FilmPoint{dot(cross(on_film, down_), across) / area, dot(cross(right_, on_film), across) / area,
                    std::abs(dot(along, across)) / (distance * distance * distance)};
 }
 
@@ -192,7 +192,7 @@ Ray CameraMotion::ray(const Sensor& sensor, double x, double y, Point2f lens, fl
           return camera.exact(x, y);
       },
       sensor);
-  const Placement now = to_world_.at(static_cast<double>(time));
+  const AffineMap now = to_world_.at(static_cast<double>(time));
   ray.origin = now.point(ray.origin);
   const Vec3d along = now.vector(ray.direction);
   const double stretch = length(along);

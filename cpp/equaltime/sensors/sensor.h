@@ -23,7 +23,7 @@ struct SensorRay {
 };
 
 /// Where on the film something is seen, in pixels, and the solid angle of a pixel there.
-struct FilmPlace {
+struct FilmPoint {
   double x, y, solid_angle;
 };
 
@@ -39,14 +39,14 @@ class PerspectiveCamera {
   [[nodiscard]] SensorRay exact(double x, double y) const noexcept;
   /// Where rays begin, and where on the film the one is that leaves it in a direction; nothing for one behind.
   [[nodiscard]] Vec3d origin() const noexcept { return origin_; }
-  [[nodiscard]] std::optional<FilmPlace> place(const Vec3d& direction) const noexcept {
+  [[nodiscard]] std::optional<FilmPoint> place(const Vec3d& direction) const noexcept {
     return place(axis_, direction);
   }
 
  private:
   friend class ThinLensCamera;
   /// The same from a point of a lens, by which the axis is another.
-  [[nodiscard]] std::optional<FilmPlace> place(const Vec3d& axis, const Vec3d& direction) const noexcept;
+  [[nodiscard]] std::optional<FilmPoint> place(const Vec3d& axis, const Vec3d& direction) const noexcept;
 
   Vec3d origin_, axis_, right_, down_;  // direction = axis + x·right + y·down, x and y in pixels
   double advance_ = 0;                  // along every ray: no geometry is nearer to the camera
@@ -64,7 +64,7 @@ class ThinLensCamera {
   [[nodiscard]] SensorRay exact(double x, double y, Point2f lens) const noexcept;
   /// As a pinhole's, of a point of the lens.
   [[nodiscard]] Vec3d origin(Point2f lens) const noexcept { return view_.origin_ + on_lens(lens); }
-  [[nodiscard]] std::optional<FilmPlace> place(const Vec3d& direction, Point2f lens) const noexcept {
+  [[nodiscard]] std::optional<FilmPoint> place(const Vec3d& direction, Point2f lens) const noexcept {
     return view_.place(view_.axis_ - on_lens(lens) / focus_, direction);
   }
 

@@ -44,7 +44,7 @@ float fold(float x, TextureWrap wrap) noexcept {
   return std::min(std::max(0.0F, x), 1.0F);
 }
 
-/// Which way a folded coordinate runs.
+/// Which way a resolve_constant_blend coordinate runs.
 float direction(float x, TextureWrap wrap) noexcept {
   return wrap == TextureWrap::mirror && x - 2 * std::floor(0.5F * x) > 1 ? -1.0F : 1.0F;
 }
@@ -139,7 +139,7 @@ Spectrum Bitmap::look_up(Point2f place, Decode decode) const noexcept {
          (decode(lower + left) * (1 - x) + decode(lower + right) * x) * y;
 }
 
-Spectrum Bitmap::eval(const TexturePlace& at) const noexcept {
+Spectrum Bitmap::eval(const TextureCoords& at) const noexcept {
   const Point2f place = to_uv_(at.uv);
   const std::byte* first = texels_.data();
   if (format_ == TexelFormat::u8 && channels_ == 3)
@@ -151,7 +151,7 @@ Spectrum Bitmap::eval(const TexturePlace& at) const noexcept {
   return look_up(place, [&](std::size_t i) noexcept { return texel(i); });
 }
 
-Point2f Bitmap::gradient(const TexturePlace& at) const noexcept {
+Point2f Bitmap::gradient(const TextureCoords& at) const noexcept {
   if (filter_ == TextureFilter::nearest) return {0, 0};
   const Point2f place = to_uv_(at.uv);
   const auto [left, right, x] = neighbours(place.x, width_, wrap_);
@@ -230,7 +230,7 @@ void MeshAttribute::add(std::uint32_t shape, AttributeValues values, std::size_t
   values_.push_back(std::move(values));
 }
 
-Spectrum MeshAttribute::eval(const TexturePlace& place) const noexcept {
+Spectrum MeshAttribute::eval(const TextureCoords& place) const noexcept {
   if (place.shape >= of_shape_.size() || of_shape_[place.shape] == kNone) return {};
   const AttributeValues& own = values_[of_shape_[place.shape]];
   const auto value = [&](std::uint32_t i) noexcept {

@@ -15,7 +15,7 @@
 namespace equaltime {
 
 /// Where on a surface a texture is looked up.
-struct TexturePlace {
+struct TextureCoords {
   Point2f uv;
   std::uint32_t shape = kNone, primitive = 0;
   std::array<std::uint32_t, 3> corners{};  // on a mesh: the vertices of the triangle, and where in it the point is
@@ -23,9 +23,9 @@ struct TexturePlace {
 };
 
 /// The place of a point of a triangle, whose vertices have texture coordinates or none (null).
-[[nodiscard]] inline TexturePlace on_triangle(Point2f barycentric, std::uint32_t shape, std::uint32_t primitive,
-                                              const std::array<std::uint32_t, 3>& corners,
-                                              const Point2f* uvs) noexcept {
+[[nodiscard]] inline TextureCoords on_triangle(Point2f barycentric, std::uint32_t shape, std::uint32_t primitive,
+                                               const std::array<std::uint32_t, 3>& corners,
+                                               const Point2f* uvs) noexcept {
   if (uvs == nullptr) return {barycentric, shape, primitive, corners, barycentric};
   const auto& [a, b, c] = corners;
   const auto [u, v] = barycentric;
@@ -76,11 +76,11 @@ class Bitmap {
   /// Throws std::invalid_argument if the texels are not as many as the size says, or one of them is not finite.
   explicit Bitmap(BitmapDescription description);
 
-  [[nodiscard]] Spectrum eval(const TexturePlace& at) const noexcept;
+  [[nodiscard]] Spectrum eval(const TextureCoords& at) const noexcept;
   /// How the luminance changes with u and v; not at all between the steps of nearest texels.
-  [[nodiscard]] Point2f gradient(const TexturePlace& at) const noexcept;
+  [[nodiscard]] Point2f gradient(const TextureCoords& at) const noexcept;
   /// One number for a colour: its luminance.
-  [[nodiscard]] float number(const TexturePlace& at) const noexcept { return eval(at).luminance(); }
+  [[nodiscard]] float number(const TextureCoords& at) const noexcept { return eval(at).luminance(); }
   /// The colour, if it is the same everywhere.
   [[nodiscard]] std::optional<Spectrum> constant() const noexcept;
   [[nodiscard]] TextureGrid grid(std::size_t most) const;
@@ -109,11 +109,11 @@ class Checkerboard {
   Checkerboard(const Spectrum& color, float number) noexcept
       : to_uv_(kSameUv), colors_{color, color}, numbers_{number, number} {}
 
-  [[nodiscard]] Spectrum eval(const TexturePlace& at) const noexcept { return colors_[square_at(at.uv)]; }
+  [[nodiscard]] Spectrum eval(const TextureCoords& at) const noexcept { return colors_[square_at(at.uv)]; }
   /// One number for a colour: its mean, as Mitsuba has it here. As there, it is that of the other colour: where a
   /// checkerboard gives a weight, an opacity or a roughness, its squares have changed places.
-  [[nodiscard]] float number(const TexturePlace& at) const noexcept { return numbers_[square_at(at.uv)]; }
-  [[nodiscard]] static Point2f gradient(const TexturePlace&) noexcept { return {0, 0}; }
+  [[nodiscard]] float number(const TextureCoords& at) const noexcept { return numbers_[square_at(at.uv)]; }
+  [[nodiscard]] static Point2f gradient(const TextureCoords&) noexcept { return {0, 0}; }
   [[nodiscard]] std::optional<Spectrum> constant() const noexcept;
   [[nodiscard]] TextureGrid grid(std::size_t most) const;
   [[nodiscard]] std::optional<TextureLattice> lattice() const noexcept;
@@ -133,10 +133,10 @@ class MeshAttribute {
  public:
   /// Throws std::invalid_argument unless there is one value, finite, for each of so many vertices or faces.
   void add(std::uint32_t shape, AttributeValues values, std::size_t vertices, std::size_t faces);
-  [[nodiscard]] Spectrum eval(const TexturePlace& place) const noexcept;
+  [[nodiscard]] Spectrum eval(const TextureCoords& place) const noexcept;
   /// One number for a colour: its luminance.
-  [[nodiscard]] float number(const TexturePlace& place) const noexcept { return eval(place).luminance(); }
-  [[nodiscard]] static Point2f gradient(const TexturePlace&) noexcept { return {0, 0}; }
+  [[nodiscard]] float number(const TextureCoords& place) const noexcept { return eval(place).luminance(); }
+  [[nodiscard]] static Point2f gradient(const TextureCoords&) noexcept { return {0, 0}; }
   [[nodiscard]] static std::optional<Spectrum> constant() noexcept { return std::nullopt; }
   [[nodiscard]] static TextureGrid grid(std::size_t) { return {}; }
   [[nodiscard]] static std::optional<TextureLattice> lattice() noexcept { return std::nullopt; }
@@ -151,16 +151,16 @@ using Texture = std::variant<Bitmap, Checkerboard, MeshAttribute>;
 
 [[nodiscard]] Texture make_texture(TextureDescription description);
 
-[[nodiscard]] inline Spectrum eval(const Texture& texture, const TexturePlace& at) noexcept {
+[[nodiscard]] inline Spectrum eval(const Texture& texture, const TextureCoords& at) noexcept {
   if (const auto* bitmap = std::get_if<Bitmap>(&texture)) return bitmap->eval(at);
   if (const auto* checkerboard = std::get_if<Checkerboard>(&texture)) return checkerboard->eval(at);
   return std::get_if<MeshAttribute>(&texture)->eval(at);
 }
 
-[[nodiscard]] inline float number(const Texture& texture, const TexturePlace& at) noexcept {
+[[nodiscard]] inline float number(const Texture& texture, const TextureCoords& at) noexcept {
   return std::visit([&](const auto& t) noexcept { return t.number(at); }, texture);
 }
-[[nodiscard]] inline Point2f gradient(const Texture& texture, const TexturePlace& at) noexcept {
+[[nodiscard]] inline Point2f gradient(const Texture& texture, const TextureCoords& at) noexcept {
   return std::visit([&](const auto& t) noexcept { return t.gradient(at); }, texture);
 }
 

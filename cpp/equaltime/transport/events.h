@@ -59,7 +59,7 @@ struct VertexReached {
 
 /// A light was picked, or none may reach the vertex.
 struct LightPicked {
-  Optional<LightPick> pick;
+  Optional<SampledLight> pick;
 };
 
 /// A point or a direction of it was sampled, towards which the BSDF has this value.

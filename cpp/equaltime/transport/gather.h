@@ -13,64 +13,66 @@
 namespace equaltime {
 
 /// Of a ray that one-sample MIS has made: which lights it counts for, and what its throughput was divided by.
-struct MixedRay {
+struct OneSampleMis {
   static constexpr std::uint32_t kEvery = ~std::uint32_t{0}, kNoLight = kEvery - 1;
   std::uint32_t light = kEvery;  // the one that it was aimed at, or all if the BSDF drew it
-  float twice_density = 0;       // the BSDF's and the picked light's, added
+  float pdf_sum = 0;             // the BSDF's and the picked light's, added
 };
 
 /// How the ray to the current vertex was made: what the MIS weight of an emitter that it meets depends on.
 struct PreviousVertex {
-  Receiver from{};    // the vertex that it left
-  float pdf = 0;      // of the BSDF, per solid angle
-  bool alone = true;  // no other technique can make this ray: camera rays and discrete directions
-  MixedRay mixed{};   // of `mixture` alone
+  LightSampleContext from{};  // the vertex that it left
+  float pdf = 0;              // of the BSDF, per solid angle
+  bool alone = true;          // no other technique can make this ray: camera rays and discrete directions
+  OneSampleMis mixed{};       // of `mixture` alone
 };
 
 /// The weight of an emitter met by a scattered ray, given the density of light sampling for the same direction.
-[[nodiscard]] EQUALTIME_INLINE float emitter_weight(const Settings& s, const PreviousVertex& ray, std::uint32_t light,
-                                                    float light_pdf) noexcept {
+[[nodiscard]] EQUALTIME_INLINE float emission_mis_weight(const Settings& s, const PreviousVertex& ray,
+                                                         std::uint32_t light, float light_pdf) noexcept {
   if (ray.alone || !aims_at_lights(s.technique)) return 1;
   if (s.technique == Technique::light) return light_pdf > 0 ? 0.0F : 1.0F;
   if (s.technique == Technique::mis) [[likely]]
     return mis_weight(s.heuristic, ray.pdf, light_pdf);
-  if (ray.mixed.light != MixedRay::kEvery && ray.mixed.light != light) return 0;
+  if (ray.mixed.light != OneSampleMis::kEvery && ray.mixed.light != light) return 0;
   // Half of all rays are the BSDF's, half the lights': of those, the part that picked this one.
-  const float twice_density = ray.pdf + light_pdf;
-  return twice_density > 0 ? ray.mixed.twice_density / twice_density : 0.0F;
+  const float pdf_sum = ray.pdf + light_pdf;
+  return pdf_sum > 0 ? ray.mixed.pdf_sum / pdf_sum : 0.0F;
 }
 
 /// Radiance that the surface itself sends back along the ray. Given a copy, as the next: by reference it would hold all
 /// of the path in memory.
 template <Effects E, Observer O>
-[[nodiscard]] EQUALTIME_INLINE Spectrum emitted(const Scene& scene, const Settings& settings, const Interaction& it,
-                                                PreviousVertex ray, float time, O& observer) noexcept(!O::allocates) {
+[[nodiscard]] EQUALTIME_INLINE Spectrum surface_emission(const Scene& scene, const Settings& settings,
+                                                         const Interaction& it, PreviousVertex ray, float time,
+                                                         O& observer) noexcept(!O::allocates) {
   if (scene.surfaces[it.shape].first_light == kNone || !it.front) return {};
   const std::uint32_t light = scene.light_of(it);
   float light_pdf = 0;
   if (!ray.alone && aims_at_lights(settings.technique))
     light_pdf = scene.lights.area_pdf<E>(settings.lights, light, ray.from, -it.wo, it.anchor.p, time);
   tell<event::EmitterMet>(observer, light, light_pdf);
-  return scene.radiance<E>(it) * emitter_weight(settings, ray, light, light_pdf);
+  return scene.radiance<E>(it) * emission_mis_weight(settings, ray, light, light_pdf);
 }
 
 template <Effects E>
-[[nodiscard]] Spectrum escaped(const Scene& scene, const Settings& settings, Vec3f direction,
-                               PreviousVertex made) noexcept {
+[[nodiscard]] Spectrum environment_emission(const Scene& scene, const Settings& settings, Vec3f direction,
+                                            PreviousVertex made) noexcept {
   if constexpr (E.environment) {
     if (!scene.lights.environment()) return {};
     const LightValue value =
         scene.lights.environment_towards(settings.lights, settings.environment, made.from, direction);
-    return value.radiance * emitter_weight(settings, made, scene.lights.size() - 1, value.pdf);
+    return value.radiance * emission_mis_weight(settings, made, scene.lights.size() - 1, value.pdf);
   }
   return {};
 }
 
 /// Light that reaches the vertex, the path's depth-th, straight from a sampled light, scattered towards wo.
 template <Effects E, Observer O>
-[[nodiscard]] EQUALTIME_INLINE Spectrum light_along(const Scene& scene, const Settings& settings, const Interaction& it,
-                                                    Scatterer bsdf, Surroundings<E> within, const LightSample& light,
-                                                    int depth, float time, O& observer) noexcept(!O::allocates) {
+[[nodiscard]] EQUALTIME_INLINE Spectrum direct_light_from(const Scene& scene, const Settings& settings,
+                                                          const Interaction& it, Scatterer bsdf, MediumStack<E> media,
+                                                          const LightSample& light, int depth, float time,
+                                                          O& observer) noexcept(!O::allocates) {
   auto [value, above] = eval_bsdf<E>(it, bsdf, light.wi);
   tell<event::LightSampled>(observer, light, value);
   if (value.f.is_black()) return {};
@@ -80,12 +82,12 @@ template <Effects E, Observer O>
   if constexpr (E.textures) radiance = E.motion ? scene.radiance_of(light, time) : scene.radiance_of(light);
   Spectrum unoccluded = value.f * radiance * (weight / light.pdf);
   if constexpr (E.masks || E.media) {
-    const int crossings = scene.crossings_are_vertices ? settings.max_depth - depth - 1 : kUnlimitedDepth;
-    const Spectrum left = transmitted<E>(scene, it, above, within, light, crossings, time, observer);
+    const int crossings = scene.count_null_interfaces ? settings.max_depth - depth - 1 : kUnlimitedDepth;
+    const Spectrum left = shadow_transmittance<E>(scene, it, above, media, light, crossings, time, observer);
     tell<event::LightReceived>(observer, weight, left.max_component());
     return left.is_black() ? Spectrum() : unoccluded * left;
   }
-  const float share = unblocked<E>(scene, it, above, light, time, observer);
+  const float share = visibility<E>(scene, it, above, light, time, observer);
   tell<event::LightReceived>(observer, weight, share);
   return share > 0 ? unoccluded * share : Spectrum();
 }
@@ -93,7 +95,7 @@ template <Effects E, Observer O>
 /// The same from one light, picked and sampled by the strategy.
 template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE Spectrum direct_light(const Scene& scene, const Settings& settings,
-                                                     const Interaction& it, Scatterer bsdf, Surroundings<E> within,
+                                                     const Interaction& it, Scatterer bsdf, MediumStack<E> media,
                                                      const Sampler& sampler, std::uint32_t bounce, int depth, Point2f u,
                                                      float time, O& observer) noexcept(!O::allocates) {
   // Where only scattered rays look for light, all that they cannot find are point lights.
@@ -104,7 +106,7 @@ template <Effects E, Observer O>
   auto light =
       scene.lights.sample<E>(settings.lights, settings.environment, receiver_at<E>(it, bsdf), sampler, bounce, u, time);
   if (!light || (!aims && !light->delta)) return {};
-  return light_along<E>(scene, settings, it, bsdf, within, *light, depth, time, observer);
+  return direct_light_from<E>(scene, settings, it, bsdf, media, *light, depth, time, observer);
 }
 
 }  // namespace equaltime

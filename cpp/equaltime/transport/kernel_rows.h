@@ -22,11 +22,11 @@ constexpr Effects without(Effects e, Fields fields) noexcept {
   for (const auto field : fields) e.*field = false;
   return e;
 }
-constexpr Effects forking(Effects e) noexcept { return with(e, {&Effects::forks}); }
+constexpr Effects with_splitting(Effects e) noexcept { return with(e, {&Effects::splitting}); }
 
 /// What no scene calls for, but a strategy, left out.
-inline constexpr Effects kAllButForks = without(kAllEffects, {&Effects::forks});
-inline constexpr Effects kAllButMedia = without(kAllButForks, {&Effects::media, &Effects::phase_blends});
+inline constexpr Effects kAllButSplitting = without(kAllEffects, {&Effects::splitting});
+inline constexpr Effects kAllButMedia = without(kAllButSplitting, {&Effects::media, &Effects::phase_blends});
 inline constexpr Effects kAllButMediaAndMotion = without(kAllButMedia, {&Effects::motion});
 /// All but what few scenes call for.
 inline constexpr Effects kCommonEffects =
@@ -46,9 +46,9 @@ inline constexpr Effects kKernelEffects[] = {
     Effects{.smooth_normals = true, .environment = true, .motion = true},
     detail::with(detail::kCommonEffects, {&Effects::motion}),
     detail::kAllButMedia,
-    detail::kAllButForks,
-    detail::forking(Effects{}),
-    detail::forking(detail::kCommonEffects),
+    detail::kAllButSplitting,
+    detail::with_splitting(Effects{}),
+    detail::with_splitting(detail::kCommonEffects),
     kAllEffects,
 };
 static_assert(std::size(kKernelEffects) == kKernelRows, "CMake reads how many rows there are");

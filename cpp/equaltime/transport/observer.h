@@ -61,8 +61,8 @@ template <Effects E, Observer O>
 
 /// The nearest surface on a shadow ray, where surfaces may let it pass.
 template <Effects E, Observer O>
-[[nodiscard]] MeetingOf<E> blocker(const Scene& scene, const Ray& ray, float time,
-                                   O& observer) noexcept(!O::allocates) {
+[[nodiscard]] MeetingOf<E> closest_occluder(const Scene& scene, const Ray& ray, float time,
+                                            O& observer) noexcept(!O::allocates) {
   if constexpr (!O::sees_shadows) return {};
   auto meeting = scene.closest<E, typename O::Guard>(ray, time);
   const Optional<Interaction>& it = surface(meeting);

@@ -8,8 +8,8 @@
 #include <optional>
 
 #include "equaltime/base/effects.h"
-#include "equaltime/transport/efficiency.h"
 #include "equaltime/transport/path_state.h"
+#include "equaltime/transport/splitting_map.h"
 
 namespace equaltime {
 
@@ -25,7 +25,7 @@ class PathCopies {
 };
 
 template <Effects E>
-requires(E.forks) class PathCopies<E> {
+requires(E.splitting) class PathCopies<E> {
  public:
   /// Of a path through this pixel of the full film.
   PathCopies(const Settings& settings, std::uint64_t x, std::uint64_t y) noexcept
@@ -42,7 +42,7 @@ requires(E.forks) class PathCopies<E> {
     const std::uint32_t segment = path.segment();
     const float share = 1 / static_cast<float>(1U << log2_copies_);
     path.beta *= share;
-    path.radiance_scale *= share;  // a share is no reason to end a path
+    path.eta_scale *= share;  // a share is no reason to end a path
     const Sampler whole = path.sampler;
     for (std::uint32_t copy = (1U << log2_copies_) - 1; copy > 0; --copy) {
       path.sampler = whole.copy(copy, log2_copies_);
@@ -69,10 +69,10 @@ requires(E.forks) class PathCopies<E> {
     PathState<E>& copy = copies_[waiting_++].emplace(path);
     copy.ray = it.spawn(s.wi, s.above);
     copy.beta *= s.weight;
-    copy.radiance_scale *= s.radiance_scale;
+    copy.eta_scale *= s.eta_scale;
     copy.previous = {receiver_at<E>(it, scatterer_), s.pdf, s.delta, {}};
-    copy.within.leave(scene, it, s.above);
-    copy.straight = StraightAhead<E>(false);
+    copy.media.leave(scene, it, s.above);
+    copy.hidden_emitters = HiddenEmitters<E>(false);
     ++copy.depth;
   }
 
@@ -80,7 +80,7 @@ requires(E.forks) class PathCopies<E> {
   bool split_ = false;
   std::optional<Bsdf> own_;  // that of the vertex may be gone when copies go on
   Scatterer scatterer_;      // where the path was split
-  std::array<std::optional<PathState<E>>, (1U << Efficiency::kMostLog2) - 1> copies_;
+  std::array<std::optional<PathState<E>>, (1U << SplittingMap::kMostLog2) - 1> copies_;
 };
 
 }  // namespace equaltime

@@ -7,23 +7,23 @@
 #include "equaltime/base/effects.h"
 #include "equaltime/scene/scene.h"
 #include "equaltime/transport/gather.h"
-#include "equaltime/transport/hidden.h"
+#include "equaltime/transport/hidden_emitters.h"
 
 namespace equaltime {
 
 /// The numbers of a path, which change where it is split.
 template <Effects E>
-using NumbersOf = std::conditional_t<E.forks, Sampler, const Sampler&>;
+using NumbersOf = std::conditional_t<E.splitting, Sampler, const Sampler&>;
 
 template <Effects E>
 struct PathState {
   Ray ray;     // to be traced next
   float time;  // of all of the path, from 0 to 1, where anything moves
   NumbersOf<E> sampler;
-  PathSurroundings<E> within;       // the media and bodies that the ray is in
-  StraightAhead<E> straight{true};  // so far
-  Spectrum L{}, beta{1};            // radiance gathered; throughput
-  float radiance_scale = 1;         // the part of beta that is refraction's: no reason to end a path
+  PathMediumStack<E> media;                 // the media and bodies that the ray is in
+  HiddenEmitters<E> hidden_emitters{true};  // so far
+  Spectrum L{}, beta{1};                    // radiance gathered; throughput
+  float eta_scale = 1;                      // the part of beta that is refraction's: no reason to end a path
   PreviousVertex previous{};
   int depth = 1;              // of the vertex that the ray goes to, as max_depth counts them
   std::uint32_t crossed = 0;  // surfaces so far that do not count
@@ -34,7 +34,7 @@ struct PathState {
   /// Goes straight on through a surface, which counts as a vertex or not.
   EQUALTIME_INLINE void cross(const Scene& scene, const Interaction& it, bool counts) noexcept {
     ray = it.spawn(-it.wo, false);
-    within.leave(scene, it, false);
+    media.leave(scene, it, false);
     counts ? static_cast<void>(++depth) : static_cast<void>(++crossed);
   }
 };

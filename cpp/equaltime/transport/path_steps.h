@@ -7,7 +7,7 @@
 #include "equaltime/scene/scene.h"
 #include "equaltime/transport/path_copies.h"
 #include "equaltime/transport/path_state.h"
-#include "equaltime/transport/uncommon.h"
+#include "equaltime/transport/techniques.h"
 
 namespace equaltime {
 
@@ -18,9 +18,9 @@ enum class Arrival : std::uint8_t { ends, crosses, scatters };
 template <Effects E, Observer O>
 EQUALTIME_INLINE void add_emission(const Scene& scene, const Settings& settings, PathState<E>& path,
                                    const Optional<Interaction>& it, O& observer) noexcept(!O::allocates) {
-  if (!it && path.straight.sees_no_environment(scene)) return;
-  const Spectrum L = path.beta * (it ? emitted<E>(scene, settings, *it, path.previous, path.time, observer)
-                                     : escaped<E>(scene, settings, path.ray.direction, path.previous));
+  if (!it && path.hidden_emitters.sees_no_environment(scene)) return;
+  const Spectrum L = path.beta * (it ? surface_emission<E>(scene, settings, *it, path.previous, path.time, observer)
+                                     : environment_emission<E>(scene, settings, path.ray.direction, path.previous));
   tell<event::EmissionAdded>(observer, L, it ? scene.light_of(*it) : scene.lights.last(), path.depth);
   path.L += L;
 }
@@ -32,12 +32,12 @@ template <Effects E, Observer O>
                                               MeetingOf<E>& meeting, Vertex& v, std::optional<Bsdf>& own,
                                               O& observer) noexcept(!O::allocates) {
   const std::uint32_t segment = path.segment();
-  const PhaseFunction* phase = path.within.follow(scene, path.ray, path.sampler, segment, path.beta, meeting);
+  const PhaseFunction* phase = path.media.sample_distance(scene, path.ray, path.sampler, segment, path.beta, meeting);
   Optional<Interaction>& it = surface(meeting);
   tell<event::DistanceSampled>(observer, it ? &*it : nullptr, phase != nullptr, path.beta);
   if constexpr (E.media || E.hidden_emitters)
     if (phase == nullptr && it &&
-        (path.within.here().hides(scene, *it) || path.straight.looks_through(scene, *it, path.depth))) {
+        (path.media.here().hides(scene, *it) || path.hidden_emitters.skips(scene, *it, path.depth))) {
       path.cross(scene, *it, false);
       return Arrival::crosses;
     }
@@ -46,19 +46,20 @@ template <Effects E, Observer O>
     if (!it) return Arrival::ends;
     v.material = scene.material(*it);
   }
-  const bool crosses = E.masks && !scene.crossings_are_vertices;  // what is nothing, however long the path is
+  const bool crosses = E.masks && !scene.count_null_interfaces;  // what is nothing, however long the path is
   if ((path.depth >= settings.max_depth && !crosses) || (phase == nullptr && v.material == kNone)) return Arrival::ends;
   if constexpr (E.masks) {
     if (phase == nullptr)
-      v.material = scene.picked(v.material, *it, path.sampler.get_1d_precise(slot(BounceDimension::material, segment)));
+      v.material = scene.choose_component(v.material, *it,
+                                          path.sampler.get_1d_precise(slot(BounceDimension::material, segment)));
     if (phase == nullptr && scene.materials[v.material].kind == Material::Kind::nothing) {
-      path.cross(scene, *it, scene.crossings_are_vertices);
+      path.cross(scene, *it, scene.count_null_interfaces);
       return Arrival::crosses;
     }
   }
   v.scatterer = phase != nullptr
                     ? Scatterer(*phase)
-                    : path.within.here().beside(scene, *it, scene.bsdf<E>(v.material, *it, own, path.time), own);
+                    : path.media.here().with_exterior(scene, *it, scene.bsdf<E>(v.material, *it, own, path.time), own);
   v.may_cross = crosses && v.scatterer.is_thin();
   if (E.masks && path.depth >= settings.max_depth && !v.may_cross) return Arrival::ends;
   return Arrival::scatters;
@@ -83,18 +84,18 @@ template <Effects E, Observer O>
   Optional<Scattering> scattered;
   if (is_delta<E>(v.scatterer)) {
     scattered = sample_bsdf<E>(it, v.scatterer, path.sampler, segment, {});
-  } else if (is_uncommon(settings.technique)) [[unlikely]] {
-    const TurnedVertex turned = uncommon_vertex<E>(scene, settings, it, v.scatterer, path.within.here(), path.sampler,
-                                                   segment, path.depth, u, path.time, observer);
+  } else if (uses_one_direction(settings.technique)) [[unlikely]] {
+    const TurnedVertex turned = sample_one_direction<E>(scene, settings, it, v.scatterer, path.media.here(),
+                                                        path.sampler, segment, path.depth, u, path.time, observer);
     add_direct_light<E>(path, turned.direct, observer);
     path.previous.mixed = turned.mixed;
     scattered = turned.scattered;
   } else {
-    if constexpr (!E.forks) scattered = sample_bsdf<E>(it, v.scatterer, path.sampler, segment, u.bsdf_direction);
-    const Spectrum direct = direct_light<E>(scene, settings, it, v.scatterer, path.within.here(), path.sampler, segment,
+    if constexpr (!E.splitting) scattered = sample_bsdf<E>(it, v.scatterer, path.sampler, segment, u.bsdf_direction);
+    const Spectrum direct = direct_light<E>(scene, settings, it, v.scatterer, path.media.here(), path.sampler, segment,
                                             path.depth, u.light_point, path.time, observer);
     add_direct_light<E>(path, direct, observer);
-    if constexpr (E.forks) {
+    if constexpr (E.splitting) {
       if (copies.due()) {
         copies.split(scene, it, v.scatterer, path);
         u = path.sampler.vertex(segment);
@@ -111,10 +112,10 @@ template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE bool survives(const Settings& settings, PathState<E>& path, const Interaction& it,
                                              Scatterer bsdf, O& observer) noexcept(!O::allocates) {
   if (path.depth < settings.roulette_depth) return true;
-  float survival = survival_probability(settings.roulette, settings.survival, path.beta * (1 / path.radiance_scale),
+  float survival = survival_probability(settings.roulette, settings.survival, path.beta * (1 / path.eta_scale),
                                         [&]() noexcept { return albedo<E>(it, bsdf); });
-  if (path.depth >= kEndlessDepth && settings.max_depth == kUnlimitedDepth) [[unlikely]]
-    survival *= survival_of_endless(path.depth);
+  if (path.depth >= kLongPathDepth && settings.max_depth == kUnlimitedDepth) [[unlikely]]
+    survival *= long_path_survival(path.depth);
   tell<event::RouletteSurvived>(observer, survival);
   if (survival < 1 && path.sampler.get_1d_precise(slot(BounceDimension::roulette, path.segment())) >= survival)
     return false;
@@ -130,7 +131,7 @@ template <Effects E, Observer O>
   if (v.may_cross && !scattered.above) --path.depth, ++path.crossed;
   if (E.masks && path.depth >= settings.max_depth) return false;
   path.beta *= scattered.weight;
-  path.radiance_scale *= scattered.radiance_scale;
+  path.eta_scale *= scattered.eta_scale;
   if (!(0 < path.beta.sum() && path.beta.sum() < std::numeric_limits<float>::infinity())) [[unlikely]] {
     if (path.beta.is_black()) return false;
     if (!path.beta.is_finite()) {  // The sample is not finite, and no roulette would end its path.
@@ -142,8 +143,8 @@ template <Effects E, Observer O>
   path.previous.from = receiver_at<E>(it, v.scatterer);
   path.previous.pdf = scattered.pdf, path.previous.alone = scattered.delta;
   path.ray = it.spawn(scattered.wi, scattered.above);
-  path.within.leave(scene, it, scattered.above);
-  path.straight.scatters(v.scatterer, scattered.above);
+  path.media.leave(scene, it, scattered.above);
+  path.hidden_emitters.scatters(v.scatterer, scattered.above);
   ++path.depth;
   return true;
 }

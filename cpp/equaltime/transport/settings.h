@@ -17,11 +17,11 @@ enum class Technique : std::uint8_t { uniform, bsdf, light, mis, mixture };
 
 [[nodiscard]] constexpr bool aims_at_lights(Technique technique) noexcept { return technique >= Technique::light; }
 /// Whether a vertex does anything else than looking for direct light and going on by the BSDF.
-[[nodiscard]] constexpr bool is_uncommon(Technique technique) noexcept {
+[[nodiscard]] constexpr bool uses_one_direction(Technique technique) noexcept {
   return technique == Technique::uniform || technique == Technique::mixture;
 }
 
-class Efficiency;
+class SplittingMap;
 
 inline constexpr int kUnlimitedDepth = 0x7fffffff;
 
@@ -32,10 +32,10 @@ struct Settings {
   EnvironmentSampling environment = EnvironmentSampling::plain;
   Roulette roulette = Roulette::throughput;
   SamplerKind sampler = SamplerKind::lattice;
-  float survival = 0.75F;                  // of the constant roulette, in (0, 1)
-  int roulette_depth = 5;                  // the first depth at which a path may be ended at random
-  int max_depth = kUnlimitedDepth;         // Mitsuba's: 1 sees emission only, 2 direct light too
-  const Efficiency* efficiency = nullptr;  // that the roulette goes by: none yet, or another's
+  float survival = 0.75F;                    // of the constant roulette, in (0, 1)
+  int roulette_depth = 5;                    // the first depth at which a path may be ended at random
+  int max_depth = kUnlimitedDepth;           // Mitsuba's: 1 sees emission only, 2 direct light too
+  const SplittingMap* efficiency = nullptr;  // that the roulette goes by: none yet, or another's
 };
 
 }  // namespace equaltime

@@ -17,9 +17,9 @@ namespace equaltime {
 
 /// 1 if the light reaches the vertex, 0 if not; `above` tells on which side of the vertex the light is.
 template <Effects E, Observer O>
-[[nodiscard]] EQUALTIME_INLINE float unblocked(const Scene& scene, const Interaction& vertex, bool above,
-                                               const LightSample& light, float time,
-                                               O& observer) noexcept(!O::allocates) {
+[[nodiscard]] EQUALTIME_INLINE float visibility(const Scene& scene, const Interaction& vertex, bool above,
+                                                const LightSample& light, float time,
+                                                O& observer) noexcept(!O::allocates) {
   return occluded<E>(scene, shadow_ray(vertex, above, light), time, observer) ? 0.0F : 1.0F;
 }
 
@@ -27,18 +27,20 @@ template <Effects E, Observer O>
 /// rays that go through, and must not count twice; others nothing else finds there. Where going through it is a bounce
 /// like any other, it hides them, as other glass does.
 [[nodiscard]] inline bool shines_through_glass(const Scene& scene, const LightSample& light) noexcept {
-  return light.delta && !scene.crossings_are_vertices;
+  return light.delta && !scene.count_null_interfaces;
 }
 
 /// What a material lets pass straight on at the point, by colour.
 template <Effects E>
-[[nodiscard]] Spectrum passing(const Scene& scene, std::uint32_t index, const Interaction& it, bool glass_passes,
-                               float time) noexcept {
+[[nodiscard]] Spectrum surface_transmittance(const Scene& scene, std::uint32_t index, const Interaction& it,
+                                             bool glass_passes, float time) noexcept {
   const Material& material = scene.materials[index];
   if (!material.passes) return {};
   if (material.kind == Material::Kind::nothing) return Spectrum(1);
   if (material.kind == Material::Kind::mixture) {
-    const auto part = [&](int i) noexcept { return passing<E>(scene, material.parts[i], it, glass_passes, time); };
+    const auto part = [&](int i) noexcept {
+      return surface_transmittance<E>(scene, material.parts[i], it, glass_passes, time);
+    };
     const float w = material.weight_at(scene.textures, scene.place(it));
     return (1 - w) * part(0) + w * part(1);
   }

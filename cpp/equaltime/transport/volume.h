@@ -31,25 +31,25 @@ namespace detail {
 
 /// The medium that a path is in; of no size, and nothing to do, in kernels that know none.
 template <Effects E>
-class Surroundings {
+class MediumStack {
  public:
   void leave(const Scene&, const Interaction&, bool) const noexcept {}
   [[nodiscard]] static constexpr bool hides(const Scene&, const Interaction&) noexcept { return false; }
-  [[nodiscard]] static const Bsdf& beside(const Scene&, const Interaction&, const Bsdf& bsdf,
-                                          std::optional<Bsdf>&) noexcept {
+  [[nodiscard]] static const Bsdf& with_exterior(const Scene&, const Interaction&, const Bsdf& bsdf,
+                                                 std::optional<Bsdf>&) noexcept {
     return bsdf;
   }
 };
 
 template <Effects E>
-requires(E.media) class Surroundings<E> {
+requires(E.media) class MediumStack<E> {
  public:
   /// Of a path that begins with a ray, at a time if anything moves.
-  Surroundings(const Scene& scene, const Ray& camera_ray, [[maybe_unused]] float time) noexcept
+  MediumStack(const Scene& scene, const Ray& camera_ray, [[maybe_unused]] float time) noexcept
       : bodies_(scene.nesting.always.bodies), around_(scene.nesting.always.medium), place_(camera_ray.origin) {
     if constexpr (E.motion)
       if (!scene.nesting.sometimes.empty()) {
-        const Beginning now = scene.beginning(time);
+        const CameraMedium now = scene.beginning(time);
         bodies_ = now.bodies, around_ = now.medium;
       }
   }
@@ -73,16 +73,16 @@ requires(E.media) class Surroundings<E> {
     return surface.rank != kNoRank && others(surface) != 0 && highest(others(surface)) > surface.rank;
   }
   /// The BSDF of a body's surface with what is beyond it: in `own`, if that is another body.
-  [[nodiscard]] const Bsdf& beside(const Scene& scene, const Interaction& it, const Bsdf& bsdf,
-                                   std::optional<Bsdf>& own) const noexcept {
+  [[nodiscard]] const Bsdf& with_exterior(const Scene& scene, const Interaction& it, const Bsdf& bsdf,
+                                          std::optional<Bsdf>& own) const noexcept {
     const Surface& surface = scene.surfaces[it.shape];
     if (surface.rank == kNoRank || others(surface) == 0) return bsdf;
-    const Bsdf changed = equaltime::within(bsdf, scene.nesting.bodies[index(others(surface))].ior);
+    const Bsdf changed = with_exterior_ior(bsdf, scene.nesting.bodies[index(others(surface))].ior);
     return own.emplace(changed);
   }
   /// Follows a shadow ray to the surface that it meets, or else to the light: what is left of its light.
-  [[nodiscard]] Spectrum follow_shadow(const Scene& scene, const Ray& shadow, const ExactMeeting& meeting,
-                                       const LightSample& light, float time) noexcept {
+  [[nodiscard]] Spectrum transmittance_along(const Scene& scene, const Ray& shadow, const ExactMeeting& meeting,
+                                             const LightSample& light, float time) noexcept {
     const std::uint32_t here = medium_at(scene);
     const Vec3d from = place_;
     if (meeting.it) place_ = meeting.point;
@@ -111,46 +111,48 @@ requires(E.media) class Surroundings<E> {
                                                          const Ray& shadow, const LightSample& light,
                                                          [[maybe_unused]] float time) noexcept {
     if (!light.delta && medium.sigma_t.max_component() * light.target.offset > kFarOff) {
-      const ExactMeeting lamp = scene.closest<E, HeldExceptions>({shadow.origin, light.wi}, time);
+      const ExactMeeting lamp = scene.closest<E, ScopedFpEnvironment>({shadow.origin, light.wi}, time);
       if (lamp.it && scene.surfaces[lamp.it->shape].first_light != kNone && scene.light_of(*lamp.it) == light.light)
         return distance_along(from, light.wi, lamp);
     }
     return length(Vec3d(light.target.p) - from);
   }
-  [[nodiscard]] static std::size_t index(Bodies bodies) noexcept { return static_cast<std::size_t>(highest(bodies)); }
-  [[nodiscard]] Bodies others(const Surface& surface) const noexcept { return bodies_ & ~only(surface.rank); }
+  [[nodiscard]] static std::size_t index(DielectricSet bodies) noexcept {
+    return static_cast<std::size_t>(highest(bodies));
+  }
+  [[nodiscard]] DielectricSet others(const Surface& surface) const noexcept { return bodies_ & ~only(surface.rank); }
 
-  Bodies bodies_;         // that the path is in
+  DielectricSet bodies_;  // that the path is in
   std::uint32_t around_;  // the medium where no body is; kNone: vacuum
   Vec3d place_;           // of the path: its last vertex, or the camera
 };
 
 /// The surroundings of a path that media scatter, and the surfaces that it is close to.
 template <Effects E>
-class PathSurroundings {
+class PathMediumStack {
  public:
-  PathSurroundings(const Scene&, const Ray&, float) noexcept {}
-  [[nodiscard]] static Surroundings<E> here() noexcept { return {}; }
-  [[nodiscard]] const PhaseFunction* follow(const Scene&, const Ray&, const Sampler&, std::uint32_t, const Spectrum&,
-                                            const Optional<Interaction>&) const noexcept {
+  PathMediumStack(const Scene&, const Ray&, float) noexcept {}
+  [[nodiscard]] static MediumStack<E> here() noexcept { return {}; }
+  [[nodiscard]] const PhaseFunction* sample_distance(const Scene&, const Ray&, const Sampler&, std::uint32_t,
+                                                     const Spectrum&, const Optional<Interaction>&) const noexcept {
     return nullptr;
   }
   void leave(const Scene&, const Interaction&, bool) const noexcept {}
 };
 
 template <Effects E>
-requires(E.media) class PathSurroundings<E> {
+requires(E.media) class PathMediumStack<E> {
  public:
   /// Of a path that begins with a ray, at a time if anything moves.
-  PathSurroundings(const Scene& scene, const Ray& camera_ray, float time) noexcept : here_(scene, camera_ray, time) {}
+  PathMediumStack(const Scene& scene, const Ray& camera_ray, float time) noexcept : here_(scene, camera_ray, time) {}
 
-  [[nodiscard]] const Surroundings<E>& here() const noexcept { return here_; }
+  [[nodiscard]] const MediumStack<E>& here() const noexcept { return here_; }
 
   /// Follows a ray to the surface that it meets, if any. Its throughput becomes what is left of it. If the medium
   /// scatters it before, the meeting becomes the vertex where, and its phase function is returned, null otherwise.
-  [[nodiscard]] EQUALTIME_INLINE const PhaseFunction* follow(const Scene& scene, const Ray& ray, const Sampler& sampler,
-                                                             std::uint32_t bounce, Spectrum& beta,
-                                                             ExactMeeting& ahead) noexcept {
+  [[nodiscard]] EQUALTIME_INLINE const PhaseFunction* sample_distance(const Scene& scene, const Ray& ray,
+                                                                      const Sampler& sampler, std::uint32_t bounce,
+                                                                      Spectrum& beta, ExactMeeting& ahead) noexcept {
     const std::uint32_t medium_here = here_.medium_at(scene);
     const Vec3d from = here_.place();
     Optional<Interaction>& it = ahead.it;
@@ -159,9 +161,9 @@ requires(E.media) class PathSurroundings<E> {
     const Medium& medium = scene.media[medium_here];
     const Point2d u = sampler.get_2d_precise(slot(BounceDimension::medium, bounce));
     const double free = it ? distance_along(from, ray.direction, ahead) : std::numeric_limits<double>::infinity();
-    const Flight flight = medium.sample(beta, free, u);
+    const DistanceSample flight = medium.sample(beta, free, u);
     beta *= flight.weight;
-    if (!flight.collides) return nullptr;
+    if (!flight.scattered) return nullptr;
     const Vec3d vertex = from + Vec3d(ray.direction) * flight.distance;
     const float height = it ? static_cast<float>(flight.distance - free) * dot(ray.direction, it->anchor.n) : 0;
     here_.move_to(vertex);
@@ -179,39 +181,39 @@ requires(E.media) class PathSurroundings<E> {
   }
 
  private:
-  Surroundings<E> here_;
+  MediumStack<E> here_;
   NearbySurfaces nearby_;
 };
 
 /// The part of a light's radiance that gets through to the vertex, by colour, with at most so many surfaces crossed;
 /// `above` tells on which side of the vertex the light is.
 template <Effects E, Observer O>
-[[nodiscard]] Spectrum transmitted(const Scene& scene, const Interaction& vertex, bool above, Surroundings<E> within,
-                                   const LightSample& light, int crossings, float time,
-                                   O& observer) noexcept(!O::allocates) {
+[[nodiscard]] Spectrum shadow_transmittance(const Scene& scene, const Interaction& vertex, bool above,
+                                            MediumStack<E> media, const LightSample& light, int crossings, float time,
+                                            O& observer) noexcept(!O::allocates) {
   const bool glass_passes = shines_through_glass(scene, light);
   // within media it also counts how far surfaces are, to more digits than Embree tells
   const bool may_pass = scene.lets_light_pass || (E.media && !scene.media.empty());
   Spectrum share(1);
   Interaction from = vertex;
   for (;;) {
-    within.leave(scene, from, above);
+    media.leave(scene, from, above);
     const Ray shadow = shadow_ray(from, above, light);
     if (!may_pass && occluded<E>(scene, shadow, time, observer)) return {};
-    auto meeting = may_pass ? blocker<E>(scene, shadow, time, observer) : MeetingOf<E>();
+    auto meeting = may_pass ? closest_occluder<E>(scene, shadow, time, observer) : MeetingOf<E>();
     const Optional<Interaction>& it = surface(meeting);
     if constexpr (E.media) {
-      share *= within.follow_shadow(scene, shadow, meeting, light, time);
+      share *= media.transmittance_along(scene, shadow, meeting, light, time);
       if (!it && !scene.nesting.bodies.empty() && !light.infinite && !light.delta)
-        if (within.hides(scene.surfaces[scene.emitters[light.light].shape])) return {};
+        if (media.hides(scene.surfaces[scene.emitters[light.light].shape])) return {};
     }
     if (!it || share.is_black()) return share;
     from = *it;
     above = false;
-    if (within.hides(scene, *it)) continue;
+    if (media.hides(scene, *it)) continue;
     const std::uint32_t material = scene.material(*it);
     if (crossings-- <= 0 || material == kNone) return {};
-    share *= passing<E>(scene, material, *it, glass_passes, time);
+    share *= surface_transmittance<E>(scene, material, *it, glass_passes, time);
     if (share.is_black()) return {};
   }
 }

@@ -14,7 +14,7 @@ namespace {
 
 using namespace random_scene;
 
-double sum_of_pmfs(const LightTree& tree, const Receiver& receiver, std::size_t lights) {
+double sum_of_pmfs(const LightTree& tree, const LightSampleContext& receiver, std::size_t lights) {
   double sum = 0;
   for (std::uint32_t i = 0; i < lights; ++i) sum += static_cast<double>(tree.pmf(receiver, i));
   return sum;
@@ -30,7 +30,7 @@ Seen look_for_lost_light(const std::vector<AnyLight>& lights, const LightTree& t
   Random random(11);
   Seen seen;
   for (int round = 0; round < rounds; ++round) {
-    Receiver receiver = random_receiver(random);
+    LightSampleContext receiver = random_receiver(random);
     const auto light = static_cast<std::uint32_t>(random.engine() % lights.size());
     const double tiny = std::pow(10, random.in(-8, 0));
     const Point2f u{static_cast<float>(random.in(0, 1)), static_cast<float>(random.in(0, 1))};
@@ -62,7 +62,7 @@ TEST("the probabilities of all lights sum to 1 for a receiver that all of them m
       lights.push_back(PointLight{Vec3f(random.point(1)), Spectrum(static_cast<float>(random.in(0.1, 9)))});
     const LightTree tree = tree_of(lights);
     for (int round = 0; round < 100; ++round) {
-      Receiver receiver = random_receiver(random);
+      LightSampleContext receiver = random_receiver(random);
       receiver.opaque = false;
       CHECK(std::abs(sum_of_pmfs(tree, receiver, n) - 1) < 1e-6);
     }
@@ -75,7 +75,7 @@ TEST("they never sum to more, and what is missing is how often nothing is picked
   for (int round = 0; round < 100; ++round) {
     const std::vector<AnyLight> lights = random_lights(random, 1 + random.engine() % 30);
     const LightTree tree = tree_of(lights);
-    const Receiver receiver = random_receiver(random);
+    const LightSampleContext receiver = random_receiver(random);
     const double sum = sum_of_pmfs(tree, receiver, lights.size());
     CHECK(sum < 1 + 1e-6);
     int picked = 0;
@@ -91,7 +91,7 @@ TEST("the probability of a light that was hit is that of picking it, to the last
     const LightTree tree = tree_of(lights);
     int picks = 0;
     for (int i = 0; i < 50000; ++i) {
-      const Receiver receiver = random_receiver(random);
+      const LightSampleContext receiver = random_receiver(random);
       const auto pick = tree.pick(receiver, random.place());
       if (!pick) continue;
       ++picks;
@@ -109,7 +109,7 @@ TEST("a light's probability is exactly its share of the numbers, for powers over
         PointLight{Vec3f(random.point(1)), Spectrum(static_cast<float>(std::pow(10, random.in(-20, 20))))});
   const LightTree tree = tree_of(lights);
   for (int round = 0; round < 20; ++round) {
-    Receiver receiver = random_receiver(random);
+    LightSampleContext receiver = random_receiver(random);
     receiver.opaque = false;
     std::size_t found = 0;
     for (std::int64_t begin = 0; begin < LightTree::kPlaces; ++found) {
@@ -157,7 +157,7 @@ TEST("choices follow the probabilities by a chi-squared test, which sees two per
   std::vector<AnyLight> lights = random_lights(random, 20, 0.1, 0.3);
   const LightTree tree = tree_of(lights);
   constexpr int kDraws = 2000000;
-  const Receiver receiver{{0.1F, 0.2F, 0.3F}, {0, 0, 1}, true};
+  const LightSampleContext receiver{{0.1F, 0.2F, 0.3F}, {0, 0, 1}, true};
   std::vector<double> counts(lights.size() + 1, 0), expected;
   for (int i = 0; i < kDraws; ++i) {
     const auto pick = tree.pick(receiver, random.place());
@@ -194,7 +194,7 @@ TEST("lights in one place, on a line, in one plane and of one normal all get the
   for (const std::vector<AnyLight>& lights : worlds) {
     const LightTree tree = tree_of(lights);
     CHECK(look_for_lost_light(lights, tree, 3000).lost == 0);
-    const Receiver receiver{{1.5F, -0.5F, 0.25F}, {0, 1, 0}, false};
+    const LightSampleContext receiver{{1.5F, -0.5F, 0.25F}, {0, 1, 0}, false};
     CHECK(std::abs(sum_of_pmfs(tree, receiver, lights.size()) - 1) < 1e-6);
   }
 }
@@ -205,7 +205,7 @@ TEST("a receiver at a light's place, or within a cluster, may pick any light") {
   const std::vector<EmitterBounds> bounds = bounds_of(lights);
   const LightTree tree(bounds);
   for (std::uint32_t i = 0; i < lights.size(); ++i) {
-    const Receiver receiver{Vec3f(bounds[i].box.center()), Vec3f(random.direction()), true};
+    const LightSampleContext receiver{Vec3f(bounds[i].box.center()), Vec3f(random.direction()), true};
     CHECK(tree.pmf(receiver, i) > 0);
     CHECK(std::isfinite(sum_of_pmfs(tree, receiver, lights.size())));
   }
@@ -216,7 +216,7 @@ TEST("a light too far for the square of its distance takes none from those nearb
                                   PointLight{{-1e30F, 0, 0}, Spectrum(1e30F)}, PointLight{{0, 1, 0}, Spectrum(1)}};
   const LightTree tree = tree_of(lights);
   for (const Vec3f n : {Vec3f{1, 0, 0}, Vec3f{0, 1, 0}, Vec3f{0.6F, 0.8F, 0}}) {
-    const Receiver receiver{{0, 0, 0}, n, true};
+    const LightSampleContext receiver{{0, 0, 0}, n, true};
     CHECK(std::abs(sum_of_pmfs(tree, receiver, lights.size()) - 1) < 1e-6);
     CHECK(n.x == 0 || tree.pmf(receiver, 1) > 0);
     CHECK(n.y == 0 || tree.pmf(receiver, 3) > 0);
@@ -227,7 +227,7 @@ TEST("a light that never shines is never picked, and no light at all leaves the 
   std::vector<EmitterBounds> bounds = bounds_of(
       {PointLight{{0, 0, 0}, Spectrum(1)}, PointLight{{1, 0, 0}, Spectrum(0)}, PointLight{{2, 0, 0}, Spectrum(2)}});
   const LightTree tree(bounds);
-  const Receiver receiver{{0, 1, 0}, {0, -1, 0}, true};
+  const LightSampleContext receiver{{0, 1, 0}, {0, -1, 0}, true};
   CHECK(tree.pmf(receiver, 1) == 0 && tree.pmf(receiver, 0) > 0 && tree.pmf(receiver, 2) > 0);
   bounds[0].intensity = bounds[2].intensity = 0;
   CHECK(LightTree(bounds).empty() && !LightTree(bounds).pick(receiver, 0) && !LightTree(bounds).may_light(receiver));
@@ -260,7 +260,7 @@ TEST("lengths and powers times a power of two change no bit of any choice") {
       }
       const LightTree other(scaled);
       for (int i = 0; i < 3000; ++i) {
-        const Receiver receiver = random_receiver(random);
+        const LightSampleContext receiver = random_receiver(random);
         const std::int64_t place = random.place();
         const auto a = tree.pick(receiver, place);
         const auto b = other.pick({receiver.p * static_cast<float>(s), receiver.n, receiver.opaque}, place);

@@ -69,7 +69,7 @@ TEST("after memory ran out in a worker, a render goes on to the same bits") {
     CHECK(failed || n > 0);                    // one worker may have taken all blocks before the others began
     Renderer other(scene, settings(), kMany);  // as from a checkpoint
     other.film().moments() = renderer.film().moments();
-    other.take_up(renderer.counters(), renderer.position());
+    other.resume(renderer.counters(), renderer.position());
     for (Renderer* next : {&renderer, &other}) {
       CHECK(next->advance(kSamples));
       CHECK(same_bits(next->film().moments(), whole));

@@ -74,7 +74,7 @@ TEST("a render taken up from its moments, cut anywhere, has the bits of one that
     if (!first.advance(kSamples, seconds)) ++cuts;
     Renderer second(scene(), shallow(), kMany);
     second.film().moments() = first.film().moments();
-    second.take_up(first.counters(), first.position());
+    second.resume(first.counters(), first.position());
     CHECK(second.advance(kSamples));
     CHECK(same_bits(second.film().moments(), reference()));
     CHECK(second.counters().paths == kSamples * second.film().width() * second.film().height());
@@ -90,7 +90,7 @@ TEST("moments that no pass leaves are not taken up") {
     renderer.film().moments() = whole.film().moments();
     change(renderer.film());
     try {
-      renderer.take_up(whole.counters(), whole.position());
+      renderer.resume(whole.counters(), whole.position());
     } catch (const std::invalid_argument&) {
       return true;
     }
@@ -115,7 +115,7 @@ TEST("windows that are rendered one after another, in two steps each, give the i
     const Moments so_far = renderer.film().moments();
     renderer.limit_to(window);
     renderer.film().moments() = so_far;
-    renderer.take_up({}, {8, 8, 0});
+    renderer.resume({}, {8, 8, 0});
     CHECK(renderer.advance(kSamples));
     CHECK(renderer.counters().paths == (kSamples - 8) * (window.x1 - window.x0) * height);
   }
@@ -151,7 +151,7 @@ TEST("rates give each pixel its number of samples beyond the pilot, the first of
   const std::vector<float> rates = slanted(renderer.film());
   const SampleSchedule schedule(4, rates, 2);
   renderer.advance(4);
-  renderer.adapt(4, rates);
+  renderer.set_sample_rates(4, rates);
   for (int cut = 0; !renderer.advance(kSamples, cut < 50 ? 1e-4 : 1e9); ++cut) {
   }
   for (std::uint32_t y = 0; y < renderer.film().height(); ++y)
@@ -169,17 +169,17 @@ TEST("an uneven render taken up from its moments has the bits of one that was ne
   Renderer whole(scene(), shallow(), kMany);
   const std::vector<float> rates = slanted(whole.film());
   whole.advance(4);
-  whole.adapt(4, rates);
+  whole.set_sample_rates(4, rates);
   whole.advance(kSamples);
   for (double seconds = 1e-5; seconds < 1; seconds *= 3) {
     Renderer first(scene(), shallow(), kMany);
     first.advance(4);
-    first.adapt(4, rates);
+    first.set_sample_rates(4, rates);
     first.advance(kSamples, seconds);
     Renderer second(scene(), shallow(), kMany);
     second.film().moments() = first.film().moments();
-    second.adapt(4, rates);
-    second.take_up(first.counters(), first.position());
+    second.set_sample_rates(4, rates);
+    second.resume(first.counters(), first.position());
     CHECK(second.advance(kSamples));
     CHECK(same_bits(second.film().moments(), whole.film().moments()));
   }
@@ -190,7 +190,7 @@ TEST("rates that cannot be, or come when samples differ already, are refused") {
     Renderer renderer(scene(), shallow(), kMany);
     renderer.advance(done);
     try {
-      renderer.adapt(pilot, std::vector<float>(renderer.film().moments().size() / 2 - missing, rate));
+      renderer.set_sample_rates(pilot, std::vector<float>(renderer.film().moments().size() / 2 - missing, rate));
     } catch (const std::invalid_argument&) {
       return true;
     }

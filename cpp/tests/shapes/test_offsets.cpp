@@ -43,7 +43,7 @@ TriangleMesh random_triangles(Random& random, int count) {
 }
 
 struct Leaving {
-  SurfaceAnchor anchor;
+  OffsetPoint anchor;
   Vec3f direction;
   bool above;
 };
@@ -181,14 +181,13 @@ int instanced_self_hits(double scale_of_offset) {
     const Accel accel({}, Intersection::robust, std::move(groups), {geometry});
     for (int r = 0; r < 1000; ++r) {
       const double s = std::sqrt(random.uniform(0, 1)), u = 1 - s, v = s * random.uniform(0, 1);
-      const detail::Met met =
+      const detail::SurfacePoint met =
           instance.placed({v0 + e1 * u + e2 * v, plane.n, plane.offset, {}, {}, 0, 0, false, false, {}});
       const Vec3f n(met.n);
       Vec3d d = random.direction();
       if (r % 2 == 0) d = d - met.n * (dot(met.n, d) * (1 - random.log_uniform(-5, -3)));
       const Vec3f direction(normalize(d));
-      const SurfaceAnchor anchor{Vec3f(met.p), n,
-                                 static_cast<float>(static_cast<double>(met.offset) * scale_of_offset)};
+      const OffsetPoint anchor{Vec3f(met.p), n, static_cast<float>(static_cast<double>(met.offset) * scale_of_offset)};
       hits += accel.closest(Ray{anchor.moved(dot(direction, n) > 0), direction}).has_value();
     }
   }

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "equaltime/accel/accel.h"
-#include "equaltime/accel/walls.h"
+#include "equaltime/accel/enclosing_spheres.h"
 #include "tests/check.h"
 #include "tests/random_lights.h"
 #include "tests/scenes.h"
@@ -88,7 +88,8 @@ TEST("walls are met one by one where Embree's tree finds them") {
   const Geometries room = room_of_balls(random);
   Geometries with_satellite = room;  // far from all walls, so that none of them holds all that is smaller
   with_satellite.spheres.push_back({{0, 0, 1e6}, 0.1});
-  CHECK(!Walls(room.spheres, room.meshes).empty() && Walls(with_satellite.spheres, room.meshes).empty());
+  CHECK(!EnclosingSpheres(room.spheres, room.meshes).empty() &&
+        EnclosingSpheres(with_satellite.spheres, room.meshes).empty());
   const Accel beside(room), within(with_satellite);
   Geometries ball;
   ball.spheres.push_back({{0, 0, 0}, 0.1});
@@ -119,7 +120,7 @@ TEST("walls are met one by one where Embree's tree finds them") {
 TEST("a wall is a sphere whose box holds all that is smaller and no wall") {
   const std::vector<SphereGeometry> spheres = {{{0, 0, 0}, 9}, {{1, 0, 0}, 1}, {{0, 0, 0}, 4}, {{20, 0, 0}, 2}};
   const auto count = [&](std::size_t n) {
-    const Walls walls({spheres.begin(), spheres.begin() + static_cast<std::ptrdiff_t>(n)}, {});
+    const EnclosingSpheres walls({spheres.begin(), spheres.begin() + static_cast<std::ptrdiff_t>(n)}, {});
     const auto left = walls.taken_out_of(spheres);
     return std::count_if(left.begin(), left.end(), [](const auto& s) { return !(s.radius > 0); });
   };

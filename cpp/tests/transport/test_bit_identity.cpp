@@ -134,7 +134,7 @@ TEST("replays of all samples are the film, bit by bit, and what they list sums u
 TEST("a cheaper kernel is chosen for the plain room than for the full one") {
   CHECK(!choose_kernel(derive_effects(*built(room()))).effects.environment);
   Effects all = kAllEffects;
-  all.forks = false;  // no scene calls for it
+  all.splitting = false;  // no scene calls for it
   CHECK(choose_kernel(derive_effects(*built(full_room()))).effects == all);
 }
 
@@ -155,7 +155,7 @@ TEST("media of no extinction call for nothing, and leave no bit elsewhere") {
 
 TEST("surfaces of nothing may be vertices of paths or none, with every technique") {
   SceneDescription description = full_room();
-  description.crossings_are_vertices = false;
+  description.count_null_interfaces = false;
   for (const Technique technique : kTechniques) {
     Settings settings = deep();
     settings.technique = technique;

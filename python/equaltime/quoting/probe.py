@@ -91,7 +91,7 @@ class Probe:
         beside = 1 if nets(scene, even) == 1 else 0
         self._cost = (1 + beside) * float((chosen * rates).sum())
         self._renderer = make_renderer(scene, even, seed, threads, second_net=beside)
-        self._renderer.adapt(0, (chosen * rates).astype(np.float32))
+        self._renderer.set_sample_rates(0, (chosen * rates).astype(np.float32))
         self._samples = 0
 
     @classmethod

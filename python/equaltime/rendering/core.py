@@ -181,7 +181,7 @@ class AdaptiveRenderer(_core.Renderer):
         seconds, pause = (None if limit is None else max(0.0, limit - took) for limit in (seconds, pause))
         return super().advance(samples, seconds, poll, pause)
 
-    def take_up(self, *, paths: int, rays: int, shadow_rays: int, position: tuple[int, int, int]) -> None:
+    def resume(self, *, paths: int, rays: int, shadow_rays: int, position: tuple[int, int, int]) -> None:
         """Resume a saved render at its position in the passes, with its counts of paths, rays and shadow rays.
 
         ``position`` holds the completed samples per pixel, the samples of the running pass, and its next block. The
@@ -190,13 +190,13 @@ class AdaptiveRenderer(_core.Renderer):
         pilot = self._pilot()
         pilot.advance(PILOT)
         self._decide(pilot)
-        super().take_up(paths=paths, rays=rays, shadow_rays=shadow_rays, position=position)
+        super().resume(paths=paths, rays=rays, shadow_rays=shadow_rays, position=position)
 
     def _decide(self, pilot: _core.Renderer) -> None:
         rates = self._metric(pilot_statistics(pilot.moments), pilot.pixel_rays.astype(np.float64))
         self._rates = rates.astype(np.float32)
         if self.counts != "even":  # adapt() would rule out odd sample counts
-            self.adapt(PILOT, self._rates)
+            self.set_sample_rates(PILOT, self._rates)
 
 
 def decision_of(renderer: _core.Renderer, strategy: Strategy) -> Decision:

@@ -155,7 +155,7 @@ class Session:
             self._renderer.second_moments[...] = resumed.second.moments
         try:
             numbers = {name: resumed.record[name] for name in ("paths", "rays", "shadow_rays")}
-            self._renderer.take_up(**numbers, position=resumed.position)
+            self._renderer.resume(**numbers, position=resumed.position)
         except ValueError as error:
             raise ImageError(f"{resumed.path}: cannot be resumed: {error}") from error
 

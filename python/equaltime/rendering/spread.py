@@ -119,13 +119,13 @@ class SpreadRenderer(_core.Renderer):
         """Number of threads of all processes that have rendered; before the first has, of this process."""
         return sum(self._processes.values()) or super().threads
 
-    def adapt(self, pilot: int, rates: NDArray[np.float32]) -> None:
+    def set_sample_rates(self, pilot: int, rates: NDArray[np.float32]) -> None:
         """Make sample counts uneven after the first ``pilot`` samples of each pixel.
 
         ``rates`` (H, W) is the number of samples that each pixel then gets for one sample of the average.
         """
         self._shares = rates
-        super().adapt(pilot, rates)
+        super().set_sample_rates(pilot, rates)
 
     def saved(self) -> None:
         """Tell the team that the film was saved, so that it may delete its own copies of finished windows."""
@@ -260,7 +260,7 @@ class SpreadRenderer(_core.Renderer):
         before, gained = self.counters, self._gained
         self._gained = dict.fromkeys(gained, 0)
         paths, rays, shadow_rays = (before[name] + gained[name] for name in ("paths", "rays", "shadow_rays"))
-        _core.Renderer.take_up(self, paths=paths, rays=rays, shadow_rays=shadow_rays, position=position)
+        _core.Renderer.resume(self, paths=paths, rays=rays, shadow_rays=shadow_rays, position=position)
 
     def _take_kept(self, work: _Pass, kept: Sequence[KeptUnit]) -> None:
         """Put into the film what earlier units of this pass rendered."""

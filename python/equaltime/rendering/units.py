@@ -148,8 +148,8 @@ def _with_samples(scene: Scene, unit: Unit, threads: int) -> Rendered:
     if unit.rates is not None:
         rates = np.zeros(renderer.moments.shape[1:], np.float32)
         rates[there[1:]] = unit.rates
-        renderer.adapt(PILOT, rates)
-    renderer.take_up(paths=0, rays=0, shadow_rays=0, position=(unit.begin, unit.begin, 0))
+        renderer.set_sample_rates(PILOT, rates)
+    renderer.resume(paths=0, rays=0, shadow_rays=0, position=(unit.begin, unit.begin, 0))
     renderer.advance(unit.end)
     return Rendered(
         renderer.moments[there].copy(),

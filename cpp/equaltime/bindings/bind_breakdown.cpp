@@ -5,10 +5,10 @@
 #include <algorithm>
 
 #include "equaltime/analysis/alpha.h"
-#include "equaltime/analysis/in_sight.h"
+#include "equaltime/analysis/light_breakdown.h"
 #include "equaltime/analysis/specular.h"
-#include "equaltime/analysis/split.h"
-#include "equaltime/analysis/unseen.h"
+#include "equaltime/analysis/unoccluded_light.h"
+#include "equaltime/analysis/visible_emitters.h"
 #include "equaltime/bindings/bindings.h"
 
 namespace py = pybind11;
@@ -23,16 +23,16 @@ py::tuple split(std::shared_ptr<Scene> scene, const Settings& settings, std::uin
   if (samples == 0) throw py::value_error("samples must be at least 1");
   auto measured = [&] {
     const py::gil_scoped_release release;
-    return std::make_unique<Split>(split_light(std::move(scene), settings,
-                                               {.seed = seed, .threads = threads, .nets = nets}, samples, only_lengths,
-                                               check_signals));
+    return std::make_unique<LightBreakdown>(break_down_light(std::move(scene), settings,
+                                                             {.seed = seed, .threads = threads, .nets = nets}, samples,
+                                                             only_lengths, check_signals));
   }();
   py::list names;
   for (const auto& [kind, what] : std::span(measured->parts.names()).first(measured->kept))
     names.append(py::make_tuple(kind, what));
   const std::size_t shape[] = {measured->height, measured->width, measured->kept, 3};
   const float* means = measured->means.data();
-  const py::capsule owner(measured.get(), [](void* held) { delete static_cast<Split*>(held); });
+  const py::capsule owner(measured.get(), [](void* held) { delete static_cast<LightBreakdown*>(held); });
   (void)measured.release();  // the capsule deletes it from here on
   return py::make_tuple(names, py::array_t<float>(shape, means, owner));
 }
@@ -58,7 +58,7 @@ py::array_t<double> unseen(std::shared_ptr<Scene> scene, const Settings& setting
     throw py::value_error("a pixel is outside of the film");
   const std::vector<double> found = [&] {
     const py::gil_scoped_release release;
-    return unshadowed(std::move(scene), settings, {.seed = seed, .threads = threads, .nets = nets}, asked);
+    return unoccluded_direct_light(std::move(scene), settings, {.seed = seed, .threads = threads, .nets = nets}, asked);
   }();
   const std::size_t shape[] = {count, 3};
   return py::array_t<double>(shape, found.data());
@@ -85,7 +85,7 @@ py::tuple in_sight(const Scene& scene, const Settings& settings, std::uint64_t s
   std::map<std::uint32_t, LampsOfPixel> found;
   {
     const py::gil_scoped_release release;
-    found = lamps_in_sight(scene, settings, seed, points, whole_film);
+    found = find_visible_emitters(scene, settings, seed, points, whole_film);
   }
   return arrays_of(found);
 }
@@ -112,7 +112,7 @@ py::tuple on_specular(const Scene& scene, const Settings& settings, std::uint64_
 
 }  // namespace
 
-void bind_split(py::module_& m) {
+void bind_breakdown(py::module_& m) {
   m.def("alpha", &alpha_of, "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "samples"_a = 1, "nets"_a = 2,
         "How opaque each pixel is, (H, W) in [0, 1]: the share of a render's camera rays that meet something. "
         "Interrupts are honoured.");

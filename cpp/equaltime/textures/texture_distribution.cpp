@@ -1,4 +1,4 @@
-#include "equaltime/textures/texture_picture.h"
+#include "equaltime/textures/texture_distribution.h"
 
 #include <algorithm>
 #include <cmath>
@@ -93,7 +93,7 @@ std::vector<double> even_weights(const Radiance& radiance) {
 
 }  // namespace
 
-Picture picture_of(const Texture& texture, const Spectrum& color) {
+ImageDistribution picture_of(const Texture& texture, const Spectrum& color) {
   const Radiance radiance{texture, color};
   const TextureGrid grid = std::visit([](const auto& t) { return t.grid(kMostKnots); }, texture);
   if (grid.u.empty()) return {kEvenCells, even_weights(radiance)};

@@ -13,7 +13,8 @@ namespace equaltime {
 
 /// For each of these pixels (y * width + x of the crop) the first sample of a render with the same options, by MIS
 /// and the light tree whatever the settings say: three channels a pixel, in the user's units.
-[[nodiscard]] std::vector<double> unshadowed(std::shared_ptr<const Scene> scene, Settings settings,
-                                             const RenderOptions& options, std::span<const std::uint32_t> pixels);
+[[nodiscard]] std::vector<double> unoccluded_direct_light(std::shared_ptr<const Scene> scene, Settings settings,
+                                                          const RenderOptions& options,
+                                                          std::span<const std::uint32_t> pixels);
 
 }  // namespace equaltime

@@ -1,6 +1,6 @@
-// Walls: spheres so large that their boxes hold all that is smaller, such as the sides of a room whose walls are balls.
-// In a tree every ray would visit them; beside it they are met two at a time, without its steps and calls back. The
-// nearest is so by float64, the first of those that are equally near.
+// EnclosingSpheres: spheres so large that their boxes hold all that is smaller, such as the sides of a room whose walls
+// are balls. In a tree every ray would visit them; beside it they are met two at a time, without its steps and calls
+// back. The nearest is so by float64, the first of those that are equally near.
 #pragma once
 
 #include <algorithm>
@@ -13,10 +13,10 @@
 
 namespace equaltime {
 
-class Walls {
+class EnclosingSpheres {
  public:
-  Walls() = default;
-  Walls(const std::vector<SphereGeometry>& spheres, const std::vector<TriangleMesh>& meshes);
+  EnclosingSpheres() = default;
+  EnclosingSpheres(const std::vector<SphereGeometry>& spheres, const std::vector<TriangleMesh>& meshes);
 
   [[nodiscard]] bool empty() const noexcept { return pairs_.empty(); }
   /// The number of the nearest that the ray meets before its t_max.

@@ -61,7 +61,7 @@ Derivatives Scene::derivatives(const Interaction& it, float time) const noexcept
   return {around * (kTurn * s.size * sin_polar), (outward * cos_polar - s.pole * sin_polar) * (kPi * s.size)};
 }
 
-void Scene::bend(const Bend& b, Interaction& it, float time) const noexcept {
+void Scene::bend(const NormalMap& b, Interaction& it, float time) const noexcept {
   const Derivatives d = derivatives(it, time);
   const Texture& texture = textures[b.texture];
   const Vec3f n = it.frame.n;

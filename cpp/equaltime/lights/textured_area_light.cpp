@@ -1,4 +1,4 @@
-#include "equaltime/lights/picture_light.h"
+#include "equaltime/lights/textured_area_light.h"
 
 #include <algorithm>
 
@@ -12,24 +12,24 @@ constexpr double kLeastOfView = 0.25;
 }  // namespace
 
 template <>
-Vec3f PictureRectangle::point_at(Point2d place) const noexcept {
+Vec3f TexturedRectangle::point_at(Point2d place) const noexcept {
   return Vec3f(Vec3d(flat_.corner_) + Vec3d(flat_.edge_x_) * place.x + Vec3d(flat_.edge_y_) * place.y);
 }
 
 template <>
-Point2d PictureRectangle::place_of(Vec3f point) const noexcept {
+Point2d TexturedRectangle::place_of(Vec3f point) const noexcept {
   const Vec3d within = Vec3d(point) - Vec3d(flat_.corner_), x(flat_.edge_x_), y(flat_.edge_y_);
   return {dot(within, x) / length_squared(x), dot(within, y) / length_squared(y)};
 }
 
 template <>
-Vec3f PictureTriangle::point_at(Point2d place) const noexcept {
+Vec3f TexturedTriangle::point_at(Point2d place) const noexcept {
   const double s = std::sqrt(place.x);
   return Vec3f(Vec3d(flat_.v0_) + Vec3d(flat_.e1_) * (1 - s) + Vec3d(flat_.e2_) * (s * place.y));
 }
 
 template <>
-Point2d PictureTriangle::place_of(Vec3f point) const noexcept {
+Point2d TexturedTriangle::place_of(Vec3f point) const noexcept {
   const Vec3d within = Vec3d(point) - Vec3d(flat_.v0_), e1(flat_.e1_), e2(flat_.e2_), normal = cross(e1, e2);
   const double inverse = 1 / length_squared(normal);
   const double s = std::clamp(1 - dot(cross(within, e2), normal) * inverse, 0.0, 1.0);
@@ -38,7 +38,7 @@ Point2d PictureTriangle::place_of(Vec3f point) const noexcept {
 }
 
 template <class Flat>
-typename PictureLight<Flat>::View PictureLight<Flat>::view(Vec3f receiver) const noexcept {
+typename TexturedAreaLight<Flat>::View TexturedAreaLight<Flat>::view(Vec3f receiver) const noexcept {
   View view{std::nullopt, 0};
   if (flat_.is_near(receiver)) view.flat = flat_.near_view(receiver);
   if (view.flat) view.share = std::clamp(1 / picture_->contrast(), kLeastOfView, 1.0);
@@ -46,7 +46,7 @@ typename PictureLight<Flat>::View PictureLight<Flat>::view(Vec3f receiver) const
 }
 
 template <class Flat>
-double PictureLight<Flat>::density(Vec3f receiver, const View& view, Vec3f point) const noexcept {
+double TexturedAreaLight<Flat>::density(Vec3f receiver, const View& view, Vec3f point) const noexcept {
   const Vec3d to_light = Vec3d(point) - Vec3d(receiver);
   const double distance2 = length_squared(to_light);
   const double height = -dot(Vec3d(flat_.normal_), to_light);
@@ -58,8 +58,8 @@ double PictureLight<Flat>::density(Vec3f receiver, const View& view, Vec3f point
 }
 
 template <class Flat>
-Optional<LightSample> PictureLight<Flat>::sample(Vec3f receiver, Point2d u, float pmf) const noexcept {
-  if (!shows_front(receiver)) return std::nullopt;
+Optional<LightSample> TexturedAreaLight<Flat>::sample(Vec3f receiver, Point2d u, float pmf) const noexcept {
+  if (!faces(receiver)) return std::nullopt;
   const View seen = view(receiver);
   Vec3f point;
   if (u.x < seen.share) {
@@ -76,17 +76,17 @@ Optional<LightSample> PictureLight<Flat>::sample(Vec3f receiver, Point2d u, floa
 }
 
 template <class Flat>
-float PictureLight<Flat>::pdf(Vec3f receiver, Vec3f, Vec3f point) const noexcept {
-  return shows_front(receiver) ? static_cast<float>(density(receiver, view(receiver), point)) : 0.0F;
+float TexturedAreaLight<Flat>::pdf(Vec3f receiver, Vec3f, Vec3f point) const noexcept {
+  return faces(receiver) ? static_cast<float>(density(receiver, view(receiver), point)) : 0.0F;
 }
 
 template <class Flat>
-float PictureLight<Flat>::pdf_towards(Vec3f receiver, Vec3f wi) const noexcept {
+float TexturedAreaLight<Flat>::pdf_direction(Vec3f receiver, Vec3f wi) const noexcept {
   const auto point = flat_.met(receiver, wi);
   return point ? pdf(receiver, wi, *point) : 0.0F;
 }
 
-template class PictureLight<RectangleLight>;
-template class PictureLight<TriangleLight>;
+template class TexturedAreaLight<RectangleLight>;
+template class TexturedAreaLight<TriangleLight>;
 
 }  // namespace equaltime

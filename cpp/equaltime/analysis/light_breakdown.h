@@ -16,13 +16,13 @@
 namespace equaltime {
 
 /// The parts of a scene's light, numbered: lengths of paths, ways to find light, BSDFs, lights.
-class SplitParts {
+class BreakdownParts {
  public:
   static constexpr std::uint32_t kLengths = 16;     // the last has all that are longer
   static constexpr std::uint32_t kWays = 3;         // seen by the camera, met by a scattered ray, aimed at
   static constexpr std::uint32_t kMostLights = 24;  // told apart; the last has all the others
 
-  explicit SplitParts(const Scene& scene);
+  explicit BreakdownParts(const Scene& scene);
 
   [[nodiscard]] static std::uint32_t length(int depth) noexcept {
     return std::min(static_cast<std::uint32_t>(depth), kLengths) - 1;
@@ -50,10 +50,10 @@ class SplitParts {
 };
 
 /// Adds what each path brings to the parts of its pixel.
-class SplitObserver : public PathObserver {
+class BreakdownObserver : public PathObserver {
  public:
-  SplitObserver(const SplitParts& parts, bool crossings_are_vertices) noexcept
-      : parts_(parts), crossings_are_vertices_(crossings_are_vertices) {}
+  BreakdownObserver(const BreakdownParts& parts, bool count_null_interfaces) noexcept
+      : parts_(parts), crossings_are_vertices_(count_null_interfaces) {}
 
   /// Where the parts of the pixel are added up: three channels each.
   void at(std::span<double> pixel, double scale) noexcept { pixel_ = pixel, scale_ = scale; }
@@ -61,8 +61,8 @@ class SplitObserver : public PathObserver {
   void on(const event::PathStarted& path) noexcept {
     weight_ = scale_ * static_cast<double>(path.filter_weight), bsdf_ = 0;
   }
-  void on(const event::VertexReached& at) noexcept { bsdf_ = SplitParts::number(at.bsdf); }
-  void on(const event::CopyResumed& at) noexcept { bsdf_ = SplitParts::number(at.bsdf); }
+  void on(const event::VertexReached& at) noexcept { bsdf_ = BreakdownParts::number(at.bsdf); }
+  void on(const event::CopyResumed& at) noexcept { bsdf_ = BreakdownParts::number(at.bsdf); }
   void on(const event::LightSampled& sampled) noexcept {
     aimed_at_ = sampled.light.infinite && !sampled.light.delta ? kNone : sampled.light.light;
     crossed_ = -1;
@@ -80,7 +80,7 @@ class SplitObserver : public PathObserver {
  private:
   void add(const Spectrum& L, int depth, std::uint32_t way, std::uint32_t light) noexcept;
 
-  const SplitParts& parts_;
+  const BreakdownParts& parts_;
   bool crossings_are_vertices_;
   std::span<double> pixel_;
   double scale_ = 1, weight_ = 1;
@@ -88,8 +88,8 @@ class SplitObserver : public PathObserver {
   int crossed_ = 0;
 };
 
-struct Split {
-  SplitParts parts;
+struct LightBreakdown {
+  BreakdownParts parts;
   std::uint32_t height, width;
   std::uint32_t kept;        // of the parts, so many from the first on
   std::vector<float> means;  // (height, width, kept, 3), in the user's units
@@ -97,8 +97,8 @@ struct Split {
 
 /// The mean of `samples` samples of every pixel, part by part, or only by lengths of paths: those of a render with the
 /// same options. `poll` is called about every 50 ms by the calling thread and ends it all by throwing.
-[[nodiscard]] Split split_light(std::shared_ptr<const Scene> scene, const Settings& settings,
-                                const RenderOptions& options, std::uint64_t samples, bool only_lengths = false,
-                                const Poll& poll = {});
+[[nodiscard]] LightBreakdown break_down_light(std::shared_ptr<const Scene> scene, const Settings& settings,
+                                              const RenderOptions& options, std::uint64_t samples,
+                                              bool only_lengths = false, const Poll& poll = {});
 
 }  // namespace equaltime

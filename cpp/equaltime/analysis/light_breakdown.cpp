@@ -1,4 +1,4 @@
-#include "equaltime/analysis/split.h"
+#include "equaltime/analysis/light_breakdown.h"
 
 #include <algorithm>
 
@@ -10,11 +10,11 @@ namespace equaltime {
 
 namespace {
 
-constexpr const char* kWayNames[SplitParts::kWays] = {"seen", "met", "aimed"};
+constexpr const char* kWayNames[BreakdownParts::kWays] = {"seen", "met", "aimed"};
 
 }  // namespace
 
-SplitParts::SplitParts(const Scene& scene) : light_part_(scene.lights.size()) {
+BreakdownParts::BreakdownParts(const Scene& scene) : light_part_(scene.lights.size()) {
   for (std::uint32_t i = 1; i <= kLengths; ++i) names_.push_back({"length", std::to_string(i)});
   for (const char* way : kWayNames) names_.push_back({"way", way});
   names_.push_back({"bsdf", "none"});
@@ -24,7 +24,7 @@ SplitParts::SplitParts(const Scene& scene) : light_part_(scene.lights.size()) {
 }
 
 /// A shape is one light here, of however many triangles.
-void SplitParts::name_lights(const Scene& scene) {
+void BreakdownParts::name_lights(const Scene& scene) {
   const std::uint32_t first = count();
   std::vector<std::string> starts(light_part_.size());
   for (std::size_t i = 0; i < scene.surfaces.size(); ++i)
@@ -46,9 +46,9 @@ void SplitParts::name_lights(const Scene& scene) {
   }
 }
 
-void SplitObserver::add(const Spectrum& L, int depth, std::uint32_t way, std::uint32_t light) noexcept {
+void BreakdownObserver::add(const Spectrum& L, int depth, std::uint32_t way, std::uint32_t light) noexcept {
   const std::uint32_t last = parts_.count() - 1;
-  for (const std::uint32_t part : {SplitParts::length(depth), SplitParts::way(way), SplitParts::bsdf(bsdf_),
+  for (const std::uint32_t part : {BreakdownParts::length(depth), BreakdownParts::way(way), BreakdownParts::bsdf(bsdf_),
                                    light == kNone ? last : parts_.light(light)}) {
     double* sum = &pixel_[3 * std::size_t{part}];
     sum[0] += static_cast<double>(L.r) * weight_;
@@ -57,11 +57,13 @@ void SplitObserver::add(const Spectrum& L, int depth, std::uint32_t way, std::ui
   }
 }
 
-Split split_light(std::shared_ptr<const Scene> scene, const Settings& settings, const RenderOptions& options,
-                  std::uint64_t samples, bool only_lengths, const Poll& poll) {
+LightBreakdown break_down_light(std::shared_ptr<const Scene> scene, const Settings& settings,
+                                const RenderOptions& options, std::uint64_t samples, bool only_lengths,
+                                const Poll& poll) {
   Renderer renderer(scene, settings, options);
   const Settings& learnt = renderer.settings();
-  Split split{SplitParts(*scene), scene->film.crop_height, scene->film.crop_width, SplitParts::kLengths, {}};
+  LightBreakdown split{
+      BreakdownParts(*scene), scene->film.crop_height, scene->film.crop_width, BreakdownParts::kLengths, {}};
   if (!only_lengths) split.kept = split.parts.count();
   const std::size_t row = 3 * std::size_t{split.kept};
   split.means.resize(row * split.height * split.width);
@@ -69,7 +71,7 @@ Split split_light(std::shared_ptr<const Scene> scene, const Settings& settings, 
   const std::vector<PixelBlock> blocks = renderer.blocks();
   const auto make_worker = [&] {
     // The sums are of one pixel: what is kept of it is rounded once.
-    return [&, observer = SplitObserver(split.parts, scene->crossings_are_vertices),
+    return [&, observer = BreakdownObserver(split.parts, scene->count_null_interfaces),
             sums = std::vector<double>(3 * std::size_t{split.parts.count()})](std::size_t i) mutable {
       const PixelBlock& block = blocks[i];
       const BlockTask task{*scene, learnt, options.seed, block, 0, samples, options.nets};

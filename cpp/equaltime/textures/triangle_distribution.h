@@ -6,14 +6,15 @@
 #include <array>
 #include <memory>
 
-#include "equaltime/sampling/picture.h"
+#include "equaltime/sampling/image_distribution.h"
 #include "equaltime/textures/texture.h"
 
 namespace equaltime {
 
-struct TriangleShine {
-  double mean;                             // of the mean of the colours, over the triangle
-  std::shared_ptr<const Picture> picture;  // over the square of PictureTriangle; null if it is about the same all over
+struct TriangleEmission {
+  double mean;  // of the mean of the colours, over the triangle
+  std::shared_ptr<const ImageDistribution>
+      picture;  // over the square of TexturedTriangle; null if it is about the same all over
 };
 
 class TrianglePictures {
@@ -24,13 +25,13 @@ class TrianglePictures {
 
   /// Of a triangle whose corners are looked up there, in its light's order; `finest`: the most cells along a side of
   /// its picture that points can be told apart in.
-  [[nodiscard]] TriangleShine of(const std::array<TexturePlace, 3>& corners, double finest) const;
+  [[nodiscard]] TriangleEmission of(const std::array<TextureCoords, 3>& corners, double finest) const;
 
  private:
   struct Footprint;
-  [[nodiscard]] Footprint footprint(const std::array<TexturePlace, 3>& corners) const noexcept;
+  [[nodiscard]] Footprint footprint(const std::array<TextureCoords, 3>& corners) const noexcept;
   /// The brightness of a colour, of any sign.
-  [[nodiscard]] double bright(const TexturePlace& at) const noexcept;
+  [[nodiscard]] double bright(const TextureCoords& at) const noexcept;
   [[nodiscard]] double integral(const Footprint& footprint, std::size_t column, std::size_t row,
                                 std::size_t cells) const noexcept;
 

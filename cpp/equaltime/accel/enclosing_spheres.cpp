@@ -1,4 +1,4 @@
-#include "equaltime/accel/walls.h"
+#include "equaltime/accel/enclosing_spheres.h"
 
 #include <algorithm>
 #include <numeric>
@@ -20,7 +20,8 @@ bool holds(const Bounds& box, const Bounds& other) noexcept {
 
 }  // namespace
 
-Walls::Walls(const std::vector<SphereGeometry>& spheres, const std::vector<TriangleMesh>& meshes) {
+EnclosingSpheres::EnclosingSpheres(const std::vector<SphereGeometry>& spheres,
+                                   const std::vector<TriangleMesh>& meshes) {
   if (spheres.empty()) return;
   Bounds smaller;  // and no wall
   for (const TriangleMesh& mesh : meshes)

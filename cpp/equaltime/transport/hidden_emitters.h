@@ -10,22 +10,22 @@ namespace equaltime {
 
 /// Whether a path has gone straight on so far, and what it does not see while it does.
 template <Effects E>
-class StraightAhead {
+class HiddenEmitters {
  public:
-  explicit StraightAhead(bool) noexcept {}
-  [[nodiscard]] static constexpr bool looks_through(const Scene&, const Interaction&, int) noexcept { return false; }
+  explicit HiddenEmitters(bool) noexcept {}
+  [[nodiscard]] static constexpr bool skips(const Scene&, const Interaction&, int) noexcept { return false; }
   [[nodiscard]] static constexpr bool sees_no_environment(const Scene&) noexcept { return false; }
   static void scatters(Scatterer, bool) noexcept {}
 };
 
 template <Effects E>
-requires(E.hidden_emitters) class StraightAhead<E> {
+requires(E.hidden_emitters) class HiddenEmitters<E> {
  public:
-  explicit StraightAhead(bool so_far) noexcept : so_far_(so_far) {}
+  explicit HiddenEmitters(bool so_far) noexcept : so_far_(so_far) {}
   /// Whether the path goes on as if the surface were not there. `depth`: of the vertex that it would be, from 1. Where
   /// crossings are no vertices, thin glass is none either.
-  [[nodiscard]] bool looks_through(const Scene& scene, const Interaction& it, int depth) const noexcept {
-    return sees_no_environment(scene) && (depth == 1 || !scene.crossings_are_vertices) &&
+  [[nodiscard]] bool skips(const Scene& scene, const Interaction& it, int depth) const noexcept {
+    return sees_no_environment(scene) && (depth == 1 || !scene.count_null_interfaces) &&
            scene.surfaces[it.shape].first_light != kNone;
   }
   [[nodiscard]] bool sees_no_environment(const Scene& scene) const noexcept { return so_far_ && scene.hides_emitters; }

@@ -1,4 +1,4 @@
-// PictureLight: a rectangle or a triangle that shines by a texture. Points are drawn in proportion to it; near the
+// TexturedAreaLight: a rectangle or a triangle that shines by a texture. Points are drawn in proportion to it; near the
 // light some are drawn from its solid angle instead, the more the more even the texture is, so that neither a bright
 // spot nor a near receiver makes much noise.
 #pragma once
@@ -6,33 +6,33 @@
 #include <memory>
 
 #include "equaltime/lights/area_lights.h"
-#include "equaltime/sampling/picture.h"
+#include "equaltime/sampling/image_distribution.h"
 
 namespace equaltime {
 
 /// A light that an instance may put elsewhere.
 template <class Flat>
-concept Movable = requires(const Flat& flat, const Placement& to) {
+concept Movable = requires(const Flat& flat, const AffineMap& to) {
   flat.placed(to);
 };
 
 template <class Flat>
-class PictureLight {
+class TexturedAreaLight {
  public:
   /// `flat` has the mean radiance. The picture lies on a rectangle along its edges; on a triangle, see `point_at`.
-  PictureLight(const Flat& flat, std::shared_ptr<const Picture> picture) noexcept
+  TexturedAreaLight(const Flat& flat, std::shared_ptr<const ImageDistribution> picture) noexcept
       : flat_(flat), picture_(std::move(picture)) {}
 
   [[nodiscard]] Optional<LightSample> sample(Vec3f receiver, Point2d u, float pmf) const noexcept;
   [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
-  [[nodiscard]] float pdf_towards(Vec3f receiver, Vec3f wi) const noexcept;
-  [[nodiscard]] bool shows_front(Vec3f receiver) const noexcept { return flat_.shows_front(receiver); }
+  [[nodiscard]] float pdf_direction(Vec3f receiver, Vec3f wi) const noexcept;
+  [[nodiscard]] bool faces(Vec3f receiver) const noexcept { return flat_.faces(receiver); }
   [[nodiscard]] double power() const noexcept { return flat_.power(); }
   [[nodiscard]] EmitterBounds bounds() const noexcept { return flat_.bounds(); }
   [[nodiscard]] std::size_t memory_bytes() const noexcept { return picture_->memory_bytes(); }
   /// The same light, taken to where an instance puts it that mirrors nothing.
   template <Movable F = Flat>  // a template, so that it need not compile for lights that cannot be moved
-  [[nodiscard]] PictureLight placed(const Placement& to) const noexcept {
+  [[nodiscard]] TexturedAreaLight placed(const AffineMap& to) const noexcept {
     return {flat_.placed(to), picture_};
   }
   /// As if it shone evenly.
@@ -52,10 +52,10 @@ class PictureLight {
   [[nodiscard]] Point2d place_of(Vec3f point) const noexcept;
 
   Flat flat_;
-  std::shared_ptr<const Picture> picture_;
+  std::shared_ptr<const ImageDistribution> picture_;
 };
 
-using PictureRectangle = PictureLight<RectangleLight>;
-using PictureTriangle = PictureLight<TriangleLight>;
+using TexturedRectangle = TexturedAreaLight<RectangleLight>;
+using TexturedTriangle = TexturedAreaLight<TriangleLight>;
 
 }  // namespace equaltime

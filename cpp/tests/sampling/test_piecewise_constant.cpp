@@ -3,7 +3,7 @@
 #include <random>
 #include <vector>
 
-#include "equaltime/sampling/ordered_table.h"
+#include "equaltime/sampling/piecewise_constant_1d.h"
 #include "tests/check.h"
 
 namespace {
@@ -19,7 +19,7 @@ std::vector<double> uneven(std::size_t n) {
 }
 
 // What inverting the running sum by walking along it gives.
-OrderedTable::Choice walked(const OrderedTable& table, std::size_t n, double u) {
+PiecewiseConstant1D::Choice walked(const PiecewiseConstant1D& table, std::size_t n, double u) {
   double below = 0;
   for (std::uint32_t i = 0; i + 1 < n; ++i) {
     const double p = table.pmf(i);
@@ -32,7 +32,7 @@ OrderedTable::Choice walked(const OrderedTable& table, std::size_t n, double u) 
 TEST("probabilities are the weights' shares, and add up to one") {
   for (const std::size_t n : {1UL, 2UL, 10UL, 1000UL}) {
     const std::vector<double> weights = uneven(n);
-    const OrderedTable table(weights);
+    const PiecewiseConstant1D table(weights);
     double sum = 0;
     for (std::uint32_t i = 0; i < n; ++i) {
       CHECK(std::abs(table.pmf(i) - weights[i] / table.total()) < 1e-15);
@@ -44,7 +44,7 @@ TEST("probabilities are the weights' shares, and add up to one") {
 
 TEST("a choice is the inverse of the running sum, wherever the number lies") {
   for (const std::size_t n : {1UL, 2UL, 3UL, 10UL, 1000UL}) {
-    const OrderedTable table(uneven(n));
+    const PiecewiseConstant1D table(uneven(n));
     std::mt19937_64 random(3);
     std::uniform_real_distribution<double> unit;
     for (int k = 0; k < 20000; ++k) {
@@ -61,20 +61,20 @@ TEST("evenly spread numbers choose every entry as often as its share says, to on
   const std::size_t n = 50, count = 100000;
   std::vector<double> weights(n);
   for (std::size_t i = 0; i < n; ++i) weights[i] = static_cast<double>(1 + i % 5);
-  const OrderedTable table(weights);
+  const PiecewiseConstant1D table(weights);
   std::vector<double> chosen(n, 0);
   for (std::size_t k = 0; k < count; ++k) ++chosen[table.choose((double(k) + 0.5) / double(count)).index];
   for (std::uint32_t i = 0; i < n; ++i) CHECK(std::abs(chosen[i] - table.pmf(i) * double(count)) <= 1);
 }
 
 TEST("the largest number below one chooses an entry that has a share") {
-  const OrderedTable table(std::vector<double>{1, 3, 0, 0});
+  const PiecewiseConstant1D table(std::vector<double>{1, 3, 0, 0});
   CHECK(table.choose(std::nextafter(1.0, 0.0)).index == 1);
   CHECK(table.choose(0).index == 0);
 }
 
 TEST("weights that are all zero choose the first entry") {
-  CHECK(OrderedTable(std::vector<double>{0, 0}).choose(0.7).index == 0);
+  CHECK(PiecewiseConstant1D(std::vector<double>{0, 0}).choose(0.7).index == 0);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
-// OrderedTable: choose one of n with stated probabilities by inverting their running sum, in order, so that numbers
-// that are spread evenly give choices that are. A guide says where to look, so that a choice takes a step or two.
+// PiecewiseConstant1D: choose one of n with stated probabilities by inverting their running sum, in order, so that
+// numbers that are spread evenly give choices that are. A guide says where to look, so that a choice takes a step or
+// two.
 #pragma once
 
 #include <cstdint>
@@ -8,11 +9,11 @@
 
 namespace equaltime {
 
-class OrderedTable {
+class PiecewiseConstant1D {
  public:
-  OrderedTable() = default;
+  PiecewiseConstant1D() = default;
   /// Weights are finite and >= 0. An entry of weight 0 is never chosen, unless all are.
-  explicit OrderedTable(std::span<const double> weights);
+  explicit PiecewiseConstant1D(std::span<const double> weights);
 
   struct Choice {
     std::uint32_t index;

@@ -1,4 +1,4 @@
-#include "equaltime/analysis/in_sight.h"
+#include "equaltime/analysis/visible_emitters.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,14 +14,14 @@ namespace {
 constexpr double kWidestFilter = 16;
 
 /// A point of a lamp as a ray through the film meets it.
-struct Sight {
-  FilmPlace place;
+struct CameraConnection {
+  FilmPoint place;
   Spectrum radiance;
   float pdf;  // of the direction
 };
 
 /// The camera from one point of its lens, or its only one.
-struct Outlook {
+struct LensSample {
   const Scene& scene;
   Point2f lens;
 
@@ -34,7 +34,7 @@ struct Outlook {
     if (const auto* thin = std::get_if<ThinLensCamera>(&scene.sensor)) return thin->origin(lens);
     return std::get_if<PerspectiveCamera>(&scene.sensor)->origin();
   }
-  [[nodiscard]] std::optional<FilmPlace> place(const Vec3d& direction) const noexcept {
+  [[nodiscard]] std::optional<FilmPoint> place(const Vec3d& direction) const noexcept {
     if (const auto* thin = std::get_if<ThinLensCamera>(&scene.sensor)) return thin->place(direction, lens);
     return std::get_if<PerspectiveCamera>(&scene.sensor)->place(direction);
   }
@@ -52,7 +52,7 @@ struct Window {
 };
 
 /// Whether the filter of a pixel of the window reaches the place.
-bool is_near(const Window& window, const Scene& scene, const FilmPlace& place) noexcept {
+bool is_near(const Window& window, const Scene& scene, const FilmPoint& place) noexcept {
   const auto within = [&](double at, std::uint32_t from, std::uint32_t size) {
     return std::abs(at - from - 0.5 * size) < 0.5 * size + scene.filter.radius();
   };
@@ -60,7 +60,7 @@ bool is_near(const Window& window, const Scene& scene, const FilmPlace& place) n
 }
 
 /// What the ray through the place sees if nothing is before the light of a sample.
-Spectrum seen(const Scene& scene, const FilmPlace& place, Point2f lens, const LightSample& light, float time) noexcept {
+Spectrum seen(const Scene& scene, const FilmPoint& place, Point2f lens, const LightSample& light, float time) noexcept {
   const Ray ray = camera_ray<kAllEffects>(
       scene.sensor, scene.camera_motion, place.x, place.y, [&]() noexcept { return lens; }, time);
   const Optional<Interaction> it = surface(scene.closest<kAllEffects>(ray, time));
@@ -70,22 +70,22 @@ Spectrum seen(const Scene& scene, const FilmPlace& place, Point2f lens, const Li
   return scene.radiance<kAllEffects>(*it);
 }
 
-std::optional<Sight> look(const Scene& scene, const Window& window, const Settings& settings,
-                          const Sampler& sampler) noexcept {
-  const Outlook outlook{scene, sampler.get_2d(slot(CameraDimension::lens))};
+std::optional<CameraConnection> look(const Scene& scene, const Window& window, const Settings& settings,
+                                     const Sampler& sampler) noexcept {
+  const LensSample outlook{scene, sampler.get_2d(slot(CameraDimension::lens))};
   const float time = sampler.get_1d(slot(CameraDimension::time));
-  const Receiver receiver{Vec3f(outlook.origin()), {}, false};
+  const LightSampleContext receiver{Vec3f(outlook.origin()), {}, false};
   const Point2f u = sampler.get_2d(slot(BounceDimension::light_point, 0));
   const auto light =
       scene.lights.sample<kAllEffects>(settings.lights, settings.environment, receiver, sampler, 0, u, time);
   if (!light || light->delta || !(light->pdf > 0)) return std::nullopt;
   const auto place = outlook.place(Vec3d(light->wi));
   if (!place || !is_near(window, scene, *place)) return std::nullopt;
-  return Sight{*place, seen(scene, *place, outlook.lens, *light, time), light->pdf};
+  return CameraConnection{*place, seen(scene, *place, outlook.lens, *light, time), light->pdf};
 }
 
 /// Adds what a point of a lamp is for the pixels whose filters reach it.
-void add(const Scene& scene, const Window& window, const Sight& sight, double share,
+void add(const Scene& scene, const Window& window, const CameraConnection& sight, double share,
          std::map<std::uint32_t, LampsOfPixel>& found) {
   const double scale = scene.normalization.world_radiance_scale(), radius = scene.filter.radius();
   const auto& [x, y, solid_angle] = sight.place;
@@ -107,10 +107,10 @@ void add(const Scene& scene, const Window& window, const Sight& sight, double sh
 
 }  // namespace
 
-std::map<std::uint32_t, LampsOfPixel> lamps_in_sight(const Scene& scene, Settings settings, std::uint64_t seed,
-                                                     std::uint64_t points, bool whole_film) {
+std::map<std::uint32_t, LampsOfPixel> find_visible_emitters(const Scene& scene, Settings settings, std::uint64_t seed,
+                                                            std::uint64_t points, bool whole_film) {
   const bool none = scene.lights.first_delta() == 0 && !scene.lights.environment();
-  if (none || scene.hides_emitters || settings.max_depth < 1 || !Outlook::possible(scene)) return {};
+  if (none || scene.hides_emitters || settings.max_depth < 1 || !LensSample::possible(scene)) return {};
   settings.lights = LightSelection::power;
   scene.lights.prepare(settings.lights, settings.environment);
   const Window window(scene.film, whole_film);

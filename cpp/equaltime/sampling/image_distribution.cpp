@@ -1,4 +1,4 @@
-#include "equaltime/sampling/picture.h"
+#include "equaltime/sampling/image_distribution.h"
 
 #include <algorithm>
 #include <cmath>
@@ -36,18 +36,18 @@ double width(const Lines& lines, std::size_t cell) noexcept { return lines[cell 
 
 }  // namespace
 
-Picture::Picture(std::vector<double> u, std::vector<double> v, std::vector<double> weights)
+ImageDistribution::ImageDistribution(std::vector<double> u, std::vector<double> v, std::vector<double> weights)
     : u_(std::move(u)), v_(std::move(v)) {
   set_weights(std::move(weights));
 }
 
-Picture::Picture(std::size_t cells, std::vector<double> weights) : u_(even_lines(cells)), v_(u_) {
+ImageDistribution::ImageDistribution(std::size_t cells, std::vector<double> weights) : u_(even_lines(cells)), v_(u_) {
   set_weights(spread(std::move(weights)));
 }
 
-void Picture::set_weights(std::vector<double> weights) {
+void ImageDistribution::set_weights(std::vector<double> weights) {
   const std::size_t columns = u_.size() - 1;
-  cells_ = OrderedTable2D(weights, columns);
+  cells_ = PiecewiseConstant2D(weights, columns);
   if (!(mean() > 0)) return;
   double squares = 0;
   for (std::size_t i = 0; i < weights.size(); ++i)
@@ -55,19 +55,19 @@ void Picture::set_weights(std::vector<double> weights) {
   contrast_ = squares / (mean() * mean());
 }
 
-Point2d Picture::sample(Point2d u) const noexcept {
+Point2d ImageDistribution::sample(Point2d u) const noexcept {
   const auto [row, column] = cells_.choose(u.x, u.y);
   return {std::lerp(u_[column.index], u_[column.index + 1], column.rest),
           std::lerp(v_[row.index], v_[row.index + 1], row.rest)};
 }
 
-double Picture::density(double u, double v) const noexcept {
+double ImageDistribution::density(double u, double v) const noexcept {
   const std::size_t column = cell_of(u_, u), row = cell_of(v_, v);
   return cells_.pmf(static_cast<std::uint32_t>(row), static_cast<std::uint32_t>(column)) /
          (width(u_, column) * width(v_, row));
 }
 
-std::size_t Picture::memory_bytes() const noexcept {
+std::size_t ImageDistribution::memory_bytes() const noexcept {
   return sizeof(*this) + (u_.size() + v_.size()) * sizeof(double) + cells_.memory_bytes();
 }
 

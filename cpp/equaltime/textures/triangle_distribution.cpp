@@ -1,4 +1,4 @@
-#include "equaltime/textures/triangle_picture.h"
+#include "equaltime/textures/triangle_distribution.h"
 
 #include <algorithm>
 #include <cmath>
@@ -140,12 +140,12 @@ TrianglePictures::TrianglePictures(const Texture& texture, const Spectrum& color
   typical_ /= kLooks * kLooks;
 }
 
-double TrianglePictures::bright(const TexturePlace& at) const noexcept {
+double TrianglePictures::bright(const TextureCoords& at) const noexcept {
   const Spectrum shines = color_ * eval(texture_, at);
   return static_cast<double>(Spectrum(std::abs(shines.r), std::abs(shines.g), std::abs(shines.b)).mean());
 }
 
-TrianglePictures::Footprint TrianglePictures::footprint(const std::array<TexturePlace, 3>& corners) const noexcept {
+TrianglePictures::Footprint TrianglePictures::footprint(const std::array<TextureCoords, 3>& corners) const noexcept {
   Footprint f{{}, {}, 0, 0, lattice_->steps, false};
   const std::array<double, 6>& m = lattice_->from_uv;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -188,7 +188,7 @@ double TrianglePictures::integral(const Footprint& f, std::size_t column, std::s
   return 2 * sum;
 }
 
-TriangleShine TrianglePictures::of(const std::array<TexturePlace, 3>& corners, double finest) const {
+TriangleEmission TrianglePictures::of(const std::array<TextureCoords, 3>& corners, double finest) const {
   const double of_corners = (bright(corners[0]) + bright(corners[1]) + bright(corners[2])) / 3;
   if (!lattice_) return {of_corners, nullptr};
   const Footprint f = footprint(corners);
@@ -203,7 +203,7 @@ TriangleShine TrianglePictures::of(const std::array<TexturePlace, 3>& corners, d
     for (std::size_t column = 0; column < cells; ++column)
       mean += weights.emplace_back(integral(f, column, row, cells));
   if (!(mean > 0)) return {missed, nullptr};
-  auto picture = std::make_shared<const Picture>(cells, std::move(weights));
+  auto picture = std::make_shared<const ImageDistribution>(cells, std::move(weights));
   if (picture->contrast() < kEven) picture.reset();
   return {mean + missed, std::move(picture)};
 }

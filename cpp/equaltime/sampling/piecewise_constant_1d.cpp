@@ -1,12 +1,12 @@
-#include "equaltime/sampling/ordered_table.h"
+#include "equaltime/sampling/piecewise_constant_1d.h"
 
 #include <algorithm>
 
-#include "equaltime/sampling/ordered_table_2d.h"
+#include "equaltime/sampling/piecewise_constant_2d.h"
 
 namespace equaltime {
 
-OrderedTable::OrderedTable(std::span<const double> weights) : running_(weights.size() + 1, 0) {
+PiecewiseConstant1D::PiecewiseConstant1D(std::span<const double> weights) : running_(weights.size() + 1, 0) {
   for (std::size_t i = 0; i < weights.size(); ++i) running_[i + 1] = running_[i] + weights[i];
   total_ = running_.back();
   if (!(total_ > 0)) return;
@@ -21,7 +21,7 @@ OrderedTable::OrderedTable(std::span<const double> weights) : running_(weights.s
   }
 }
 
-OrderedTable::Choice OrderedTable::choose(double u) const noexcept {
+PiecewiseConstant1D::Choice PiecewiseConstant1D::choose(double u) const noexcept {
   if (guide_.empty()) return {0, 0.5};
   const std::size_t n = guide_.size() - 1;
   const std::size_t g = std::min(static_cast<std::size_t>(u * static_cast<double>(n)), n - 1);
@@ -34,20 +34,21 @@ OrderedTable::Choice OrderedTable::choose(double u) const noexcept {
   return {index, hi > lo ? (u - lo) / (hi - lo) : 0.5};
 }
 
-OrderedTable2D::OrderedTable2D(std::span<const double> weights, std::size_t width)
-    : OrderedTable2D(weights.size() / width, [&](std::size_t row) { return weights.subspan(row * width, width); }) {}
+PiecewiseConstant2D::PiecewiseConstant2D(std::span<const double> weights, std::size_t width)
+    : PiecewiseConstant2D(weights.size() / width,
+                          [&](std::size_t row) { return weights.subspan(row * width, width); }) {}
 
-OrderedTable2D::OrderedTable2D(std::size_t rows,
-                               const std::function<std::span<const double>(std::size_t)>& weights_of) {
+PiecewiseConstant2D::PiecewiseConstant2D(std::size_t rows,
+                                         const std::function<std::span<const double>(std::size_t)>& weights_of) {
   std::vector<double> totals;
   totals.reserve(rows), columns_.reserve(rows);
   for (std::size_t row = 0; row < rows; ++row) totals.push_back(columns_.emplace_back(weights_of(row)).total());
-  rows_ = OrderedTable(totals);
+  rows_ = PiecewiseConstant1D(totals);
 }
 
-std::size_t OrderedTable2D::memory_bytes() const noexcept {
-  std::size_t bytes = rows_.memory_bytes() + columns_.size() * sizeof(OrderedTable);
-  for (const OrderedTable& row : columns_) bytes += row.memory_bytes();
+std::size_t PiecewiseConstant2D::memory_bytes() const noexcept {
+  std::size_t bytes = rows_.memory_bytes() + columns_.size() * sizeof(PiecewiseConstant1D);
+  for (const PiecewiseConstant1D& row : columns_) bytes += row.memory_bytes();
   return bytes;
 }
 

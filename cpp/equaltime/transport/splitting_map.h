@@ -1,5 +1,5 @@
-// Efficiency: into how many copies the paths of each pixel are split where they are scattered first; plain values, for
-// the kernels. Which numbers are worth their rays is learnt by render/splitting.h.
+// SplittingMap: into how many copies the paths of each pixel are split where they are scattered first; plain values,
+// for the kernels. Which numbers are worth their rays is learnt by render/splitting.h.
 #pragma once
 
 #include <cstdint>
@@ -8,14 +8,14 @@
 
 namespace equaltime {
 
-class Efficiency {
+class SplittingMap {
  public:
   static constexpr std::uint32_t kMostLog2 = 4;
 
   /// The same for all pixels of a film of this width.
-  static Efficiency uniform(std::uint32_t log2_copies) { return {~std::uint64_t{0}, 1, {log2_copies}}; }
+  static SplittingMap uniform(std::uint32_t log2_copies) { return {~std::uint64_t{0}, 1, {log2_copies}}; }
   /// One number for each square block of the full film, row-major.
-  Efficiency(std::uint64_t block, std::uint64_t blocks_wide, std::vector<std::uint32_t> log2_copies)
+  SplittingMap(std::uint64_t block, std::uint64_t blocks_wide, std::vector<std::uint32_t> log2_copies)
       : block_(block), blocks_wide_(blocks_wide), log2_copies_(std::move(log2_copies)) {}
 
   [[nodiscard]] std::uint32_t log2_copies(std::uint64_t x, std::uint64_t y) const noexcept {

@@ -1,4 +1,4 @@
-#include "equaltime/analysis/unseen.h"
+#include "equaltime/analysis/unoccluded_light.h"
 
 #include <algorithm>
 
@@ -19,8 +19,8 @@ struct WithoutShadows : PathObserver {
 
 }  // namespace
 
-std::vector<double> unshadowed(std::shared_ptr<const Scene> scene, Settings settings, const RenderOptions& options,
-                               std::span<const std::uint32_t> pixels) {
+std::vector<double> unoccluded_direct_light(std::shared_ptr<const Scene> scene, Settings settings,
+                                            const RenderOptions& options, std::span<const std::uint32_t> pixels) {
   // What one technique, or one way to pick lights, hardly ever finds may be found by the others.
   settings.technique = Technique::mis;
   settings.lights = LightSelection::tree;

@@ -28,8 +28,8 @@ struct LampsOfPixel {
 
 /// By points that are drawn on lamps, and looked at by the rays that pinholes and lenses would send there: pixels
 /// (y * width + x of the crop, or of the whole film) that see some. None for other cameras, and those that move.
-[[nodiscard]] std::map<std::uint32_t, LampsOfPixel> lamps_in_sight(const Scene& scene, Settings settings,
-                                                                   std::uint64_t seed, std::uint64_t points,
-                                                                   bool whole_film = false);
+[[nodiscard]] std::map<std::uint32_t, LampsOfPixel> find_visible_emitters(const Scene& scene, Settings settings,
+                                                                          std::uint64_t seed, std::uint64_t points,
+                                                                          bool whole_film = false);
 
 }  // namespace equaltime

@@ -4,12 +4,12 @@
 // spread over all of it.
 #pragma once
 
-#include "equaltime/sampling/picture.h"
+#include "equaltime/sampling/image_distribution.h"
 #include "equaltime/textures/texture.h"
 
 namespace equaltime {
 
 /// The picture of the mean of the texture's colours, each multiplied by `color`.
-[[nodiscard]] Picture picture_of(const Texture& texture, const Spectrum& color);
+[[nodiscard]] ImageDistribution picture_of(const Texture& texture, const Spectrum& color);
 
 }  // namespace equaltime
