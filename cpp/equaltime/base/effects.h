@@ -22,7 +22,7 @@ struct Effects {
   bool masks = false;            // surfaces of several BSDFs or of none, or that are crossed for nothing
   bool media = false;            // what is between surfaces takes or scatters light, or bodies overlap by priority
   bool phase_blends = false;     // media scatter by Rayleigh's law, or by several
-  bool splitting = false;            // paths are split: no scene calls for it, but a strategy
+  bool splitting = false;        // paths are split: no scene calls for it, but a strategy
   bool motion = false;           // something is elsewhere when the shutter closes than when it opens
   bool hidden_emitters = false;  // the camera does not see what shines
 

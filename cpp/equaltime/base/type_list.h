@@ -11,7 +11,8 @@
 
 namespace equaltime {
 
-/// Models of one kind, of which every kernel has the first. Each other says by `needs` which effect it is part of.
+/// Models of one kind. Each may say by `needs` which effect it is part of; every kernel has the first, and the others
+/// that need none. Each has a name.
 template <class First, class... Others>
 struct TypeList {
   using Variant = std::variant<First, Others...>;
@@ -28,6 +29,15 @@ struct TypeList {
 
 namespace detail {
 
+/// Whether a kernel for the effects can meet a model.
+template <Effects E, class Model>
+[[nodiscard]] consteval bool has() noexcept {
+  if constexpr (requires { Model::needs; })
+    return E.*Model::needs;
+  else
+    return true;
+}
+
 /// The model that `v` is known to hold. Flattened, or compilers call a function for it where much is inlined.
 template <std::size_t I, class... Models>
 [[nodiscard, gnu::always_inline, gnu::flatten]] inline const auto& held(const std::variant<Models...>& v) noexcept {
@@ -40,7 +50,7 @@ template <Effects E, std::size_t I, class... Models, class F>
   if constexpr (I == sizeof...(Models)) {
     return f(held<0>(v));
   } else {
-    if constexpr (E.*(std::variant_alternative_t<I, std::variant<Models...>>::needs))
+    if constexpr (has<E, std::variant_alternative_t<I, std::variant<Models...>>>())
       if (v.index() == I) return f(held<I>(v));
     return visit_from<E, I + 1>(v, f);
   }

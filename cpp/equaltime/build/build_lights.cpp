@@ -81,8 +81,8 @@ std::optional<Environment> make_environment(SceneDescription& d, const Normaliza
   if (const auto* constant = std::get_if<ConstantEnvironmentDescription>(&*d.environment))
     environment = ConstantEnvironment(normalization.radiance(constant->radiance));
   else
-    environment =
-        ImageEnvironment(std::move(std::get<ImageEnvironmentDescription>(*d.environment)), normalization.eta_scale());
+    environment = ImageEnvironment(std::move(std::get<ImageEnvironmentDescription>(*d.environment)),
+                                   normalization.radiance_scale());
   // A black environment is none: it lights nothing and calls for nothing.
   if (!(std::visit([](const auto& e) { return e.total(); }, *environment) > 0)) environment.reset();
   return environment;

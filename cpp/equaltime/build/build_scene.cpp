@@ -71,7 +71,7 @@ class Builder {
   std::vector<std::optional<std::size_t>> only_instances_;  // of each group
   bool in_group_ = false;                                   // the set being built is one
   std::vector<std::uint32_t> mesh_shapes_, sphere_shapes_, disk_shapes_, cylinder_shapes_;
-  AreaLights area_lights_{textures_};
+  AreaLightBuilder area_lights_{textures_};
   std::size_t dropped_triangles_ = 0;
 };
 

@@ -73,7 +73,7 @@ Spectrum mean_over_square(const Texture& texture) noexcept {
   return sum * (kStep * kStep) + Spectrum(kLeast * (largest > 0 ? largest : 1));
 }
 
-void AreaLights::set_emission(Surface& surface, std::size_t shape, std::uint32_t texture) const {
+void AreaLightBuilder::set_emission(Surface& surface, std::size_t shape, std::uint32_t texture) const {
   if (texture >= textures.size()) fail(shape, "no texture " + std::to_string(texture) + " to shine by");
   if (const auto color = constant(textures[texture])) {
     surface.radiance *= *color;
@@ -83,19 +83,19 @@ void AreaLights::set_emission(Surface& surface, std::size_t shape, std::uint32_t
   }
 }
 
-Spectrum AreaLights::mean_radiance(const Surface& surface) const noexcept {
+Spectrum AreaLightBuilder::mean_radiance(const Surface& surface) const noexcept {
   if (surface.emission == kNone) return surface.radiance;
   return surface.radiance * mean_over_square(textures[surface.emission]);
 }
 
-void AreaLights::add(Surface& surface, std::size_t shape, std::size_t primitive, const AreaLight& light) {
+void AreaLightBuilder::add(Surface& surface, std::size_t shape, std::size_t primitive, const AreaLight& light) {
   if (surface.first_light == kNone) surface.first_light = static_cast<std::uint32_t>(lights.size());
   lights.push_back(light);
   emitters.push_back({static_cast<std::uint32_t>(shape), static_cast<std::uint32_t>(primitive)});
 }
 
-void AreaLights::add_rectangle(Surface& surface, std::size_t shape, const Vec3f& corner, const Vec3d& edge_x,
-                               const Vec3d& edge_y, bool flipped) {
+void AreaLightBuilder::add_rectangle(Surface& surface, std::size_t shape, const Vec3f& corner, const Vec3d& edge_x,
+                                     const Vec3d& edge_y, bool flipped) {
   const auto lit_by = [&](const Spectrum& mean) { return RectangleLight(corner, edge_x, edge_y, flipped, mean); };
   if (surface.emission == kNone || std::holds_alternative<MeshAttribute>(textures[surface.emission]))
     return add(surface, shape, 0, lit_by(mean_radiance(surface)));
@@ -104,7 +104,7 @@ void AreaLights::add_rectangle(Surface& surface, std::size_t shape, const Vec3f&
   add(surface, shape, 0, TexturedRectangle(lit_by(Spectrum(static_cast<float>(picture->mean()))), picture));
 }
 
-void AreaLights::add_triangles(std::size_t shape, const TriangleMesh& mesh, Surface& surface, bool flipped) {
+void AreaLightBuilder::add_triangles(std::size_t shape, const TriangleMesh& mesh, Surface& surface, bool flipped) {
   if (surface.radiance.is_black()) return;
   surface.light_per_primitive = true;
   std::vector<TriangleEmission> shines;
@@ -123,8 +123,8 @@ void AreaLights::add_triangles(std::size_t shape, const TriangleMesh& mesh, Surf
   }
 }
 
-std::vector<TriangleEmission> AreaLights::shines_of(std::size_t shape, const TriangleMesh& mesh, const Surface& surface,
-                                                    bool flipped) const {
+std::vector<TriangleEmission> AreaLightBuilder::shines_of(std::size_t shape, const TriangleMesh& mesh,
+                                                          const Surface& surface, bool flipped) const {
   const TrianglePictures pictures(textures[surface.emission], surface.radiance, mesh.triangles.size(), pictured_meshes);
   const Point2f* uvs = surface.uvs.empty() ? nullptr : surface.uvs.data();
   std::vector<TriangleEmission> shines;

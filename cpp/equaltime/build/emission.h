@@ -17,7 +17,7 @@ namespace equaltime {
 /// chance to be picked.
 [[nodiscard]] Spectrum mean_over_square(const Texture& texture) noexcept;
 
-struct AreaLights {
+struct AreaLightBuilder {
   const std::vector<Texture>& textures;
   std::size_t pictured_meshes = 1;  // meshes of the scene whose triangles may have pictures
   std::vector<AreaLight> lights = {};

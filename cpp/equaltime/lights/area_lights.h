@@ -5,6 +5,7 @@
 
 #include <optional>
 
+#include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
 #include "equaltime/lights/emitter_bounds.h"
 #include "equaltime/lights/light_types.h"
@@ -41,6 +42,8 @@ struct ViewPoint {
 
 class TriangleLight {
  public:
+  static constexpr const char* name = "triangle";
+
   TriangleLight(const Vec3f& v0, const Vec3f& v1, const Vec3f& v2, const Spectrum& radiance) noexcept;
 
   [[nodiscard]] EQUALTIME_INLINE Optional<LightSample> sample(Vec3f receiver, Point2f u, float pmf) const noexcept {
@@ -82,6 +85,8 @@ class TriangleLight {
 
 class RectangleLight {
  public:
+  static constexpr const char* name = "rectangle";
+
   /// `corner` and the edges are those of the two triangles that rays meet; the edges are orthogonal.
   RectangleLight(const Vec3f& corner, const Vec3d& edge_x, const Vec3d& edge_y, bool flipped,
                  const Spectrum& radiance) noexcept;
@@ -121,6 +126,9 @@ class RectangleLight {
 
 class SphereLight {
  public:
+  static constexpr const char* name = "sphere";
+  static constexpr bool Effects::*needs = &Effects::analytic_shapes;
+
   /// `inward`: radiance leaves towards the centre, for a light that encloses its receivers.
   SphereLight(const Vec3d& center, double radius, bool inward, const Spectrum& radiance) noexcept
       : center_(center), radius_(radius), radiance_(radiance), inward_(inward) {}
@@ -149,6 +157,9 @@ class SphereLight {
 
 class DiskLight {
  public:
+  static constexpr const char* name = "disk";
+  static constexpr bool Effects::*needs = &Effects::analytic_shapes;
+
   /// `axis_u`, `axis_v` span the disk: its points are center + a·axis_u + b·axis_v with a² + b² <= 1.
   DiskLight(const Vec3d& center, const Vec3d& axis_u, const Vec3d& axis_v, bool flipped,
             const Spectrum& radiance) noexcept;

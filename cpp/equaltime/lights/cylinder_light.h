@@ -2,6 +2,7 @@
 // faces the receiver.
 #pragma once
 
+#include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
 #include "equaltime/lights/emitter_bounds.h"
 #include "equaltime/lights/light_types.h"
@@ -13,6 +14,9 @@ namespace equaltime {
 
 class CylinderLight {
  public:
+  static constexpr const char* name = "cylinder";
+  static constexpr bool Effects::*needs = &Effects::analytic_shapes;
+
   CylinderLight(const CylinderGeometry& tube, bool inward, const Spectrum& radiance) noexcept
       : tube_(tube), radiance_(radiance), inward_(inward) {}
 

@@ -16,13 +16,13 @@ constexpr double kPiD = std::numbers::pi;
 
 }  // namespace
 
-ImageEnvironment::ImageEnvironment(ImageEnvironmentDescription d, double eta_scale)
+ImageEnvironment::ImageEnvironment(ImageEnvironmentDescription d, double radiance_scale)
     : width_(d.width), rows_(std::max(d.height, 2U) - 1), texels_(std::move(d.pixels)) {
   if (d.height == 1)
     for (std::uint32_t column = 0; column < width_; ++column) texels_.push_back(Spectrum(texels_[column]));
   // The factor that brings an image of denormal radiance to 1 is no float32.
   int exponent = 0;
-  const auto mantissa = static_cast<float>(std::frexp(eta_scale * d.scale, &exponent));
+  const auto mantissa = static_cast<float>(std::frexp(radiance_scale * d.scale, &exponent));
   const double scale = std::ldexp(static_cast<double>(mantissa), exponent);
   const auto scaled = [scale](float x) { return static_cast<float>(static_cast<double>(x) * scale); };
   for (Spectrum& t : texels_) t = {scaled(t.r), scaled(t.g), scaled(t.b)};

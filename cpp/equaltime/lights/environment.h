@@ -54,8 +54,8 @@ struct ImageEnvironmentDescription {
 
 class ImageEnvironment {
  public:
-  /// `eta_scale` takes the user's radiance to the normalised one.
-  ImageEnvironment(ImageEnvironmentDescription description, double eta_scale);
+  /// `radiance_scale` takes the user's radiance to the normalised one.
+  ImageEnvironment(ImageEnvironmentDescription description, double radiance_scale);
 
   /// To be called before a sampling is used: makes its table, once, whoever asks first. Any number of threads may.
   void prepare(EnvironmentSampling sampling) const;

@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "equaltime/base/effects.h"
 #include "equaltime/lights/area_lights.h"
 #include "equaltime/sampling/image_distribution.h"
 
@@ -19,6 +20,9 @@ concept Movable = requires(const Flat& flat, const AffineMap& to) {
 template <class Flat>
 class TexturedAreaLight {
  public:
+  static constexpr const char* name = "textured";
+  static constexpr bool Effects::*needs = &Effects::textures;
+
   /// `flat` has the mean radiance. The picture lies on a rectangle along its edges; on a triangle, see `point_at`.
   TexturedAreaLight(const Flat& flat, std::shared_ptr<const ImageDistribution> picture) noexcept
       : flat_(flat), picture_(std::move(picture)) {}

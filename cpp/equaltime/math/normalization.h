@@ -32,7 +32,7 @@ class Normalization {
   [[nodiscard]] Spectrum intensity(const Vec3d& world) const noexcept;
   /// Factor from normalised radiance back to the user's.
   [[nodiscard]] double world_radiance_scale() const noexcept { return 1 / radiance_scale_; }
-  [[nodiscard]] double eta_scale() const noexcept { return radiance_scale_; }
+  [[nodiscard]] double radiance_scale() const noexcept { return radiance_scale_; }
   /// Takes the largest radiance that anything sends, in the user's units, below 1.
   void fit_radiance(double most) noexcept;
   /// The power of two near which the largest extent is.

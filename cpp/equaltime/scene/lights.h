@@ -30,22 +30,6 @@ using Environment = std::variant<ConstantEnvironment, ImageEnvironment>;
 /// How a light is picked: all alike; by power; or by the light tree, which looks at the receiver too.
 enum class LightSelection : std::uint8_t { uniform, power, tree };
 
-/// Calls f with the kind of area light held. E prunes what the scene cannot hold.
-template <Effects E, class F>
-[[nodiscard]] EQUALTIME_INLINE auto visit(const AreaLight& light, F&& f) noexcept {
-  if constexpr (E.analytic_shapes) {
-    if (const auto* sphere = std::get_if<SphereLight>(&light)) return f(*sphere);
-    if (const auto* disk = std::get_if<DiskLight>(&light)) return f(*disk);
-    if (const auto* cylinder = std::get_if<CylinderLight>(&light)) return f(*cylinder);
-  }
-  if constexpr (E.textures) {
-    if (const auto* picture = std::get_if<TexturedRectangle>(&light)) return f(*picture);
-    if (const auto* picture = std::get_if<TexturedTriangle>(&light)) return f(*picture);
-  }
-  if (const auto* rectangle = std::get_if<RectangleLight>(&light)) return f(*rectangle);
-  return f(*std::get_if<TriangleLight>(&light));
-}
-
 /// The lights of a scene, numbered: first area lights, then point and spot lights, then what is infinitely far away:
 /// directional lights, and last the environment.
 class Lights {

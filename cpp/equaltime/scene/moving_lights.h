@@ -1,9 +1,9 @@
 // MovingLights: the area lights of one shape that moves, as they are in its own space, and where they are at a time.
 #pragma once
 
-#include <variant>
 #include <vector>
 
+#include "equaltime/base/type_list.h"
 #include "equaltime/lights/area_lights.h"
 #include "equaltime/lights/cylinder_light.h"
 #include "equaltime/lights/textured_area_light.h"
@@ -12,8 +12,9 @@
 
 namespace equaltime {
 
-using AreaLight = std::variant<TriangleLight, RectangleLight, SphereLight, DiskLight, CylinderLight, TexturedRectangle,
-                               TexturedTriangle>;
+using AreaLights =
+    TypeList<TriangleLight, SphereLight, DiskLight, CylinderLight, TexturedRectangle, TexturedTriangle, RectangleLight>;
+using AreaLight = AreaLights::Variant;
 
 struct MovingLights {
   std::uint32_t first;           // of them among all lights; the others follow

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "equaltime/base/index.h"
+#include "equaltime/base/type_list.h"
 #include "equaltime/math/point.h"
 #include "equaltime/math/spectrum.h"
 #include "equaltime/textures/texture_description.h"
@@ -73,6 +74,8 @@ class UvMap {
 
 class Bitmap {
  public:
+  static constexpr const char* name = "bitmap";
+
   /// Throws std::invalid_argument if the texels are not as many as the size says, or one of them is not finite.
   explicit Bitmap(BitmapDescription description);
 
@@ -104,6 +107,8 @@ class Bitmap {
 
 class Checkerboard {
  public:
+  static constexpr const char* name = "checkerboard";
+
   explicit Checkerboard(const CheckerboardDescription& d) noexcept;
   /// Of one colour, for which one number stands.
   Checkerboard(const Spectrum& color, float number) noexcept
@@ -131,6 +136,8 @@ class Checkerboard {
 /// What meshes say of themselves: each shape has its own numbers, of its vertices or its faces, or is black.
 class MeshAttribute {
  public:
+  static constexpr const char* name = "mesh_attribute";
+
   /// Throws std::invalid_argument unless there is one value, finite, for each of so many vertices or faces.
   void add(std::uint32_t shape, AttributeValues values, std::size_t vertices, std::size_t faces);
   [[nodiscard]] Spectrum eval(const TextureCoords& place) const noexcept;
@@ -147,21 +154,20 @@ class MeshAttribute {
   std::vector<AttributeValues> values_;
 };
 
-using Texture = std::variant<Bitmap, Checkerboard, MeshAttribute>;
+using Textures = TypeList<MeshAttribute, Bitmap, Checkerboard>;
+using Texture = Textures::Variant;
 
 [[nodiscard]] Texture make_texture(TextureDescription description);
 
 [[nodiscard]] inline Spectrum eval(const Texture& texture, const TextureCoords& at) noexcept {
-  if (const auto* bitmap = std::get_if<Bitmap>(&texture)) return bitmap->eval(at);
-  if (const auto* checkerboard = std::get_if<Checkerboard>(&texture)) return checkerboard->eval(at);
-  return std::get_if<MeshAttribute>(&texture)->eval(at);
+  return visit<kAllEffects>(texture, [&](const auto& t) noexcept { return t.eval(at); });
 }
 
 [[nodiscard]] inline float number(const Texture& texture, const TextureCoords& at) noexcept {
-  return std::visit([&](const auto& t) noexcept { return t.number(at); }, texture);
+  return visit<kAllEffects>(texture, [&](const auto& t) noexcept { return t.number(at); });
 }
 [[nodiscard]] inline Point2f gradient(const Texture& texture, const TextureCoords& at) noexcept {
-  return std::visit([&](const auto& t) noexcept { return t.gradient(at); }, texture);
+  return visit<kAllEffects>(texture, [&](const auto& t) noexcept { return t.gradient(at); });
 }
 
 }  // namespace equaltime
