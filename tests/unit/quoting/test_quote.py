@@ -114,7 +114,7 @@ def test_a_quote_of_a_time_says_the_error() -> None:
 def test_a_quote_of_a_sample_count_says_the_error_and_the_time(capsys: pytest.CaptureFixture[str]) -> None:
     scene = et.load(SCENE).with_(size=(48, 48))
     found, more = et.quote(scene, spp=64), et.quote(scene, spp=4096)
-    assert found.spp.low == 64.0 <= found.spp.high <= 66.0
+    assert 64.0 <= found.spp.low <= found.spp.high <= 66.0  # adaptive counts: a mean of a little more
     assert found.error.low <= et.render(scene, spp=64).error.value <= found.error.high
     assert more.error.high < found.error.low
     assert found.seconds.high < more.seconds.low
