@@ -56,7 +56,7 @@ struct PPlastic {
   }
   [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool, double u_lobe, Point2f u) const noexcept {
     const auto value = [&](const Vec3f& wi, const Vec3f& m) noexcept { return eval_at(wo, wi, m); };
-    return sample_mirror_or_body(distribution, share(interface(wo.z)), wo, u_lobe, u, value);
+    return sample_mirror_or_body(distribution, specular_probability(interface(wo.z)), wo, u_lobe, u, value);
   }
   [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool) const noexcept {
     const float reflectance = interface(wo.z);
@@ -71,18 +71,18 @@ struct PPlastic {
 
  private:
   [[nodiscard]] BsdfValue eval_at(const Vec3f& wo, const Vec3f& wi, const Vec3f& m) const noexcept {
-    const float reflected = interface(wo.z), mirrors = share(reflected);
+    const float reflected = interface(wo.z), specular = specular_probability(reflected);
     // The cosine of half the angle between them, the same from both; see RoughPlastic.
     const float reflectance = interface(std::min(1.0F, 0.5F * length(wo + wi)));
     const FacetLobe mirror = mirrored(distribution, wo, wi, m);
     const float cosine = cosine_hemisphere_pdf(wi.z);
     return {specular_reflectance * (reflectance * mirror.f) +
                 diffuse_reflectance * (cosine * (1 - reflected) * (1 - interface(wi.z))),
-            mirrors * mirror.pdf + (1 - mirrors) * cosine};
+            specular * mirror.pdf + (1 - specular) * cosine};
   }
   [[nodiscard]] float interface(float cosine) const noexcept { return fresnel_dielectric(cosine, ior).reflectance; }
-  /// The probability of a microfacet's mirror direction where the interface reflects so much.
-  [[nodiscard]] float share(float reflectance) const noexcept {
+  /// The probability of sampling the specular lobe, given the interface's reflectance.
+  [[nodiscard]] float specular_probability(float reflectance) const noexcept {
     const float mirror = specular_ * reflectance, body = diffuse_ * (1 - reflectance);
     return mirror > 0 ? mirror / (mirror + body) : 0.0F;
   }

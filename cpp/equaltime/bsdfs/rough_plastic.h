@@ -60,7 +60,7 @@ struct RoughPlastic {
   }
   [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool, double u_lobe, Point2f u) const noexcept {
     const auto value = [&](const Vec3f& wi, const Vec3f& m) noexcept { return eval_at(wo, wi, m); };
-    return sample_mirror_or_body(distribution, share((*transmittance_)(wo.z)), wo, u_lobe, u, value);
+    return sample_mirror_or_body(distribution, specular_probability((*transmittance_)(wo.z)), wo, u_lobe, u, value);
   }
   [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool) const noexcept {
     const float entering = (*transmittance_)(wo.z);
@@ -76,17 +76,17 @@ struct RoughPlastic {
 
  private:
   [[nodiscard]] BsdfValue eval_at(const Vec3f& wo, const Vec3f& wi, const Vec3f& m) const noexcept {
-    const float entering = (*transmittance_)(wo.z), mirrors = share(entering);
+    const float entering = (*transmittance_)(wo.z), specular = specular_probability(entering);
     // The cosine of half the angle between them, the same from both: where total reflection begins, Fresnel's
     // reflectance is so steep that the rounding of wo·m and wi·m would tell.
     const float reflectance = fresnel_dielectric(std::min(1.0F, 0.5F * length(wo + wi)), ior).reflectance;
     const FacetLobe mirror = mirrored(distribution, wo, wi, m);
     const float cosine = cosine_hemisphere_pdf(wi.z);
     return {specular_reflectance * (reflectance * mirror.f) + body_ * (cosine * entering * (*transmittance_)(wi.z)),
-            mirrors * mirror.pdf + (1 - mirrors) * cosine};
+            specular * mirror.pdf + (1 - specular) * cosine};
   }
-  /// The probability of a microfacet's mirror direction where the interface lets so much light enter.
-  [[nodiscard]] float share(float entering) const noexcept {
+  /// The probability of sampling the specular lobe, given the interface's transmittance.
+  [[nodiscard]] float specular_probability(float entering) const noexcept {
     const float mirror = specular_ * (1 - entering), body = diffuse_ * entering;
     return mirror > 0 ? mirror / (mirror + body) : 0.0F;
   }

@@ -19,30 +19,6 @@ constexpr double kDarkest = 0x1p-20;
 /// Cells of a picture are no smaller than so many times what points of its triangle are rounded by.
 constexpr double kRoundings = 32;
 
-/// Where the texture of an area light is looked up for a point of it, in the space of the set that it is one of.
-TextureCoords place_of(const Scene& scene, const Geometries& all, const Emitter& emitter, const Vec3d& p) noexcept {
-  const auto [shape, primitive] = emitter;
-  const Surface& surface = scene.surfaces[shape];
-  if (surface.kind == SurfaceKind::sphere)
-    return {detail::sphere_uv(surface, Vec3f(normalize(p - all.spheres[primitive].center)))};
-  if (surface.kind == SurfaceKind::disk) return {detail::disk_uv(all.disks[primitive], p)};
-  if (surface.kind == SurfaceKind::cylinder) {
-    const CylinderGeometry& tube = all.cylinders[primitive];
-    const double height = dot(p - tube.base, tube.axis);
-    return {detail::cylinder_uv(surface, Vec3f(normalize(p - tube.base - tube.axis * height)), height / tube.length)};
-  }
-  const MeshView& mesh = scene.meshes[surface.mesh];
-  const auto& [a, b, c] = mesh.triangles[primitive];
-  if (surface.light_per_primitive) {
-    const auto [u, v] = barycentric(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c], p);
-    return scene.place(shape, primitive, {u, v});
-  }
-  // A rectangle, whose first triangle has its first edge from corner to corner and its second along the diagonal.
-  const Vec3d corner(mesh.vertices[a]), x = Vec3d(mesh.vertices[b]) - corner, y = Vec3d(mesh.vertices[c]) - corner - x;
-  const Vec3d r = p - corner;
-  return {{static_cast<float>(dot(r, x) / length_squared(x)), static_cast<float>(dot(r, y) / length_squared(y))}};
-}
-
 /// In the order that puts the front of the triangle's light to the side that it shines to.
 std::array<Vec3f, 3> corners_of(const TriangleMesh& mesh, std::size_t triangle, bool flipped) noexcept {
   const auto& [a, b, c] = mesh.triangles[triangle];
@@ -142,36 +118,6 @@ std::vector<TriangleEmission> AreaLightBuilder::shines_of(std::size_t shape, con
   const double least = kDarkest * (total > 0 ? total / static_cast<double>(shines.size()) : 1);
   for (TriangleEmission& shine : shines) shine.mean = std::max(shine.mean, least);
   return shines;
-}
-
-const Emitter* Scene::pictured(const LightSample& sample) const noexcept {
-  if (emitters.empty() || sample.infinite || sample.delta) return nullptr;
-  const Emitter& emitter = emitters[sample.light];
-  return surfaces[emitter.shape].emission == kNone ? nullptr : &emitter;
-}
-
-Spectrum Scene::projected(const LightSample& sample) const noexcept {
-  const SpotLight* spot = lights.projector(sample);
-  if (spot == nullptr) return sample.radiance;
-  return sample.radiance * eval(textures[spot->slide()->texture], spot->place_on_slide(sample.wi));
-}
-
-Spectrum Scene::radiance_of(const LightSample& sample) const noexcept {
-  const Emitter* emitter = pictured(sample);
-  if (emitter == nullptr) return projected(sample);
-  const Surface& surface = surfaces[emitter->shape];
-  const TextureCoords place = place_of(*this, accel.geometries(), *emitter, Vec3d(sample.target.p));
-  return surface.radiance * eval(textures[surface.emission], place);
-}
-
-Spectrum Scene::radiance_of(const LightSample& sample, float time) const noexcept {
-  const Emitter* emitter = pictured(sample);
-  const MovingInstanceGeometry* carrier = emitter == nullptr ? nullptr : lights.carrier(sample.light);
-  if (carrier == nullptr) return radiance_of(sample);
-  const Surface& surface = surfaces[emitter->shape];
-  const Vec3d local = carrier->to_world.at(static_cast<double>(time)).local_point(Vec3d(sample.target.p));
-  const TextureCoords place = place_of(*this, accel.groups()[carrier->group], *emitter, local);
-  return surface.radiance * eval(textures[surface.emission], place);
 }
 
 }  // namespace equaltime

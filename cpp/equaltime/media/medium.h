@@ -22,10 +22,10 @@ struct Medium {
   /// What is left of light after a distance, which may be infinite.
   [[nodiscard]] Spectrum transmittance(double distance) const noexcept;
 
-  /// The flight of a ray of throughput `beta`, which is not black, to a surface at `distance`, or infinitely far. Where
-  /// it scattered is drawn for one colour, picked by what is left of it, and weighted by the mean density of all
-  /// colours so picked (the balance heuristic): the sum of the throughput's colours never grows. A medium that only
-  /// absorbs is not sampled: the light is weakened.
+  /// Samples a scattering distance along a ray of throughput `beta`, which is not black, up to a surface at `distance`,
+  /// or infinitely far. One channel is picked by its part of the throughput, and the balance heuristic weights all
+  /// channels, so that the sum of the throughput's channels never grows. A medium that only absorbs is not sampled: it
+  /// attenuates the ray.
   [[nodiscard]] DistanceSample sample(const Spectrum& beta, double distance, Point2d u) const noexcept;
 };
 

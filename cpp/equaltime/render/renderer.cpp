@@ -57,7 +57,9 @@ class BlockSnapshot {
 };
 
 /// What a strategy calls for, whatever the scene.
-Effects effects_of(const Settings& settings) noexcept { return {.splitting = settings.roulette == Roulette::efficiency}; }
+Effects effects_of(const Settings& settings) noexcept {
+  return {.splitting = settings.roulette == Roulette::efficiency};
+}
 
 /// Replicates are nets of their own, or the halves of one.
 Sharing sharing(const RenderOptions& options) noexcept {

@@ -25,7 +25,7 @@ struct RenderOptions {
   std::uint32_t nets = 2;        // of each pixel: as many as replicates, or one, whose halves are the replicates then
   std::uint32_t second_net = 0;  // with one net, one of so many pixels has a second one (`SecondNets`); 0: none has
   bool pixel_rays = false;       // count the rays of every pixel
-  Effects also = {};             // that the kernel must cover, to see what its not doing so is worth
+  Effects also = {};             // further effects for the kernel to support, to measure what they cost
   Traps traps = Traps::ignore;   // of floating-point faults
 };
 
@@ -68,7 +68,7 @@ class Renderer {
   /// counts are not what passes of this renderer leave there.
   void resume(const Counters& so_far, const Position& position);
 
-  /// With the roulette that a pilot decided on, and what it goes by: learnt when they are first needed.
+  /// The settings with the roulette and the splitting map that a pilot chose. The first call renders the pilot.
   [[nodiscard]] const Settings& settings();
   /// What was decided; null until then, or where there was nothing to decide.
   [[nodiscard]] const RouletteDecision* decision() const noexcept { return decision_ ? &*decision_ : nullptr; }

@@ -1,8 +1,8 @@
 // Splitting: how many copies of a path are worth their rays, and whether splitting pays at all in a scene. Copies
-// lessen the variance that comes after the first scattering, and cost its rays; they leave alone what comes before. Of
-// all numbers of copies the best product of the image's variance and rays has those that grow as the root of a copy's
-// variance over its rays (Rath et al. 2022, "EARS", for one vertex of a path). Both are learnt from a pilot
-// (render/splitting_pilot.h), so that they depend on the scene and the strategy alone.
+// lessen the variance after the first scattering, and cost its rays; they do not change the variance before it.
+// Variance times rays is least where the number of copies is proportional to the root of a copy's variance over its
+// rays (Rath et al. 2022, "EARS", for one vertex of a path). A pilot measures both (render/splitting_pilot.h), so that
+// they depend on the scene and the strategy alone.
 #pragma once
 
 #include <cstdint>

@@ -46,7 +46,7 @@ class Lights {
   [[nodiscard]] bool any_power() const noexcept { return !tables_[0].empty(); }
   [[nodiscard]] const std::optional<Environment>& environment() const noexcept { return environment_; }
   /// What an area light moves with; null if it stays where it is.
-  [[nodiscard]] const MovingInstanceGeometry* carrier(std::uint32_t light) const noexcept {
+  [[nodiscard]] const MovingInstanceGeometry* moving_instance(std::uint32_t light) const noexcept {
     const MovingLights* lights = moving(light);
     return lights == nullptr ? nullptr : &lights->instance;
   }
@@ -73,7 +73,8 @@ class Lights {
     const auto picked = pick(selection, receiver, sampler, bounce);
     return picked ? sample<E>(*picked, environment, receiver, sampler, bounce, u, time) : std::nullopt;
   }
-  /// The two steps of it. Nothing is picked where no light may reach the receiver.
+  /// The two steps of `sample`: `pick` selects a light, the next samples it. `pick` returns nothing if no light can
+  /// reach the receiver.
   [[nodiscard]] EQUALTIME_INLINE Optional<SampledLight> pick(LightSelection selection,
                                                              const LightSampleContext& receiver, const Sampler& sampler,
                                                              std::uint32_t bounce) const noexcept;
@@ -185,7 +186,7 @@ EQUALTIME_INLINE Optional<LightSample> Lights::sample(SampledLight pick, Environ
       return l.sample(receiver.p, u, pick.pmf);
   });
   if constexpr (E.motion)
-    if (const MovingLights* lights = moving(pick.light)) sample = lights->cleared(sample, time);
+    if (const MovingLights* lights = moving(pick.light)) sample = lights->with_offset(sample, time);
   if constexpr (E.textures || E.media) sample->light = pick.light;
   return sample;
 }

@@ -14,7 +14,7 @@ AreaLight MovingLights::at(std::uint32_t light, float time) const noexcept {
       local[light - first]);
 }
 
-Optional<LightSample> MovingLights::cleared(Optional<LightSample> sample, float time) const noexcept {
+Optional<LightSample> MovingLights::with_offset(Optional<LightSample> sample, float time) const noexcept {
   if (!sample) return sample;
   OffsetPoint& target = sample->target;
   const Instance now(instance.group, instance.to_world.at(static_cast<double>(time)));

@@ -21,19 +21,19 @@ struct MovingLights {
   std::vector<AreaLight> local;  // no rectangles, which may become parallelograms
   MovingInstanceGeometry instance;
 
-  /// When a light is looked at where its choice cannot follow it.
+  /// Shutter time at which light selection sees a moving light: it does not know the time of a path.
   static constexpr float kReferenceTime = 0.5F;
 
   [[nodiscard]] bool has(std::uint32_t light) const noexcept { return light - first < local.size(); }
   [[nodiscard]] AreaLight at(std::uint32_t light, float time) const noexcept;
   /// The sample with the distance from its surface that a ray to what moves needs.
-  [[nodiscard]] Optional<LightSample> cleared(Optional<LightSample> sample, float time) const noexcept;
-  /// Of all that a light is while it moves.
+  [[nodiscard]] Optional<LightSample> with_offset(Optional<LightSample> sample, float time) const noexcept;
+  /// Bounds of a light over the whole shutter.
   [[nodiscard]] EmitterBounds bounds(std::uint32_t light) const noexcept;
 };
 
-/// The lights from the one of number `begin` on, taken to the space of a moving instance; in the list they stay as what
-/// they are meanwhile.
+/// Returns the lights from index `begin` on in the local space of a moving instance. `lights` keeps them in world
+/// space, as they are at `kReferenceTime`.
 [[nodiscard]] MovingLights moving_lights(std::vector<AreaLight>& lights, std::size_t begin,
                                          MovingInstanceGeometry instance);
 

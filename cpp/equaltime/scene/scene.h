@@ -28,7 +28,7 @@ struct Derivatives {
   Vec3f du, dv;
 };
 
-/// Of a search that nobody watches over.
+/// The default guard of ray queries: does nothing.
 struct Unguarded {};
 
 struct Scene {
@@ -84,8 +84,8 @@ struct Scene {
     const auto& [group, to_world] = moving[number - instances.size()];
     return {group, to_world.at(static_cast<double>(time))};
   }
-  /// Where the ray, in the space of a set, meets a primitive of it. `geometries` gives the set's own: called only where
-  /// they are looked at, because the call is not free.
+  /// Recomputes a hit point in float64. `ray` is in the local space of the shape range. `geometries()` gives the
+  /// range's geometries, and is called only where they are needed, since the call is not free.
   template <Effects E, class GeometriesOf>
   [[nodiscard]] detail::SurfacePoint recompute_hit(const ShapeRange& set, GeometriesOf&& geometries,
                                                    const PrimitiveId& id, const RayD& ray, float time) const noexcept;
@@ -124,15 +124,15 @@ struct Scene {
       if (surface.emission != kNone) return surface.radiance * eval(textures[surface.emission], place(it));
     return surface.radiance;
   }
-  /// What a light of no texture sends, or a spot light by its slide.
+  /// Radiance of a light sample, times the texture that a spot light projects if it has one.
   [[nodiscard]] Spectrum projected(const LightSample& sample) const noexcept;
-  /// What a light sends from a point of it.
+  /// Radiance of a light sample, times the emitter's texture if it has one.
   [[nodiscard]] Spectrum radiance_of(const LightSample& sample) const noexcept;
   /// The same at a time, if it may move.
   [[nodiscard]] Spectrum radiance_of(const LightSample& sample, float time) const noexcept;
-  /// The place of the light of a sample if it shines by a texture; null otherwise.
-  [[nodiscard]] const Emitter* pictured(const LightSample& sample) const noexcept;
-  /// Where the paths of a time begin: in which bodies and what medium.
+  /// The emitter of a light sample if its emission has a texture; null otherwise.
+  [[nodiscard]] const Emitter* textured_emitter(const LightSample& sample) const noexcept;
+  /// The dielectrics and the medium that hold the camera at a time.
   [[nodiscard]] CameraMedium beginning(float time) const noexcept;
   /// Index in `lights` of the emissive primitive that the interaction is on.
   [[nodiscard]] std::uint32_t light_of(const Interaction& it) const noexcept {

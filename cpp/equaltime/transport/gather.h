@@ -12,7 +12,7 @@
 
 namespace equaltime {
 
-/// Of a ray that one-sample MIS has made: which lights it counts for, and what its throughput was divided by.
+/// One-sample MIS of a ray: the lights whose emission it may add, and the sum of pdfs that divided its throughput.
 struct OneSampleMis {
   static constexpr std::uint32_t kEvery = ~std::uint32_t{0}, kNoLight = kEvery - 1;
   std::uint32_t light = kEvery;  // the one that it was aimed at, or all if the BSDF drew it
@@ -21,16 +21,16 @@ struct OneSampleMis {
 
 /// How the ray to the current vertex was made: what the MIS weight of an emitter that it meets depends on.
 struct PreviousVertex {
-  LightSampleContext from{};  // the vertex that it left
-  float pdf = 0;              // of the BSDF, per solid angle
-  bool alone = true;          // no other technique can make this ray: camera rays and discrete directions
-  OneSampleMis mixed{};       // of `mixture` alone
+  LightSampleContext from{};    // the vertex that it left
+  float pdf = 0;                // of the BSDF, per solid angle
+  bool specular_bounce = true;  // no other technique can make this ray: camera rays and discrete directions
+  OneSampleMis mixed{};         // of `mixture` alone
 };
 
 /// The weight of an emitter met by a scattered ray, given the density of light sampling for the same direction.
 [[nodiscard]] EQUALTIME_INLINE float emission_mis_weight(const Settings& s, const PreviousVertex& ray,
                                                          std::uint32_t light, float light_pdf) noexcept {
-  if (ray.alone || !aims_at_lights(s.technique)) return 1;
+  if (ray.specular_bounce || !aims_at_lights(s.technique)) return 1;
   if (s.technique == Technique::light) return light_pdf > 0 ? 0.0F : 1.0F;
   if (s.technique == Technique::mis) [[likely]]
     return mis_weight(s.heuristic, ray.pdf, light_pdf);
@@ -40,8 +40,8 @@ struct PreviousVertex {
   return pdf_sum > 0 ? ray.mixed.pdf_sum / pdf_sum : 0.0F;
 }
 
-/// Radiance that the surface itself sends back along the ray. Given a copy, as the next: by reference it would hold all
-/// of the path in memory.
+/// Radiance that the surface itself sends back along the ray. `ray` is passed by value, here and below: a reference
+/// would force the whole path state into memory.
 template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE Spectrum surface_emission(const Scene& scene, const Settings& settings,
                                                          const Interaction& it, PreviousVertex ray, float time,
@@ -49,7 +49,7 @@ template <Effects E, Observer O>
   if (scene.surfaces[it.shape].first_light == kNone || !it.front) return {};
   const std::uint32_t light = scene.light_of(it);
   float light_pdf = 0;
-  if (!ray.alone && aims_at_lights(settings.technique))
+  if (!ray.specular_bounce && aims_at_lights(settings.technique))
     light_pdf = scene.lights.area_pdf<E>(settings.lights, light, ray.from, -it.wo, it.anchor.p, time);
   tell<event::EmitterMet>(observer, light, light_pdf);
   return scene.radiance<E>(it) * emission_mis_weight(settings, ray, light, light_pdf);
@@ -101,10 +101,11 @@ template <Effects E, Observer O>
   // Where only scattered rays look for light, all that they cannot find are point lights.
   const bool aims = aims_at_lights(settings.technique);
   if (!E.point_lights && !aims) return {};
-  if constexpr (Observes<O, event::LightPicked>)
-    observer.on(event::LightPicked{scene.lights.pick(settings.lights, receiver_at<E>(it, bsdf), sampler, bounce)});
-  auto light =
-      scene.lights.sample<E>(settings.lights, settings.environment, receiver_at<E>(it, bsdf), sampler, bounce, u, time);
+  const LightSampleContext receiver = receiver_at<E>(it, bsdf);
+  const auto picked = scene.lights.pick(settings.lights, receiver, sampler, bounce);
+  tell<event::LightPicked>(observer, picked);
+  if (!picked) return {};
+  auto light = scene.lights.sample<E>(*picked, settings.environment, receiver, sampler, bounce, u, time);
   if (!light || (!aims && !light->delta)) return {};
   return direct_light_from<E>(scene, settings, it, bsdf, media, *light, depth, time, observer);
 }

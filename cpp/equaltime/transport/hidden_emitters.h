@@ -1,6 +1,5 @@
-// What shines and is not to be seen: Mitsuba's `hide_emitters`. The camera looks through emissive surfaces up to the
-// first vertex of its path, and light from all around is nothing until the path is scattered, whatever it passes
-// straight through: holes, nothing, and thin sheets of glass.
+// Mitsuba's `hide_emitters`. Camera rays pass through emissive surfaces until the first vertex of their path. The
+// environment is black until the path is scattered; holes, null surfaces and thin glass do not count as scattering.
 #pragma once
 
 #include "equaltime/base/effects.h"

@@ -28,8 +28,8 @@ class NearbySurfaces {
   }
   /// The path is nowhere near a medium.
   void clear() noexcept { count_ = 0; }
-  /// The path has come to a vertex, on the way to a surface at a height below it, if that is given. Where a ray may
-  /// begin instead.
+  /// Returns a safe origin of rays from a vertex in a medium. `height` is the vertex's distance to the surface ahead,
+  /// along its normal, if there is one.
   [[nodiscard]] EQUALTIME_INLINE Vec3f begin(Vec3d vertex, const ExactMeeting& ahead, float height) noexcept {
     if (count_ != 0) forget_far(vertex);
     if (ahead.it && height < ahead.it->anchor.offset) leave(ahead.point, ahead.it->anchor.n, ahead.it->anchor.offset);

@@ -13,7 +13,7 @@
 namespace equaltime {
 
 /// A path of so many segments, or of a multiple, asks its observer whether to go on.
-inline constexpr std::uint32_t kLongPath = 1024;
+inline constexpr std::uint32_t kCancelInterval = 1024;
 
 /// The radiance of a path that begins with a camera ray, at a time from 0 to 1, and of all its copies.
 template <Effects E, Observer O>
@@ -22,7 +22,7 @@ template <Effects E, Observer O>
   PathState<E> path{camera_ray, time, sampler, PathMediumStack<E>(scene, camera_ray, time)};
   std::optional<Bsdf> own;  // of the vertex; here, since it is large and is cleared where it is made
   for (;;) {
-    if (path.segment() % kLongPath == kLongPath - 1 && observer.cancelled()) [[unlikely]]
+    if (path.segment() % kCancelInterval == kCancelInterval - 1 && observer.cancelled()) [[unlikely]]
       return path.L;
     const VertexNumbers u = path.sampler.vertex(path.segment());  // made while the ray is on its way
     const Ray ray = path.ray;  // a copy: by reference it would hold all of the path in memory

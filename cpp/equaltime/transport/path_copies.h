@@ -1,7 +1,7 @@
-// Path splitting where a path is scattered first, into as many copies as its pixel's are worth (efficiency.h). What the
-// camera's ray and the light sampled from there cost is shared by all copies. Each goes on in a direction of its own,
-// with an equal share of the throughput, and with numbers that are together those of as many more samples. Of no size,
-// and nothing to do, in kernels whose paths are not split.
+// Path splitting at the first vertex that scatters, into the number of copies of the pixel (splitting_map.h). All
+// copies share the camera ray and the light sampled at that vertex. Each copy goes on in a direction of its own, with
+// an equal part of the throughput. Together, the copies use the sample points of a larger sample count. Kernels without
+// splitting have an empty PathCopies.
 #pragma once
 
 #include <array>
@@ -67,13 +67,8 @@ requires(E.splitting) class PathCopies<E> {
  private:
   void keep(const Scene& scene, const Interaction& it, const Scattering& s, const PathState<E>& path) noexcept {
     PathState<E>& copy = copies_[waiting_++].emplace(path);
-    copy.ray = it.spawn(s.wi, s.above);
-    copy.beta *= s.weight;
-    copy.eta_scale *= s.eta_scale;
-    copy.previous = {receiver_at<E>(it, scatterer_), s.pdf, s.delta, {}};
-    copy.media.leave(scene, it, s.above);
-    copy.hidden_emitters = HiddenEmitters<E>(false);
-    ++copy.depth;
+    copy.weaken(s);
+    copy.leave(scene, it, scatterer_, s);
   }
 
   std::uint32_t log2_copies_, waiting_ = 0;

@@ -31,6 +31,21 @@ struct PathState {
   /// The number of the ray, which is that of its random numbers.
   [[nodiscard]] std::uint32_t segment() const noexcept { return static_cast<std::uint32_t>(depth - 1) + crossed; }
 
+  /// Takes up the weight of a scattered direction.
+  EQUALTIME_INLINE void weaken(const Scattering& s) noexcept {
+    beta *= s.weight;
+    eta_scale *= s.eta_scale;
+  }
+  /// Leaves a vertex in a scattered direction.
+  EQUALTIME_INLINE void leave(const Scene& scene, const Interaction& it, Scatterer scatterer,
+                              const Scattering& s) noexcept {
+    previous.from = receiver_at<E>(it, scatterer);
+    previous.pdf = s.pdf, previous.specular_bounce = s.delta;
+    ray = it.spawn(s.wi, s.above);
+    media.leave(scene, it, s.above);
+    hidden_emitters.scatters(scatterer, s.above);
+    ++depth;
+  }
   /// Goes straight on through a surface, which counts as a vertex or not.
   EQUALTIME_INLINE void cross(const Scene& scene, const Interaction& it, bool counts) noexcept {
     ray = it.spawn(-it.wo, false);

@@ -46,7 +46,7 @@ template <Effects E, Observer O>
     if (!it) return Arrival::ends;
     v.material = scene.material(*it);
   }
-  const bool crosses = E.masks && !scene.count_null_interfaces;  // what is nothing, however long the path is
+  const bool crosses = E.masks && !scene.count_null_interfaces;  // null surfaces are crossed even beyond max_depth
   if ((path.depth >= settings.max_depth && !crosses) || (phase == nullptr && v.material == kNone)) return Arrival::ends;
   if constexpr (E.masks) {
     if (phase == nullptr)
@@ -85,8 +85,8 @@ template <Effects E, Observer O>
   if (is_delta<E>(v.scatterer)) {
     scattered = sample_bsdf<E>(it, v.scatterer, path.sampler, segment, {});
   } else if (uses_one_direction(settings.technique)) [[unlikely]] {
-    const TurnedVertex turned = sample_one_direction<E>(scene, settings, it, v.scatterer, path.media.here(),
-                                                        path.sampler, segment, path.depth, u, path.time, observer);
+    const OneSampleVertex turned = sample_one_direction<E>(scene, settings, it, v.scatterer, path.media.here(),
+                                                           path.sampler, segment, path.depth, u, path.time, observer);
     add_direct_light<E>(path, turned.direct, observer);
     path.previous.mixed = turned.mixed;
     scattered = turned.scattered;
@@ -130,8 +130,7 @@ template <Effects E, Observer O>
                                            O& observer) noexcept(!O::allocates) {
   if (v.may_cross && !scattered.above) --path.depth, ++path.crossed;
   if (E.masks && path.depth >= settings.max_depth) return false;
-  path.beta *= scattered.weight;
-  path.eta_scale *= scattered.eta_scale;
+  path.weaken(scattered);
   if (!(0 < path.beta.sum() && path.beta.sum() < std::numeric_limits<float>::infinity())) [[unlikely]] {
     if (path.beta.is_black()) return false;
     if (!path.beta.is_finite()) {  // The sample is not finite, and no roulette would end its path.
@@ -140,12 +139,7 @@ template <Effects E, Observer O>
     }
   }
   if (!survives<E>(settings, path, it, v.scatterer, observer)) return false;
-  path.previous.from = receiver_at<E>(it, v.scatterer);
-  path.previous.pdf = scattered.pdf, path.previous.alone = scattered.delta;
-  path.ray = it.spawn(scattered.wi, scattered.above);
-  path.media.leave(scene, it, scattered.above);
-  path.hidden_emitters.scatters(v.scatterer, scattered.above);
-  ++path.depth;
+  path.leave(scene, it, v.scatterer, scattered);
   return true;
 }
 

@@ -56,28 +56,29 @@ template <class Sample>
 EQUALTIME_INLINE void render_samples(const BlockTask& task, Film& film, RayCounter& counter,
                                      SampleLog<NonFinite>& nonfinite, Sample&& sample) {
   const double scale = task.scene.normalization.world_radiance_scale();
-  static_cast<void>(Accel::refused_ray());  // of what was traced before is nothing here
+  static_cast<void>(Accel::refused_ray());  // clears the flag of earlier rays on this thread
   for (std::uint32_t y = task.block.y0; y < task.block.y1; ++y)
     for (std::uint32_t x = task.block.x0; x < task.block.x1; ++x) {
       const std::size_t pixel = std::size_t{y} * film.width() + x;
       const std::uint64_t first = task.schedule ? task.schedule->count(pixel, task.first) : task.first;
       const std::uint64_t last = task.schedule ? task.schedule->count(pixel, task.last) : task.last;
       const std::uint64_t rays = counter.counters.rays + counter.counters.shadow_rays;
-      bool beside = false;  // in the second net; one loop serves both, since a path is too much code to be there twice
+      bool in_second_net = false;  // one loop serves both, since a path is too much code to be there twice
       for (std::uint64_t i = first, end = last; i < end; ++i) {
         const Spectrum L = sample(x, y, i);
         if (counter.gave_up) [[unlikely]]
           return;
-        const bool whole = !Accel::refused_ray();
-        if (whole && L.is_finite()) {
-          beside ? task.second->add(x, y, i - kSecondNet, L, scale) : film.add(x, y, i, L, scale);
+        const bool traced = !Accel::refused_ray();  // all rays of the path
+        if (traced && L.is_finite()) {
+          in_second_net ? task.second->add(x, y, i - kSecondNet, L, scale) : film.add(x, y, i, L, scale);
         } else {
           ++counter.counters.nonfinite;
           nonfinite.add({x, y, i});
         }
         if (i + 1 == last) {
           if (task.pixel_rays) task.pixel_rays[pixel] += counter.counters.rays + counter.counters.shadow_rays - rays;
-          if (task.second && task.second->has(x, y)) beside = true, i = kSecondNet + first - 1, end = kSecondNet + last;
+          if (task.second && task.second->has(x, y))
+            in_second_net = true, i = kSecondNet + first - 1, end = kSecondNet + last;
         }
       }
     }

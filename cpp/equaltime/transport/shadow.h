@@ -1,5 +1,5 @@
-// Shadow rays: whether anything is between a light and a vertex, and what surfaces let pass that may. Each that is
-// crossed takes its share and counts as one vertex of the path, as it would if the path went through it.
+// Shadow rays: visibility, and transmittance through null surfaces and thin glass. Each crossing attenuates the light
+// and counts as one vertex of the path, as it would for a path that went through the surface.
 #pragma once
 
 #include "equaltime/base/effects.h"
@@ -23,9 +23,8 @@ template <Effects E, Observer O>
   return occluded<E>(scene, shadow_ray(vertex, above, light), time, observer) ? 0.0F : 1.0F;
 }
 
-/// Whether thin glass lets the light through to where it is aimed at from. Lights that a ray can meet are found by the
-/// rays that go through, and must not count twice; others nothing else finds there. Where going through it is a bounce
-/// like any other, it hides them, as other glass does.
+/// Whether a shadow ray to this light may cross thin glass. Only delta lights qualify: scattered rays already find all
+/// other lights through the glass. If crossings count as vertices, thin glass blocks, as other glass does.
 [[nodiscard]] inline bool shines_through_glass(const Scene& scene, const LightSample& light) noexcept {
   return light.delta && !scene.count_null_interfaces;
 }

@@ -29,7 +29,7 @@ namespace detail {
 }
 }  // namespace detail
 
-/// The medium that a path is in; of no size, and nothing to do, in kernels that know none.
+/// The medium that a path is in. Kernels without media have this empty one.
 template <Effects E>
 class MediumStack {
  public:
@@ -65,7 +65,7 @@ requires(E.media) class MediumStack<E> {
     }
     if (surface.bounds_media) around_ = surface.media[before ? 0 : 1];
   }
-  /// Whether another body is where a surface is, so that it is not there.
+  /// Whether a dielectric of higher priority holds the point, and hides the surface.
   [[nodiscard]] bool hides(const Scene& scene, const Interaction& it) const noexcept {
     return hides(scene.surfaces[it.shape]);
   }
@@ -105,8 +105,8 @@ requires(E.media) class MediumStack<E> {
   /// How much of a mean free path the place of a lamp may be off.
   static constexpr float kFarOff = 1e-4F;
 
-  /// How far the light of a sample is that nothing hides. Where its rounded point is not good enough, the lamp is met
-  /// by a ray of its own.
+  /// The distance of a light sample that nothing occludes. In dense media its rounded point is not good enough, and a
+  /// ray finds the exact one.
   [[nodiscard, gnu::noinline]] static double distance_to(const Scene& scene, const Medium& medium, const Vec3d& from,
                                                          const Ray& shadow, const LightSample& light,
                                                          [[maybe_unused]] float time) noexcept {
@@ -148,8 +148,8 @@ requires(E.media) class PathMediumStack<E> {
 
   [[nodiscard]] const MediumStack<E>& here() const noexcept { return here_; }
 
-  /// Follows a ray to the surface that it meets, if any. Its throughput becomes what is left of it. If the medium
-  /// scatters it before, the meeting becomes the vertex where, and its phase function is returned, null otherwise.
+  /// Samples a distance along the ray, and updates the throughput `beta`. If the medium scatters, `ahead` becomes the
+  /// vertex there, and its phase function is returned; null otherwise.
   [[nodiscard]] EQUALTIME_INLINE const PhaseFunction* sample_distance(const Scene& scene, const Ray& ray,
                                                                       const Sampler& sampler, std::uint32_t bounce,
                                                                       Spectrum& beta, ExactMeeting& ahead) noexcept {
