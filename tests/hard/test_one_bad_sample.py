@@ -15,7 +15,9 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
+from equaltime.rendering.core import split_light
 from equaltime.scene.model import Diffuse
+from equaltime.strategy import Strategy
 
 from .ground import ground
 
@@ -88,3 +90,13 @@ def test_E04_the_sample_that_is_no_number_can_be_played_again_and_no_other_is_on
     assert path.first_nonfinite is not None
     assert path.first_nonfinite[0] == 0, "the vertex on the patch"
     assert path.vertices[0]["surface"]["name"].startswith("'patch'")
+
+
+def test_E04_parts_of_the_light_are_those_of_the_samples_that_count(bad: et.Scene) -> None:  # noqa: N802
+    names, parts = split_light(bad, Strategy.parse("best"), SEED, 1, SPP)
+    assert np.isfinite(parts).all()
+    lengths = [i for i, (kind, _) in enumerate(names) if kind == "length"]
+    found = parts[PIXEL[1], PIXEL[0], lengths].sum(axis=0, dtype=np.float64)
+    kept = [et.replay(bad, pixel=PIXEL, sample=index, seed=SEED).radiance for index in range(SPP) if index != SAMPLE]
+    assert found == pytest.approx(np.mean(kept, axis=0), rel=1e-5)
+    assert found != pytest.approx(np.sum(kept, axis=0) / SPP, rel=1e-5), "the twin: counted as black"

@@ -46,15 +46,20 @@ void BreakdownParts::name_lights(const Scene& scene) {
   }
 }
 
-void BreakdownObserver::add(const Spectrum& L, int depth, std::uint32_t way, std::uint32_t light) noexcept {
-  const std::uint32_t last = parts_.count() - 1;
-  for (const std::uint32_t part : {BreakdownParts::length(depth), BreakdownParts::way(way), BreakdownParts::bsdf(bsdf_),
-                                   light == kNone ? last : parts_.light(light)}) {
-    double* sum = &pixel_[3 * std::size_t{part}];
-    sum[0] += static_cast<double>(L.r) * weight_;
-    sum[1] += static_cast<double>(L.g) * weight_;
-    sum[2] += static_cast<double>(L.b) * weight_;
-  }
+void BreakdownObserver::add(const Spectrum& L, int depth, std::uint32_t way, std::uint32_t light) {
+  added_.push_back({L,
+                    {BreakdownParts::length(depth), BreakdownParts::way(way), BreakdownParts::bsdf(bsdf_),
+                     light == kNone ? parts_.count() - 1 : parts_.light(light)}});
+}
+
+void BreakdownObserver::add_to(std::span<double> pixel) const noexcept {
+  for (const auto& [L, parts] : added_)
+    for (const std::uint32_t part : parts) {
+      double* sum = &pixel[3 * std::size_t{part}];
+      sum[0] += static_cast<double>(L.r) * weight_;
+      sum[1] += static_cast<double>(L.g) * weight_;
+      sum[2] += static_cast<double>(L.b) * weight_;
+    }
 }
 
 LightBreakdown break_down_light(std::shared_ptr<const Scene> scene, const Settings& settings,
@@ -62,31 +67,33 @@ LightBreakdown break_down_light(std::shared_ptr<const Scene> scene, const Settin
                                 const Poll& poll) {
   Renderer renderer(scene, settings, options);
   const Settings& learnt = renderer.settings();
-  LightBreakdown split{
+  LightBreakdown found{
       BreakdownParts(*scene), scene->film.crop_height, scene->film.crop_width, BreakdownParts::kLengths, {}};
-  if (!only_lengths) split.kept = split.parts.count();
-  const std::size_t row = 3 * std::size_t{split.kept};
-  split.means.resize(row * split.height * split.width);
-  const double scale = scene->normalization.world_radiance_scale() / static_cast<double>(samples);
+  if (!only_lengths) found.kept = found.parts.count();
+  const std::size_t row = 3 * std::size_t{found.kept};
+  found.means.resize(row * found.height * found.width);
+  const double scale = scene->normalization.world_radiance_scale();
   const std::vector<PixelBlock> blocks = renderer.blocks();
   const auto make_worker = [&] {
     // The sums are of one pixel: what is kept of it is rounded once.
-    return [&, observer = BreakdownObserver(split.parts, scene->count_null_interfaces),
-            sums = std::vector<double>(3 * std::size_t{split.parts.count()})](std::size_t i) mutable {
+    return [&, observer = BreakdownObserver(found.parts, scene->count_null_interfaces),
+            sums = std::vector<double>(3 * std::size_t{found.parts.count()})](std::size_t i) mutable {
       const PixelBlock& block = blocks[i];
       const BlockTask task{*scene, learnt, options.seed, block, 0, samples, options.nets};
       for (std::uint32_t y = block.y0; y < block.y1; ++y)
         for (std::uint32_t x = block.x0; x < block.x1; ++x) {
           std::ranges::fill(sums, 0.0);
-          observer.at(sums, scale);
-          for (std::uint64_t s = 0; s < samples; ++s) (void)sample_pixel<kAllEffects>(task, x, y, s, observer);
-          std::ranges::transform(std::span(sums).first(row), &split.means[row * (std::size_t{y} * split.width + x)],
-                                 [](double sum) { return static_cast<float>(sum); });
+          double count = 0;
+          for (std::uint64_t s = 0; s < samples; ++s)
+            if (sample_pixel<kAllEffects>(task, x, y, s, observer).is_finite()) observer.add_to(sums), ++count;
+          const double share = count > 0 ? scale / count : 0.0;
+          std::ranges::transform(std::span(sums).first(row), &found.means[row * (std::size_t{y} * found.width + x)],
+                                 [=](double sum) { return static_cast<float>(sum * share); });
         }
     };
   };
   run_blocks(blocks.size(), renderer.threads(), make_worker, poll);
-  return split;
+  return found;
 }
 
 }  // namespace equaltime

@@ -49,17 +49,20 @@ class BreakdownParts {
   std::vector<std::uint32_t> light_part_;  // of each light
 };
 
-/// Adds what each path brings to the parts of its pixel.
+/// Collects the contributions of a path, so that they count only if the path's sample does.
 class BreakdownObserver : public PathObserver {
  public:
+  static constexpr bool allocates = true;
+
   BreakdownObserver(const BreakdownParts& parts, bool count_null_interfaces) noexcept
       : parts_(parts), crossings_are_vertices_(count_null_interfaces) {}
 
-  /// Where the parts of the pixel are added up: three channels each.
-  void at(std::span<double> pixel, double scale) noexcept { pixel_ = pixel, scale_ = scale; }
+  /// Adds the contributions of the last path to the sums of its pixel: three channels a part.
+  void add_to(std::span<double> pixel) const noexcept;
 
   void on(const event::PathStarted& path) noexcept {
-    weight_ = scale_ * static_cast<double>(path.filter_weight), bsdf_ = 0;
+    weight_ = static_cast<double>(path.filter_weight), bsdf_ = 0;
+    added_.clear();
   }
   void on(const event::VertexReached& at) noexcept { bsdf_ = BreakdownParts::number(at.bsdf); }
   void on(const event::CopyResumed& at) noexcept { bsdf_ = BreakdownParts::number(at.bsdf); }
@@ -70,20 +73,25 @@ class BreakdownObserver : public PathObserver {
   void on(const event::ShadowRayMet&) noexcept {
     if (crossings_are_vertices_) ++crossed_;
   }
-  void on(const event::EmissionAdded& added) noexcept {
+  void on(const event::EmissionAdded& added) {
     if (!added.L.is_black()) add(added.L, added.depth, bsdf_ == 0 ? 0 : 1, added.light);
   }
-  void on(const event::DirectLightAdded& added) noexcept {
+  void on(const event::DirectLightAdded& added) {
     if (!added.L.is_black()) add(added.L, added.depth + std::max(crossed_, 0), 2, aimed_at_);
   }
 
  private:
-  void add(const Spectrum& L, int depth, std::uint32_t way, std::uint32_t light) noexcept;
+  /// Light that a path adds, with its part of each kind.
+  struct Contribution {
+    Spectrum L;
+    std::array<std::uint32_t, 4> parts;
+  };
+  void add(const Spectrum& L, int depth, std::uint32_t way, std::uint32_t light);
 
   const BreakdownParts& parts_;
+  std::vector<Contribution> added_;  // by the last path
   bool crossings_are_vertices_;
-  std::span<double> pixel_;
-  double scale_ = 1, weight_ = 1;
+  double weight_ = 1;
   std::uint32_t bsdf_ = 0, aimed_at_ = kNone;  // kNone: the environment
   int crossed_ = 0;
 };
@@ -96,7 +104,8 @@ struct LightBreakdown {
 };
 
 /// The mean of `samples` samples of every pixel, part by part, or only by lengths of paths: those of a render with the
-/// same options. `poll` is called about every 50 ms by the calling thread and ends it all by throwing.
+/// same options. Samples that are not finite are left out, as they are of a film. `poll` is called about every 50 ms by
+/// the calling thread and ends it all by throwing.
 [[nodiscard]] LightBreakdown break_down_light(std::shared_ptr<const Scene> scene, const Settings& settings,
                                               const RenderOptions& options, std::uint64_t samples,
                                               bool only_lengths = false, const Poll& poll = {});

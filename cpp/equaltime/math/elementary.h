@@ -243,7 +243,7 @@ namespace detail {
                                           -0.18559088651971616, 0.08055507647168337};
   const double a = std::abs(static_cast<double>(x));
   if (a < 1) return static_cast<float>(static_cast<double>(x) * detail::polynomial(a * a, kNear));
-  if (a >= 4) return x < 0 ? -1.0F : 1.0F;
+  if (!(a < 4)) return x < 0 ? -1.0F : x > 0 ? 1.0F : x;
   const double t = 1 / (1 + 0.5 * a), beyond = detail::short_exp(-a * a) * t * detail::polynomial(t, kFar);
   return static_cast<float>(x < 0 ? beyond - 1 : 1 - beyond);
 }

@@ -1,6 +1,8 @@
 // One sample of a pixel: what every kernel does, whoever takes its radiance.
 #pragma once
 
+#include <limits>
+
 #include "equaltime/base/effects.h"
 #include "equaltime/transport/kernels.h"
 #include "equaltime/transport/path.h"
@@ -31,16 +33,20 @@ struct FilmSample {
   }
 };
 
-/// One sample of a pixel of the full film: its path's radiance with the weight.
+/// One sample of a pixel of the full film: its path's radiance with the weight. It is NaN if Embree refused one of the
+/// path's rays: such a ray met nothing, so that whatever was made of it must not count.
 template <Effects E, Observer O>
 EQUALTIME_INLINE Spectrum sample_film_pixel(const BlockTask& task, std::uint64_t px, std::uint64_t py,
                                             std::uint64_t index, O& observer) {
+  static_cast<void>(Accel::refused_ray());  // clears the flag of earlier rays on this thread
   const FilmSample begin(task, px, py, index);
   tell<event::PathStarted>(observer, begin.offset.weight);
   const float time = begin.time<E>();
-  return trace_path<E>(task.scene, task.settings, begin.ray<E>(task.scene, px, py, time), time, begin.sampler,
-                       PathCopies<E>(task.settings, px, py), observer) *
-         begin.offset.weight;
+  const Spectrum L = trace_path<E>(task.scene, task.settings, begin.ray<E>(task.scene, px, py, time), time,
+                                   begin.sampler, PathCopies<E>(task.settings, px, py), observer);
+  if (Accel::refused_ray()) [[unlikely]]
+    return Spectrum(std::numeric_limits<float>::quiet_NaN());
+  return L * begin.offset.weight;
 }
 
 /// The same of a pixel of the crop.
@@ -56,7 +62,6 @@ template <class Sample>
 EQUALTIME_INLINE void render_samples(const BlockTask& task, Film& film, RayCounter& counter,
                                      SampleLog<NonFinite>& nonfinite, Sample&& sample) {
   const double scale = task.scene.normalization.world_radiance_scale();
-  static_cast<void>(Accel::refused_ray());  // clears the flag of earlier rays on this thread
   for (std::uint32_t y = task.block.y0; y < task.block.y1; ++y)
     for (std::uint32_t x = task.block.x0; x < task.block.x1; ++x) {
       const std::size_t pixel = std::size_t{y} * film.width() + x;
@@ -68,8 +73,7 @@ EQUALTIME_INLINE void render_samples(const BlockTask& task, Film& film, RayCount
         const Spectrum L = sample(x, y, i);
         if (counter.gave_up) [[unlikely]]
           return;
-        const bool traced = !Accel::refused_ray();  // all rays of the path
-        if (traced && L.is_finite()) {
+        if (L.is_finite()) {
           in_second_net ? task.second->add(x, y, i - kSecondNet, L, scale) : film.add(x, y, i, L, scale);
         } else {
           ++counter.counters.nonfinite;
