@@ -215,7 +215,7 @@ def test_all_problems_of_a_file_are_told_at_once_but_not_thousands(tmp_path: Pat
 def test_definitions_that_mean_nothing_are_refused(tmp_path: Path) -> None:
     path = one_triangle().gltf(tmp_path / "a.gltf")
     assert "nothing in the scene uses the definition 'camra'; did you mean 'camera'?" in problem(path, camra=1)
-    assert "'sky' must be a number of at least 0, found -1" in problem(path, sky=-1)
+    assert "'sky' must be a number of at least 0 or a colour such as #20c040, found -1" in problem(path, sky=-1)
 
 
 def test_damaged_files_never_crash(tmp_path: Path) -> None:
