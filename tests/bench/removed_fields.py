@@ -28,8 +28,8 @@ EFFECTS = "cpp/equaltime/base/effects.h"
 RUN = 0.25
 """Seconds that a render takes, about."""
 UNCOUNTED: tuple[Edit, ...] = (
-    ("CMakeLists.txt", r"\n *cpp/equaltime/\w+/(bind_)?(bench|in_sight|limit|replay|sampling|split|unseen)\.cpp", ""),
-    ("cpp/equaltime/bindings/module.cpp", r"\n *equaltime::bind_(bench|replay|sampling|split)\(m\);", ""),
+    ("CMakeLists.txt", r"\n *cpp/equaltime/\w+/(bind_)?(bench|breakdown|light_breakdown|limit|replay|sampling|unoccluded_light|visible_emitters)\.cpp", ""),
+    ("cpp/equaltime/bindings/module.cpp", r"\n *equaltime::bind_(bench|breakdown|replay|sampling)\(m\);", ""),
 )
 """What renders have no use for, but the package has: minutes less, where there is nothing to time."""
 

@@ -133,14 +133,15 @@ struct Accel::Impl {
   [[nodiscard]] Hit met(Vec3f o, Vec3f d, float t_max, float time) const noexcept;
   template <bool kMoves>
   [[nodiscard]] bool blocked(Vec3f o, Vec3f d, float t_max, float time) const noexcept;
-  /// What a query of the tree found, or what is nearer beside the tree; and whether something there is in the way.
+  /// Returns the nearer of two hits: the one that a query of the tree found, and the nearest beside the tree. The next
+  /// tells whether anything beside the tree is in the way.
   template <bool kMoves>
   [[nodiscard]] Hit nearest_of(RTCRayHit& query) const noexcept;
   template <bool kMoves>
   [[nodiscard]] bool blocked_beside(const RTCRay& query) const noexcept;
   /// This is no part of `blocked`, so that scenes without walls need no registers for them.
   [[nodiscard, gnu::noinline]] bool blocked_by_walls(const Ray& ray) const noexcept { return walls.any(RayD(ray)); }
-  /// The hit with our own numbers, if there is one.
+  /// Returns a hit with this class's numbers in place of Embree's; none if all are invalid.
   [[nodiscard]] Optional<Hit> numbered(Hit hit) const noexcept;
   /// How many geometries of the scene are no instances.
   [[nodiscard]] std::size_t before_instances() const noexcept { return geometries.meshes.size() + kPrimitiveGroups; }

@@ -47,8 +47,8 @@ struct MovingInstanceGeometry {
   Motion to_world;
 };
 
-/// What a ray meets: a primitive, and the instance of its group in which it is seen; kNotInstanced if it is in none.
-/// Moving instances are numbered after the others.
+/// A hit primitive, and the instance of its group in which the ray meets it: kNotInstanced outside of instances. Moving
+/// instances are numbered after the others.
 struct Hit {
   std::uint32_t instance;
   PrimitiveId id;

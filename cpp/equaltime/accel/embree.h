@@ -20,7 +20,7 @@ inline void embree_intersect(RTCScene scene, RTCRayHit& query) noexcept {
 #endif
 }
 
-/// The same for the lanes of a packet that are valid.
+/// Puts what each valid lane of a packet meets into the query.
 inline void embree_intersect(const int* valid, RTCScene scene, RTCRayHit8& query) noexcept {
 #if EQUALTIME_EMBREE == 4
   rtcIntersect8(valid, scene, &query);
@@ -42,7 +42,7 @@ inline void embree_occluded(RTCScene scene, RTCRay& ray) noexcept {
 #endif
 }
 
-/// The same for the lanes of a packet that are valid.
+/// Makes tfar -infinity in each valid lane of a packet whose ray meets anything.
 inline void embree_occluded(const int* valid, RTCScene scene, RTCRay8& rays) noexcept {
 #if EQUALTIME_EMBREE == 4
   rtcOccluded8(valid, scene, &rays);

@@ -1,5 +1,4 @@
-// What Embree's calls back are given: one ray or the lanes of a packet, side by side. Only for what stands in this
-// folder.
+// Lanes of the packets that Embree hands to its callbacks; a single ray is a packet of one lane. Only for this folder.
 #pragma once
 
 #include "equaltime/accel/embree.h"

@@ -1,4 +1,4 @@
-// RayPacket: up to eight rays that Embree traces at once. Only for what stands in this folder.
+// RayPacket: up to eight rays that Embree traces at once. Only for this folder.
 #pragma once
 
 #include <algorithm>

@@ -55,7 +55,7 @@ class BreakdownObserver : public PathObserver {
   static constexpr bool allocates = true;
 
   BreakdownObserver(const BreakdownParts& parts, bool count_null_interfaces) noexcept
-      : parts_(parts), crossings_are_vertices_(count_null_interfaces) {}
+      : parts_(parts), count_null_interfaces_(count_null_interfaces) {}
 
   /// Adds the contributions of the last path to the sums of its pixel: three channels a part.
   void add_to(std::span<double> pixel) const noexcept;
@@ -71,7 +71,7 @@ class BreakdownObserver : public PathObserver {
     crossed_ = -1;
   }
   void on(const event::ShadowRayMet&) noexcept {
-    if (crossings_are_vertices_) ++crossed_;
+    if (count_null_interfaces_) ++crossed_;
   }
   void on(const event::EmissionAdded& added) {
     if (!added.L.is_black()) add(added.L, added.depth, bsdf_ == 0 ? 0 : 1, added.light);
@@ -90,7 +90,7 @@ class BreakdownObserver : public PathObserver {
 
   const BreakdownParts& parts_;
   std::vector<Contribution> added_;  // by the last path
-  bool crossings_are_vertices_;
+  bool count_null_interfaces_;
   double weight_ = 1;
   std::uint32_t bsdf_ = 0, aimed_at_ = kNone;  // kNone: the environment
   int crossed_ = 0;

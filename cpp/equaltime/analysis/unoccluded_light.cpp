@@ -21,7 +21,7 @@ struct WithoutShadows : PathObserver {
 
 std::vector<double> unoccluded_direct_light(std::shared_ptr<const Scene> scene, Settings settings,
                                             const RenderOptions& options, std::span<const std::uint32_t> pixels) {
-  // What one technique, or one way to pick lights, hardly ever finds may be found by the others.
+  // Another technique or light selection may find light that the render's own hardly ever finds.
   settings.technique = Technique::mis;
   settings.lights = LightSelection::tree;
   const Renderer renderer(scene, settings, options);  // prepares the lights

@@ -65,7 +65,7 @@ void run_blocks(std::size_t count, unsigned threads, const MakeWorker& make_work
   if (stop.requested()) throw std::runtime_error("cancelled");
 }
 
-/// The same for items that are too short to be taken one by one: a block has `chunk` of them.
+/// Works on all items, or throws as `run_blocks` does. Items are short: a block has `chunk` of them.
 template <class MakeWorker>
 void run_items(std::size_t count, std::size_t chunk, unsigned threads, const MakeWorker& make_worker) {
   run_blocks((count + chunk - 1) / chunk, threads, [&] {

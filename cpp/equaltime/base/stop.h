@@ -1,5 +1,5 @@
-// Stop: when a number of threads that work on blocks shall end early. It asks the clock, a stop token and a poll, and
-// keeps the first exception of any of them.
+// Stop: tells threads that work on blocks when to end early. It asks the clock, a stop token and a poll, and keeps the
+// first exception.
 #pragma once
 
 #include <atomic>
@@ -17,7 +17,7 @@ namespace equaltime {
 /// Called about every 50 ms by the thread that started the work. False ends the work early, as does an exception.
 using Poll = std::function<bool()>;
 
-/// What ends work early, between two blocks.
+/// Conditions that end work early, between two blocks.
 struct StopWhen {
   Poll poll = {};
   std::stop_token cancel = {};

@@ -40,7 +40,8 @@ class RoughTransmittance {
 /// The tables of a scene. References to them stay good when the whole is moved.
 class BsdfTables {
  public:
-  /// That of isotropic microfacets; ior: interior over exterior. Integrates when it is first asked for.
+  /// Returns the transmittance of isotropic microfacets; ior: interior over exterior. The first call for these
+  /// parameters integrates it.
   [[nodiscard]] const RoughTransmittance& rough_transmittance(MicrofacetModel model, float alpha, float ior);
   [[nodiscard]] std::size_t memory_bytes() const noexcept {
     return rough_transmittances_.size() * sizeof(RoughTransmittance);

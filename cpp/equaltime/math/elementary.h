@@ -17,7 +17,7 @@ namespace equaltime::elementary {
 
 namespace detail {
 
-/// Coefficients from that of x^0 on.
+/// Evaluates a polynomial. The first coefficient is the constant one.
 template <std::size_t N>
 [[nodiscard]] constexpr double polynomial(double x, const std::array<double, N>& coefficients) noexcept {
   double sum = coefficients[N - 1];
@@ -39,7 +39,7 @@ template <std::size_t N>
   return c;
 }
 
-/// 1/3, 1/5, …: of the series of atanh, or with signs of that of atan, after the first term.
+/// 1/3, 1/5, …: coefficients of the series of atanh after its first term; with alternating signs, of atan.
 template <std::size_t N>
 [[nodiscard]] constexpr std::array<double, N> inverse_odd(bool alternate) noexcept {
   std::array<double, N> c{};
@@ -92,7 +92,7 @@ inline constexpr double kLargestAngle = 0x1p20;
   return {n, (x - count * kHigh) - count * kLow};
 }
 
-/// Negated in the second half of four quarters.
+/// Returns x, negated in the second half of a turn.
 [[nodiscard]] constexpr double negated_if(std::int64_t quarter, double x) noexcept {
   return std::bit_cast<double>(std::bit_cast<std::uint64_t>(x) ^ (static_cast<std::uint64_t>(quarter & 2) << 62U));
 }
@@ -214,7 +214,7 @@ namespace detail {
 
 }  // namespace detail
 
-// The same of float32 numbers, in float64 with fewer terms. Error: 1 ulp of float32.
+// Functions of float32 numbers. They compute in float64 with fewer terms. Error: 1 ulp of float32.
 [[nodiscard]] constexpr float exp(float x) noexcept {
   if (!(x < 88.7228F)) return x != x ? x : kInfinity;
   return x < -104 ? 0.0F : static_cast<float>(detail::short_exp(static_cast<double>(x)));

@@ -92,7 +92,7 @@ class Renderer {
   /// Learns what a pilot decides. Returns false if it was stopped, and then knows nothing.
   [[nodiscard]] bool learn(Stop& stop);
   void run_pass(Stop& stop);
-  /// Of the samples that the pass adds to a block.
+  /// Returns the task of a block in the current pass.
   [[nodiscard]] BlockTask task(std::size_t block) noexcept;
   /// Whether every pixel of the block has what the schedule gives it at this average.
   [[nodiscard]] bool has_samples(const PixelBlock& block, std::uint64_t average) const noexcept;
