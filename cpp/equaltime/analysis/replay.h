@@ -14,7 +14,7 @@ namespace equaltime {
 struct TracedLight {
   SampledLight pick;
   std::optional<LightSample> sample;  // none if the light shows the vertex no front
-  BsdfValue bsdf;                     // towards it
+  BsdfValue<float> bsdf;              // towards it
   float weight = 0;                   // of MIS
   float share = 0;                    // that nothing blocks; meaningless where the BSDF is black
   std::optional<Interaction> closest_occluder;

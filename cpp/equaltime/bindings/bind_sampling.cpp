@@ -69,7 +69,8 @@ py::dict bsdf_values(const Scene& scene, std::size_t index, const Array& wo, con
   require(count(wi, 3, "wi") == n, "as many wi as wo");
   Columns out(n);
   for (py::ssize_t i = 0; i < n; ++i) {
-    const BsdfValue v = visit<kAllEffects>(bsdf, [&](const auto& m) { return m.eval(row(wo, i), row(wi, i), front); });
+    const BsdfValue<float> v =
+        visit<kAllEffects>(bsdf, [&](const auto& m) { return m.eval(row(wo, i), row(wi, i), front); });
     out.set(i, row(wi, i), v.f, v.pdf);
   }
   return py::dict("f"_a = out.value, "pdf"_a = out.pdf);

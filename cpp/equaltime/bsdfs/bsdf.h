@@ -2,6 +2,7 @@
 // frame and point away from the surface; the frame's normal is on the side of wo, so wo.z > 0. Values include the
 // cosine of wi; pdfs are per solid angle.
 //
+// A model is a template over Real (base/lanes.h), but for Principled, whose lobes part too often: kHasLanes tells it.
 // Every model has
 //   name, and needs (an effect), unless all kernels have the model;
 //   is_delta: it scatters into discrete directions only; transmits: to the other side of the surface too;
@@ -30,8 +31,9 @@
 
 namespace equaltime {
 
-using Bsdfs = TypeList<Diffuse, RoughConductor, Conductor, Dielectric, ThinDielectric, Plastic, RoughPlastic,
-                       RoughDielectric, Principled, PPlastic>;
+using Bsdfs =
+    TypeList<Diffuse<float>, RoughConductor<float>, Conductor<float>, Dielectric<float>, ThinDielectric<float>,
+             Plastic<float>, RoughPlastic<float>, RoughDielectric<float>, Principled, PPlastic<float>>;
 using Bsdf = Bsdfs::Variant;
 
 // A BSDF is copied where textures give its parameters: what is large stands in the scene's tables.

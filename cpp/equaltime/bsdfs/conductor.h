@@ -14,6 +14,7 @@ struct ConductorDescription {
   Vec3d eta, k, specular_reflectance;
 };
 
+template <class Real>
 struct Conductor {
   using Description = ConductorDescription;
   static constexpr const char* name = "conductor";
@@ -21,7 +22,7 @@ struct Conductor {
   static constexpr bool is_delta = true;
   static constexpr bool transmits = false;
   static constexpr bool picks_lobe = false;
-  Spectrum eta, k, specular_reflectance;
+  Rgb<Real> eta, k, specular_reflectance;
 
   explicit Conductor(const Description& d) noexcept
       : eta(spectrum(d.eta)), k(spectrum(d.k)), specular_reflectance(spectrum(d.specular_reflectance)) {}
@@ -35,11 +36,12 @@ struct Conductor {
                       color_slot("specular_reflectance", &Conductor::specular_reflectance)};
   }
 
-  [[nodiscard]] static BsdfValue eval(const Vec3f&, const Vec3f&, bool) noexcept { return {}; }
-  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, double, Point2f) const noexcept {
-    return BsdfSample{{-wo.x, -wo.y, wo.z}, albedo(wo, front), 0, true};
+  [[nodiscard]] static BsdfValue<Real> eval(const Vec3<Real>&, const Vec3<Real>&, Mask<Real>) noexcept { return {}; }
+  [[nodiscard]] Optional<BsdfSample<Real>> sample(const Vec3<Real>& wo, Mask<Real> front, Double<Real>,
+                                                  Point2<Real>) const noexcept {
+    return BsdfSample<Real>{{-wo.x, -wo.y, wo.z}, albedo(wo, front), 0, true};
   }
-  [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool) const noexcept {
+  [[nodiscard]] Rgb<Real> albedo(const Vec3<Real>& wo, Mask<Real>) const noexcept {
     return specular_reflectance * fresnel_conductor(wo.z, eta, k);
   }
 };

@@ -15,6 +15,7 @@ struct DielectricDescription {
   Vec3d specular_reflectance{1, 1, 1}, specular_transmittance{1, 1, 1};
 };
 
+template <class Real>
 struct Dielectric {
   using Description = DielectricDescription;
   static constexpr const char* name = "dielectric";
@@ -22,8 +23,8 @@ struct Dielectric {
   static constexpr bool is_delta = true;
   static constexpr bool transmits = true;
   static constexpr bool picks_lobe = true;
-  float ior;  // interior over exterior
-  Spectrum specular_reflectance, specular_transmittance;
+  Real ior;  // interior over exterior
+  Rgb<Real> specular_reflectance, specular_transmittance;
 
   explicit Dielectric(const Description& d) noexcept
       : ior(static_cast<float>(d.ior)),
@@ -39,20 +40,32 @@ struct Dielectric {
                       color_slot("specular_transmittance", &Dielectric::specular_transmittance)};
   }
 
-  [[nodiscard]] static BsdfValue eval(const Vec3f&, const Vec3f&, bool) noexcept { return {}; }
-  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, double u_lobe, Point2f) const noexcept {
-    const float eta = front ? ior : 1 / ior;
+  [[nodiscard]] static BsdfValue<Real> eval(const Vec3<Real>&, const Vec3<Real>&, Mask<Real>) noexcept { return {}; }
+  [[nodiscard]] Optional<BsdfSample<Real>> sample(const Vec3<Real>& wo, Mask<Real> front, Double<Real> u_lobe,
+                                                  Point2<Real>) const noexcept {
+    const Real eta = relative_ior(front), inv = 1 / eta;
     const auto [reflectance, cos_transmitted] = fresnel_dielectric(wo.z, eta);
-    if (u_lobe < reflectance) return BsdfSample{{-wo.x, -wo.y, wo.z}, specular_reflectance, 0, true};
-    const float inv = 1 / eta;
-    // Radiance is carried per solid angle, which refraction narrows by eta².
-    const float compression = inv * inv;
-    return BsdfSample{
-        {-wo.x * inv, -wo.y * inv, -cos_transmitted}, specular_transmittance * compression, 0, true, compression};
+    const Real compression = inv * inv;  // radiance is carried per solid angle, which refraction narrows by eta²
+    return where(
+        u_lobe < Double<Real>(reflectance),
+        [&] {
+          return BsdfSample<Real>{{-wo.x, -wo.y, wo.z}, specular_reflectance, 0, true};
+        },
+        [&] {
+          const Vec3<Real> wi{-wo.x * inv, -wo.y * inv, -cos_transmitted};
+          return BsdfSample<Real>{wi, specular_transmittance * compression, 0, true, compression};
+        });
   }
-  [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool front) const noexcept {
-    const float reflectance = fresnel_dielectric(wo.z, front ? ior : 1 / ior).reflectance;
+  [[nodiscard]] Rgb<Real> albedo(const Vec3<Real>& wo, Mask<Real> front) const noexcept {
+    const Real reflectance = fresnel_dielectric(wo.z, relative_ior(front)).reflectance;
     return specular_reflectance * reflectance + specular_transmittance * (1 - reflectance);
+  }
+
+ private:
+  /// The index of the far side over that of the side of wo.
+  [[nodiscard]] Real relative_ior(Mask<Real> front) const noexcept {
+    return where(
+        front, [&] { return ior; }, [&] { return 1 / ior; });
   }
 };
 

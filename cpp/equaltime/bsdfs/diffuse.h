@@ -12,13 +12,14 @@ struct DiffuseDescription {
   Vec3d reflectance;
 };
 
+template <class Real>
 struct Diffuse {
   using Description = DiffuseDescription;
   static constexpr const char* name = "diffuse";
   static constexpr bool is_delta = false;
   static constexpr bool transmits = false;
   static constexpr bool picks_lobe = false;
-  Spectrum reflectance;
+  Rgb<Real> reflectance;
 
   explicit Diffuse(const Description& d) noexcept : reflectance(spectrum(d.reflectance)) {}
   [[nodiscard]] static constexpr auto fields() noexcept {
@@ -28,16 +29,16 @@ struct Diffuse {
     return std::tuple{color_slot("reflectance", &Diffuse::reflectance)};
   }
 
-  [[nodiscard]] BsdfValue eval(const Vec3f&, const Vec3f& wi, bool) const noexcept {
-    const float pdf = cosine_hemisphere_pdf(wi.z);
+  [[nodiscard]] BsdfValue<Real> eval(const Vec3<Real>&, const Vec3<Real>& wi, Mask<Real>) const noexcept {
+    const Real pdf = cosine_hemisphere_pdf(wi.z);
     return {reflectance * pdf, pdf};
   }
-  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f&, bool, double, Point2f u) const noexcept {
-    const Vec3f wi = square_to_cosine_hemisphere(u);
-    if (!(wi.z > 0)) return std::nullopt;
-    return BsdfSample{wi, reflectance, cosine_hemisphere_pdf(wi.z)};
+  [[nodiscard]] Optional<BsdfSample<Real>> sample(const Vec3<Real>&, Mask<Real>, Double<Real>,
+                                                  Point2<Real> u) const noexcept {
+    const Vec3<Real> wi = square_to_cosine_hemisphere(u);
+    return {{wi, reflectance, cosine_hemisphere_pdf(wi.z)}, wi.z > 0};
   }
-  [[nodiscard]] Spectrum albedo(const Vec3f&, bool) const noexcept { return reflectance; }
+  [[nodiscard]] Rgb<Real> albedo(const Vec3<Real>&, Mask<Real>) const noexcept { return reflectance; }
 };
 
 }  // namespace equaltime

@@ -10,52 +10,59 @@
 namespace equaltime {
 
 /// f·cosθi over the Fresnel factor, and the density of drawing a visible normal that scatters this way.
+template <class Real>
 struct FacetLobe {
-  float f, pdf;
+  Real f, pdf;
 };
 
 /// The upward normal of the facets that mirror wo to wi above the surface, or refract it to wi below; none where both
 /// directions cannot see its right sides.
-[[nodiscard]] inline Optional<Vec3f> facet_between(const Vec3f& wo, const Vec3f& wi, float eta) noexcept {
-  const bool mirrors = wi.z > 0;
-  const Vec3f sum = mirrors ? wo + wi : wo + wi * eta;
-  const float squared = length_squared(sum);
-  if (!(squared > 0) || wi.z == 0) return std::nullopt;
-  const Vec3f m = sum * ((sum.z < 0 ? -1.0F : 1.0F) / std::sqrt(squared));
-  if (!(m.z > 0) || !(dot(wo, m) > 0) || (!mirrors && !(dot(wi, m) < 0))) return std::nullopt;
-  return m;
+template <class Real>
+[[nodiscard]] Optional<Vec3<Real>> facet_between(const Vec3<Real>& wo, const Vec3<Real>& wi, Real eta) noexcept {
+  const Mask<Real> mirrors = wi.z > 0;
+  const Vec3<Real> sum = where(
+      mirrors, [&] { return wo + wi; }, [&] { return wo + wi * eta; });
+  const Real squared = length_squared(sum);
+  const Mask<Real> exists = squared > 0 && wi.z != 0;
+  if (none(exists)) return std::nullopt;
+  const Vec3<Real> m = sum * (select(sum.z < 0, Real(-1), Real(1)) / sqrt(squared));
+  return {m, exists && m.z > 0 && dot(wo, m) > 0 && (mirrors || dot(wi, m) < 0)};
 }
 
-[[nodiscard]] inline FacetLobe mirrored(const Microfacet& distribution, const Vec3f& wo, const Vec3f& wi,
-                                        const Vec3f& m) noexcept {
-  const float d = distribution.D(m);
+template <class Real>
+[[nodiscard]] FacetLobe<Real> mirrored(const Microfacet<Real>& distribution, const Vec3<Real>& wo, const Vec3<Real>& wi,
+                                       const Vec3<Real>& m) noexcept {
+  const Real d = distribution.D(m);
   return {d * distribution.G1(wo) * distribution.G1(wi) / (4 * wo.z), distribution.reflected_pdf(wo, d)};
 }
 
 /// Samples a mirror direction of microfacets with this probability, by the smallest u_lobe, or else a direction of a
 /// diffuse body beneath them. `value(wi, m)` evaluates both lobes, with the normal m between wo and wi.
-template <class Value>
-[[nodiscard]] EQUALTIME_INLINE Optional<BsdfSample> sample_mirror_or_body(const Microfacet& distribution,
-                                                                          float probability, const Vec3f& wo,
-                                                                          double u_lobe, Point2f u,
-                                                                          Value&& value) noexcept {
-  const bool mirrors = u_lobe < probability;
-  const Vec3f m = mirrors ? distribution.sample(wo, u) : Vec3f();
-  const Vec3f wi = mirrors ? m * (2 * dot(wo, m)) - wo : square_to_cosine_hemisphere(u);
-  if (!(wi.z > 0)) return std::nullopt;
-  const BsdfValue both = value(wi, mirrors ? m : normalize(wo + wi));
-  if (!(both.pdf > 0)) return std::nullopt;
-  return BsdfSample{wi, both.f * (1 / both.pdf), both.pdf};
+template <class Real, class Value>
+[[nodiscard]] EQUALTIME_INLINE Optional<BsdfSample<Real>> sample_mirror_or_body(const Microfacet<Real>& distribution,
+                                                                                Real probability, const Vec3<Real>& wo,
+                                                                                Double<Real> u_lobe, Point2<Real> u,
+                                                                                Value&& value) noexcept {
+  const Mask<Real> mirrors = u_lobe < Double<Real>(probability);
+  const Vec3<Real> facet = where(mirrors, [&] { return distribution.sample(wo, u); });
+  const Vec3<Real> wi = where(
+      mirrors, [&] { return facet * (2 * dot(wo, facet)) - wo; }, [&] { return square_to_cosine_hemisphere(u); });
+  const Mask<Real> above = wi.z > 0;
+  if (none(above)) return std::nullopt;
+  const Vec3<Real> m = where(
+      mirrors, [&] { return facet; }, [&] { return normalize(wo + wi); });
+  return sample_of(wi, value(wi, m), above);
 }
 
 /// With o and i the cosines of the directions to m: D·G·o·i / (cosθo (o - η·i)²), for radiance, whose compression by
 /// 1/η² cancels the η² of the change of solid angle. Since refraction has o² - η²i² = 1 - η², the difference, which
 /// cancels where η is near 1, need not be formed.
-[[nodiscard]] inline FacetLobe refracted(const Microfacet& distribution, const Vec3f& wo, const Vec3f& wi,
-                                         const Vec3f& m, float eta) noexcept {
-  const float o = dot(wo, m), i = -dot(wi, m);
-  const float stretch = i * square((o + eta * i) / ((1 - eta) * (1 + eta)));
-  const float g = distribution.G1(wo) * distribution.G1({wi.x, wi.y, -wi.z});
+template <class Real>
+[[nodiscard]] FacetLobe<Real> refracted(const Microfacet<Real>& distribution, const Vec3<Real>& wo,
+                                        const Vec3<Real>& wi, const Vec3<Real>& m, Real eta) noexcept {
+  const Real o = dot(wo, m), i = -dot(wi, m);
+  const Real stretch = i * square((o + eta * i) / ((1 - eta) * (1 + eta)));
+  const Real g = distribution.G1(wo) * distribution.G1({wi.x, wi.y, -wi.z});
   return {distribution.D(m) * g * o * stretch / wo.z, distribution.visible_pdf(wo, m) * stretch * square(eta)};
 }
 

@@ -63,14 +63,14 @@ float visible_slope(float cos_theta, float u) noexcept {
 
 }  // namespace
 
-Vec3f Microfacet::sample_beckmann(const Vec3f& wo, Point2f u) const noexcept {
-  const Vec3f w = normalize(Vec3f{alpha_u_ * wo.x, alpha_v_ * wo.y, wo.z});
+Vec3f sample_beckmann(float alpha_u, float alpha_v, const Vec3f& wo, Point2f u) noexcept {
+  const Vec3f w = normalize(Vec3f{alpha_u * wo.x, alpha_v * wo.y, wo.z});
   const float x = visible_slope(std::min(w.z, 1.0F), u.x);
   const float y = slope_quantile(u.y);
   const float r = std::sqrt(w.x * w.x + w.y * w.y);
   const float cos_phi = r > 0 ? w.x / r : 1.0F;
   const float sin_phi = r > 0 ? w.y / r : 0.0F;
-  return normalize(Vec3f{-alpha_u_ * (x * cos_phi - y * sin_phi), -alpha_v_ * (x * sin_phi + y * cos_phi), 1.0F});
+  return normalize(Vec3f{-alpha_u * (x * cos_phi - y * sin_phi), -alpha_v * (x * sin_phi + y * cos_phi), 1.0F});
 }
 
 }  // namespace equaltime

@@ -6,6 +6,7 @@
 #include "equaltime/base/optional.h"
 #include "equaltime/bsdfs/fields.h"
 #include "equaltime/bsdfs/fresnel.h"
+#include "equaltime/bsdfs/lobe_weights.h"
 #include "equaltime/sampling/scattering.h"
 #include "equaltime/sampling/warps.h"
 
@@ -19,14 +20,13 @@ struct PlasticDescription {
 
 /// What a diffuse body sends back, of all that entered it, to the interface: ρ/(1 - ρR) with R the reflectance of the
 /// interface from within, and compressed by the refraction. Linear plastic takes ρ/(1 - R): no shift of colour.
-[[nodiscard]] inline Spectrum body_reflectance(const Spectrum& rho, float internal, bool nonlinear,
-                                               float ior) noexcept {
-  const auto channel = [&](float r) noexcept {
-    return r / ((1 - (nonlinear ? r * internal : internal)) * square(ior));
-  };
+template <class Real>
+[[nodiscard]] Rgb<Real> body_reflectance(const Rgb<Real>& rho, Real internal, bool nonlinear, Real ior) noexcept {
+  const auto channel = [&](Real r) noexcept { return r / ((1 - (nonlinear ? r * internal : internal)) * square(ior)); };
   return {channel(rho.r), channel(rho.g), channel(rho.b)};
 }
 
+template <class Real>
 struct Plastic {
   using Description = PlasticDescription;
   static constexpr const char* name = "plastic";
@@ -34,9 +34,9 @@ struct Plastic {
   static constexpr bool is_delta = false;
   static constexpr bool transmits = false;
   static constexpr bool picks_lobe = true;
-  float ior;  // interior over exterior
+  Real ior;  // interior over exterior
   bool nonlinear;
-  Spectrum diffuse_reflectance, specular_reflectance;
+  Rgb<Real> diffuse_reflectance, specular_reflectance;
 
   explicit Plastic(const Description& d) noexcept
       : ior(static_cast<float>(d.ior)),
@@ -59,46 +59,51 @@ struct Plastic {
   }
 
   /// Of the body alone.
-  [[nodiscard]] BsdfValue eval(const Vec3f& wo, const Vec3f& wi, bool) const noexcept {
-    if (!(wi.z > 0)) return {};
-    const float reflectance = interface(wo), cosine = cosine_hemisphere_pdf(wi.z);
-    const float entering = (1 - reflectance) * (1 - interface(wi));
-    return {body_ * (entering * cosine), (1 - share(reflectance)) * cosine};
+  [[nodiscard]] BsdfValue<Real> eval(const Vec3<Real>& wo, const Vec3<Real>& wi, Mask<Real>) const noexcept {
+    return where(wi.z > 0, [&] {
+      const Real reflectance = interface(wo), cosine = cosine_hemisphere_pdf(wi.z);
+      const Real entering = (1 - reflectance) * (1 - interface(wi));
+      return BsdfValue<Real>{body_ * (entering * cosine), (1 - specular_probability(reflectance)) * cosine};
+    });
   }
-  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, double u_lobe, Point2f u) const noexcept {
-    const float reflectance = interface(wo), mirror = share(reflectance);
-    if (u_lobe < mirror)
-      return BsdfSample{{-wo.x, -wo.y, wo.z}, specular_reflectance * (reflectance / mirror), 0, true};
-    const Vec3f wi = square_to_cosine_hemisphere(u);
-    const BsdfValue value = eval(wo, wi, front);
-    if (!(value.pdf > 0)) return std::nullopt;
-    return BsdfSample{wi, value.f * (1 / value.pdf), value.pdf};
+  [[nodiscard]] Optional<BsdfSample<Real>> sample(const Vec3<Real>& wo, Mask<Real> front, Double<Real> u_lobe,
+                                                  Point2<Real> u) const noexcept {
+    const Real reflectance = interface(wo), probability = specular_probability(reflectance);
+    return where(
+        u_lobe < Double<Real>(probability),
+        [&] {
+          const Rgb<Real> weight = specular_reflectance * (reflectance / probability);
+          return Optional(BsdfSample<Real>{{-wo.x, -wo.y, wo.z}, weight, 0, true});
+        },
+        [&] {
+          const Vec3<Real> wi = square_to_cosine_hemisphere(u);
+          return sample_of(wi, eval(wo, wi, front), Mask<Real>(true));
+        });
   }
-  [[nodiscard]] float delta_probability(const Vec3f& wo, bool) const noexcept { return share(interface(wo)); }
-  [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool) const noexcept {
-    const float reflectance = interface(wo);
+  [[nodiscard]] Real delta_probability(const Vec3<Real>& wo, Mask<Real>) const noexcept {
+    return specular_probability(interface(wo));
+  }
+  [[nodiscard]] Rgb<Real> albedo(const Vec3<Real>& wo, Mask<Real>) const noexcept {
+    const Real reflectance = interface(wo);
     return specular_reflectance * reflectance + body_ * ((1 - reflectance) * leaving_);
   }
 
   /// Computes all that follows from the two colours, which textures may give.
   void derive() noexcept {
     body_ = body_reflectance(diffuse_reflectance, internal_, nonlinear, ior);
-    specular_ = specular_reflectance.mean();
-    diffuse_ = body_.mean() * leaving_;
+    weights_ = {specular_reflectance.mean(), body_.mean() * leaving_};
   }
 
  private:
-  [[nodiscard]] float interface(const Vec3f& v) const noexcept { return fresnel_dielectric(v.z, ior).reflectance; }
-  /// The mirror's share of what is scattered where the interface reflects so much.
-  [[nodiscard]] float share(float reflectance) const noexcept {
-    const float mirror = specular_ * reflectance, body = diffuse_ * (1 - reflectance);
-    return mirror > 0 ? mirror / (mirror + body) : 0.0F;
+  [[nodiscard]] Real interface(const Vec3<Real>& v) const noexcept { return fresnel_dielectric(v.z, ior).reflectance; }
+  [[nodiscard]] Real specular_probability(Real reflectance) const noexcept {
+    return weights_.specular_probability(reflectance, 1 - reflectance);
   }
 
-  float internal_;                    // the mean reflectance of the interface from within
-  float leaving_;                     // the mean transmittance of the interface from outside
-  Spectrum body_;                     // f·π of the body without the interface's transmittances
-  float specular_ = 0, diffuse_ = 0;  // how much each scatters of what the interface gives it
+  Real internal_;   // the mean reflectance of the interface from within
+  Real leaving_;    // the mean transmittance of the interface from outside
+  Rgb<Real> body_;  // f·π of the body without the interface's transmittances
+  LobeWeights<Real> weights_;
 };
 
 }  // namespace equaltime

@@ -7,6 +7,7 @@
 #include "equaltime/bsdfs/facets.h"
 #include "equaltime/bsdfs/fields.h"
 #include "equaltime/bsdfs/fresnel.h"
+#include "equaltime/bsdfs/lobe_weights.h"
 #include "equaltime/sampling/scattering.h"
 
 namespace equaltime {
@@ -17,6 +18,7 @@ struct PPlasticDescription {
   Vec3d diffuse_reflectance{0.5, 0.5, 0.5}, specular_reflectance{1, 1, 1};
 };
 
+template <class Real>
 struct PPlastic {
   using Description = PPlasticDescription;
   static constexpr const char* name = "pplastic";
@@ -24,9 +26,9 @@ struct PPlastic {
   static constexpr bool is_delta = false;
   static constexpr bool transmits = false;
   static constexpr bool picks_lobe = true;
-  Microfacet distribution;
-  float ior;  // interior over exterior
-  Spectrum diffuse_reflectance, specular_reflectance;
+  Microfacet<Real> distribution;
+  Real ior;  // interior over exterior
+  Rgb<Real> diffuse_reflectance, specular_reflectance;
 
   explicit PPlastic(const Description& d) noexcept
       : distribution(d.distribution, static_cast<float>(d.alpha_u), static_cast<float>(d.alpha_v)),
@@ -50,45 +52,42 @@ struct PPlastic {
                           textured_roughness());
   }
 
-  [[nodiscard]] BsdfValue eval(const Vec3f& wo, const Vec3f& wi, bool) const noexcept {
-    const Optional<Vec3f> m = wi.z > 0 ? facet_between(wo, wi, 1) : std::nullopt;
-    return m ? eval_at(wo, wi, *m) : BsdfValue();
+  [[nodiscard]] BsdfValue<Real> eval(const Vec3<Real>& wo, const Vec3<Real>& wi, Mask<Real>) const noexcept {
+    const Optional<Vec3<Real>> m = facet_between(wo, wi, Real(1));
+    return where(wi.z > 0 && m.has_value(), [&] { return eval_at(wo, wi, *m); });
   }
-  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool, double u_lobe, Point2f u) const noexcept {
-    const auto value = [&](const Vec3f& wi, const Vec3f& m) noexcept { return eval_at(wo, wi, m); };
+  [[nodiscard]] Optional<BsdfSample<Real>> sample(const Vec3<Real>& wo, Mask<Real>, Double<Real> u_lobe,
+                                                  Point2<Real> u) const noexcept {
+    const auto value = [&](const Vec3<Real>& wi, const Vec3<Real>& m) noexcept { return eval_at(wo, wi, m); };
     return sample_mirror_or_body(distribution, specular_probability(interface(wo.z)), wo, u_lobe, u, value);
   }
-  [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool) const noexcept {
-    const float reflectance = interface(wo.z);
+  [[nodiscard]] Rgb<Real> albedo(const Vec3<Real>& wo, Mask<Real>) const noexcept {
+    const Real reflectance = interface(wo.z);
     return specular_reflectance * reflectance + diffuse_reflectance * ((1 - reflectance) * entering_);
   }
 
   /// Computes all that follows from the two colours, which textures may give.
-  void derive() noexcept {
-    specular_ = specular_reflectance.mean();
-    diffuse_ = diffuse_reflectance.mean() * entering_;
-  }
+  void derive() noexcept { weights_ = {specular_reflectance.mean(), diffuse_reflectance.mean() * entering_}; }
 
  private:
-  [[nodiscard]] BsdfValue eval_at(const Vec3f& wo, const Vec3f& wi, const Vec3f& m) const noexcept {
-    const float reflected = interface(wo.z), specular = specular_probability(reflected);
+  [[nodiscard]] BsdfValue<Real> eval_at(const Vec3<Real>& wo, const Vec3<Real>& wi,
+                                        const Vec3<Real>& m) const noexcept {
+    const Real reflected = interface(wo.z), specular = specular_probability(reflected);
     // The cosine of half the angle between them, the same from both; see RoughPlastic.
-    const float reflectance = interface(std::min(1.0F, 0.5F * length(wo + wi)));
-    const FacetLobe mirror = mirrored(distribution, wo, wi, m);
-    const float cosine = cosine_hemisphere_pdf(wi.z);
+    const Real reflectance = interface(min(Real(1), 0.5F * length(wo + wi)));
+    const FacetLobe<Real> mirror = mirrored(distribution, wo, wi, m);
+    const Real cosine = cosine_hemisphere_pdf(wi.z);
     return {specular_reflectance * (reflectance * mirror.f) +
                 diffuse_reflectance * (cosine * (1 - reflected) * (1 - interface(wi.z))),
             specular * mirror.pdf + (1 - specular) * cosine};
   }
-  [[nodiscard]] float interface(float cosine) const noexcept { return fresnel_dielectric(cosine, ior).reflectance; }
-  /// The probability of sampling the specular lobe, given the interface's reflectance.
-  [[nodiscard]] float specular_probability(float reflectance) const noexcept {
-    const float mirror = specular_ * reflectance, body = diffuse_ * (1 - reflectance);
-    return mirror > 0 ? mirror / (mirror + body) : 0.0F;
+  [[nodiscard]] Real interface(Real cosine) const noexcept { return fresnel_dielectric(cosine, ior).reflectance; }
+  [[nodiscard]] Real specular_probability(Real reflectance) const noexcept {
+    return weights_.specular_probability(reflectance, 1 - reflectance);
   }
 
-  float entering_;                    // the mean transmittance of the interface from outside
-  float specular_ = 0, diffuse_ = 0;  // how much each scatters of what the interface gives it
+  Real entering_;  // the mean transmittance of the interface from outside
+  LobeWeights<Real> weights_;
 };
 
 }  // namespace equaltime

@@ -128,17 +128,17 @@ Spectrum Principled::diffuse(const Vec3f& wo, const Vec3f& wi, float c) const no
   return value * wi.z;
 }
 
-BsdfValue Principled::eval_at(const Vec3f& wo, const Vec3f& wi, const Vec3f& m, bool front) const noexcept {
+BsdfValue<float> Principled::eval_at(const Vec3f& wo, const Vec3f& wi, const Vec3f& m, bool front) const noexcept {
   const float eta = front ? ior : 1 / ior, c = std::min(1.0F, dot(wo, m));
   const Lobes lobe = lobes(wo, front);
   const Facets f = facets(c, eta, fresnel_dielectric(c, eta).reflectance, front);
   if (wi.z < 0) {
     if (!(f.refracting > 0)) return {};
-    const FacetLobe main = refracted(distribution, wo, wi, m, eta);
+    const FacetLobe<float> main = refracted(distribution, wo, wi, m, eta);
     return {f.transmittance * main.f, lobe.facets * f.refracting * main.pdf};
   }
-  const FacetLobe main = mirrored(distribution, wo, wi, m);
-  BsdfValue value{f.reflectance * main.f, lobe.facets * (1 - f.refracting) * main.pdf};
+  const FacetLobe<float> main = mirrored(distribution, wo, wi, m);
+  BsdfValue<float> value{f.reflectance * main.f, lobe.facets * (1 - f.refracting) * main.pdf};
   if (!front) return value;
   if (clearcoat > 0) {
     const float d = CoatDistribution{square(coat_alpha_)}.D(m);
@@ -152,14 +152,14 @@ BsdfValue Principled::eval_at(const Vec3f& wo, const Vec3f& wi, const Vec3f& m, 
 }
 
 // Without transmission there is no inside: a back side that has the model at all, by twosided, is as a front.
-BsdfValue Principled::eval(const Vec3f& wo, const Vec3f& wi, bool front) const noexcept {
+BsdfValue<float> Principled::eval(const Vec3f& wo, const Vec3f& wi, bool front) const noexcept {
   front = front || !transmits;
   if (!(glassiness_ > 0) && (!front || !(wi.z > 0))) return {};
   const Optional<Vec3f> m = facet_between(wo, wi, front ? ior : 1 / ior);
-  return m ? eval_at(wo, wi, *m, front) : BsdfValue();
+  return m ? eval_at(wo, wi, *m, front) : BsdfValue<float>();
 }
 
-Optional<BsdfSample> Principled::sample(const Vec3f& wo, bool front, double u_lobe, Point2f u) const noexcept {
+Optional<BsdfSample<float>> Principled::sample(const Vec3f& wo, bool front, double u_lobe, Point2f u) const noexcept {
   front = front || !transmits;
   if (!(glassiness_ > 0) && !front) return std::nullopt;
   const float eta = front ? ior : 1 / ior;
@@ -181,9 +181,9 @@ Optional<BsdfSample> Principled::sample(const Vec3f& wo, bool front, double u_lo
     wi = refracts ? m * (c / eta - cos_transmitted) - wo * (1 / eta) : m * (2 * c) - wo;
   }
   if (refracts ? !(wi.z < 0) : !(wi.z > 0)) return std::nullopt;
-  const BsdfValue value = eval_at(wo, wi, m, front);
+  const BsdfValue<float> value = eval_at(wo, wi, m, front);
   if (!(value.pdf > 0)) return std::nullopt;
-  return BsdfSample{wi, value.f * (1 / value.pdf), value.pdf, false, refracts ? 1 / square(eta) : 1.0F};
+  return BsdfSample<float>{wi, value.f * (1 / value.pdf), value.pdf, false, refracts ? 1 / square(eta) : 1.0F};
 }
 
 Spectrum Principled::albedo(const Vec3f& wo, bool front) const noexcept {

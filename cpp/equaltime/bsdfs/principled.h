@@ -31,7 +31,7 @@ struct Principled {
   Spectrum base_color;
   float roughness, anisotropic, metallic, spec_trans, ior, spec_tint, sheen, sheen_tint, flatness, clearcoat,
       clearcoat_gloss;
-  Microfacet distribution;  // of the main lobe; follows from roughness and anisotropy
+  Microfacet<float> distribution;  // of the main lobe; follows from roughness and anisotropy
 
   explicit Principled(const PrincipledDescription& d) noexcept;
   [[nodiscard]] static constexpr auto fields() noexcept {
@@ -62,8 +62,9 @@ struct Principled {
                       number_slot("clearcoat_gloss", &Principled::clearcoat_gloss)};
   }
 
-  [[nodiscard]] BsdfValue eval(const Vec3f& wo, const Vec3f& wi, bool front) const noexcept;
-  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, double u_lobe, Point2f u) const noexcept;
+  [[nodiscard]] BsdfValue<float> eval(const Vec3f& wo, const Vec3f& wi, bool front) const noexcept;
+  [[nodiscard]] Optional<BsdfSample<float>> sample(const Vec3f& wo, bool front, double u_lobe,
+                                                   Point2f u) const noexcept;
   /// Nearly, and 0 only if nothing: the lobes' own at the angle of wo.
   [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool front) const noexcept;
 
@@ -83,7 +84,7 @@ struct Principled {
 
   [[nodiscard]] Lobes lobes(const Vec3f& wo, bool front) const noexcept;
   [[nodiscard]] Facets facets(float c, float eta, float reflectance, bool front) const noexcept;
-  [[nodiscard]] BsdfValue eval_at(const Vec3f& wo, const Vec3f& wi, const Vec3f& m, bool front) const noexcept;
+  [[nodiscard]] BsdfValue<float> eval_at(const Vec3f& wo, const Vec3f& wi, const Vec3f& m, bool front) const noexcept;
   [[nodiscard]] Spectrum diffuse(const Vec3f& wo, const Vec3f& wi, float c) const noexcept;
   [[nodiscard]] Spectrum schlick(const Spectrum& r0, float c) const noexcept;
 

@@ -17,6 +17,7 @@ struct RoughConductorDescription {
   Vec3d eta, k, specular_reflectance;
 };
 
+template <class Real>
 struct RoughConductor {
   using Description = RoughConductorDescription;
   static constexpr const char* name = "roughconductor";
@@ -24,8 +25,8 @@ struct RoughConductor {
   static constexpr bool is_delta = false;
   static constexpr bool transmits = false;
   static constexpr bool picks_lobe = false;
-  Microfacet distribution;
-  Spectrum eta, k, specular_reflectance;
+  Microfacet<Real> distribution;
+  Rgb<Real> eta, k, specular_reflectance;
 
   explicit RoughConductor(const Description& d) noexcept
       : distribution(d.distribution, static_cast<float>(d.alpha_u), static_cast<float>(d.alpha_v)),
@@ -46,30 +47,30 @@ struct RoughConductor {
                           textured_roughness());
   }
 
-  [[nodiscard]] BsdfValue eval(const Vec3f& wo, const Vec3f& wi, bool) const noexcept {
-    const Vec3f sum = wo + wi;
-    if (!(wi.z > 0) || !(length_squared(sum) > 0)) return {};
-    return eval_at(wo, wi, normalize(sum));
+  [[nodiscard]] BsdfValue<Real> eval(const Vec3<Real>& wo, const Vec3<Real>& wi, Mask<Real>) const noexcept {
+    const Vec3<Real> sum = wo + wi;
+    return where(wi.z > 0 && length_squared(sum) > 0, [&] { return eval_at(wo, wi, normalize(sum)); });
   }
 
-  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool, double, Point2f u) const noexcept {
-    const Vec3f m = distribution.sample(wo, u);
-    const Vec3f wi = m * (2 * dot(wo, m)) - wo;
-    if (!(wi.z > 0)) return std::nullopt;
-    const BsdfValue value = eval_at(wo, wi, m);
-    if (!(value.pdf > 0)) return std::nullopt;
-    return BsdfSample{wi, value.f * (1 / value.pdf), value.pdf};
+  [[nodiscard]] Optional<BsdfSample<Real>> sample(const Vec3<Real>& wo, Mask<Real>, Double<Real>,
+                                                  Point2<Real> u) const noexcept {
+    const Vec3<Real> m = distribution.sample(wo, u);
+    const Vec3<Real> wi = m * (2 * dot(wo, m)) - wo;
+    const Mask<Real> above = wi.z > 0;
+    if (none(above)) return std::nullopt;
+    return sample_of(wi, eval_at(wo, wi, m), above);
   }
   /// That of the smooth conductor: the rough one reflects a little less, which shadowing takes.
-  [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool) const noexcept {
+  [[nodiscard]] Rgb<Real> albedo(const Vec3<Real>& wo, Mask<Real>) const noexcept {
     return specular_reflectance * fresnel_conductor(wo.z, eta, k);
   }
 
  private:
-  [[nodiscard]] BsdfValue eval_at(const Vec3f& wo, const Vec3f& wi, const Vec3f& m) const noexcept {
-    const float d = distribution.D(m);
-    const float g = distribution.G1(wo) * distribution.G1(wi);
-    const Spectrum fresnel = fresnel_conductor(std::min(1.0F, dot(wo, m)), eta, k);
+  [[nodiscard]] BsdfValue<Real> eval_at(const Vec3<Real>& wo, const Vec3<Real>& wi,
+                                        const Vec3<Real>& m) const noexcept {
+    const Real d = distribution.D(m);
+    const Real g = distribution.G1(wo) * distribution.G1(wi);
+    const Rgb<Real> fresnel = fresnel_conductor(min(Real(1), dot(wo, m)), eta, k);
     return {specular_reflectance * fresnel * (d * g / (4 * wo.z)), distribution.reflected_pdf(wo, d)};
   }
 };

@@ -20,6 +20,7 @@ struct RoughDielectricDescription {
   Vec3d specular_reflectance{1, 1, 1}, specular_transmittance{1, 1, 1};
 };
 
+template <class Real>
 struct RoughDielectric {
   using Description = RoughDielectricDescription;
   static constexpr const char* name = "roughdielectric";
@@ -27,9 +28,9 @@ struct RoughDielectric {
   static constexpr bool is_delta = false;
   static constexpr bool transmits = true;
   static constexpr bool picks_lobe = true;
-  Microfacet distribution;
-  float ior;  // interior over exterior
-  Spectrum specular_reflectance, specular_transmittance;
+  Microfacet<Real> distribution;
+  Real ior;  // interior over exterior
+  Rgb<Real> specular_reflectance, specular_transmittance;
 
   explicit RoughDielectric(const Description& d) noexcept
       : distribution(d.distribution, static_cast<float>(d.alpha_u), static_cast<float>(d.alpha_v)),
@@ -37,9 +38,9 @@ struct RoughDielectric {
         specular_reflectance(spectrum(d.specular_reflectance)),
         specular_transmittance(spectrum(d.specular_transmittance)) {}
   /// Facets of no contrast bend nothing: light passes straight on, however rough they are.
-  [[nodiscard]] static std::optional<Dielectric> simpler(const Description& d) noexcept {
+  [[nodiscard]] static std::optional<Dielectric<Real>> simpler(const Description& d) noexcept {
     if (static_cast<float>(d.ior) != 1) return std::nullopt;
-    return Dielectric(DielectricDescription{d.ior, d.specular_reflectance, d.specular_transmittance});
+    return Dielectric<Real>(DielectricDescription{d.ior, d.specular_reflectance, d.specular_transmittance});
   }
   [[nodiscard]] static constexpr auto fields() noexcept {
     return std::tuple{Field{"distribution", &RoughDielectricDescription::distribution},
@@ -55,37 +56,48 @@ struct RoughDielectric {
                           textured_roughness());
   }
 
-  [[nodiscard]] BsdfValue eval(const Vec3f& wo, const Vec3f& wi, bool front) const noexcept {
-    const float eta = front ? ior : 1 / ior;
-    const Optional<Vec3f> m = facet_between(wo, wi, eta);
-    if (!m) return {};
-    return eval_at(wo, wi, *m, eta, fresnel_dielectric(std::min(1.0F, dot(wo, *m)), eta).reflectance);
+  [[nodiscard]] BsdfValue<Real> eval(const Vec3<Real>& wo, const Vec3<Real>& wi, Mask<Real> front) const noexcept {
+    const Real eta = relative_ior(front);
+    const Optional<Vec3<Real>> m = facet_between(wo, wi, eta);
+    return where(m.has_value(), [&] {
+      return eval_at(wo, wi, *m, eta, fresnel_dielectric(min(Real(1), dot(wo, *m)), eta).reflectance);
+    });
   }
-  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, double u_lobe, Point2f u) const noexcept {
-    const float eta = front ? ior : 1 / ior;
-    const Vec3f m = distribution.sample(wo, u);
-    const float c = std::min(1.0F, dot(wo, m));
+  [[nodiscard]] Optional<BsdfSample<Real>> sample(const Vec3<Real>& wo, Mask<Real> front, Double<Real> u_lobe,
+                                                  Point2<Real> u) const noexcept {
+    const Real eta = relative_ior(front);
+    const Vec3<Real> m = distribution.sample(wo, u);
+    const Real c = min(Real(1), dot(wo, m));
     const auto [reflectance, cos_transmitted] = fresnel_dielectric(c, eta);
-    const bool mirrors = u_lobe < reflectance;
-    const Vec3f wi = mirrors ? m * (2 * c) - wo : m * (c / eta - cos_transmitted) - wo * (1 / eta);
-    if (mirrors ? !(wi.z > 0) : !(wi.z < 0)) return std::nullopt;
-    const BsdfValue value = eval_at(wo, wi, m, eta, reflectance);
-    if (!(value.pdf > 0)) return std::nullopt;
-    return BsdfSample{wi, value.f * (1 / value.pdf), value.pdf, false, mirrors ? 1.0F : 1 / square(eta)};
+    const Mask<Real> mirrors = u_lobe < Double<Real>(reflectance);
+    const Vec3<Real> wi = where(
+        mirrors, [&] { return m * (2 * c) - wo; }, [&] { return m * (c / eta - cos_transmitted) - wo * (1 / eta); });
+    const Mask<Real> leaves = (mirrors && wi.z > 0) || (!mirrors && wi.z < 0);
+    if (none(leaves)) return std::nullopt;
+    const Real eta_scale = where(
+        mirrors, [] { return Real(1); }, [&] { return 1 / square(eta); });
+    return sample_of(wi, eval_at(wo, wi, m, eta, reflectance), leaves, eta_scale);
   }
   /// Nearly that of the smooth dielectric. Where that one reflects all, facets that lean still refract.
-  [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool front) const noexcept {
-    const float reflectance = fresnel_dielectric(wo.z, front ? ior : 1 / ior).reflectance;
-    return specular_reflectance * reflectance + specular_transmittance * std::max(1 - reflectance, 0.25F);
+  [[nodiscard]] Rgb<Real> albedo(const Vec3<Real>& wo, Mask<Real> front) const noexcept {
+    const Real reflectance = fresnel_dielectric(wo.z, relative_ior(front)).reflectance;
+    return specular_reflectance * reflectance + specular_transmittance * max(1 - reflectance, Real(0.25F));
   }
 
  private:
-  [[nodiscard]] BsdfValue eval_at(const Vec3f& wo, const Vec3f& wi, const Vec3f& m, float eta,
-                                  float reflectance) const noexcept {
-    const bool mirrors = wi.z > 0;
-    const auto [f, pdf] = mirrors ? mirrored(distribution, wo, wi, m) : refracted(distribution, wo, wi, m, eta);
-    const float share = mirrors ? reflectance : 1 - reflectance;
-    return {(mirrors ? specular_reflectance : specular_transmittance) * (share * f), share * pdf};
+  /// The index of the far side over that of the side of wo.
+  [[nodiscard]] Real relative_ior(Mask<Real> front) const noexcept {
+    return where(
+        front, [&] { return ior; }, [&] { return 1 / ior; });
+  }
+  [[nodiscard]] BsdfValue<Real> eval_at(const Vec3<Real>& wo, const Vec3<Real>& wi, const Vec3<Real>& m, Real eta,
+                                        Real reflectance) const noexcept {
+    const Mask<Real> mirrors = wi.z > 0;
+    const auto [f, pdf] = where(
+        mirrors, [&] { return mirrored(distribution, wo, wi, m); },
+        [&] { return refracted(distribution, wo, wi, m, eta); });
+    const Real fresnel = select(mirrors, reflectance, 1 - reflectance);
+    return {select(mirrors, specular_reflectance, specular_transmittance) * (fresnel * f), fresnel * pdf};
   }
 };
 

@@ -28,7 +28,7 @@ struct Grid {
 
 /// The mean over the normals seen from wo of what `weigh` says of each.
 template <class Weigh>
-float over_visible_normals(const Microfacet& distribution, const Grid& grid, const Vec3f& wo, Weigh&& weigh) {
+float over_visible_normals(const Microfacet<float>& distribution, const Grid& grid, const Vec3f& wo, Weigh&& weigh) {
   double sum = 0;
   for (const auto& [u, weight] : grid.places) {
     const Vec3f m = distribution.sample(wo, u);
@@ -39,7 +39,7 @@ float over_visible_normals(const Microfacet& distribution, const Grid& grid, con
 
 }  // namespace
 
-RoughTransmittance::RoughTransmittance(const Microfacet& distribution, float ior) {
+RoughTransmittance::RoughTransmittance(const Microfacet<float>& distribution, float ior) {
   // Total reflection has an edge that asks for more points than the rest. Good to about 3e-4; GGX, whose normals are
   // quick to make and whose tails are long, gets more points.
   const bool ggx = distribution.model() == MicrofacetModel::ggx;
@@ -68,7 +68,7 @@ RoughTransmittance::RoughTransmittance(const Microfacet& distribution, float ior
 
 const RoughTransmittance& BsdfTables::rough_transmittance(MicrofacetModel model, float alpha, float ior) {
   const Key key{model, alpha, ior};
-  return rough_transmittances_.try_emplace(key, Microfacet(model, alpha, alpha), ior).first->second;
+  return rough_transmittances_.try_emplace(key, Microfacet<float>(model, alpha, alpha), ior).first->second;
 }
 
 }  // namespace equaltime

@@ -17,13 +17,12 @@ namespace equaltime {
 class RoughTransmittance {
  public:
   /// Integrates at load. Shadowed and masked light is lost, as by all models of single scattering here.
-  RoughTransmittance(const Microfacet& distribution, float ior);
+  RoughTransmittance(const Microfacet<float>& distribution, float ior);
 
   /// From outside; linear between knots at equal steps of the cosine, of which Mitsuba has as many.
-  [[nodiscard]] float operator()(float cosine) const noexcept {
-    const float x = std::min(cosine, 1.0F) * (kKnots - 1);
-    const auto i = std::min(static_cast<std::size_t>(x), std::size_t{kKnots - 2});
-    return std::lerp(from_outside_[i], from_outside_[i + 1], x - static_cast<float>(i));
+  template <class Real>
+  [[nodiscard]] Real operator()(Real cosine) const noexcept {
+    return for_each_lane<Real>([this](float lane) noexcept { return at(lane); }, cosine);
   }
   /// The reflectance of diffuse light from within, by Mitsuba's rule: the mean over the knots, not over the interval,
   /// which is a 64th too little, and seen in pictures as a percent or two.
@@ -32,6 +31,12 @@ class RoughTransmittance {
   [[nodiscard]] float mean() const noexcept { return mean_; }
 
  private:
+  [[nodiscard]] float at(float cosine) const noexcept {
+    const float x = std::min(cosine, 1.0F) * (kKnots - 1);
+    const auto i = std::min(static_cast<std::size_t>(x), std::size_t{kKnots - 2});
+    return std::lerp(from_outside_[i], from_outside_[i + 1], x - static_cast<float>(i));
+  }
+
   static constexpr int kKnots = 64;
   std::array<float, kKnots> from_outside_;
   float internal_reflectance_, mean_;

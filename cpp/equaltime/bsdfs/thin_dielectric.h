@@ -15,6 +15,7 @@ struct ThinDielectricDescription {
   Vec3d specular_reflectance{1, 1, 1}, specular_transmittance{1, 1, 1};
 };
 
+template <class Real>
 struct ThinDielectric {
   using Description = ThinDielectricDescription;
   static constexpr const char* name = "thindielectric";
@@ -22,8 +23,8 @@ struct ThinDielectric {
   static constexpr bool is_delta = true;
   static constexpr bool transmits = true;
   static constexpr bool picks_lobe = true;
-  float ior;  // of the sheet over that of what is round it
-  Spectrum specular_reflectance, specular_transmittance;
+  Real ior;  // of the sheet over that of what is round it
+  Rgb<Real> specular_reflectance, specular_transmittance;
 
   explicit ThinDielectric(const Description& d) noexcept
       : ior(static_cast<float>(d.ior)),
@@ -39,24 +40,26 @@ struct ThinDielectric {
                       color_slot("specular_transmittance", &ThinDielectric::specular_transmittance)};
   }
 
-  [[nodiscard]] static BsdfValue eval(const Vec3f&, const Vec3f&, bool) noexcept { return {}; }
-  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool, double u_lobe, Point2f) const noexcept {
-    if (u_lobe < reflectance(wo)) return BsdfSample{{-wo.x, -wo.y, wo.z}, specular_reflectance, 0, true};
-    return BsdfSample{-wo, specular_transmittance, 0, true};
+  [[nodiscard]] static BsdfValue<Real> eval(const Vec3<Real>&, const Vec3<Real>&, Mask<Real>) noexcept { return {}; }
+  [[nodiscard]] Optional<BsdfSample<Real>> sample(const Vec3<Real>& wo, Mask<Real>, Double<Real> u_lobe,
+                                                  Point2<Real>) const noexcept {
+    const Mask<Real> mirrors = u_lobe < Double<Real>(reflectance(wo));
+    const Vec3<Real> wi{-wo.x, -wo.y, select(mirrors, wo.z, -wo.z)};
+    return BsdfSample<Real>{wi, select(mirrors, specular_reflectance, specular_transmittance), 0, true};
   }
   /// What goes straight through, of the light of both ways.
-  [[nodiscard]] Spectrum transmittance(const Vec3f& wo) const noexcept {
+  [[nodiscard]] Rgb<Real> transmittance(const Vec3<Real>& wo) const noexcept {
     return specular_transmittance * (1 - reflectance(wo));
   }
-  [[nodiscard]] Spectrum albedo(const Vec3f& wo, bool) const noexcept {
-    const float r = reflectance(wo);
+  [[nodiscard]] Rgb<Real> albedo(const Vec3<Real>& wo, Mask<Real>) const noexcept {
+    const Real r = reflectance(wo);
     return specular_reflectance * r + specular_transmittance * (1 - r);
   }
 
  private:
   /// R + T²R + T²R³ + … = 2R / (1 + R), with R of one interface and T = 1 - R.
-  [[nodiscard]] float reflectance(const Vec3f& wo) const noexcept {
-    const float r = fresnel_dielectric(wo.z, ior).reflectance;
+  [[nodiscard]] Real reflectance(const Vec3<Real>& wo) const noexcept {
+    const Real r = fresnel_dielectric(wo.z, ior).reflectance;
     return 2 * r / (1 + r);
   }
 };

@@ -32,7 +32,7 @@ Bsdf make_bsdf(const BsdfDescription& description, BsdfTables& tables) {
       made = Model(*d);
   };
   Bsdfs::for_each(make);
-  return made.value_or(Diffuse({}));
+  return made.value_or(Diffuse<float>({}));
 }
 
 /// Where a model has a parameter that textures may give.
@@ -98,7 +98,7 @@ void complete(std::vector<Material>& materials, std::uint32_t index) {
   Material& m = materials[index];
   m.textured = !m.bindings.empty() || m.bend;
   m.anisotropic = m.anisotropic || is_anisotropic(m.bsdf);
-  m.passes = m.kind == Material::Kind::nothing || std::holds_alternative<ThinDielectric>(m.bsdf);
+  m.passes = m.kind == Material::Kind::nothing || std::holds_alternative<ThinDielectric<float>>(m.bsdf);
   if (m.kind != Material::Kind::mixture) return;
   for (std::uint32_t& part : m.parts) {
     if (part >= index) throw std::invalid_argument("BSDF " + std::to_string(index) + ": a mixture follows its parts");

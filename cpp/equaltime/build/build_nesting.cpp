@@ -29,10 +29,10 @@ float index_of(const ShapesToNest& shapes, std::uint32_t material, std::size_t s
   const Material& m = shapes.materials[material];
   if (m.kind == Material::Kind::mixture)
     return std::max(index_of(shapes, m.parts[0], shape), index_of(shapes, m.parts[1], shape));
-  if (const auto* smooth = std::get_if<Dielectric>(&m.bsdf)) return smooth->ior;
-  if (const auto* rough = std::get_if<RoughDielectric>(&m.bsdf)) return rough->ior;
+  if (const auto* smooth = std::get_if<Dielectric<float>>(&m.bsdf)) return smooth->ior;
+  if (const auto* rough = std::get_if<RoughDielectric<float>>(&m.bsdf)) return rough->ior;
   const auto* principled = std::get_if<Principled>(&m.bsdf);
-  if ((principled != nullptr && principled->transmits) || std::holds_alternative<ThinDielectric>(m.bsdf))
+  if ((principled != nullptr && principled->transmits) || std::holds_alternative<ThinDielectric<float>>(m.bsdf))
     fail(shape, "a priority is for smooth and rough dielectrics, for what is opaque and for nothing");
   return 1;
 }

@@ -248,33 +248,44 @@ namespace detail {
   return static_cast<float>(x < 0 ? beyond - 1 : 1 - beyond);
 }
 
+template <LaneNumber Real>
+[[nodiscard]] Real exp(const Real& x) noexcept {
+  return for_each_lane<Real>([](float lane) noexcept { return exp(lane); }, x);
+}
+template <LaneNumber Real>
+[[nodiscard]] Real erf(const Real& x) noexcept {
+  return for_each_lane<Real>([](float lane) noexcept { return erf(lane); }, x);
+}
+
 }  // namespace equaltime::elementary
 
 namespace equaltime {
 
-using SinCos = elementary::SinCos<float>;
+using elementary::SinCos;
 
-[[nodiscard]] constexpr SinCos sin_cos(float angle) noexcept {
+[[nodiscard]] constexpr SinCos<float> sin_cos(float angle) noexcept {
   const auto [s, c] = elementary::sin_cos(static_cast<double>(angle));
   return {static_cast<float>(s), static_cast<float>(c)};
 }
 
 /// The same in float32 for |angle| <= π/4, by their series to below half an ulp of 1.
-[[nodiscard]] constexpr SinCos sin_cos_octant(float x) noexcept {
-  const float s = x * x;
-  const float sine = x + x * s * (-1.0F / 6 + s * (1.0F / 120 + s * (-1.0F / 5040 + s * (1.0F / 362880))));
-  const float cosine = 1 + s * (-0.5F + s * (1.0F / 24 + s * (-1.0F / 720 + s * (1.0F / 40320))));
+template <class Real>
+[[nodiscard]] constexpr SinCos<Real> sin_cos_octant(Real x) noexcept {
+  const Real s = x * x;
+  const Real sine = x + x * s * (-1.0F / 6 + s * (1.0F / 120 + s * (-1.0F / 5040 + s * (1.0F / 362880))));
+  const Real cosine = 1 + s * (-0.5F + s * (1.0F / 24 + s * (-1.0F / 720 + s * (1.0F / 40320))));
   return {sine, cosine};
 }
 
 /// Sine and cosine of a full turn times u, from 0 to 1, in the same way: to 1e-7.
-[[nodiscard]] constexpr SinCos sin_cos_turn(float u) noexcept {
-  const float quarters = 4 * u;  // exact, as is its distance to the nearest quarter
-  const auto nearest = static_cast<std::int32_t>(quarters + 0.5F);
-  const auto [s, c] = sin_cos_octant((kPi / 2) * (quarters - static_cast<float>(nearest)));
-  const bool odd = (nearest & 1) != 0;
-  const auto negated_if = [](std::int32_t quarter, float x) noexcept {  // in the second half of four quarters
-    return std::bit_cast<float>(std::bit_cast<std::uint32_t>(x) ^ (static_cast<std::uint32_t>(quarter & 2) << 30));
+template <class Real>
+[[nodiscard]] constexpr SinCos<Real> sin_cos_turn(Real u) noexcept {
+  const Real quarters = 4 * u;  // exact, as is its distance to the nearest quarter
+  const auto nearest = Int<Real>(quarters + 0.5F);
+  const auto [s, c] = sin_cos_octant<Real>((kPi / 2) * (quarters - Real(nearest)));
+  const auto odd = (nearest & 1) != 0;
+  const auto negated_if = [](Int<Real> quarter, Real x) noexcept {  // in the second half of four quarters
+    return std::bit_cast<Real>(std::bit_cast<Bits<Real>>(x) ^ (Bits<Real>(quarter & 2) << 30));
   };
   return {negated_if(nearest, select(odd, c, s)), negated_if(nearest + 1, select(odd, s, c))};
 }

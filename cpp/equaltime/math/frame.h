@@ -11,7 +11,7 @@ struct BasicFrame {
 
   /// Defined for every unit n, without a singular point (Duff et al. 2017, "Building an orthonormal basis, revisited").
   [[nodiscard]] static BasicFrame from_normal(const Vec3<T>& n) noexcept {
-    const T sign = std::copysign(T(1), n.z);
+    const T sign = copysign(T(1), n.z);
     const T a = T(-1) / (sign + n.z);
     const T b = n.x * n.y * a;
     return {{T(1) + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};

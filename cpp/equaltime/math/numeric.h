@@ -8,6 +8,8 @@
 #include <limits>
 #include <numbers>
 
+#include "equaltime/base/lanes.h"
+
 /// For the few functions of the path loop whose arguments must stay in registers: a ray that goes through memory
 /// between its making and its tracing costs more than many of the computations on it. For the same reason the structs
 /// that live there are not declared const: GCC 12 keeps a const struct in memory.
@@ -22,13 +24,31 @@ inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 inline constexpr float kOneMinusEpsilon = 0x1.fffffep-1F;  // the largest float below 1
 inline constexpr float kUnitRoundoff = 0x1p-24F;           // half a float32 ulp at 1
 
-constexpr float square(float x) noexcept { return x * x; }
-constexpr double square(double x) noexcept { return x * x; }
-inline float safe_sqrt(float x) noexcept { return std::sqrt(std::max(x, 0.0F)); }
+// Functions of one number, by the names that lanes have for them too.
+EQUALTIME_INLINE float sqrt(float x) noexcept { return std::sqrt(x); }
+EQUALTIME_INLINE double sqrt(double x) noexcept { return std::sqrt(x); }
+EQUALTIME_INLINE float abs(float x) noexcept { return std::abs(x); }
+EQUALTIME_INLINE double abs(double x) noexcept { return std::abs(x); }
+EQUALTIME_INLINE float copysign(float x, float sign) noexcept { return std::copysign(x, sign); }
+EQUALTIME_INLINE double copysign(double x, double sign) noexcept { return std::copysign(x, sign); }
+constexpr float min(float a, float b) noexcept { return std::min(a, b); }
+constexpr double min(double a, double b) noexcept { return std::min(a, b); }
+constexpr float max(float a, float b) noexcept { return std::max(a, b); }
+constexpr double max(double a, double b) noexcept { return std::max(a, b); }
+
+template <LaneNumber Real>
+constexpr Real square(Real x) noexcept {
+  return x * x;
+}
+template <LaneNumber Real>
+Real safe_sqrt(Real x) noexcept {
+  return sqrt(max(x, Real(0)));
+}
 
 /// a*b - c*d with an error of at most 1.5 ulp (Kahan): the products cancel without losing the difference.
-inline float difference_of_products(float a, float b, float c, float d) noexcept {
-  return static_cast<float>(static_cast<double>(a) * b - static_cast<double>(c) * d);
+template <LaneNumber Real>
+Real difference_of_products(Real a, Real b, Real c, Real d) noexcept {
+  return Real(Double<Real>(a) * Double<Real>(b) - Double<Real>(c) * Double<Real>(d));
 }
 
 /// One of two numbers by bits, for a choice that no processor can foresee: compilers would branch.

@@ -3,11 +3,11 @@
 
 namespace equaltime {
 
-struct Point2f {
-  float x, y;
+template <class T>
+struct Point2 {
+  T x, y;
 };
-struct Point2d {
-  double x, y;
-};
+using Point2f = Point2<float>;
+using Point2d = Point2<double>;
 
 }  // namespace equaltime

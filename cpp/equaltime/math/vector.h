@@ -1,9 +1,10 @@
-// Three-component vectors over float (rendering) and double (loading, cameras, exact recomputation).
+// Three-component vectors over float (rendering) and double (loading, cameras, exact recomputation), and over lanes.
 // A point, a direction and a normal are all Vec3: the frame and the unit are said where a value is declared.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
+
+#include "equaltime/math/numeric.h"
 
 namespace equaltime {
 
@@ -45,7 +46,7 @@ constexpr T length_squared(const Vec3<T>& a) noexcept {
 }
 template <class T>
 T length(const Vec3<T>& a) noexcept {
-  return std::sqrt(dot(a, a));
+  return sqrt(dot(a, a));
 }
 template <class T>
 Vec3<T> normalize(const Vec3<T>& a) noexcept {
@@ -53,19 +54,19 @@ Vec3<T> normalize(const Vec3<T>& a) noexcept {
 }
 template <class T>
 Vec3<T> abs(const Vec3<T>& a) noexcept {
-  return {std::abs(a.x), std::abs(a.y), std::abs(a.z)};
+  return {abs(a.x), abs(a.y), abs(a.z)};
 }
 template <class T>
 constexpr Vec3<T> min(const Vec3<T>& a, const Vec3<T>& b) noexcept {
-  return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)};
+  return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)};
 }
 template <class T>
 constexpr Vec3<T> max(const Vec3<T>& a, const Vec3<T>& b) noexcept {
-  return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
+  return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)};
 }
 template <class T>
 constexpr T max_component(const Vec3<T>& a) noexcept {
-  return std::max(a.x, std::max(a.y, a.z));
+  return max(a.x, max(a.y, a.z));
 }
 inline bool is_finite(const Vec3d& a) noexcept {
   return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);

@@ -30,7 +30,7 @@ struct BlendedPhase {
   Spectrum single_albedo{1, 1, 1};  // of the medium
 
   /// Of all lobes, whichever drew the direction: value and density are one.
-  [[nodiscard]] BsdfValue eval(const Vec3f& wo, const Vec3f& wi, bool front) const noexcept {
+  [[nodiscard]] BsdfValue<float> eval(const Vec3f& wo, const Vec3f& wi, bool front) const noexcept {
     float pdf = 0;
     for (std::uint32_t i = 0; i < count; ++i) {
       const auto& [share, g, rayleigh] = lobes[i];
@@ -39,12 +39,13 @@ struct BlendedPhase {
     return {Spectrum(pdf), pdf};
   }
 
-  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, double u_lobe, Point2f u) const noexcept {
+  [[nodiscard]] Optional<BsdfSample<float>> sample(const Vec3f& wo, bool front, double u_lobe,
+                                                   Point2f u) const noexcept {
     std::uint32_t picked = 0;
     for (; picked + 1 < count && u_lobe >= lobes[picked].share; ++picked) u_lobe -= lobes[picked].share;
     const PhaseLobe& lobe = lobes[picked];
     const Vec3f wi = lobe.rayleigh ? rayleigh_direction(u) : HenyeyGreenstein{lobe.g, {}}.sample(wo, front, 0, u)->wi;
-    return BsdfSample{wi, Spectrum(1), eval(wo, wi, front).pdf};
+    return BsdfSample<float>{wi, Spectrum(1), eval(wo, wi, front).pdf};
   }
 
   [[nodiscard]] Spectrum albedo(const Vec3f&, bool) const noexcept { return single_albedo; }

@@ -21,7 +21,7 @@ struct HenyeyGreenstein {
   Spectrum single_albedo{1, 1, 1};  // of the medium: for roulette, the weight of a collision has it already
 
   /// Value and density are one: all that reaches the particle is scattered.
-  [[nodiscard]] BsdfValue eval(const Vec3f&, const Vec3f& wi, bool) const noexcept {
+  [[nodiscard]] BsdfValue<float> eval(const Vec3f&, const Vec3f& wi, bool) const noexcept {
     // 1 + g² - 2g·cosθ without its cancellation where the lobe is sharp; light that goes straight on has z = -1.
     const float side = g < 0 ? wi.z : -wi.z;
     const float to_peak = side > 0 ? (wi.x * wi.x + wi.y * wi.y) / (1 + side) : 1 - side;
@@ -31,7 +31,7 @@ struct HenyeyGreenstein {
     return {Spectrum(pdf), pdf};
   }
 
-  [[nodiscard]] Optional<BsdfSample> sample(const Vec3f& wo, bool front, double, Point2f u) const noexcept {
+  [[nodiscard]] Optional<BsdfSample<float>> sample(const Vec3f& wo, bool front, double, Point2f u) const noexcept {
     // The distribution of the cosine, inverted, in a form that does not divide by g.
     const double h = static_cast<double>(g), s = 1 - 2 * static_cast<double>(u.x), q = 1 + h * s;
     const double numerator = s + h * (0.5 * (s * s + 3) + h * (s + 0.5 * h * (s * s - 1)));
@@ -39,7 +39,7 @@ struct HenyeyGreenstein {
     const auto sine = static_cast<float>(std::sqrt((1 - cosine) * (1 + cosine)));
     const auto [sin_phi, cos_phi] = sin_cos_turn(u.y);
     const Vec3f wi{sine * cos_phi, sine * sin_phi, static_cast<float>(-cosine)};
-    return BsdfSample{wi, Spectrum(1), eval(wo, wi, front).pdf};
+    return BsdfSample<float>{wi, Spectrum(1), eval(wo, wi, front).pdf};
   }
 
   [[nodiscard]] Spectrum albedo(const Vec3f&, bool) const noexcept { return single_albedo; }

@@ -19,14 +19,14 @@ struct IsotropicPhase {
   static constexpr bool picks_lobe = false;
   Spectrum single_albedo{1, 1, 1};  // of the medium: for roulette, the weight of a collision has it already
 
-  [[nodiscard]] static BsdfValue eval(const Vec3f&, const Vec3f&, bool) noexcept {
+  [[nodiscard]] static BsdfValue<float> eval(const Vec3f&, const Vec3f&, bool) noexcept {
     return {Spectrum(kUniformSpherePdf), kUniformSpherePdf};
   }
-  [[nodiscard]] static Optional<BsdfSample> sample(const Vec3f&, bool, double, Point2f u) noexcept {
+  [[nodiscard]] static Optional<BsdfSample<float>> sample(const Vec3f&, bool, double, Point2f u) noexcept {
     const double z = 2 * static_cast<double>(u.x) - 1;
     const auto sine = static_cast<float>(std::sqrt((1 - z) * (1 + z)));
     const auto [sin_phi, cos_phi] = sin_cos_turn(u.y);
-    return BsdfSample{{sine * cos_phi, sine * sin_phi, static_cast<float>(z)}, Spectrum(1), kUniformSpherePdf};
+    return BsdfSample<float>{{sine * cos_phi, sine * sin_phi, static_cast<float>(z)}, Spectrum(1), kUniformSpherePdf};
   }
   [[nodiscard]] Spectrum albedo(const Vec3f&, bool) const noexcept { return single_albedo; }
 };

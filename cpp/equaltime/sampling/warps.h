@@ -12,14 +12,16 @@
 namespace equaltime {
 
 /// Uniform point of the unit disk, concentric map (Shirley & Chiu 1997).
-[[nodiscard]] EQUALTIME_INLINE Point2f square_to_disk(Point2f u) noexcept {
-  const float a = 2 * u.x - 1;
-  const float b = 2 * u.y - 1;
-  if (a == 0 && b == 0) return {0, 0};
-  const bool wide = std::abs(a) > std::abs(b);
-  const float r = select(wide, a, b);
-  const auto [sine, cosine] = sin_cos_octant((kPi / 4) * (select(wide, b, a) / r));
-  return {r * select(wide, cosine, sine), r * select(wide, sine, cosine)};
+template <class Real>
+[[nodiscard]] EQUALTIME_INLINE Point2<Real> square_to_disk(Point2<Real> u) noexcept {
+  const Real a = 2 * u.x - 1, b = 2 * u.y - 1;
+  const Mask<Real> off_center = a != 0 || b != 0;
+  if (none(off_center)) return {0, 0};
+  const Mask<Real> wide = abs(a) > abs(b);
+  const Real r = select(wide, a, b);
+  const auto [sine, cosine] = sin_cos_octant<Real>((kPi / 4) * (select(wide, b, a) / r));
+  const Point2<Real> point{r * select(wide, cosine, sine), r * select(wide, sine, cosine)};
+  return where(off_center, [&] { return point; });
 }
 
 /// Uniform point of the regular polygon of n corners on the unit circle, one of them at an angle, in radians; its area
@@ -34,37 +36,43 @@ namespace equaltime {
   return {r * (c0 + (c1 - c0) * u.y), r * (s0 + (s1 - s0) * u.y)};
 }
 
-[[nodiscard]] EQUALTIME_INLINE Vec3f square_to_cosine_hemisphere(Point2f u) noexcept {
-  const Point2f d = square_to_disk(u);
+template <class Real>
+[[nodiscard]] EQUALTIME_INLINE Vec3<Real> square_to_cosine_hemisphere(Point2<Real> u) noexcept {
+  const Point2<Real> d = square_to_disk(u);
   return {d.x, d.y, safe_sqrt(1 - d.x * d.x - d.y * d.y)};
 }
-[[nodiscard]] constexpr float cosine_hemisphere_pdf(float cos_theta) noexcept {
-  return cos_theta > 0 ? cos_theta * kInvPi : 0.0F;
+template <class Real>
+[[nodiscard]] constexpr Real cosine_hemisphere_pdf(Real cos_theta) noexcept {
+  return where(cos_theta > 0, [&] { return cos_theta * kInvPi; });
 }
 
-[[nodiscard]] inline Vec3f square_to_uniform_sphere(Point2f u) noexcept {
-  const float z = 1 - 2 * u.x;
-  const float r = safe_sqrt(4 * u.x * (1 - u.x));
+template <class Real>
+[[nodiscard]] Vec3<Real> square_to_uniform_sphere(Point2<Real> u) noexcept {
+  const Real z = 1 - 2 * u.x;
+  const Real r = safe_sqrt(4 * u.x * (1 - u.x));
   const auto [sin_phi, cos_phi] = sin_cos_turn(u.y);
   return {r * cos_phi, r * sin_phi, z};
 }
 inline constexpr float kUniformSpherePdf = kInvPi / 4;
 
-[[nodiscard]] inline Vec3f square_to_uniform_hemisphere(Point2f u) noexcept {
-  const float r = safe_sqrt(u.x * (2 - u.x));
+template <class Real>
+[[nodiscard]] Vec3<Real> square_to_uniform_hemisphere(Point2<Real> u) noexcept {
+  const Real r = safe_sqrt(u.x * (2 - u.x));
   const auto [sin_phi, cos_phi] = sin_cos_turn(u.y);
   return {r * cos_phi, r * sin_phi, 1 - u.x};
 }
 inline constexpr float kUniformHemispherePdf = kInvPi / 2;
 
 /// Uniform direction of the cone round +z with 1 - cosθ_max = `one_minus_cos_max`, which keeps thin cones accurate.
-[[nodiscard]] inline Vec3f square_to_uniform_cone(Point2f u, float one_minus_cos_max) noexcept {
-  const float one_minus_cos = u.x * one_minus_cos_max;
-  const float sin_theta = safe_sqrt(one_minus_cos * (2 - one_minus_cos));
+template <class Real>
+[[nodiscard]] Vec3<Real> square_to_uniform_cone(Point2<Real> u, Real one_minus_cos_max) noexcept {
+  const Real one_minus_cos = u.x * one_minus_cos_max;
+  const Real sin_theta = safe_sqrt(one_minus_cos * (2 - one_minus_cos));
   const auto [sin_phi, cos_phi] = sin_cos_turn(u.y);
   return {sin_theta * cos_phi, sin_theta * sin_phi, 1 - one_minus_cos};
 }
-[[nodiscard]] constexpr float uniform_cone_pdf(float one_minus_cos_max) noexcept {
+template <class Real>
+[[nodiscard]] constexpr Real uniform_cone_pdf(Real one_minus_cos_max) noexcept {
   return 1 / (kTwoPi * one_minus_cos_max);
 }
 

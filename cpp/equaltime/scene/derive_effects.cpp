@@ -21,7 +21,7 @@ void add_material(Effects& e, const Scene& scene, std::uint32_t index) noexcept 
   }
   const Bsdf& bsdf = material.bsdf;
   e.anisotropy = e.anisotropy || material.anisotropic;
-  if (!scene.count_null_interfaces && std::holds_alternative<ThinDielectric>(bsdf)) e.masks = true;
+  if (!scene.count_null_interfaces && std::holds_alternative<ThinDielectric<float>>(bsdf)) e.masks = true;
   visit<kAllEffects>(bsdf, [&]<class Model>(const Model&) noexcept {
     if constexpr (requires { Model::needs; }) e.*Model::needs = true;
   });

@@ -9,17 +9,17 @@ Bsdf with_exterior_ior(const Bsdf& bsdf, float outside) noexcept {
   const auto over = [outside](float ior) noexcept {
     return static_cast<float>(static_cast<double>(ior) / static_cast<double>(outside));
   };
-  if (const auto* smooth = std::get_if<Dielectric>(&bsdf)) {
-    Dielectric d = *smooth;
+  if (const auto* smooth = std::get_if<Dielectric<float>>(&bsdf)) {
+    Dielectric<float> d = *smooth;
     d.ior = over(d.ior);
     return d;
   }
-  const auto* rough = std::get_if<RoughDielectric>(&bsdf);
+  const auto* rough = std::get_if<RoughDielectric<float>>(&bsdf);
   if (rough == nullptr) return bsdf;
-  RoughDielectric d = *rough;
+  RoughDielectric<float> d = *rough;
   d.ior = over(d.ior);
   if (d.ior != 1) return d;
-  Dielectric clear{DielectricDescription{}};  // facets between equal indices turn nothing
+  Dielectric<float> clear{DielectricDescription{}};  // facets between equal indices turn nothing
   clear.ior = 1;
   clear.specular_transmittance = d.specular_transmittance;
   return clear;

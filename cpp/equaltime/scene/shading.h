@@ -26,7 +26,7 @@ struct Scatterer {
 
   /// Glass without thickness, which lets a part of the light go straight on.
   [[nodiscard]] bool is_thin() const noexcept {
-    return bsdf != nullptr && std::holds_alternative<ThinDielectric>(*bsdf);
+    return bsdf != nullptr && std::holds_alternative<ThinDielectric<float>>(*bsdf);
   }
   [[nodiscard]] const char* name() const noexcept {
     return bsdf != nullptr ? Bsdfs::names[bsdf->index()] : PhaseFunctions::names[phase->index()];
@@ -43,7 +43,7 @@ template <Effects E, class F>
 
 /// The value of a BSDF for a pair of directions, and on which side of the surface the second is.
 struct Scattered {
-  BsdfValue value;
+  BsdfValue<float> value;
   bool above = false;
 };
 
@@ -85,7 +85,7 @@ template <Effects E>
   Vec3f wo = it.frame.to_local(it.wo);
   Vec3f local = it.frame.to_local(wi);
   if (!(wo.z > 0) || !detail::same_side<E>(it, wi, local)) return {};
-  BsdfValue value = visit<E>(bsdf, [&](const auto& model) noexcept { return model.eval(wo, local, it.front); });
+  BsdfValue<float> value = visit<E>(bsdf, [&](const auto& model) noexcept { return model.eval(wo, local, it.front); });
   return {{detail::shadowed<E>(it, wi, value.f), value.pdf}, local.z > 0};
 }
 
@@ -112,7 +112,7 @@ template <Effects E>
 /// of what others scatter, be it in that direction.
 template <Effects E>
 [[nodiscard]] Spectrum straight_through(const Interaction& it, const Bsdf& bsdf) noexcept {
-  const auto* pane = std::get_if<ThinDielectric>(&bsdf);
+  const auto* pane = std::get_if<ThinDielectric<float>>(&bsdf);
   const Vec3f wo = it.frame.to_local(it.wo);
   if (pane == nullptr || !(wo.z > 0) || !detail::same_side<E>(it, -it.wo, -wo)) return {};
   return detail::shadowed<E>(it, -it.wo, pane->transmittance(wo));

@@ -65,7 +65,7 @@ struct LightPicked {
 /// A point or a direction of it was sampled, towards which the BSDF has this value.
 struct LightSampled {
   const LightSample& light;
-  BsdfValue bsdf;
+  BsdfValue<float> bsdf;
 };
 
 /// Whether anything stands on a ray to a light.

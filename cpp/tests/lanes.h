@@ -1,0 +1,183 @@
+// A pack of numbers, as templates over Real take it (base/lanes.h): arrays, worked on lane by lane. It is no fast one.
+// It holds the templates to what lanes have, and to the bits of one path.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "equaltime/base/lanes.h"
+#include "equaltime/base/optional.h"
+#include "equaltime/bsdfs/facets.h"
+#include "equaltime/math/numeric.h"
+#include "equaltime/math/point.h"
+#include "equaltime/math/spectrum.h"
+#include "equaltime/math/vector.h"
+#include "equaltime/sampling/scattering.h"
+
+namespace equaltime {
+
+inline constexpr std::size_t kLanes = 4;
+
+template <class T>
+struct Pack {
+  std::array<T, kLanes> lanes{};
+
+  constexpr Pack() noexcept = default;
+  constexpr Pack(T value) noexcept { lanes.fill(value); }
+  template <class U>
+  constexpr explicit Pack(const Pack<U>& other) noexcept {
+    for (std::size_t i = 0; i < kLanes; ++i) lanes[i] = static_cast<T>(other[i]);
+  }
+  constexpr T& operator[](std::size_t i) noexcept { return lanes[i]; }
+  constexpr const T& operator[](std::size_t i) const noexcept { return lanes[i]; }
+
+  /// f of each lane of the packs.
+  template <class F, class... Packs>
+  static constexpr auto map(F&& f, const Packs&... packs) noexcept {
+    Pack<decltype(f(packs[0]...))> out;
+    for (std::size_t i = 0; i < kLanes; ++i) out[i] = f(packs[i]...);
+    return out;
+  }
+
+  constexpr Pack operator-() const noexcept {
+    return map([](T x) { return -x; }, *this);
+  }
+  constexpr Pack operator!() const noexcept {
+    return map([](T x) { return !x; }, *this);
+  }
+#define EQUALTIME_OPERATOR(symbol)                                               \
+  friend constexpr auto operator symbol(const Pack& a, const Pack& b) noexcept { \
+    return map([](T x, T y) { return x symbol y; }, a, b);                       \
+  }
+  EQUALTIME_OPERATOR(+)
+  EQUALTIME_OPERATOR(-)
+  EQUALTIME_OPERATOR(*)
+  EQUALTIME_OPERATOR(/)
+  EQUALTIME_OPERATOR(&)
+  EQUALTIME_OPERATOR(^)
+  EQUALTIME_OPERATOR(<<)
+  EQUALTIME_OPERATOR(&&)
+  EQUALTIME_OPERATOR(||)
+  EQUALTIME_OPERATOR(==)
+  EQUALTIME_OPERATOR(!=)
+  EQUALTIME_OPERATOR(<)
+  EQUALTIME_OPERATOR(<=)
+  EQUALTIME_OPERATOR(>)
+  EQUALTIME_OPERATOR(>=)
+#undef EQUALTIME_OPERATOR
+
+  friend Pack sqrt(const Pack& x) noexcept {
+    return map([](T lane) { return std::sqrt(lane); }, x);
+  }
+  friend Pack abs(const Pack& x) noexcept {
+    return map([](T lane) { return std::abs(lane); }, x);
+  }
+  friend Pack copysign(const Pack& x, const Pack& sign) noexcept {
+    return map([](T a, T b) { return std::copysign(a, b); }, x, sign);
+  }
+  friend constexpr Pack min(const Pack& x, const Pack& y) noexcept {
+    return map([](T a, T b) { return std::min(a, b); }, x, y);
+  }
+  friend constexpr Pack max(const Pack& x, const Pack& y) noexcept {
+    return map([](T a, T b) { return std::max(a, b); }, x, y);
+  }
+};
+
+using Floats = Pack<float>;
+using Truths = Pack<bool>;
+
+template <>
+struct LaneTraits<Floats> {
+  static constexpr std::size_t width = kLanes;
+  using Mask = Truths;
+  using Double = Pack<double>;
+  using Int = Pack<std::int32_t>;
+  using Bits = Pack<std::uint32_t>;
+
+  template <class F, class... Args>
+  static auto for_each(F&& f, const Args&... args) noexcept {
+    using Result = decltype(f(lane(args, 0)...));
+    std::conditional_t<std::is_same_v<Result, float>, Floats, Vec3<Floats>> out;
+    for (std::size_t i = 0; i < kLanes; ++i) set_lane(out, i, f(lane(args, i)...));
+    return out;
+  }
+};
+template <>
+struct LaneTraits<Pack<double>> : LaneTraits<Floats> {};
+
+// --- Lanes of the structs that functions give ---------------------------------------------------------------------
+
+template <class T>
+constexpr T lane(const Pack<T>& x, std::size_t i) noexcept {
+  return x[i];
+}
+template <class T>
+constexpr Vec3<T> lane(const Vec3<Pack<T>>& v, std::size_t i) noexcept {
+  return {v.x[i], v.y[i], v.z[i]};
+}
+template <class T>
+constexpr Rgb<T> lane(const Rgb<Pack<T>>& s, std::size_t i) noexcept {
+  return {s.r[i], s.g[i], s.b[i]};
+}
+template <class T>
+constexpr Point2<T> lane(const Point2<Pack<T>>& p, std::size_t i) noexcept {
+  return {p.x[i], p.y[i]};
+}
+
+template <class T>
+constexpr void set_lane(Pack<T>& x, std::size_t i, T value) noexcept {
+  x[i] = value;
+}
+template <class T>
+constexpr void set_lane(Vec3<Pack<T>>& v, std::size_t i, const Vec3<T>& value) noexcept {
+  v.x[i] = value.x, v.y[i] = value.y, v.z[i] = value.z;
+}
+
+template <class T>
+constexpr Pack<T> select(const Truths& first, const Pack<T>& a, const Pack<T>& b) noexcept {
+  return Pack<T>::map([](bool f, T x, T y) { return f ? x : y; }, first, a, b);
+}
+template <class T>
+constexpr Vec3<Pack<T>> select(const Truths& first, const Vec3<Pack<T>>& a, const Vec3<Pack<T>>& b) noexcept {
+  return {select(first, a.x, b.x), select(first, a.y, b.y), select(first, a.z, b.z)};
+}
+template <class T>
+constexpr Point2<Pack<T>> select(const Truths& first, const Point2<Pack<T>>& a, const Point2<Pack<T>>& b) noexcept {
+  return {select(first, a.x, b.x), select(first, a.y, b.y)};
+}
+inline FacetLobe<Floats> select(const Truths& first, const FacetLobe<Floats>& a, const FacetLobe<Floats>& b) noexcept {
+  return {select(first, a.f, b.f), select(first, a.pdf, b.pdf)};
+}
+inline BsdfValue<Floats> select(const Truths& first, const BsdfValue<Floats>& a, const BsdfValue<Floats>& b) noexcept {
+  return {select(first, a.f, b.f), select(first, a.pdf, b.pdf)};
+}
+inline BsdfSample<Floats> select(const Truths& first, const BsdfSample<Floats>& a,
+                                 const BsdfSample<Floats>& b) noexcept {
+  return {select(first, a.wi, b.wi), select(first, a.weight, b.weight), select(first, a.pdf, b.pdf),
+          select(first, a.delta, b.delta), select(first, a.eta_scale, b.eta_scale)};
+}
+template <class T>
+Optional<T> select(const Truths& first, const Optional<T>& a, const Optional<T>& b) noexcept {
+  return {select(first, *a, *b), select(first, a.has_value(), b.has_value())};
+}
+
+constexpr bool any(const Truths& mask) noexcept {
+  return std::ranges::any_of(mask.lanes, [](bool lane) { return lane; });
+}
+constexpr bool none(const Truths& mask) noexcept { return !any(mask); }
+
+template <class First, class Second>
+auto where(const Truths& mask, First&& first, Second&& second) noexcept {
+  if (none(mask)) return second();
+  if (none(!mask)) return first();
+  return select(mask, first(), second());
+}
+template <class First>
+auto where(const Truths& mask, First&& first) noexcept {
+  return where(mask, first, [] { return decltype(first()){}; });
+}
+
+}  // namespace equaltime
