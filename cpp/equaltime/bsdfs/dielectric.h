@@ -53,7 +53,7 @@ struct Dielectric {
         },
         [&] {
           const Vec3<Real> wi{-wo.x * inv, -wo.y * inv, -cos_transmitted};
-          return BsdfSample<Real>{wi, specular_transmittance * compression, 0, true, compression};
+          return Optional(BsdfSample<Real>{wi, specular_transmittance * compression, 0, true, compression});
         });
   }
   [[nodiscard]] Rgb<Real> albedo(const Vec3<Real>& wo, Mask<Real> front) const noexcept {

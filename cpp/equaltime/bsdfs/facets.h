@@ -18,7 +18,7 @@ struct FacetLobe {
 /// The upward normal of the facets that mirror wo to wi above the surface, or refract it to wi below; none where both
 /// directions cannot see its right sides.
 template <class Real>
-[[nodiscard]] Optional<Vec3<Real>> facet_between(const Vec3<Real>& wo, const Vec3<Real>& wi, Real eta) noexcept {
+[[nodiscard]] inline Optional<Vec3<Real>> facet_between(const Vec3<Real>& wo, const Vec3<Real>& wi, Real eta) noexcept {
   const Mask<Real> mirrors = wi.z > 0;
   const Vec3<Real> sum = where(
       mirrors, [&] { return wo + wi; }, [&] { return wo + wi * eta; });
@@ -30,8 +30,8 @@ template <class Real>
 }
 
 template <class Real>
-[[nodiscard]] FacetLobe<Real> mirrored(const Microfacet<Real>& distribution, const Vec3<Real>& wo, const Vec3<Real>& wi,
-                                       const Vec3<Real>& m) noexcept {
+[[nodiscard]] inline FacetLobe<Real> mirrored(const Microfacet<Real>& distribution, const Vec3<Real>& wo,
+                                              const Vec3<Real>& wi, const Vec3<Real>& m) noexcept {
   const Real d = distribution.D(m);
   return {d * distribution.G1(wo) * distribution.G1(wi) / (4 * wo.z), distribution.reflected_pdf(wo, d)};
 }
@@ -58,8 +58,8 @@ template <class Real, class Value>
 /// 1/η² cancels the η² of the change of solid angle. Since refraction has o² - η²i² = 1 - η², the difference, which
 /// cancels where η is near 1, need not be formed.
 template <class Real>
-[[nodiscard]] FacetLobe<Real> refracted(const Microfacet<Real>& distribution, const Vec3<Real>& wo,
-                                        const Vec3<Real>& wi, const Vec3<Real>& m, Real eta) noexcept {
+[[nodiscard]] inline FacetLobe<Real> refracted(const Microfacet<Real>& distribution, const Vec3<Real>& wo,
+                                               const Vec3<Real>& wi, const Vec3<Real>& m, Real eta) noexcept {
   const Real o = dot(wo, m), i = -dot(wi, m);
   const Real stretch = i * square((o + eta * i) / ((1 - eta) * (1 + eta)));
   const Real g = distribution.G1(wo) * distribution.G1({wi.x, wi.y, -wi.z});

@@ -10,7 +10,7 @@ namespace equaltime {
 /// 1]. Exact (Born & Wolf), in float64: indices from 1e-4 to 1e4 neither overflow nor cancel to less than float32
 /// needs.
 template <class Real>
-[[nodiscard]] Real fresnel_conductor(Real cos_theta, Real eta, Real k) noexcept {
+[[nodiscard]] inline Real fresnel_conductor(Real cos_theta, Real eta, Real k) noexcept {
   using Double = Double<Real>;
   const Double c(cos_theta), c2 = c * c, s2 = 1 - c2;
   const Double e(eta), e2 = e * e, k2 = square(Double(k));
@@ -24,7 +24,7 @@ template <class Real>
   return Real(0.5 * (perpendicular + parallel));
 }
 template <class Real>
-[[nodiscard]] Rgb<Real> fresnel_conductor(Real cos_theta, const Rgb<Real>& eta, const Rgb<Real>& k) noexcept {
+[[nodiscard]] inline Rgb<Real> fresnel_conductor(Real cos_theta, const Rgb<Real>& eta, const Rgb<Real>& k) noexcept {
   return {fresnel_conductor(cos_theta, eta.r, k.r), fresnel_conductor(cos_theta, eta.g, k.g),
           fresnel_conductor(cos_theta, eta.b, k.b)};
 }
@@ -32,7 +32,7 @@ template <class Real>
 /// What a dielectric interface reflects of diffuse light, by fits as Mitsuba has them: Egan & Hilgeman 1973 from within
 /// (eta < 1; to 0.1 % down to 1/1.5, to 0.6 % down to 1/2), d'Eon & Irving 2011 from outside (0.4 %). eta as below.
 template <class Real>
-[[nodiscard]] Real fresnel_diffuse(Real eta) noexcept {
+[[nodiscard]] inline Real fresnel_diffuse(Real eta) noexcept {
   const Real x = 1 / eta;
   return where(
       eta < 1, [&] { return 0.6681F + eta * (0.7099F - 1.4399F * eta) + 0.0636F * x; },
@@ -49,7 +49,7 @@ struct DielectricFresnel {
 /// `eta` is the index of the far side over that of the near side; cos_theta in [0, 1]. The differences in Fresnel's
 /// amplitudes are formed from eta - 1, so that neither an index near 1 nor grazing incidence cancels digits.
 template <class Real>
-[[nodiscard]] DielectricFresnel<Real> fresnel_dielectric(Real cos_theta, Real eta) noexcept {
+[[nodiscard]] inline DielectricFresnel<Real> fresnel_dielectric(Real cos_theta, Real eta) noexcept {
   const Mask<Real> differs = eta != 1;
   if (none(differs)) return {0, cos_theta};
   const Real eta2 = eta * eta, c2 = cos_theta * cos_theta;

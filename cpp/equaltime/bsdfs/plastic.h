@@ -21,7 +21,8 @@ struct PlasticDescription {
 /// What a diffuse body sends back, of all that entered it, to the interface: ρ/(1 - ρR) with R the reflectance of the
 /// interface from within, and compressed by the refraction. Linear plastic takes ρ/(1 - R): no shift of colour.
 template <class Real>
-[[nodiscard]] Rgb<Real> body_reflectance(const Rgb<Real>& rho, Real internal, bool nonlinear, Real ior) noexcept {
+[[nodiscard]] inline Rgb<Real> body_reflectance(const Rgb<Real>& rho, Real internal, bool nonlinear,
+                                                Real ior) noexcept {
   const auto channel = [&](Real r) noexcept { return r / ((1 - (nonlinear ? r * internal : internal)) * square(ior)); };
   return {channel(rho.r), channel(rho.g), channel(rho.b)};
 }

@@ -26,8 +26,12 @@ struct BasicFrame {
     return {s, cross(n, s), n};
   }
 
-  [[nodiscard]] Vec3<T> to_local(const Vec3<T>& v) const noexcept { return {dot(v, s), dot(v, t), dot(v, n)}; }
-  [[nodiscard]] Vec3<T> to_world(const Vec3<T>& v) const noexcept { return s * v.x + t * v.y + n * v.z; }
+  [[nodiscard]] EQUALTIME_INLINE Vec3<T> to_local(const Vec3<T>& v) const noexcept {
+    return {dot(v, s), dot(v, t), dot(v, n)};
+  }
+  [[nodiscard]] EQUALTIME_INLINE Vec3<T> to_world(const Vec3<T>& v) const noexcept {
+    return s * v.x + t * v.y + n * v.z;
+  }
 };
 
 using Frame = BasicFrame<float>;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <concepts>
 #include <cstdint>
 #include <limits>
 #include <numbers>
@@ -25,29 +26,39 @@ inline constexpr float kOneMinusEpsilon = 0x1.fffffep-1F;  // the largest float 
 inline constexpr float kUnitRoundoff = 0x1p-24F;           // half a float32 ulp at 1
 
 // Functions of one number, by the names that lanes have for them too.
-EQUALTIME_INLINE float sqrt(float x) noexcept { return std::sqrt(x); }
-EQUALTIME_INLINE double sqrt(double x) noexcept { return std::sqrt(x); }
-EQUALTIME_INLINE float abs(float x) noexcept { return std::abs(x); }
-EQUALTIME_INLINE double abs(double x) noexcept { return std::abs(x); }
-EQUALTIME_INLINE float copysign(float x, float sign) noexcept { return std::copysign(x, sign); }
-EQUALTIME_INLINE double copysign(double x, double sign) noexcept { return std::copysign(x, sign); }
-constexpr float min(float a, float b) noexcept { return std::min(a, b); }
-constexpr double min(double a, double b) noexcept { return std::min(a, b); }
-constexpr float max(float a, float b) noexcept { return std::max(a, b); }
-constexpr double max(double a, double b) noexcept { return std::max(a, b); }
+template <std::floating_point T>
+EQUALTIME_INLINE T sqrt(T x) noexcept {
+  return std::sqrt(x);
+}
+template <std::floating_point T>
+EQUALTIME_INLINE T abs(T x) noexcept {
+  return std::abs(x);
+}
+template <std::floating_point T>
+EQUALTIME_INLINE T copysign(T x, T sign) noexcept {
+  return std::copysign(x, sign);
+}
+template <std::floating_point T>
+constexpr T min(T a, T b) noexcept {
+  return std::min(a, b);
+}
+template <std::floating_point T>
+constexpr T max(T a, T b) noexcept {
+  return std::max(a, b);
+}
 
 template <LaneNumber Real>
 constexpr Real square(Real x) noexcept {
   return x * x;
 }
 template <LaneNumber Real>
-Real safe_sqrt(Real x) noexcept {
+inline Real safe_sqrt(Real x) noexcept {
   return sqrt(max(x, Real(0)));
 }
 
 /// a*b - c*d with an error of at most 1.5 ulp (Kahan): the products cancel without losing the difference.
 template <LaneNumber Real>
-Real difference_of_products(Real a, Real b, Real c, Real d) noexcept {
+inline Real difference_of_products(Real a, Real b, Real c, Real d) noexcept {
   return Real(Double<Real>(a) * Double<Real>(b) - Double<Real>(c) * Double<Real>(d));
 }
 

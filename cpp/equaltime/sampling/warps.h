@@ -47,7 +47,7 @@ template <class Real>
 }
 
 template <class Real>
-[[nodiscard]] Vec3<Real> square_to_uniform_sphere(Point2<Real> u) noexcept {
+[[nodiscard]] inline Vec3<Real> square_to_uniform_sphere(Point2<Real> u) noexcept {
   const Real z = 1 - 2 * u.x;
   const Real r = safe_sqrt(4 * u.x * (1 - u.x));
   const auto [sin_phi, cos_phi] = sin_cos_turn(u.y);
@@ -56,7 +56,7 @@ template <class Real>
 inline constexpr float kUniformSpherePdf = kInvPi / 4;
 
 template <class Real>
-[[nodiscard]] Vec3<Real> square_to_uniform_hemisphere(Point2<Real> u) noexcept {
+[[nodiscard]] inline Vec3<Real> square_to_uniform_hemisphere(Point2<Real> u) noexcept {
   const Real r = safe_sqrt(u.x * (2 - u.x));
   const auto [sin_phi, cos_phi] = sin_cos_turn(u.y);
   return {r * cos_phi, r * sin_phi, 1 - u.x};
@@ -65,7 +65,7 @@ inline constexpr float kUniformHemispherePdf = kInvPi / 2;
 
 /// Uniform direction of the cone round +z with 1 - cosθ_max = `one_minus_cos_max`, which keeps thin cones accurate.
 template <class Real>
-[[nodiscard]] Vec3<Real> square_to_uniform_cone(Point2<Real> u, Real one_minus_cos_max) noexcept {
+[[nodiscard]] inline Vec3<Real> square_to_uniform_cone(Point2<Real> u, Real one_minus_cos_max) noexcept {
   const Real one_minus_cos = u.x * one_minus_cos_max;
   const Real sin_theta = safe_sqrt(one_minus_cos * (2 - one_minus_cos));
   const auto [sin_phi, cos_phi] = sin_cos_turn(u.y);

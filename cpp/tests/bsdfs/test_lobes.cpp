@@ -24,7 +24,7 @@ Interaction head_on() {
 TEST("samples refract or reflect by all bits of the number that picks") {
   const Bsdf glass = faint_glass();
   const Interaction it = head_on();
-  const float reflectance = fresnel_dielectric(1, std::get<Dielectric<float>>(glass).ior).reflectance;
+  const float reflectance = fresnel_dielectric(1.0F, std::get<Dielectric<float>>(glass).ior).reflectance;
   const Slot lobe = slot(BounceDimension::bsdf_lobe, 0);
   int told_apart = 0;  // what would be reflected by 24 bits and is not by all
   for (std::uint64_t index = 0; told_apart < 3; ++index) {

@@ -85,7 +85,7 @@ TEST("the octant's sine is right to half a unit in the last place of 1, its cosi
 
 TEST("sine and cosine of a part of a turn are right to two units in the last place of 1") {
   double worst = 0, rounded_angle = 0;  // the twin: rounds the angle before it is reduced
-  const auto error = [](const SinCos& value, double angle) {
+  const auto error = [](const SinCos<float>& value, double angle) {
     return std::max(std::abs(static_cast<double>(value.sin) - std::sin(angle)),
                     std::abs(static_cast<double>(value.cos) - std::cos(angle)));
   };
