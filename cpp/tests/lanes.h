@@ -58,7 +58,10 @@ struct Pack {
   EQUALTIME_OPERATOR(/)
   EQUALTIME_OPERATOR(&)
   EQUALTIME_OPERATOR(^)
+  EQUALTIME_OPERATOR(|)
+  EQUALTIME_OPERATOR(%)
   EQUALTIME_OPERATOR(<<)
+  EQUALTIME_OPERATOR(>>)
   EQUALTIME_OPERATOR(&&)
   EQUALTIME_OPERATOR(||)
   EQUALTIME_OPERATOR(==)
@@ -96,11 +99,12 @@ struct LaneTraits<Floats> {
   using Double = Pack<double>;
   using Int = Pack<std::int32_t>;
   using Bits = Pack<std::uint32_t>;
+  using Bits64 = Pack<std::uint64_t>;
 
   template <class F, class... Args>
   static auto for_each(F&& f, const Args&... args) noexcept {
     using Result = decltype(f(lane(args, 0)...));
-    std::conditional_t<std::is_same_v<Result, float>, Floats, Vec3<Floats>> out;
+    std::conditional_t<std::is_arithmetic_v<Result>, Pack<Result>, Vec3<Floats>> out;
     for (std::size_t i = 0; i < kLanes; ++i) set_lane(out, i, f(lane(args, i)...));
     return out;
   }
@@ -110,6 +114,10 @@ struct LaneTraits<Pack<double>> : LaneTraits<Floats> {};
 
 // --- Lanes of the structs that functions give ---------------------------------------------------------------------
 
+template <class T>
+constexpr const T& lane(const T& same_for_all, std::size_t) noexcept {
+  return same_for_all;
+}
 template <class T>
 constexpr T lane(const Pack<T>& x, std::size_t i) noexcept {
   return x[i];
@@ -162,6 +170,11 @@ inline BsdfSample<Floats> select(const Truths& first, const BsdfSample<Floats>& 
 template <class T>
 Optional<T> select(const Truths& first, const Optional<T>& a, const Optional<T>& b) noexcept {
   return {select(first, *a, *b), select(first, a.has_value(), b.has_value())};
+}
+
+template <class Table>
+constexpr Pack<std::uint32_t> gather(const Table& table, const Pack<std::uint32_t>& index) noexcept {
+  return Pack<std::uint32_t>::map([&](std::uint32_t i) -> std::uint32_t { return table[i]; }, index);
 }
 
 constexpr bool any(const Truths& mask) noexcept {

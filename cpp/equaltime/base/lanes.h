@@ -25,6 +25,7 @@ struct LaneTraits<float> {
   using Double = double;
   using Int = std::int32_t;
   using Bits = std::uint32_t;
+  using Bits64 = std::uint64_t;
 };
 template <>
 struct LaneTraits<double> : LaneTraits<float> {};
@@ -43,6 +44,8 @@ template <LaneNumber Real>
 using Int = typename LaneTraits<Real>::Int;
 template <LaneNumber Real>
 using Bits = typename LaneTraits<Real>::Bits;
+template <LaneNumber Real>
+using Bits64 = typename LaneTraits<Real>::Bits64;
 
 namespace detail {
 /// The mask that tells which lanes have a value of a type: bool, but for templates over a number of lanes.
@@ -74,6 +77,12 @@ template <class First, class Second>
 template <class First>
 [[gnu::always_inline]] constexpr auto where(bool mask, First&& first) noexcept {
   return mask ? first() : decltype(first()){};
+}
+
+/// The element of a table, in each lane.
+template <class Table>
+[[gnu::always_inline]] constexpr std::uint32_t gather(const Table& table, std::uint32_t index) noexcept {
+  return table[index];
 }
 
 /// f of the numbers of each lane, one lane after the other: for what is rare, or parts too often.

@@ -38,14 +38,12 @@ template <std::floating_point T>
 EQUALTIME_INLINE T copysign(T x, T sign) noexcept {
   return std::copysign(x, sign);
 }
-template <std::floating_point T>
-constexpr T min(T a, T b) noexcept {
-  return std::min(a, b);
-}
-template <std::floating_point T>
-constexpr T max(T a, T b) noexcept {
-  return std::max(a, b);
-}
+template <class T>
+requires std::is_arithmetic_v<T>
+constexpr T min(T a, T b) noexcept { return std::min(a, b); }
+template <class T>
+requires std::is_arithmetic_v<T>
+constexpr T max(T a, T b) noexcept { return std::max(a, b); }
 
 template <LaneNumber Real>
 constexpr Real square(Real x) noexcept {

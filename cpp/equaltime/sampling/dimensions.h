@@ -4,6 +4,8 @@
 
 #include <cstdint>
 
+#include "equaltime/base/lanes.h"
+
 namespace equaltime {
 
 /// Decisions taken once a path, before its first vertex.
@@ -22,19 +24,25 @@ enum class BounceDimension : std::uint32_t {
   count
 };
 
-/// The slot of a decision in one path: unique over all decisions and bounces.
-struct Slot {
-  std::uint32_t index;
+/// The slot of a decision in one path, or in each lane: unique over all decisions and bounces.
+template <LaneNumber Real>
+struct BasicSlot {
+  Bits<Real> index;
 };
+using Slot = BasicSlot<float>;
 
 inline constexpr std::uint32_t kCameraSlots = 8;
 inline constexpr std::uint32_t kBounceSlots = 16;  // half of them are free
 static_assert(static_cast<std::uint32_t>(CameraDimension::count) <= kCameraSlots, "camera slots overlap bounce 0");
 static_assert(static_cast<std::uint32_t>(BounceDimension::count) <= kBounceSlots, "slots of two bounces overlap");
 
-constexpr Slot slot(CameraDimension d) noexcept { return {static_cast<std::uint32_t>(d)}; }
+template <LaneNumber Real = float>
+constexpr BasicSlot<Real> slot(CameraDimension d) noexcept {
+  return {static_cast<std::uint32_t>(d)};
+}
 /// `bounce` counts path vertices from 0, the first surface that the camera sees.
-constexpr Slot slot(BounceDimension d, std::uint32_t bounce) noexcept {
+template <LaneNumber Real = float>
+constexpr BasicSlot<Real> slot(BounceDimension d, Bits<Real> bounce) noexcept {
   return {kCameraSlots + bounce * kBounceSlots + static_cast<std::uint32_t>(d)};
 }
 

@@ -4,25 +4,26 @@
 // own.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <iterator>
 
 #include "equaltime/base/bits.h"
+#include "equaltime/math/numeric.h"
 #include "equaltime/sampling/dimensions.h"
 #include "equaltime/sampling/lattice_vector.h"
 
 namespace equaltime::lattice {
 
 inline constexpr std::uint32_t kSlots = kCameraSlots + kBounces * kBounceSlots;
-inline constexpr std::uint8_t kNone = 255;
 
-/// The first component of each slot; kNone: it has none. Two decisions that never enter the same product share their
-/// components: a vertex's light point and its BSDF direction do, and its choices of a light and of a lobe.
-inline constexpr std::array<std::uint8_t, kSlots> kFirst = [] {
-  std::array<std::uint8_t, kSlots> first{};
-  first.fill(kNone);
-  std::uint8_t next = 0;
+/// The first component of each slot, counted from 1; 0: it has none, as all slots from kSlots on. Two decisions that
+/// never enter the same product share their components: a vertex's light point and its BSDF direction do, and its
+/// choices of a light and of a lobe.
+inline constexpr std::array<std::uint8_t, kSlots + 1> kFirst = [] {
+  std::array<std::uint8_t, kSlots + 1> first{};
+  std::uint8_t next = 1;
   const auto give = [&](Slot s, std::uint8_t components) {
     first[s.index] = next;
     next = static_cast<std::uint8_t>(next + components);
@@ -41,15 +42,27 @@ inline constexpr std::array<std::uint8_t, kSlots> kFirst = [] {
   for (std::uint32_t b = 0; b < kBounces; ++b) give(slot(BounceDimension::medium, b), 2);
   return first;
 }();
-static_assert(kFirst[slot(BounceDimension::medium, kBounces - 1).index] + 2 == std::size(kVector));
+static_assert(kFirst[slot(BounceDimension::medium, kBounces - 1).index] + 1 == std::size(kVector));
+
+/// The vector's components, from 1 on. What slots without any would read is 0.
+inline constexpr auto kComponents = [] {
+  std::array<std::uint32_t, std::size(kVector) + 1> components{};
+  std::copy(std::begin(kVector), std::end(kVector), components.begin() + 1);
+  return components;
+}();
 
 /// Whether a slot has components. Others are padded: Sobol' points of their own, by `padded_index`.
-[[nodiscard]] constexpr bool has(Slot s) noexcept { return s.index < kSlots && kFirst[s.index] != kNone; }
+template <LaneNumber Real = float>
+[[nodiscard]] constexpr Mask<Real> has(BasicSlot<Real> s) noexcept {
+  return gather(kFirst, min(s.index, Bits<Real>(kSlots))) != 0;
+}
 
 /// A coordinate of a point, in 32 bits: `component` counts from the first of the slot.
-[[nodiscard]] constexpr std::uint32_t coordinate(std::uint32_t reversed_index, Slot s, std::uint32_t component,
-                                                 std::uint32_t shift) noexcept {
-  return reversed_index * kVector[kFirst[s.index] + component] + shift;
+template <class Real>
+[[nodiscard]] constexpr Bits<Real> coordinate(Bits<Real> reversed_index, BasicSlot<Real> s, std::uint32_t component,
+                                              Bits<Real> shift) noexcept {
+  const Bits<Real> first = gather(kFirst, min(s.index, Bits<Real>(kSlots)));
+  return reversed_index * gather(kComponents, first + component) + shift;
 }
 
 /// Permutes the samples within each 16 at random, as `hash` chooses; takes and returns a bit-reversed index. Nested

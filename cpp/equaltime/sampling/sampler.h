@@ -23,129 +23,152 @@ namespace equaltime {
 enum class SamplerKind : std::uint8_t { independent, stratified, sobol, lattice };
 
 /// The numbers that a vertex with a continuous BSDF uses: what get_2d gives for the two slots, made together.
-struct VertexNumbers {
-  Point2f light_point, bsdf_direction;
+template <class Real>
+struct BasicVertexNumbers {
+  Point2<Real> light_point, bsdf_direction;
 };
+using VertexNumbers = BasicVertexNumbers<float>;
 
-class Sampler {
+/// Over lanes, all are of one kind.
+template <LaneNumber Real>
+class BasicSampler {
+  using U32 = Bits<Real>;
+  using U64 = Bits64<Real>;
+
  public:
+  using Slot = BasicSlot<Real>;
+
   /// `pixel` is the pixel's place in the full film, so that a crop has the numbers of the whole. Sample `index` belongs
   /// to net `index mod nets`. Those from 2^32 `nets` on are samples of further nets.
-  [[nodiscard]] static Sampler at(SamplerKind kind, std::uint64_t seed, std::uint64_t pixel, std::uint64_t index,
-                                  std::uint32_t nets) noexcept {
-    const std::uint64_t stream = mix64(mix64(seed + kGolden) + pixel * kGolden);
-    if (kind == SamplerKind::independent) return {kind, mix64(stream + index * kGolden), 0};
-    const std::uint64_t in_net = index / nets, net = index % nets + (in_net >> 32U) * nets;
-    return {kind, mix64(stream + (net + 1) * kGolden), reverse_bits(static_cast<std::uint32_t>(in_net))};
+  [[nodiscard]] static BasicSampler at(SamplerKind kind, std::uint64_t seed, U64 pixel, U64 index,
+                                       std::uint32_t nets) noexcept {
+    const U64 stream = mix64<U64>(mix64(seed + kGolden) + pixel * kGolden);
+    if (kind == SamplerKind::independent) return {kind, mix64<U64>(stream + index * kGolden), 0};
+    const U64 in_net = index / nets, net = index % nets + (in_net >> 32) * nets;
+    return {kind, mix64<U64>(stream + (net + 1) * kGolden), reverse_bits<U32>(U32(in_net))};
   }
 
   /// The numbers of one of the 2^log2_copies that a path becomes: together those of as many more samples.
-  [[nodiscard]] Sampler copy(std::uint32_t number, std::uint32_t log2_copies) const noexcept {
-    const std::uint64_t family = key_ + (kCopies + log2_copies) * kGolden;
-    if (kind_ == SamplerKind::independent) return {kind_, mix64(family + mix64(number + 1)), 0};
-    const std::uint32_t lost = reversed_index_ & ((1U << log2_copies) - 1);  // the leading bits of the index
-    return {kind_, mix64(family + lost), (reversed_index_ >> log2_copies) | reverse_bits(number)};
+  [[nodiscard]] BasicSampler copy(std::uint32_t number, std::uint32_t log2_copies) const noexcept {
+    const U64 family = key_ + (kCopies + log2_copies) * kGolden;
+    if (kind_ == SamplerKind::independent) return {kind_, mix64<U64>(family + mix64(number + 1)), 0};
+    const U32 lost = reversed_index_ & ((1U << log2_copies) - 1);  // the leading bits of the index
+    return {kind_, mix64<U64>(family + U64(lost)), (reversed_index_ >> log2_copies) | reverse_bits(number)};
   }
 
   /// One number in [0, 1), a multiple of 2^-24.
-  [[nodiscard]] EQUALTIME_INLINE float get_1d(Slot s) const noexcept {
-    return unit_float(static_cast<std::uint32_t>(bits(s) >> 32));
-  }
+  [[nodiscard]] EQUALTIME_INLINE Real get_1d(Slot s) const noexcept { return unit_float<Real>(U32(bits(s) >> 32)); }
 
   /// One number in [0, 1) of 53 bits, for probabilities far below 2^-24.
-  [[nodiscard]] double get_1d_precise(Slot s) const noexcept { return static_cast<double>(bits(s) >> 11) * 0x1p-53; }
+  [[nodiscard]] Double<Real> get_1d_precise(Slot s) const noexcept { return Double<Real>(bits(s) >> 11) * 0x1p-53; }
 
   /// One number of 64 bits, for choices whose probabilities reach below 2^-24: the leading 32 are stratified.
-  [[nodiscard]] EQUALTIME_INLINE std::uint64_t bits(Slot s) const noexcept {
-    const std::uint64_t h = hash(s);
-    if (kind_ != SamplerKind::lattice || !lattice::has(s)) [[unlikely]]
-      return other_bits(kind_, reversed_index_, h);
-    const std::uint32_t x = lattice::coordinate(reversed_index_, s, 0, sobol::seed_x(h));
-    return (static_cast<std::uint64_t>(x) << 32) | low_bits(reversed_index_, h);
+  [[nodiscard]] EQUALTIME_INLINE U64 bits(Slot s) const noexcept {
+    const U64 h = hash(s);
+    const Mask<Real> in_lattice = has_lattice(s);
+    const auto padded = [&]() noexcept { return for_each_lane<Real>(other_bits, kind_, reversed_index_, h); };
+    if (none(in_lattice)) [[unlikely]]
+      return padded();
+    const U32 x = lattice::coordinate<Real>(reversed_index_, s, 0, sobol::seed_x<Real>(h));
+    const U64 point = (U64(x) << 32) | U64(low_bits<Real>(reversed_index_, h));
+    return where(
+        in_lattice, [&]() noexcept { return point; }, padded);
   }
 
   /// Two numbers in [0, 1), multiples of 2^-24, jointly stratified.
-  [[nodiscard]] EQUALTIME_INLINE Point2f get_2d(Slot s) const noexcept {
+  [[nodiscard]] EQUALTIME_INLINE Point2<Real> get_2d(Slot s) const noexcept {
     const Bits2 p = bits_2d(s, hash(s));
-    return {unit_float(p.x), unit_float(p.y)};
+    return {unit_float<Real>(p.x), unit_float<Real>(p.y)};
   }
 
-  [[nodiscard]] EQUALTIME_INLINE VertexNumbers vertex(std::uint32_t bounce) const noexcept {
-    const Slot light = slot(BounceDimension::light_point, bounce), bsdf = slot(BounceDimension::bsdf_direction, bounce);
-    const std::uint64_t a = hash(light), b = hash(bsdf);
-    const sobol::FloatLanes p =
-        sobol::unit_floats(kind_ == SamplerKind::sobol ? two_sobol_points(reversed_index_, a, b)
-                                                       : lanes(bits_2d(light, a), bits_2d(bsdf, b)));
-    return {{p[0], p[1]}, {p[2], p[3]}};
+  [[nodiscard]] EQUALTIME_INLINE BasicVertexNumbers<Real> vertex(U32 bounce) const noexcept {
+    const Slot light = slot<Real>(BounceDimension::light_point, bounce);
+    const Slot bsdf = slot<Real>(BounceDimension::bsdf_direction, bounce);
+    if constexpr (LaneTraits<Real>::width == 1)
+      if (kind_ == SamplerKind::sobol) [[unlikely]] {
+        const sobol::FloatLanes p = sobol::unit_floats(two_sobol_points(reversed_index_, hash(light), hash(bsdf)));
+        return {{p[0], p[1]}, {p[2], p[3]}};  // both points together, which takes half the time
+      }
+    return {get_2d(light), get_2d(bsdf)};
   }
 
   /// As get_2d with the same leading bits, continued to 53 bits by hashing: for tables of very uneven probabilities.
-  [[nodiscard]] Point2d get_2d_precise(Slot s) const noexcept {
-    const std::uint64_t h = hash(s);
+  [[nodiscard]] Point2<Double<Real>> get_2d_precise(Slot s) const noexcept {
+    const U64 h = hash(s);
     const Bits2 p = bits_2d(s, h);
-    const std::uint64_t low = mix64(h + reversed_index_ + kGolden);
-    return {static_cast<double>(((static_cast<std::uint64_t>(p.x) << 32) | (low >> 32)) >> 11) * 0x1p-53,
-            static_cast<double>(((static_cast<std::uint64_t>(p.y) << 32) | (low & 0xffffffffU)) >> 11) * 0x1p-53};
+    const U64 low = mix64<U64>(h + U64(reversed_index_) + kGolden);
+    return {Double<Real>(((U64(p.x) << 32) | (low >> 32)) >> 11) * 0x1p-53,
+            Double<Real>(((U64(p.y) << 32) | (low & 0xffffffffU)) >> 11) * 0x1p-53};
   }
 
  private:
   static constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15ULL;
   static constexpr std::uint64_t kCopies = std::uint64_t{1} << 40;  // beyond all slots
-  struct Bits2 {
-    std::uint32_t x, y;
-  };
+  using Bits2 = Point2<U32>;
 
-  Sampler(SamplerKind kind, std::uint64_t key, std::uint32_t reversed_index) noexcept
+  BasicSampler(SamplerKind kind, U64 key, U32 reversed_index) noexcept
       : key_(key), reversed_index_(reversed_index), kind_(kind) {}
 
-  [[nodiscard]] EQUALTIME_INLINE std::uint64_t hash(Slot s) const noexcept {
-    return mix64(key_ + (s.index + 1) * kGolden);
+  [[nodiscard]] EQUALTIME_INLINE U64 hash(Slot s) const noexcept {
+    return mix64<U64>(key_ + U64(s.index + 1) * kGolden);
+  }
+  [[nodiscard]] EQUALTIME_INLINE Mask<Real> has_lattice(Slot s) const noexcept {
+    if (kind_ != SamplerKind::lattice) [[unlikely]]
+      return false;
+    return lattice::has(s);
   }
 
-  [[nodiscard]] EQUALTIME_INLINE Bits2 bits_2d(Slot s, std::uint64_t h) const noexcept {
-    if (kind_ != SamplerKind::lattice || !lattice::has(s)) [[unlikely]]
-      return other_bits_2d(kind_, reversed_index_, h);
-    return {lattice::coordinate(reversed_index_, s, 0, sobol::seed_x(h)),
-            lattice::coordinate(reversed_index_, s, 1, sobol::seed_y(h))};
-  }
-  [[nodiscard]] EQUALTIME_INLINE static sobol::Lanes lanes(Bits2 a, Bits2 b) noexcept {
-    return sobol::Lanes{a.x, a.y, b.x, b.y};
+  [[nodiscard]] EQUALTIME_INLINE Bits2 bits_2d(Slot s, U64 h) const noexcept {
+    const Mask<Real> in_lattice = has_lattice(s);
+    const auto padded = [&]() noexcept {
+      const U64 both = for_each_lane<Real>(other_bits_2d, kind_, reversed_index_, h);
+      return Bits2{U32(both >> 32), U32(both)};
+    };
+    if (none(in_lattice)) [[unlikely]]
+      return padded();
+    const Bits2 point{lattice::coordinate<Real>(reversed_index_, s, 0, sobol::seed_x<Real>(h)),
+                      lattice::coordinate<Real>(reversed_index_, s, 1, sobol::seed_y<Real>(h))};
+    return where(
+        in_lattice, [&]() noexcept { return point; }, padded);
   }
 
-  [[nodiscard]] static std::uint32_t low_bits(std::uint32_t reversed_index, std::uint64_t h) noexcept {
-    return static_cast<std::uint32_t>(mix64(h + reversed_index) >> 32);
+  template <class R>
+  [[nodiscard]] static Bits<R> low_bits(Bits<R> reversed_index, Bits64<R> h) noexcept {
+    return Bits<R>(mix64<Bits64<R>>(h + Bits64<R>(reversed_index)) >> 32);
   }
 
-  // The other kinds, and slots that the lattice lacks, are out of line and get values: inlined, they would slow down
-  // paths that take points of the lattice.
+  // The other kinds, and slots that the lattice lacks, are out of line, get values and take lanes one by one: inlined,
+  // they would slow down paths that take points of the lattice.
   [[nodiscard, gnu::noinline]] static std::uint64_t other_bits(SamplerKind kind, std::uint32_t reversed_index,
                                                                std::uint64_t h) noexcept {
     if (kind == SamplerKind::independent) return h;
-    const std::uint32_t index = padded(kind, reversed_index, h);
+    const std::uint32_t index = padded_index(kind, reversed_index, h);
     const std::uint32_t shuffled = reverse_bits(sobol::scramble_reversed(index, sobol::seed_shuffle(h)));
     const std::uint32_t x = sobol::scramble_reversed(shuffled, sobol::seed_x(h));
-    return (static_cast<std::uint64_t>(reverse_bits(x)) << 32) | low_bits(index, h);
+    return (static_cast<std::uint64_t>(reverse_bits(x)) << 32) | low_bits<float>(index, h);
   }
-  [[nodiscard, gnu::noinline]] static Bits2 other_bits_2d(SamplerKind kind, std::uint32_t reversed_index,
-                                                          std::uint64_t h) noexcept {
-    if (kind == SamplerKind::sobol || kind == SamplerKind::lattice) {
-      const sobol::Lanes p = sobol::two_points(padded(kind, reversed_index, h), h, h);
-      return {p[0], p[1]};
-    }
-    const std::uint64_t both = kind == SamplerKind::independent ? h : stratified::bits_2d(reversed_index, h);
-    return {static_cast<std::uint32_t>(both >> 32), static_cast<std::uint32_t>(both)};
+  /// Two fractions of 32 bits, x in the upper half.
+  [[nodiscard, gnu::noinline]] static std::uint64_t other_bits_2d(SamplerKind kind, std::uint32_t reversed_index,
+                                                                  std::uint64_t h) noexcept {
+    if (kind == SamplerKind::independent) return h;
+    if (kind == SamplerKind::stratified) return stratified::bits_2d(reversed_index, h);
+    const sobol::Lanes p = sobol::two_points(padded_index(kind, reversed_index, h), h, h);
+    return (static_cast<std::uint64_t>(p[0]) << 32) | p[1];
   }
   [[nodiscard, gnu::noinline]] static sobol::Lanes two_sobol_points(std::uint32_t reversed_index, std::uint64_t a,
                                                                     std::uint64_t b) noexcept {
     return sobol::two_points(reversed_index, a, b);
   }
-  [[nodiscard]] static std::uint32_t padded(SamplerKind kind, std::uint32_t reversed_index, std::uint64_t h) noexcept {
+  [[nodiscard]] static std::uint32_t padded_index(SamplerKind kind, std::uint32_t reversed_index,
+                                                  std::uint64_t h) noexcept {
     return kind == SamplerKind::lattice ? lattice::padded_index(reversed_index, h) : reversed_index;
   }
 
-  std::uint64_t key_;
-  std::uint32_t reversed_index_;
+  U64 key_;
+  U32 reversed_index_;
   SamplerKind kind_;
 };
+
+using Sampler = BasicSampler<float>;
 
 }  // namespace equaltime

@@ -63,9 +63,13 @@ EQUALTIME_INLINE Lanes reverse_bits(Lanes x) noexcept {
 
 // The three seeds of a slot, from its 64-bit hash: of the index's shuffle and of each dimension's scrambling.
 constexpr std::uint32_t seed_shuffle(std::uint64_t hash) noexcept { return static_cast<std::uint32_t>(hash); }
-constexpr std::uint32_t seed_x(std::uint64_t hash) noexcept { return static_cast<std::uint32_t>(hash >> 32); }
-constexpr std::uint32_t seed_y(std::uint64_t hash) noexcept {
-  return static_cast<std::uint32_t>((hash * 0x9e3779b97f4a7c15ULL) >> 32);
+template <LaneNumber Real = float>
+constexpr Bits<Real> seed_x(Bits64<Real> hash) noexcept {
+  return Bits<Real>(hash >> 32);
+}
+template <LaneNumber Real = float>
+constexpr Bits<Real> seed_y(Bits64<Real> hash) noexcept {
+  return Bits<Real>((hash * 0x9e3779b97f4a7c15ULL) >> 32);
 }
 
 /// Two points of two slots, as x, y, x, y: 32-bit fractions.
