@@ -84,11 +84,13 @@ class BasicSampler {
   [[nodiscard]] EQUALTIME_INLINE BasicVertexNumbers<Real> vertex(U32 bounce) const noexcept {
     const Slot light = slot<Real>(BounceDimension::light_point, bounce);
     const Slot bsdf = slot<Real>(BounceDimension::bsdf_direction, bounce);
-    if constexpr (LaneTraits<Real>::width == 1)
-      if (kind_ == SamplerKind::sobol) [[unlikely]] {
-        const sobol::FloatLanes p = sobol::unit_floats(two_sobol_points(reversed_index_, hash(light), hash(bsdf)));
-        return {{p[0], p[1]}, {p[2], p[3]}};  // both points together, which takes half the time
-      }
+    if constexpr (LaneTraits<Real>::width == 1) {  // four numbers of one path are worked on together
+      const std::uint64_t a = hash(light), b = hash(bsdf);
+      const sobol::FloatLanes p =
+          sobol::unit_floats(kind_ == SamplerKind::sobol ? two_sobol_points(reversed_index_, a, b)
+                                                         : four(bits_2d(light, a), bits_2d(bsdf, b)));
+      return {{p[0], p[1]}, {p[2], p[3]}};
+    }
     return {get_2d(light), get_2d(bsdf)};
   }
 
@@ -154,6 +156,9 @@ class BasicSampler {
     if (kind == SamplerKind::stratified) return stratified::bits_2d(reversed_index, h);
     const sobol::Lanes p = sobol::two_points(padded_index(kind, reversed_index, h), h, h);
     return (static_cast<std::uint64_t>(p[0]) << 32) | p[1];
+  }
+  [[nodiscard]] EQUALTIME_INLINE static sobol::Lanes four(Bits2 a, Bits2 b) noexcept {
+    return sobol::Lanes{a.x, a.y, b.x, b.y};
   }
   [[nodiscard, gnu::noinline]] static sobol::Lanes two_sobol_points(std::uint32_t reversed_index, std::uint64_t a,
                                                                     std::uint64_t b) noexcept {
