@@ -171,9 +171,10 @@ constexpr bool none(const Truths& mask) noexcept { return !any(mask); }
 
 template <class First, class Second>
 auto where(const Truths& mask, First&& first, Second&& second) noexcept {
-  if (none(mask)) return second();
-  if (none(!mask)) return first();
-  return select(mask, first(), second());
+  using Result = decltype(true ? first() : second());
+  if (none(mask)) return Result(second());
+  if (none(!mask)) return Result(first());
+  return select(mask, Result(first()), Result(second()));
 }
 template <class First>
 auto where(const Truths& mask, First&& first) noexcept {
