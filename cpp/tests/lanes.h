@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -11,6 +12,7 @@
 #include "equaltime/base/lanes.h"
 #include "equaltime/base/optional.h"
 #include "equaltime/bsdfs/facets.h"
+#include "equaltime/lights/area_lights.h"
 #include "equaltime/math/numeric.h"
 #include "equaltime/math/point.h"
 #include "equaltime/math/spectrum.h"
@@ -92,6 +94,18 @@ struct Pack {
 using Floats = Pack<float>;
 using Truths = Pack<bool>;
 
+/// The type of lanes of a value of one path.
+template <class T>
+struct InLanes {
+  using type = Pack<T>;
+};
+template <template <class> class Value>
+struct InLanes<Value<float>> {
+  using type = Value<Floats>;
+};
+template <class T>
+using LanesOf = typename InLanes<T>::type;
+
 template <>
 struct LaneTraits<Floats> {
   static constexpr std::size_t width = kLanes;
@@ -103,8 +117,7 @@ struct LaneTraits<Floats> {
 
   template <class F, class... Args>
   static auto for_each(F&& f, const Args&... args) noexcept {
-    using Result = decltype(f(lane(args, 0)...));
-    std::conditional_t<std::is_arithmetic_v<Result>, Pack<Result>, Vec3<Floats>> out;
+    LanesOf<decltype(f(lane(args, 0)...))> out;
     for (std::size_t i = 0; i < kLanes; ++i) set_lane(out, i, f(lane(args, i)...));
     return out;
   }
@@ -135,6 +148,10 @@ constexpr Point2<T> lane(const Point2<Pack<T>>& p, std::size_t i) noexcept {
   return {p.x[i], p.y[i]};
 }
 
+inline ViewPoint<float> lane(const ViewPoint<Floats>& v, std::size_t i) noexcept {
+  return {lane(v.point, i), v.solid_angle[i]};
+}
+
 template <class T>
 constexpr void set_lane(Pack<T>& x, std::size_t i, T value) noexcept {
   x[i] = value;
@@ -142,6 +159,13 @@ constexpr void set_lane(Pack<T>& x, std::size_t i, T value) noexcept {
 template <class T>
 constexpr void set_lane(Vec3<Pack<T>>& v, std::size_t i, const Vec3<T>& value) noexcept {
   v.x[i] = value.x, v.y[i] = value.y, v.z[i] = value.z;
+}
+template <class T>
+constexpr void set_lane(Rgb<Pack<T>>& s, std::size_t i, const Rgb<T>& value) noexcept {
+  s.r[i] = value.r, s.g[i] = value.g, s.b[i] = value.b;
+}
+inline void set_lane(ViewPoint<Floats>& v, std::size_t i, const ViewPoint<float>& value) noexcept {
+  set_lane(v.point, i, value.point), v.solid_angle[i] = value.solid_angle;
 }
 
 template <class T>
@@ -167,6 +191,13 @@ inline BsdfSample<Floats> select(const Truths& first, const BsdfSample<Floats>& 
   return {select(first, a.wi, b.wi), select(first, a.weight, b.weight), select(first, a.pdf, b.pdf),
           select(first, a.delta, b.delta), select(first, a.eta_scale, b.eta_scale)};
 }
+inline ViewPoint<Floats> select(const Truths& first, const ViewPoint<Floats>& a, const ViewPoint<Floats>& b) noexcept {
+  return {select(first, a.point, b.point), select(first, a.solid_angle, b.solid_angle)};
+}
+inline SphereDirection<Floats> select(const Truths& first, const SphereDirection<Floats>& a,
+                                      const SphereDirection<Floats>& b) noexcept {
+  return {select(first, a.local, b.local), select(first, a.along, b.along), select(first, a.pdf, b.pdf)};
+}
 template <class T>
 Optional<T> select(const Truths& first, const Optional<T>& a, const Optional<T>& b) noexcept {
   return {select(first, *a, *b), select(first, a.has_value(), b.has_value())};
@@ -184,13 +215,20 @@ constexpr bool none(const Truths& mask) noexcept { return !any(mask); }
 
 template <class First, class Second>
 auto where(const Truths& mask, First&& first, Second&& second) noexcept {
-  if (none(mask)) return second();
-  if (none(!mask)) return first();
-  return select(mask, first(), second());
+  using Result = decltype(true ? first() : second());
+  if (none(mask)) return Result(second());
+  if (none(!mask)) return Result(first());
+  return select(mask, Result(first()), Result(second()));
 }
 template <class First>
 auto where(const Truths& mask, First&& first) noexcept {
   return where(mask, first, [] { return decltype(first()){}; });
 }
+
+// --- Equal bits ---------------------------------------------------------------------------------------------------
+
+inline bool same(float a, float b) { return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b); }
+inline bool same(const Spectrum& a, const Spectrum& b) { return same(a.r, b.r) && same(a.g, b.g) && same(a.b, b.b); }
+inline bool same(const Vec3f& a, const Vec3f& b) { return same(a.x, b.x) && same(a.y, b.y) && same(a.z, b.z); }
 
 }  // namespace equaltime

@@ -14,8 +14,8 @@ namespace random_scene {
 
 using namespace equaltime;
 
-using AnyLight =
-    std::variant<TriangleLight, RectangleLight, SphereLight, DiskLight, PointLight, SpotLight, CylinderLight>;
+using AnyLight = std::variant<TriangleLight<float>, RectangleLight<float>, SphereLight<float>, DiskLight<float>,
+                              PointLight<float>, SpotLight, CylinderLight>;
 
 struct Random {
   explicit Random(std::uint64_t seed) : engine(seed) {}
@@ -50,7 +50,7 @@ inline AnyLight random_light(Random& random, double size, double decades) {
     case 5:
       return CylinderLight({at, normalize(x), size * random.in(0.1, 4), size}, random.engine() % 2 == 0, radiance);
     default:
-      return PointLight{Vec3f(at), radiance};
+      return PointLight<float>{Vec3f(at), radiance};
   }
 }
 
@@ -73,14 +73,14 @@ inline LightSampleContext random_receiver(Random& random, double reach = 1.5) {
 }
 
 /// A sample of the light, with probability 1 of the pick.
-inline Optional<LightSample> sampled(const AnyLight& light, Vec3f receiver, Point2f u) {
-  if (const auto* point = std::get_if<PointLight>(&light)) return point->sample(receiver, 1);
+inline Optional<LightSample<float>> sampled(const AnyLight& light, Vec3f receiver, Point2f u) {
+  if (const auto* point = std::get_if<PointLight<float>>(&light)) return point->sample(receiver, 1);
   if (const auto* spot = std::get_if<SpotLight>(&light)) return spot->sample(receiver, 1);
   if (const auto* cylinder = std::get_if<CylinderLight>(&light)) return cylinder->sample(receiver, u, 1);
-  if (const auto* triangle = std::get_if<TriangleLight>(&light)) return triangle->sample(receiver, u, 1);
-  if (const auto* rectangle = std::get_if<RectangleLight>(&light)) return rectangle->sample(receiver, u, 1);
-  if (const auto* sphere = std::get_if<SphereLight>(&light)) return sphere->sample(receiver, u, 1);
-  return std::get<DiskLight>(light).sample(receiver, u, 1);
+  if (const auto* triangle = std::get_if<TriangleLight<float>>(&light)) return triangle->sample(receiver, u, 1);
+  if (const auto* rectangle = std::get_if<RectangleLight<float>>(&light)) return rectangle->sample(receiver, u, 1);
+  if (const auto* sphere = std::get_if<SphereLight<float>>(&light)) return sphere->sample(receiver, u, 1);
+  return std::get<DiskLight<float>>(light).sample(receiver, u, 1);
 }
 
 }  // namespace random_scene

@@ -50,8 +50,8 @@ class PathTracer : public PathObserver {
       vertex.it = *met.it;
       vertex.place = place_on(scene_, *met.it, time_);
     } else if (scene_.lights.environment()) {
-      const LightValue value = scene_.lights.environment_towards(settings_.lights, settings_.environment,
-                                                                 vertex.made.from, met.ray.direction);
+      const LightValue<float> value = scene_.lights.environment_towards(settings_.lights, settings_.environment,
+                                                                        vertex.made.from, met.ray.direction);
       meets(scene_.lights.last(), value.radiance, value.pdf);
     }
   }

@@ -13,10 +13,10 @@ namespace equaltime {
 /// Light that a vertex receives straight from a picked light.
 struct TracedLight {
   SampledLight pick;
-  std::optional<LightSample> sample;  // none if the light shows the vertex no front
-  BsdfValue<float> bsdf;              // towards it
-  float weight = 0;                   // of MIS
-  float share = 0;                    // that nothing blocks; meaningless where the BSDF is black
+  std::optional<LightSample<float>> sample;  // none if the light shows the vertex no front
+  BsdfValue<float> bsdf;                     // towards it
+  float weight = 0;                          // of MIS
+  float share = 0;                           // that nothing blocks; meaningless where the BSDF is black
   std::optional<Interaction> closest_occluder;
   Spectrum gathered;       // what it adds to the path
   Spectrum radiance = {};  // of the sample

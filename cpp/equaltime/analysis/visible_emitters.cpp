@@ -60,7 +60,8 @@ bool is_near(const Window& window, const Scene& scene, const FilmPoint& place) n
 }
 
 /// What the ray through the place sees if nothing is before the light of a sample.
-Spectrum seen(const Scene& scene, const FilmPoint& place, Point2f lens, const LightSample& light, float time) noexcept {
+Spectrum seen(const Scene& scene, const FilmPoint& place, Point2f lens, const LightSample<float>& light,
+              float time) noexcept {
   const Ray ray = camera_ray<kAllEffects>(
       scene.sensor, scene.camera_motion, place.x, place.y, [&]() noexcept { return lens; }, time);
   const Optional<Interaction> it = surface(scene.closest<kAllEffects>(ray, time));

@@ -166,7 +166,7 @@ py::dict eval_lights(const Scene& scene, const std::string& lights, const Array&
     const Optional<Interaction> it = surface(scene.closest<kAllEffects>({receiver.p, d}, 0));
     if (!it) {
       if (!scene.lights.environment()) continue;
-      const LightValue v = scene.lights.environment_towards(by.lights, by.environment, receiver, d);
+      const LightValue<float> v = scene.lights.environment_towards(by.lights, by.environment, receiver, d);
       out.set(i, d, v.radiance * scale, v.pdf);
     } else if (it->front && scene.surfaces[it->shape].first_light != kNone) {
       const float pdf =

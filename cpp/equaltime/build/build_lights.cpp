@@ -63,14 +63,15 @@ std::vector<DeltaLight> make_delta_lights(const SceneDescription& d, const std::
   for (std::size_t i = 0; i < d.point_lights.size(); ++i) {
     const auto& [position, intensity] = d.point_lights[i];
     if (!is_finite(position)) fail_light("point light " + std::to_string(i), "position is not finite");
-    lights.emplace_back(PointLight{Vec3f(normalization.point(position)), normalization.intensity(intensity)});
+    lights.emplace_back(PointLight<float>{Vec3f(normalization.point(position)), normalization.intensity(intensity)});
   }
   for (std::size_t i = 0; i < d.spot_lights.size(); ++i)
     lights.emplace_back(make_spot(d.spot_lights[i], "spot light " + std::to_string(i), textures, normalization));
   for (std::size_t i = 0; i < d.directional_lights.size(); ++i) {
     const auto& [direction, irradiance] = d.directional_lights[i];
-    lights.emplace_back(DirectionalLight{Vec3f(-unit_direction(direction, "directional light " + std::to_string(i))),
-                                         normalization.radiance(irradiance)});
+    lights.emplace_back(
+        DirectionalLight<float>{Vec3f(-unit_direction(direction, "directional light " + std::to_string(i))),
+                                normalization.radiance(irradiance)});
   }
   return lights;
 }

@@ -1,6 +1,7 @@
 // Lights that are surfaces: triangles, rectangles, spheres, disks.
 // Near a light its solid angle is sampled; further away, where the two hardly differ in variance, its area, which costs
 // less. One function of shape and receiver decides which, for `sample` and `pdf` alike.
+// A light of lanes is one light a lane. What scenes ask of lights when they are made is for single lights alone.
 #pragma once
 
 #include <optional>
@@ -9,10 +10,13 @@
 #include "equaltime/base/optional.h"
 #include "equaltime/lights/emitter_bounds.h"
 #include "equaltime/lights/light_types.h"
+#include "equaltime/math/frame.h"
 #include "equaltime/math/motion.h"
 #include "equaltime/math/numeric.h"
 #include "equaltime/sampling/spherical_rectangle.h"
 #include "equaltime/sampling/spherical_triangle.h"
+#include "equaltime/sampling/warps.h"
+#include "equaltime/shapes/triangle_plane.h"
 
 namespace equaltime {
 
@@ -24,39 +28,70 @@ inline constexpr float kNearSquared = 1;
 /// What a one-sided flat light sends from `point` to the receiver, which lies at `height` above its plane: more than
 /// the light's offset, since one within the plane, such as a point of the light itself, sees nothing of it.
 /// `solid_angle` is that of the view that was sampled, or 0 if the point is uniform over `area`.
-[[nodiscard]] EQUALTIME_INLINE LightSample flat_sample(const Vec3f& receiver, const OffsetPoint& point, float height,
-                                                       const Spectrum& radiance, float area, float solid_angle,
-                                                       float pmf) noexcept {
-  const Vec3f to_light = point.p - receiver;
-  const float distance_squared = length_squared(to_light);
-  const float distance = std::sqrt(distance_squared);
-  const float pdf = solid_angle > 0 ? pmf / solid_angle : pmf * distance_squared * distance / (height * area);
+template <class Real>
+[[nodiscard]] EQUALTIME_INLINE LightSample<Real> flat_sample(const Vec3<Real>& receiver, const OffsetPoint<Real>& point,
+                                                             Real height, const Rgb<Real>& radiance, Real area,
+                                                             Real solid_angle, Real pmf) noexcept {
+  const Vec3<Real> to_light = point.p - receiver;
+  const Real distance_squared = length_squared(to_light);
+  const Real distance = sqrt(distance_squared);
+  const Real pdf = where(
+      solid_angle > 0, [&] { return pmf / solid_angle; },
+      [&] { return pmf * distance_squared * distance / (height * area); });
   return {to_light * (1 / distance), radiance, pdf, distance, point};
 }
 
 /// A point of a light and the solid angle over which it was drawn uniformly; 0 if it was drawn over the area.
+template <class Real>
 struct ViewPoint {
-  Vec3f point;
-  float solid_angle;
+  Vec3<Real> point;
+  Real solid_angle;
 };
 
+/// A flat light, given by a corner and two edges, as one path sees it from a near receiver: by its solid angle.
+template <class View>
+struct NearView {
+  /// Nothing if the view is too small for float64: then the area is sampled.
+  [[nodiscard]] static std::optional<View> of(const Vec3f& corner, const Vec3f& edge_x, const Vec3f& edge_y,
+                                              Vec3f receiver) noexcept;
+  /// A point of the light, uniform over the view.
+  [[nodiscard]] static Vec3f point(const View& view, const Vec3f& corner, const Vec3f& edge_x, const Vec3f& edge_y,
+                                   Vec3f receiver, Point2f u) noexcept;
+  /// Such a point, or the other one if there is no view.
+  [[nodiscard]] static ViewPoint<float> sample(const Vec3f& corner, const Vec3f& edge_x, const Vec3f& edge_y,
+                                               Vec3f receiver, Point2f u, ViewPoint<float> otherwise) noexcept;
+  /// Density of these points; 0 if there is no view.
+  [[nodiscard]] static float pdf(const Vec3f& corner, const Vec3f& edge_x, const Vec3f& edge_y,
+                                 Vec3f receiver) noexcept;
+};
+
+/// How far from the plane of a triangle a ray must start.
+[[nodiscard]] inline float triangle_offset(const Vec3f& v0, const Vec3f& v1, const Vec3f& v2) noexcept {
+  return triangle_plane(v0, v1, v2).offset;
+}
+
+template <class Real>
 class TriangleLight {
  public:
   static constexpr const char* name = "triangle";
 
-  TriangleLight(const Vec3f& v0, const Vec3f& v1, const Vec3f& v2, const Spectrum& radiance) noexcept;
+  TriangleLight(const Vec3<Real>& v0, const Vec3<Real>& v1, const Vec3<Real>& v2, const Rgb<Real>& radiance) noexcept;
 
-  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample> sample(Vec3f receiver, Point2f u, float pmf) const noexcept {
-    const float height = height_of(receiver);
-    if (!(height > offset_)) return std::nullopt;
-    const float s = std::sqrt(u.x);
-    ViewPoint v{v0_ + e1_ * (1 - s) + e2_ * (s * u.y), 0};
-    if (is_near(receiver)) v = sample_view(receiver, u, v);
-    return flat_sample(receiver, {v.point, normal_, offset_}, height, radiance_, area_, v.solid_angle, pmf);
+  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample<Real>> sample(Vec3<Real> receiver, Point2<Real> u,
+                                                                    Real pmf) const noexcept {
+    const Real height = height_of(receiver);
+    const Mask<Real> front = height > offset_;
+    if (none(front)) return std::nullopt;
+    const Real s = sqrt(u.x);
+    ViewPoint<Real> v{v0_ + e1_ * (1 - s) + e2_ * (s * u.y), 0};
+    v = where(
+        is_near(receiver), [&] { return for_each_lane<Real>(NearView<View>::sample, v0_, e1_, e2_, receiver, u, v); },
+        [&] { return v; });
+    return {flat_sample(receiver, {v.point, normal_, offset_}, height, radiance_, area_, v.solid_angle, pmf), front};
   }
-  [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
-  [[nodiscard]] float pdf_direction(Vec3f receiver, Vec3f wi) const noexcept;
-  [[nodiscard]] bool faces(Vec3f receiver) const noexcept { return height_of(receiver) > offset_; }
+  [[nodiscard]] Real pdf(Vec3<Real> receiver, Vec3<Real> wi, Vec3<Real> point) const noexcept;
+  [[nodiscard]] Real pdf_direction(Vec3<Real> receiver, Vec3<Real> wi) const noexcept;
+  [[nodiscard]] Mask<Real> faces(Vec3<Real> receiver) const noexcept { return height_of(receiver) > offset_; }
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] EmitterBounds bounds() const noexcept;
   /// The same light, taken to where an instance puts it.
@@ -66,41 +101,48 @@ class TriangleLight {
   template <class Flat>
   friend class TexturedAreaLight;
   using View = SphericalTriangle;
+  [[nodiscard]] std::optional<View> near_view(Vec3f receiver) const noexcept {
+    return NearView<View>::of(v0_, e1_, e2_, receiver);
+  }
+  [[nodiscard]] Vec3f point_in(const View& view, Vec3f receiver, Point2f u) const noexcept {
+    return NearView<View>::point(view, v0_, e1_, e2_, receiver, u);
+  }
   /// The point that a direction meets, on either side.
-  [[nodiscard]] std::optional<Vec3f> met(Vec3f receiver, Vec3f wi) const noexcept;
-  [[nodiscard]] float height_of(const Vec3f& receiver) const noexcept { return dot(normal_, receiver - v0_); }
-  [[nodiscard]] bool is_near(Vec3f receiver) const noexcept {
+  [[nodiscard]] Optional<Vec3<Real>> met(Vec3<Real> receiver, Vec3<Real> wi) const noexcept;
+  [[nodiscard]] Real height_of(const Vec3<Real>& receiver) const noexcept { return dot(normal_, receiver - v0_); }
+  [[nodiscard]] Mask<Real> is_near(Vec3<Real> receiver) const noexcept {
     return length_squared(center_ - receiver) < kNearSquared * size_squared_;
   }
-  /// The view of the triangle from a near receiver; nothing if it is too small for float64, and the area is sampled.
-  [[nodiscard]] std::optional<View> near_view(Vec3f receiver) const noexcept;
-  /// A point of the triangle, uniform over the view.
-  [[nodiscard]] Vec3f point_in(const View& view, Vec3f receiver, Point2f u) const noexcept;
-  [[nodiscard]] ViewPoint sample_view(Vec3f receiver, Point2f u, ViewPoint otherwise) const noexcept;
 
-  Vec3f v0_, e1_, e2_, normal_, center_;
-  float area_, offset_, size_squared_;
-  Spectrum radiance_;
+  Vec3<Real> v0_, e1_, e2_, normal_, center_;
+  Real area_, offset_, size_squared_;
+  Rgb<Real> radiance_;
 };
 
+template <class Real>
 class RectangleLight {
  public:
   static constexpr const char* name = "rectangle";
 
   /// `corner` and the edges are those of the two triangles that rays meet; the edges are orthogonal.
-  RectangleLight(const Vec3f& corner, const Vec3d& edge_x, const Vec3d& edge_y, bool flipped,
-                 const Spectrum& radiance) noexcept;
+  RectangleLight(const Vec3<Real>& corner, const Vec3<Double<Real>>& edge_x, const Vec3<Double<Real>>& edge_y,
+                 Mask<Real> flipped, const Rgb<Real>& radiance) noexcept;
 
-  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample> sample(Vec3f receiver, Point2f u, float pmf) const noexcept {
-    const float height = height_of(receiver);
-    if (!(height > offset_)) return std::nullopt;
-    ViewPoint v{corner_ + edge_x_ * u.x + edge_y_ * u.y, 0};
-    if (is_near(receiver)) v = sample_view(receiver, u, v);
-    return flat_sample(receiver, {v.point, normal_, offset_}, height, radiance_, area_, v.solid_angle, pmf);
+  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample<Real>> sample(Vec3<Real> receiver, Point2<Real> u,
+                                                                    Real pmf) const noexcept {
+    const Real height = height_of(receiver);
+    const Mask<Real> front = height > offset_;
+    if (none(front)) return std::nullopt;
+    ViewPoint<Real> v{corner_ + edge_x_ * u.x + edge_y_ * u.y, 0};
+    v = where(
+        is_near(receiver),
+        [&] { return for_each_lane<Real>(NearView<View>::sample, corner_, edge_x_, edge_y_, receiver, u, v); },
+        [&] { return v; });
+    return {flat_sample(receiver, {v.point, normal_, offset_}, height, radiance_, area_, v.solid_angle, pmf), front};
   }
-  [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
-  [[nodiscard]] float pdf_direction(Vec3f receiver, Vec3f wi) const noexcept;
-  [[nodiscard]] bool faces(Vec3f receiver) const noexcept { return height_of(receiver) > offset_; }
+  [[nodiscard]] Real pdf(Vec3<Real> receiver, Vec3<Real> wi, Vec3<Real> point) const noexcept;
+  [[nodiscard]] Real pdf_direction(Vec3<Real> receiver, Vec3<Real> wi) const noexcept;
+  [[nodiscard]] Mask<Real> faces(Vec3<Real> receiver) const noexcept { return height_of(receiver) > offset_; }
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] EmitterBounds bounds() const noexcept;
 
@@ -108,36 +150,48 @@ class RectangleLight {
   template <class Flat>
   friend class TexturedAreaLight;
   using View = SphericalRectangle;
+  [[nodiscard]] std::optional<View> near_view(Vec3f receiver) const noexcept {
+    return NearView<View>::of(corner_, edge_x_, edge_y_, receiver);
+  }
+  [[nodiscard]] Vec3f point_in(const View& view, Vec3f receiver, Point2f u) const noexcept {
+    return NearView<View>::point(view, corner_, edge_x_, edge_y_, receiver, u);
+  }
   /// The point that a direction meets, on either side.
-  [[nodiscard]] std::optional<Vec3f> met(Vec3f receiver, Vec3f wi) const noexcept;
-  [[nodiscard]] float height_of(const Vec3f& receiver) const noexcept { return dot(normal_, receiver - corner_); }
-  [[nodiscard]] bool is_near(Vec3f receiver) const noexcept {
+  [[nodiscard]] Optional<Vec3<Real>> met(Vec3<Real> receiver, Vec3<Real> wi) const noexcept;
+  [[nodiscard]] Real height_of(const Vec3<Real>& receiver) const noexcept { return dot(normal_, receiver - corner_); }
+  [[nodiscard]] Mask<Real> is_near(Vec3<Real> receiver) const noexcept {
     return length_squared(center_ - receiver) < kNearSquared * size_squared_;
   }
-  [[nodiscard]] std::optional<View> near_view(Vec3f receiver) const noexcept;
-  /// A point of the rectangle, uniform over the view.
-  [[nodiscard]] Vec3f point_in(const View& view, Vec3f receiver, Point2f u) const noexcept;
-  [[nodiscard]] ViewPoint sample_view(Vec3f receiver, Point2f u, ViewPoint otherwise) const noexcept;
 
-  Vec3f corner_, edge_x_, edge_y_, normal_, center_;
-  float area_, offset_, size_squared_;
-  Spectrum radiance_;
+  Vec3<Real> corner_, edge_x_, edge_y_, normal_, center_;
+  Real area_, offset_, size_squared_;
+  Rgb<Real> radiance_;
 };
 
+/// A direction drawn towards a sphere, in a frame round that of its centre.
+template <class Real>
+struct SphereDirection {
+  Vec3<Double<Real>> local;
+  Double<Real> along;  // distance to the sphere in that direction
+  Real pdf;
+};
+
+template <class Real>
 class SphereLight {
  public:
   static constexpr const char* name = "sphere";
   static constexpr bool Effects::*needs = &Effects::analytic_shapes;
 
   /// `inward`: radiance leaves towards the centre, for a light that encloses its receivers.
-  SphereLight(const Vec3d& center, double radius, bool inward, const Spectrum& radiance) noexcept
+  SphereLight(const Vec3<Double<Real>>& center, Double<Real> radius, Mask<Real> inward,
+              const Rgb<Real>& radiance) noexcept
       : center_(center), radius_(radius), radiance_(radiance), inward_(inward) {}
 
-  [[nodiscard]] Optional<LightSample> sample(Vec3f receiver, Point2f u, float pmf) const noexcept;
-  [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
-  [[nodiscard]] float pdf_direction(Vec3f receiver, Vec3f wi) const noexcept;
-  [[nodiscard]] bool faces(Vec3f receiver) const noexcept {
-    const Vec3d to_center = center_ - Vec3d(receiver);
+  [[nodiscard]] Optional<LightSample<Real>> sample(Vec3<Real> receiver, Point2<Real> u, Real pmf) const noexcept;
+  [[nodiscard]] Real pdf(Vec3<Real> receiver, Vec3<Real> wi, Vec3<Real> point) const noexcept;
+  [[nodiscard]] Real pdf_direction(Vec3<Real> receiver, Vec3<Real> wi) const noexcept;
+  [[nodiscard]] Mask<Real> faces(Vec3<Real> receiver) const noexcept {
+    const Vec3<Double<Real>> to_center = center_ - Vec3<Double<Real>>(receiver);
     return faces(receiver, to_center, length(to_center));
   }
   [[nodiscard]] double power() const noexcept;
@@ -147,40 +201,292 @@ class SphereLight {
 
  private:
   /// Whether a receiver at that distance from the centre is on the side that radiance leaves to.
-  [[nodiscard]] bool faces(Vec3f receiver, const Vec3d& to_center, double distance) const noexcept;
+  [[nodiscard]] Mask<Real> faces(Vec3<Real> receiver, const Vec3<Double<Real>>& to_center,
+                                 Double<Real> distance) const noexcept;
+  /// From within, any direction; from outside, one of the cone that the sphere fills.
+  [[nodiscard]] EQUALTIME_INLINE SphereDirection<Real> draw_within(Point2<Real> u,
+                                                                   Double<Real> distance) const noexcept;
+  [[nodiscard]] EQUALTIME_INLINE SphereDirection<Real> draw_outside(Point2<Real> u,
+                                                                    Double<Real> distance) const noexcept;
 
-  Vec3d center_;
-  double radius_;
-  Spectrum radiance_;
-  bool inward_;
+  Vec3<Double<Real>> center_;
+  Double<Real> radius_;
+  Rgb<Real> radiance_;
+  Mask<Real> inward_;
 };
 
+template <class Real>
 class DiskLight {
  public:
   static constexpr const char* name = "disk";
   static constexpr bool Effects::*needs = &Effects::analytic_shapes;
 
   /// `axis_u`, `axis_v` span the disk: its points are center + a·axis_u + b·axis_v with a² + b² <= 1.
-  DiskLight(const Vec3d& center, const Vec3d& axis_u, const Vec3d& axis_v, bool flipped,
-            const Spectrum& radiance) noexcept;
+  DiskLight(const Vec3<Double<Real>>& center, const Vec3<Double<Real>>& axis_u, const Vec3<Double<Real>>& axis_v,
+            Mask<Real> flipped, const Rgb<Real>& radiance) noexcept;
 
-  [[nodiscard]] Optional<LightSample> sample(Vec3f receiver, Point2f u, float pmf) const noexcept;
-  [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
-  [[nodiscard]] float pdf_direction(Vec3f receiver, Vec3f wi) const noexcept;
-  [[nodiscard]] bool faces(Vec3f receiver) const noexcept { return height_of(receiver) > offset_; }
+  [[nodiscard]] Optional<LightSample<Real>> sample(Vec3<Real> receiver, Point2<Real> u, Real pmf) const noexcept;
+  [[nodiscard]] Real pdf(Vec3<Real> receiver, Vec3<Real> wi, Vec3<Real> point) const noexcept;
+  [[nodiscard]] Real pdf_direction(Vec3<Real> receiver, Vec3<Real> wi) const noexcept;
+  [[nodiscard]] Mask<Real> faces(Vec3<Real> receiver) const noexcept { return height_of(receiver) > offset_; }
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] EmitterBounds bounds() const noexcept;
   [[nodiscard]] DiskLight placed(const AffineMap& placement) const noexcept;
 
  private:
-  [[nodiscard]] float height_of(const Vec3f& receiver) const noexcept {
-    return dot(normal_, receiver - Vec3f(center_));
+  [[nodiscard]] Real height_of(const Vec3<Real>& receiver) const noexcept {
+    return dot(normal_, receiver - Vec3<Real>(center_));
   }
 
-  Vec3d center_, axis_u_, axis_v_;
-  Vec3f normal_;
-  float area_, offset_;
-  Spectrum radiance_;
+  Vec3<Double<Real>> center_, axis_u_, axis_v_;
+  Vec3<Real> normal_;
+  Real area_, offset_;
+  Rgb<Real> radiance_;
 };
+
+// --- Planes -------------------------------------------------------------------------------------------------------
+
+/// Density per solid angle of the points uniform over an area.
+template <class Real>
+[[nodiscard]] inline Real area_pdf(Vec3<Real> receiver, Vec3<Real> wi, Vec3<Real> point, const Vec3<Real>& normal,
+                                   Real area) noexcept {
+  const Real cosine = -dot(normal, wi);
+  return where(cosine > 0, [&] { return length_squared(point - receiver) / (cosine * area); });
+}
+
+/// Where a direction meets a plane: a·edge_u + b·edge_v from the plane's origin.
+template <class Real>
+struct PlanePoint {
+  Double<Real> a, b;
+  Vec3<Real> point;
+};
+
+/// Of a plane given by its origin and two edges; nothing if it lies behind or edge-on.
+template <class Real>
+[[nodiscard]] inline Optional<PlanePoint<Real>> plane_towards(Vec3<Real> receiver, Vec3<Real> wi,
+                                                              const Vec3<Double<Real>>& origin,
+                                                              const Vec3<Double<Real>>& edge_u,
+                                                              const Vec3<Double<Real>>& edge_v) noexcept {
+  const Vec3<Double<Real>> from(receiver), direction(wi), to_receiver = from - origin;
+  const Vec3<Double<Real>> across = cross(direction, edge_v), along = cross(to_receiver, edge_u);
+  const Double<Real> inverse = 1 / dot(edge_u, across), t = dot(edge_v, along) * inverse;
+  const Mask<Real> ahead = t > 0 && t < kInfinity;
+  if (none(ahead)) return std::nullopt;
+  return {{dot(to_receiver, across) * inverse, dot(direction, along) * inverse, Vec3<Real>(from + direction * t)},
+          ahead};
+}
+
+// --- Triangle -----------------------------------------------------------------------------------------------------
+
+template <class Real>
+TriangleLight<Real>::TriangleLight(const Vec3<Real>& v0, const Vec3<Real>& v1, const Vec3<Real>& v2,
+                                   const Rgb<Real>& radiance) noexcept
+    : v0_(v0),
+      e1_(v1 - v0),
+      e2_(v2 - v0),
+      center_(v0 + (e1_ + e2_) * (1.0F / 3.0F)),
+      offset_(for_each_lane<Real>(triangle_offset, v0, v1, v2)),
+      size_squared_(max(length_squared(e1_), max(length_squared(e2_), length_squared(v2 - v1)))),
+      radiance_(radiance) {
+  const Vec3<Double<Real>> a(v0), b(v1), c(v2), scaled_normal = cross(b - a, c - a);
+  const Double<Real> twice_area = length(scaled_normal);
+  area_ = Real(0.5 * twice_area);
+  normal_ = Vec3<Real>(scaled_normal / twice_area);
+}
+
+template <class Real>
+Real TriangleLight<Real>::pdf(Vec3<Real> receiver, Vec3<Real> wi, Vec3<Real> point) const noexcept {
+  return where(faces(receiver), [&] {
+    const Real in_view =
+        where(is_near(receiver), [&] { return for_each_lane<Real>(NearView<View>::pdf, v0_, e1_, e2_, receiver); });
+    return where(
+        in_view > 0, [&] { return in_view; }, [&] { return area_pdf(receiver, wi, point, normal_, area_); });
+  });
+}
+
+template <class Real>
+Optional<Vec3<Real>> TriangleLight<Real>::met(Vec3<Real> receiver, Vec3<Real> wi) const noexcept {
+  const Vec3<Double<Real>> v0(v0_), e1(e1_), e2(e2_);
+  const auto hit = plane_towards(receiver, wi, v0, e1, e2);
+  return {hit->point, hit.has_value() && hit->a >= 0 && hit->b >= 0 && hit->a + hit->b <= 1};
+}
+
+template <class Real>
+Real TriangleLight<Real>::pdf_direction(Vec3<Real> receiver, Vec3<Real> wi) const noexcept {
+  const auto point = met(receiver, wi);
+  return where(point.has_value(), [&] { return pdf(receiver, wi, *point); });
+}
+
+// --- Rectangle ----------------------------------------------------------------------------------------------------
+
+template <class Real>
+RectangleLight<Real>::RectangleLight(const Vec3<Real>& corner, const Vec3<Double<Real>>& edge_x,
+                                     const Vec3<Double<Real>>& edge_y, Mask<Real> flipped,
+                                     const Rgb<Real>& radiance) noexcept
+    : corner_(corner),
+      edge_x_(edge_x),
+      edge_y_(edge_y),
+      normal_(normalize(cross(edge_x, edge_y)) * select(flipped, Double<Real>(-1), Double<Real>(1))),
+      center_(corner + (edge_x_ + edge_y_) * 0.5F),
+      area_(Real(length(cross(edge_x, edge_y)))),
+      offset_(for_each_lane<Real>(triangle_offset, corner, corner + edge_x_, corner + edge_x_ + edge_y_)),
+      size_squared_(length_squared(edge_x_) + length_squared(edge_y_)),
+      radiance_(radiance) {}
+
+template <class Real>
+Real RectangleLight<Real>::pdf(Vec3<Real> receiver, Vec3<Real> wi, Vec3<Real> point) const noexcept {
+  return where(faces(receiver), [&] {
+    const Real in_view = where(is_near(receiver), [&] {
+      return for_each_lane<Real>(NearView<View>::pdf, corner_, edge_x_, edge_y_, receiver);
+    });
+    return where(
+        in_view > 0, [&] { return in_view; }, [&] { return area_pdf(receiver, wi, point, normal_, area_); });
+  });
+}
+
+template <class Real>
+Optional<Vec3<Real>> RectangleLight<Real>::met(Vec3<Real> receiver, Vec3<Real> wi) const noexcept {
+  const Vec3<Double<Real>> corner(corner_), x(edge_x_), y(edge_y_);
+  const auto hit = plane_towards(receiver, wi, corner, x, y);
+  const auto within = [](Double<Real> part) { return part >= 0 && part <= 1; };
+  return {hit->point, hit.has_value() && within(hit->a) && within(hit->b)};
+}
+
+template <class Real>
+Real RectangleLight<Real>::pdf_direction(Vec3<Real> receiver, Vec3<Real> wi) const noexcept {
+  const auto point = met(receiver, wi);
+  return where(point.has_value(), [&] { return pdf(receiver, wi, *point); });
+}
+
+// --- Sphere -------------------------------------------------------------------------------------------------------
+
+/// 1 - cosθ of the cone that a sphere fills from a distance, without cancellation however small or near it is.
+template <LaneNumber T>
+[[nodiscard]] inline T one_minus_cos_max(T distance, T radius) noexcept {
+  const T inverse = 1 / distance;
+  const T cos2 = (distance - radius) * inverse * ((distance + radius) * inverse);
+  return square(radius * inverse) / (1 + sqrt(cos2));
+}
+
+template <class Real>
+Mask<Real> SphereLight<Real>::faces(Vec3<Real> receiver, const Vec3<Double<Real>>& to_center,
+                                    Double<Real> distance) const noexcept {
+  return where(
+      inward_,
+      [&] {
+        // A receiver on the sphere itself sees the rest of it, on whichever side its rounding may have put it.
+        const Vec3<Real> normal(to_center / max(distance, radius_));
+        return distance <= radius_ + Double<Real>(point_offset(receiver, normal));
+      },
+      [&] { return distance > radius_; });
+}
+
+template <class Real>
+EQUALTIME_INLINE SphereDirection<Real> SphereLight<Real>::draw_within(Point2<Real> u,
+                                                                      Double<Real> distance) const noexcept {
+  const Vec3<Double<Real>> local(square_to_uniform_sphere(u));
+  const Double<Real> b = distance * local.z;
+  const Double<Real> half_chord_squared = b * b + (radius_ - distance) * (radius_ + distance);
+  return {local, b + sqrt(max(Double<Real>(0), half_chord_squared)), kUniformSpherePdf};
+}
+
+template <class Real>
+EQUALTIME_INLINE SphereDirection<Real> SphereLight<Real>::draw_outside(Point2<Real> u,
+                                                                       Double<Real> distance) const noexcept {
+  const Double<Real> range = one_minus_cos_max(distance, radius_);
+  const Double<Real> one_minus_cos = Double<Real>(u.x) * range;
+  const Double<Real> sin2 = one_minus_cos * (2 - one_minus_cos);
+  const auto [sin_phi, cos_phi] = sin_cos_turn(u.y);  // the azimuth alone: float32 is enough
+  const Double<Real> sine = sqrt(sin2), cosine = 1 - one_minus_cos;
+  const Double<Real> half_chord = sqrt(max(Double<Real>(0), square(radius_) - square(distance) * sin2));
+  return {{sine * Double<Real>(cos_phi), sine * Double<Real>(sin_phi), cosine},
+          distance * cosine - half_chord,
+          Real(1 / (2 * std::numbers::pi * range))};
+}
+
+template <class Real>
+Optional<LightSample<Real>> SphereLight<Real>::sample(Vec3<Real> receiver, Point2<Real> u, Real pmf) const noexcept {
+  const Vec3<Double<Real>> to_center = center_ - Vec3<Double<Real>>(receiver);
+  const Double<Real> distance = length(to_center);
+  const Mask<Real> front = faces(receiver, to_center, distance);
+  if (none(front)) return std::nullopt;
+  const SphereDirection<Real> drawn = where(
+      inward_, [&] { return draw_within(u, distance); }, [&] { return draw_outside(u, distance); });
+  const Mask<Real> met = front && (!inward_ || drawn.along > 0);
+  if (none(met)) return std::nullopt;
+  const Vec3<Double<Real>> axis = where(
+      distance > 0, [&] { return to_center * (1 / distance); },
+      [] {
+        return Vec3<Double<Real>>{0, 0, 1};
+      });
+  const Vec3<Double<Real>> direction = BasicFrame<Double<Real>>::from_normal(axis).to_world(drawn.local);
+  const Vec3<Double<Real>> outward = normalize(direction * drawn.along - to_center);
+  const Vec3<Real> normal(outward * select(inward_, Double<Real>(-1), Double<Real>(1)));
+  const Vec3<Real> point(center_ + outward * radius_);
+  return {{Vec3<Real>(direction),
+           radiance_,
+           drawn.pdf * pmf,
+           Real(drawn.along),
+           {point, normal, point_offset(point, normal)}},
+          met};
+}
+
+template <class Real>
+Real SphereLight<Real>::pdf(Vec3<Real> receiver, Vec3<Real>, Vec3<Real>) const noexcept {
+  const Vec3<Double<Real>> to_center = center_ - Vec3<Double<Real>>(receiver);
+  const Double<Real> distance = length(to_center);
+  return where(faces(receiver, to_center, distance), [&] {
+    return where(
+        inward_, [] { return Real(kUniformSpherePdf); },
+        [&] { return Real(1 / (2 * std::numbers::pi * one_minus_cos_max(distance, radius_))); });
+  });
+}
+
+template <class Real>
+Real SphereLight<Real>::pdf_direction(Vec3<Real> receiver, Vec3<Real> wi) const noexcept {
+  const Vec3<Double<Real>> to_center = center_ - Vec3<Double<Real>>(receiver), direction(wi);
+  const Mask<Real> met =
+      dot(to_center, direction) > 0 && length_squared(cross(to_center, direction)) <= square(radius_);
+  return where(inward_ || met, [&] { return pdf(receiver, wi, {}); });
+}
+
+// --- Disk ---------------------------------------------------------------------------------------------------------
+
+template <class Real>
+DiskLight<Real>::DiskLight(const Vec3<Double<Real>>& center, const Vec3<Double<Real>>& axis_u,
+                           const Vec3<Double<Real>>& axis_v, Mask<Real> flipped, const Rgb<Real>& radiance) noexcept
+    : center_(center), axis_u_(axis_u), axis_v_(axis_v), radiance_(radiance) {
+  const Vec3<Double<Real>> scaled_normal = cross(axis_u, axis_v);
+  area_ = Real(std::numbers::pi * length(scaled_normal));
+  normal_ = Vec3<Real>(normalize(scaled_normal) * select(flipped, Double<Real>(-1), Double<Real>(1)));
+  const Vec3<Real> furthest(abs(center) + abs(axis_u) + abs(axis_v));
+  offset_ = point_offset(furthest, normal_);
+}
+
+template <class Real>
+Optional<LightSample<Real>> DiskLight<Real>::sample(Vec3<Real> receiver, Point2<Real> u, Real pmf) const noexcept {
+  const Real height = height_of(receiver);
+  const Mask<Real> front = height > offset_;
+  if (none(front)) return std::nullopt;
+  const Point2<Real> d = square_to_disk(u);
+  const Vec3<Real> point(center_ + axis_u_ * Double<Real>(d.x) + axis_v_ * Double<Real>(d.y));
+  return {flat_sample(receiver, {point, normal_, offset_}, height, radiance_, area_, Real(0), pmf), front};
+}
+
+template <class Real>
+Real DiskLight<Real>::pdf(Vec3<Real> receiver, Vec3<Real> wi, Vec3<Real> point) const noexcept {
+  return where(faces(receiver), [&] { return area_pdf(receiver, wi, point, normal_, area_); });
+}
+
+template <class Real>
+Real DiskLight<Real>::pdf_direction(Vec3<Real> receiver, Vec3<Real> wi) const noexcept {
+  const auto hit = plane_towards(receiver, wi, center_, axis_u_, axis_v_);
+  return where(hit.has_value() && square(hit->a) + square(hit->b) <= 1, [&] { return pdf(receiver, wi, hit->point); });
+}
+
+extern template class TriangleLight<float>;
+extern template class RectangleLight<float>;
+extern template class SphereLight<float>;
+extern template class DiskLight<float>;
 
 }  // namespace equaltime

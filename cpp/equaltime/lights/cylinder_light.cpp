@@ -29,7 +29,7 @@ double CylinderLight::density(const Strip& strip, const Vec3d& to_point, const V
   return distance_squared / (cosine * 2 * strip.half * tube_.radius * tube_.length);
 }
 
-Optional<LightSample> CylinderLight::sample(Vec3f receiver, Point2f u, float pmf) const noexcept {
+Optional<LightSample<float>> CylinderLight::sample(Vec3f receiver, Point2f u, float pmf) const noexcept {
   const Vec3d from(receiver);
   const Strip strip = facing(from);
   const auto [sine, cosine] = elementary::sin_cos((2 * static_cast<double>(u.y) - 1) * strip.half);
@@ -40,11 +40,11 @@ Optional<LightSample> CylinderLight::sample(Vec3f receiver, Point2f u, float pmf
   if (!(pdf > 0)) return std::nullopt;
   const double distance = length(to_point);
   const Vec3f point(place), n(normal);
-  return LightSample{Vec3f(to_point / distance),
-                     radiance_,
-                     static_cast<float>(pdf) * pmf,
-                     static_cast<float>(distance),
-                     {point, n, point_offset(point, n)}};
+  return LightSample<float>{Vec3f(to_point / distance),
+                            radiance_,
+                            static_cast<float>(pdf) * pmf,
+                            static_cast<float>(distance),
+                            {point, n, point_offset(point, n)}};
 }
 
 float CylinderLight::pdf(Vec3f receiver, Vec3f, Vec3f point) const noexcept {

@@ -20,7 +20,7 @@ class CylinderLight {
   CylinderLight(const CylinderGeometry& tube, bool inward, const Spectrum& radiance) noexcept
       : tube_(tube), radiance_(radiance), inward_(inward) {}
 
-  [[nodiscard]] Optional<LightSample> sample(Vec3f receiver, Point2f u, float pmf) const noexcept;
+  [[nodiscard]] Optional<LightSample<float>> sample(Vec3f receiver, Point2f u, float pmf) const noexcept;
   [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
   [[nodiscard]] float pdf_direction(Vec3f receiver, Vec3f wi) const noexcept;
   [[nodiscard]] bool faces(Vec3f receiver) const noexcept { return facing(Vec3d(receiver)).half > 0; }

@@ -7,11 +7,14 @@
 
 namespace equaltime {
 
+template <class Real>
 struct DirectionalLight {
-  Vec3f towards;  // unit, to where the light comes from
-  Spectrum irradiance;
+  Vec3<Real> towards;  // unit, to where the light comes from
+  Rgb<Real> irradiance;
 
-  [[nodiscard]] LightSample sample(float pmf) const noexcept { return {towards, irradiance, pmf, 0, {}, true, true}; }
+  [[nodiscard]] LightSample<Real> sample(Real pmf) const noexcept {
+    return {towards, irradiance, pmf, 0, {}, true, true};
+  }
   /// What falls on a scene of that radius, as for an environment.
   [[nodiscard]] double power(double scene_radius) const noexcept {
     return static_cast<double>(irradiance.mean()) * std::numbers::pi * square(scene_radius);

@@ -94,7 +94,7 @@ ImageEnvironment::Cell ImageEnvironment::cell_towards(Vec3f local) const noexcep
   return {r, c, static_cast<float>(std::min(row - r, 1.0)), static_cast<float>(std::min(column - c, 1.0))};
 }
 
-LightValue ImageEnvironment::eval(Vec3f wi, EnvironmentSampling sampling) const noexcept {
+LightValue<float> ImageEnvironment::eval(Vec3f wi, EnvironmentSampling sampling) const noexcept {
   const Cell cell = cell_towards({dot(wi, x_axis_), dot(wi, y_axis_), dot(wi, z_axis_)});
   return {interpolated(cell), pdf(cell, table(sampling))};
 }

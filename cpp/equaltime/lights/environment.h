@@ -23,7 +23,7 @@ enum class EnvironmentSampling : std::uint8_t { plain, compensated };
 
 struct EnvironmentSample {
   Vec3f wi;
-  LightValue value;
+  LightValue<float> value;
 };
 
 class ConstantEnvironment {
@@ -36,7 +36,9 @@ class ConstantEnvironment {
     const Point2f uf{static_cast<float>(u.x), static_cast<float>(u.y)};
     return {square_to_uniform_sphere(uf), {radiance_, kUniformSpherePdf}};
   }
-  [[nodiscard]] LightValue eval(Vec3f, EnvironmentSampling) const noexcept { return {radiance_, kUniformSpherePdf}; }
+  [[nodiscard]] LightValue<float> eval(Vec3f, EnvironmentSampling) const noexcept {
+    return {radiance_, kUniformSpherePdf};
+  }
   /// ∫ mean radiance over all directions.
   [[nodiscard]] double total() const noexcept { return 4 * std::numbers::pi * static_cast<double>(radiance_.mean()); }
   [[nodiscard]] static std::size_t memory_bytes() noexcept { return sizeof(ConstantEnvironment); }
@@ -62,7 +64,7 @@ class ImageEnvironment {
   /// Picks a cell between four texels by its integrated radiance, then a direction uniform in the cell's solid angle:
   /// if `plain`, the density covers the whole support of the interpolated radiance.
   [[nodiscard]] EnvironmentSample sample(Point2d u, EnvironmentSampling sampling) const noexcept;
-  [[nodiscard]] LightValue eval(Vec3f wi, EnvironmentSampling sampling) const noexcept;
+  [[nodiscard]] LightValue<float> eval(Vec3f wi, EnvironmentSampling sampling) const noexcept;
   [[nodiscard]] double total() const noexcept { return cells_.total(); }
   [[nodiscard]] std::size_t memory_bytes() const noexcept {
     const PiecewiseConstant2D* excess = excess_->made.load(std::memory_order_acquire);

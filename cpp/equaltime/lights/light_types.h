@@ -20,21 +20,23 @@ struct SampledLight {
   float pmf;
 };
 
+template <class Real>
 struct LightSample {
-  Vec3f wi;           // unit, from the receiver
-  Spectrum radiance;  // arriving, before occlusion; for a point light already divided by distance²
-  float pdf;          // includes the pick; for a point light the pick alone
-  float distance;
-  OffsetPoint target;       // its normal towards the receiver
-  bool infinite = false;    // the light is a direction: target has no meaning
-  bool delta = false;       // no other technique can find it
-  std::uint32_t light = 0;  // its number, but for the environment
+  Vec3<Real> wi;       // unit, from the receiver
+  Rgb<Real> radiance;  // arriving, before occlusion; for a point light already divided by distance²
+  Real pdf;            // includes the pick; for a point light the pick alone
+  Real distance;
+  OffsetPoint<Real> target;     // its normal towards the receiver
+  Mask<Real> infinite = false;  // the light is a direction: target has no meaning
+  Mask<Real> delta = false;     // no other technique can find it
+  Bits<Real> light = 0;         // its number, but for the environment
 };
 
 /// Radiance and density of a light that a scattered ray has met.
+template <class Real>
 struct LightValue {
-  Spectrum radiance;
-  float pdf;
+  Rgb<Real> radiance;
+  Real pdf;
 };
 
 }  // namespace equaltime

@@ -7,15 +7,16 @@
 
 namespace equaltime {
 
+template <class Real>
 struct PointLight {
-  Vec3f position;
-  Spectrum intensity;
+  Vec3<Real> position;
+  Rgb<Real> intensity;
 
-  [[nodiscard]] LightSample sample(Vec3f receiver, float pmf) const noexcept {
-    const Vec3f to_light = position - receiver;
-    const float distance = length(to_light);
-    const float inv = 1 / distance;
-    const Vec3f wi = to_light * inv;
+  [[nodiscard]] LightSample<Real> sample(Vec3<Real> receiver, Real pmf) const noexcept {
+    const Vec3<Real> to_light = position - receiver;
+    const Real distance = length(to_light);
+    const Real inv = 1 / distance;
+    const Vec3<Real> wi = to_light * inv;
     return {wi, intensity * (inv * inv), pmf, distance, {position, -wi, 0}, false, true};
   }
   [[nodiscard]] double power() const noexcept { return 4 * std::numbers::pi * static_cast<double>(intensity.mean()); }

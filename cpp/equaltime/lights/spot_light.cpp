@@ -14,14 +14,14 @@ double SpotLight::falloff(const Vec3d& direction) const noexcept {
   return angle < cutoff_ ? (cutoff_ - angle) / (cutoff_ - beam_) : 0;
 }
 
-Optional<LightSample> SpotLight::sample(Vec3f receiver, float pmf) const noexcept {
+Optional<LightSample<float>> SpotLight::sample(Vec3f receiver, float pmf) const noexcept {
   const Vec3f to_light = position_ - receiver;
   const double share = falloff(-Vec3d(to_light));
   if (!(share > 0)) return std::nullopt;
   const float distance = length(to_light);
   const float inv = 1 / distance;
   const Vec3f wi = to_light * inv;
-  return LightSample{
+  return LightSample<float>{
       wi, intensity_ * (static_cast<float>(share) * inv * inv), pmf, distance, {position_, -wi, 0}, false, true,
   };
 }

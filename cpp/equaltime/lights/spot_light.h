@@ -28,7 +28,7 @@ class SpotLight {
       : position_(position), axis_(axis), intensity_(intensity), cutoff_(cutoff), beam_(beam), slide_(slide) {}
 
   /// Nothing outside the cone. Without what the slide does to it.
-  [[nodiscard]] Optional<LightSample> sample(Vec3f receiver, float pmf) const noexcept;
+  [[nodiscard]] Optional<LightSample<float>> sample(Vec3f receiver, float pmf) const noexcept;
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] EmitterBounds bounds() const noexcept;
   [[nodiscard]] const std::optional<ProjectedTexture>& slide() const noexcept { return slide_; }

@@ -58,7 +58,7 @@ double TexturedAreaLight<Flat>::density(Vec3f receiver, const View& view, Vec3f 
 }
 
 template <class Flat>
-Optional<LightSample> TexturedAreaLight<Flat>::sample(Vec3f receiver, Point2d u, float pmf) const noexcept {
+Optional<LightSample<float>> TexturedAreaLight<Flat>::sample(Vec3f receiver, Point2d u, float pmf) const noexcept {
   if (!faces(receiver)) return std::nullopt;
   const View seen = view(receiver);
   Vec3f point;
@@ -72,7 +72,8 @@ Optional<LightSample> TexturedAreaLight<Flat>::sample(Vec3f receiver, Point2d u,
   if (!(pdf > 0)) return std::nullopt;
   const Vec3f to_light = point - receiver;
   const float distance = std::sqrt(length_squared(to_light));
-  return LightSample{to_light * (1 / distance), flat_.radiance_, pdf, distance, {point, flat_.normal_, flat_.offset_}};
+  return LightSample<float>{
+      to_light * (1 / distance), flat_.radiance_, pdf, distance, {point, flat_.normal_, flat_.offset_}};
 }
 
 template <class Flat>
@@ -86,7 +87,7 @@ float TexturedAreaLight<Flat>::pdf_direction(Vec3f receiver, Vec3f wi) const noe
   return point ? pdf(receiver, wi, *point) : 0.0F;
 }
 
-template class TexturedAreaLight<RectangleLight>;
-template class TexturedAreaLight<TriangleLight>;
+template class TexturedAreaLight<RectangleLight<float>>;
+template class TexturedAreaLight<TriangleLight<float>>;
 
 }  // namespace equaltime

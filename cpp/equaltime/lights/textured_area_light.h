@@ -27,7 +27,7 @@ class TexturedAreaLight {
   TexturedAreaLight(const Flat& flat, std::shared_ptr<const ImageDistribution> picture) noexcept
       : flat_(flat), picture_(std::move(picture)) {}
 
-  [[nodiscard]] Optional<LightSample> sample(Vec3f receiver, Point2d u, float pmf) const noexcept;
+  [[nodiscard]] Optional<LightSample<float>> sample(Vec3f receiver, Point2d u, float pmf) const noexcept;
   [[nodiscard]] float pdf(Vec3f receiver, Vec3f wi, Vec3f point) const noexcept;
   [[nodiscard]] float pdf_direction(Vec3f receiver, Vec3f wi) const noexcept;
   [[nodiscard]] bool faces(Vec3f receiver) const noexcept { return flat_.faces(receiver); }
@@ -59,7 +59,7 @@ class TexturedAreaLight {
   std::shared_ptr<const ImageDistribution> picture_;
 };
 
-using TexturedRectangle = TexturedAreaLight<RectangleLight>;
-using TexturedTriangle = TexturedAreaLight<TriangleLight>;
+using TexturedRectangle = TexturedAreaLight<RectangleLight<float>>;
+using TexturedTriangle = TexturedAreaLight<TriangleLight<float>>;
 
 }  // namespace equaltime

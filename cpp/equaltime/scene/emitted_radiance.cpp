@@ -32,19 +32,19 @@ TextureCoords place_of(const Scene& scene, const Geometries& all, const Emitter&
 
 }  // namespace
 
-const Emitter* Scene::textured_emitter(const LightSample& sample) const noexcept {
+const Emitter* Scene::textured_emitter(const LightSample<float>& sample) const noexcept {
   if (emitters.empty() || sample.infinite || sample.delta) return nullptr;
   const Emitter& emitter = emitters[sample.light];
   return surfaces[emitter.shape].emission == kNone ? nullptr : &emitter;
 }
 
-Spectrum Scene::projected(const LightSample& sample) const noexcept {
+Spectrum Scene::projected(const LightSample<float>& sample) const noexcept {
   const SpotLight* spot = lights.projector(sample);
   if (spot == nullptr) return sample.radiance;
   return sample.radiance * eval(textures[spot->slide()->texture], spot->place_on_slide(sample.wi));
 }
 
-Spectrum Scene::radiance_of(const LightSample& sample) const noexcept {
+Spectrum Scene::radiance_of(const LightSample<float>& sample) const noexcept {
   const Emitter* emitter = textured_emitter(sample);
   if (emitter == nullptr) return projected(sample);
   const Surface& surface = surfaces[emitter->shape];
@@ -52,7 +52,7 @@ Spectrum Scene::radiance_of(const LightSample& sample) const noexcept {
   return surface.radiance * eval(textures[surface.emission], place);
 }
 
-Spectrum Scene::radiance_of(const LightSample& sample, float time) const noexcept {
+Spectrum Scene::radiance_of(const LightSample<float>& sample, float time) const noexcept {
   const Emitter* emitter = textured_emitter(sample);
   const MovingInstanceGeometry* carrier = emitter == nullptr ? nullptr : lights.moving_instance(sample.light);
   if (carrier == nullptr) return radiance_of(sample);

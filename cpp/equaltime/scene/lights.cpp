@@ -9,12 +9,12 @@ namespace equaltime {
 
 namespace {
 
-bool is_distant(const DeltaLight& light) noexcept { return std::holds_alternative<DirectionalLight>(light); }
+bool is_distant(const DeltaLight& light) noexcept { return std::holds_alternative<DirectionalLight<float>>(light); }
 
 double power_of(const DeltaLight& light, double scene_radius) noexcept {
-  if (const auto* directional = std::get_if<DirectionalLight>(&light)) return directional->power(scene_radius);
+  if (const auto* directional = std::get_if<DirectionalLight<float>>(&light)) return directional->power(scene_radius);
   if (const auto* spot = std::get_if<SpotLight>(&light)) return spot->power();
-  return std::get<PointLight>(light).power();
+  return std::get<PointLight<float>>(light).power();
 }
 
 }  // namespace
@@ -52,20 +52,20 @@ bool Lights::any_projects() const noexcept {
   });
 }
 
-Optional<LightSample> Lights::sample_delta(const SampledLight& pick, Vec3f receiver) const noexcept {
+Optional<LightSample<float>> Lights::sample_delta(const SampledLight& pick, Vec3f receiver) const noexcept {
   const DeltaLight& light = deltas_[pick.light - deltas_begin_];
-  if (const auto* directional = std::get_if<DirectionalLight>(&light)) return directional->sample(pick.pmf);
+  if (const auto* directional = std::get_if<DirectionalLight<float>>(&light)) return directional->sample(pick.pmf);
   if (const auto* spot = std::get_if<SpotLight>(&light)) return spot->sample(receiver, pick.pmf);
-  return std::get_if<PointLight>(&light)->sample(receiver, pick.pmf);
+  return std::get_if<PointLight<float>>(&light)->sample(receiver, pick.pmf);
 }
 
-Optional<LightSample> Lights::sample_environment(EnvironmentSampling sampling, const Sampler& sampler,
-                                                 std::uint32_t bounce, float pmf) const noexcept {
+Optional<LightSample<float>> Lights::sample_environment(EnvironmentSampling sampling, const Sampler& sampler,
+                                                        std::uint32_t bounce, float pmf) const noexcept {
   const Point2d u = sampler.get_2d_precise(slot(BounceDimension::light_point, bounce));
   const EnvironmentSample e =
       std::visit([&](const auto& env) noexcept { return env.sample(u, sampling); }, *environment_);
   if (!(e.value.pdf > 0)) return std::nullopt;
-  return LightSample{e.wi, e.value.radiance, e.value.pdf * pmf, 0, {}, true};
+  return LightSample<float>{e.wi, e.value.radiance, e.value.pdf * pmf, 0, {}, true};
 }
 
 void Lights::prepare(LightSelection selection, EnvironmentSampling environment) const {
@@ -80,7 +80,7 @@ void Lights::prepare(LightSelection selection, EnvironmentSampling environment) 
         bounds[lights.first + i] = lights.bounds(lights.first + i);
     for (const DeltaLight& light : std::span(deltas_).first(distant_begin_ - deltas_begin_)) {
       const auto* spot = std::get_if<SpotLight>(&light);
-      bounds.push_back(spot ? spot->bounds() : std::get<PointLight>(light).bounds());
+      bounds.push_back(spot ? spot->bounds() : std::get<PointLight<float>>(light).bounds());
     }
     lazy_tree_->tree = LightTree(bounds);
     lazy_tree_->made.store(&lazy_tree_->tree, std::memory_order_release);

@@ -24,7 +24,7 @@
 namespace equaltime {
 
 /// Lights that no ray meets: only light sampling finds them.
-using DeltaLight = std::variant<PointLight, SpotLight, DirectionalLight>;
+using DeltaLight = std::variant<PointLight<float>, SpotLight, DirectionalLight<float>>;
 using Environment = std::variant<ConstantEnvironment, ImageEnvironment>;
 
 /// How a light is picked: all alike; by power; or by the light tree, which looks at the receiver too.
@@ -51,7 +51,7 @@ class Lights {
     return lights == nullptr ? nullptr : &lights->instance;
   }
   /// The spot light of a sample if it projects a slide; null otherwise.
-  [[nodiscard]] const SpotLight* projector(const LightSample& sample) const noexcept {
+  [[nodiscard]] const SpotLight* projector(const LightSample<float>& sample) const noexcept {
     if (!sample.delta || sample.infinite) return nullptr;
     const auto* spot = std::get_if<SpotLight>(&deltas_[sample.light - deltas_begin_]);
     return spot != nullptr && spot->slide() ? spot : nullptr;
@@ -66,10 +66,11 @@ class Lights {
   /// One light, picked, then sampled at u as seen from the receiver, as it is at the path's time; pdf includes the
   /// pick. Nothing if that light shows the receiver no front, which is a sample of value 0.
   template <Effects E>
-  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample> sample(LightSelection selection, EnvironmentSampling environment,
-                                                              const LightSampleContext& receiver,
-                                                              const Sampler& sampler, std::uint32_t bounce, Point2f u,
-                                                              float time) const noexcept {
+  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample<float>> sample(LightSelection selection,
+                                                                     EnvironmentSampling environment,
+                                                                     const LightSampleContext& receiver,
+                                                                     const Sampler& sampler, std::uint32_t bounce,
+                                                                     Point2f u, float time) const noexcept {
     const auto picked = pick(selection, receiver, sampler, bounce);
     return picked ? sample<E>(*picked, environment, receiver, sampler, bounce, u, time) : std::nullopt;
   }
@@ -79,10 +80,10 @@ class Lights {
                                                              const LightSampleContext& receiver, const Sampler& sampler,
                                                              std::uint32_t bounce) const noexcept;
   template <Effects E>
-  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample> sample(SampledLight pick, EnvironmentSampling environment,
-                                                              const LightSampleContext& receiver,
-                                                              const Sampler& sampler, std::uint32_t bounce, Point2f u,
-                                                              float time) const noexcept;
+  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample<float>> sample(SampledLight pick, EnvironmentSampling environment,
+                                                                     const LightSampleContext& receiver,
+                                                                     const Sampler& sampler, std::uint32_t bounce,
+                                                                     Point2f u, float time) const noexcept;
 
   /// Whether the light can be sampled as directions: it is no point, and shows the receiver its front.
   template <Effects E>
@@ -101,9 +102,9 @@ class Lights {
   }
 
   /// The environment towards wi, with the density (pick included) of `sample`. Call only with an environment.
-  [[nodiscard]] LightValue environment_towards(LightSelection selection, EnvironmentSampling sampling,
-                                               const LightSampleContext& receiver, Vec3f wi) const noexcept {
-    LightValue value = std::visit([&](const auto& e) noexcept { return e.eval(wi, sampling); }, *environment_);
+  [[nodiscard]] LightValue<float> environment_towards(LightSelection selection, EnvironmentSampling sampling,
+                                                      const LightSampleContext& receiver, Vec3f wi) const noexcept {
+    LightValue<float> value = std::visit([&](const auto& e) noexcept { return e.eval(wi, sampling); }, *environment_);
     value.pdf *= pick_pmf(selection, size_ - 1, receiver);
     return value;
   }
@@ -124,9 +125,9 @@ class Lights {
       }
     return visit<E>(area_[light], f);
   }
-  [[nodiscard]] Optional<LightSample> sample_delta(const SampledLight& pick, Vec3f receiver) const noexcept;
-  [[nodiscard]] Optional<LightSample> sample_environment(EnvironmentSampling sampling, const Sampler& sampler,
-                                                         std::uint32_t bounce, float pmf) const noexcept;
+  [[nodiscard]] Optional<LightSample<float>> sample_delta(const SampledLight& pick, Vec3f receiver) const noexcept;
+  [[nodiscard]] Optional<LightSample<float>> sample_environment(EnvironmentSampling sampling, const Sampler& sampler,
+                                                                std::uint32_t bounce, float pmf) const noexcept;
   [[nodiscard]] EQUALTIME_INLINE float pick_pmf(LightSelection selection, std::uint32_t light,
                                                 const LightSampleContext& receiver) const noexcept {
     if (selection == LightSelection::tree) return tree_pmf(light, receiver);
@@ -166,10 +167,10 @@ EQUALTIME_INLINE Optional<SampledLight> Lights::pick(LightSelection selection, c
 }
 
 template <Effects E>
-EQUALTIME_INLINE Optional<LightSample> Lights::sample(SampledLight pick, EnvironmentSampling environment,
-                                                      const LightSampleContext& receiver, const Sampler& sampler,
-                                                      std::uint32_t bounce, Point2f u,
-                                                      [[maybe_unused]] float time) const noexcept {
+EQUALTIME_INLINE Optional<LightSample<float>> Lights::sample(SampledLight pick, EnvironmentSampling environment,
+                                                             const LightSampleContext& receiver, const Sampler& sampler,
+                                                             std::uint32_t bounce, Point2f u,
+                                                             [[maybe_unused]] float time) const noexcept {
   if constexpr (E.environment)
     if (pick.light >= environment_begin_) return sample_environment(environment, sampler, bounce, pick.pmf);
   if constexpr (E.point_lights)

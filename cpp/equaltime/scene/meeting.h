@@ -46,7 +46,7 @@ template <Effects E>
     frame = Frame::from_tangent(ns, point.tangent);
   else
     frame = Frame::from_normal(ns);
-  OffsetPoint anchor{Vec3f(point.p), n * side, point.offset};
+  OffsetPoint<float> anchor{Vec3f(point.p), n * side, point.offset};
   return {anchor,
           frame,
           -ray.direction,

@@ -14,9 +14,9 @@ AreaLight MovingLights::at(std::uint32_t light, float time) const noexcept {
       local[light - first]);
 }
 
-Optional<LightSample> MovingLights::with_offset(Optional<LightSample> sample, float time) const noexcept {
+Optional<LightSample<float>> MovingLights::with_offset(Optional<LightSample<float>> sample, float time) const noexcept {
   if (!sample) return sample;
-  OffsetPoint& target = sample->target;
+  OffsetPoint<float>& target = sample->target;
   const Instance now(instance.group, instance.to_world.at(static_cast<double>(time)));
   target.offset += now.doubt(target.p, target.n);
   return sample;

@@ -12,8 +12,8 @@
 
 namespace equaltime {
 
-using AreaLights =
-    TypeList<TriangleLight, SphereLight, DiskLight, CylinderLight, TexturedRectangle, TexturedTriangle, RectangleLight>;
+using AreaLights = TypeList<TriangleLight<float>, SphereLight<float>, DiskLight<float>, CylinderLight,
+                            TexturedRectangle, TexturedTriangle, RectangleLight<float>>;
 using AreaLight = AreaLights::Variant;
 
 struct MovingLights {
@@ -27,7 +27,8 @@ struct MovingLights {
   [[nodiscard]] bool has(std::uint32_t light) const noexcept { return light - first < local.size(); }
   [[nodiscard]] AreaLight at(std::uint32_t light, float time) const noexcept;
   /// The sample with the distance from its surface that a ray to what moves needs.
-  [[nodiscard]] Optional<LightSample> with_offset(Optional<LightSample> sample, float time) const noexcept;
+  [[nodiscard]] Optional<LightSample<float>> with_offset(Optional<LightSample<float>> sample,
+                                                         float time) const noexcept;
   /// Bounds of a light over the whole shutter.
   [[nodiscard]] EmitterBounds bounds(std::uint32_t light) const noexcept;
 };

@@ -125,13 +125,13 @@ struct Scene {
     return surface.radiance;
   }
   /// Radiance of a light sample, times the texture that a spot light projects if it has one.
-  [[nodiscard]] Spectrum projected(const LightSample& sample) const noexcept;
+  [[nodiscard]] Spectrum projected(const LightSample<float>& sample) const noexcept;
   /// Radiance of a light sample, times the emitter's texture if it has one.
-  [[nodiscard]] Spectrum radiance_of(const LightSample& sample) const noexcept;
+  [[nodiscard]] Spectrum radiance_of(const LightSample<float>& sample) const noexcept;
   /// The same at a time, if it may move.
-  [[nodiscard]] Spectrum radiance_of(const LightSample& sample, float time) const noexcept;
+  [[nodiscard]] Spectrum radiance_of(const LightSample<float>& sample, float time) const noexcept;
   /// The emitter of a light sample if its emission has a texture; null otherwise.
-  [[nodiscard]] const Emitter* textured_emitter(const LightSample& sample) const noexcept;
+  [[nodiscard]] const Emitter* textured_emitter(const LightSample<float>& sample) const noexcept;
   /// The dielectrics and the medium that hold the camera at a time.
   [[nodiscard]] CameraMedium beginning(float time) const noexcept;
   /// Index in `lights` of the emissive primitive that the interaction is on.

@@ -15,19 +15,24 @@ namespace equaltime {
 
 /// A point on a surface with its normal and the distance along the normal that surely clears the surface.
 /// The distance bounds the rounding of the point and the error of Embree's plane equation: it is relative to both.
+template <class Real>
 struct OffsetPoint {
-  Vec3f p;
-  Vec3f n;       // unit geometric normal
-  float offset;  // >= 0
+  Vec3<Real> p;
+  Vec3<Real> n;  // unit geometric normal
+  Real offset;   // >= 0
 
   /// The point moved off the surface, to the side of the normal or the other.
-  [[nodiscard]] EQUALTIME_INLINE Vec3f moved(bool above) const noexcept { return p + n * (above ? offset : -offset); }
+  [[nodiscard]] EQUALTIME_INLINE Vec3<Real> moved(Mask<Real> above) const noexcept {
+    const Real height = where(
+        above, [&] { return offset; }, [&] { return -offset; });
+    return p + n * height;
+  }
 };
 
 struct Interaction {
-  OffsetPoint anchor;  // normal on the side that the ray came from
-  Frame frame;         // shading frame, its normal on that side too
-  Vec3f wo;            // unit, back along the ray
+  OffsetPoint<float> anchor;  // normal on the side that the ray came from
+  Frame frame;                // shading frame, its normal on that side too
+  Vec3f wo;                   // unit, back along the ray
   std::uint32_t shape;
   std::uint32_t primitive;
   bool front;  // the ray came from the front side of the surface
@@ -45,7 +50,7 @@ struct Interaction {
     return {anchor.moved(above), wi};
   }
   /// The ray to a point at some distance whose normal faces this one, ending short of its surface: t_max is 1.
-  [[nodiscard]] EQUALTIME_INLINE Ray spawn_to(const OffsetPoint& to, float distance, bool above) const noexcept {
+  [[nodiscard]] EQUALTIME_INLINE Ray spawn_to(const OffsetPoint<float>& to, float distance, bool above) const noexcept {
     Vec3f origin = anchor.moved(above);
     // The direction is rounded too, by an error that grows with the distance: the far end gives way for it.
     const Vec3f target = to.p + to.n * (to.offset + 8 * kUnitRoundoff * distance);

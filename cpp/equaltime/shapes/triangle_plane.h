@@ -12,7 +12,8 @@ namespace equaltime {
 inline constexpr float kExactOffset = 0x1p-37F;
 
 /// Bound of the rounding of a float32 point on an exact (float64) surface with unit normal n.
-[[nodiscard]] inline float point_offset(const Vec3f& p, const Vec3f& n) noexcept {
+template <class Real>
+[[nodiscard]] inline Real point_offset(const Vec3<Real>& p, const Vec3<Real>& n) noexcept {
   return 4 * kUnitRoundoff * dot(abs(n), abs(p)) + kExactOffset;
 }
 

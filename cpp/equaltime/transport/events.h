@@ -64,7 +64,7 @@ struct LightPicked {
 
 /// A point or a direction of it was sampled, towards which the BSDF has this value.
 struct LightSampled {
-  const LightSample& light;
+  const LightSample<float>& light;
   BsdfValue<float> bsdf;
 };
 

@@ -60,7 +60,7 @@ template <Effects E>
                                             PreviousVertex made) noexcept {
   if constexpr (E.environment) {
     if (!scene.lights.environment()) return {};
-    const LightValue value =
+    const LightValue<float> value =
         scene.lights.environment_towards(settings.lights, settings.environment, made.from, direction);
     return value.radiance * emission_mis_weight(settings, made, scene.lights.size() - 1, value.pdf);
   }
@@ -71,7 +71,7 @@ template <Effects E>
 template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE Spectrum direct_light_from(const Scene& scene, const Settings& settings,
                                                           const Interaction& it, Scatterer bsdf, MediumStack<E> media,
-                                                          const LightSample& light, int depth, float time,
+                                                          const LightSample<float>& light, int depth, float time,
                                                           O& observer) noexcept(!O::allocates) {
   auto [value, above] = eval_bsdf<E>(it, bsdf, light.wi);
   tell<event::LightSampled>(observer, light, value);

@@ -11,21 +11,22 @@
 namespace equaltime {
 
 /// The ray from a side of a surface towards a sampled light.
-[[nodiscard]] EQUALTIME_INLINE Ray shadow_ray(const Interaction& from, bool above, const LightSample& light) noexcept {
+[[nodiscard]] EQUALTIME_INLINE Ray shadow_ray(const Interaction& from, bool above,
+                                              const LightSample<float>& light) noexcept {
   return light.infinite ? from.spawn(light.wi, above) : from.spawn_to(light.target, light.distance, above);
 }
 
 /// 1 if the light reaches the vertex, 0 if not; `above` tells on which side of the vertex the light is.
 template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE float visibility(const Scene& scene, const Interaction& vertex, bool above,
-                                                const LightSample& light, float time,
+                                                const LightSample<float>& light, float time,
                                                 O& observer) noexcept(!O::allocates) {
   return occluded<E>(scene, shadow_ray(vertex, above, light), time, observer) ? 0.0F : 1.0F;
 }
 
 /// Whether a shadow ray to this light may cross thin glass. Only delta lights qualify: scattered rays already find all
 /// other lights through the glass. If crossings count as vertices, thin glass blocks, as other glass does.
-[[nodiscard]] inline bool shines_through_glass(const Scene& scene, const LightSample& light) noexcept {
+[[nodiscard]] inline bool shines_through_glass(const Scene& scene, const LightSample<float>& light) noexcept {
   return light.delta && !scene.count_null_interfaces;
 }
 

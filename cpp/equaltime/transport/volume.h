@@ -82,7 +82,7 @@ requires(E.media) class MediumStack<E> {
   }
   /// Follows a shadow ray to the surface that it meets, or else to the light: what is left of its light.
   [[nodiscard]] Spectrum transmittance_along(const Scene& scene, const Ray& shadow, const ExactMeeting& meeting,
-                                             const LightSample& light, float time) noexcept {
+                                             const LightSample<float>& light, float time) noexcept {
     const std::uint32_t here = medium_at(scene);
     const Vec3d from = place_;
     if (meeting.it) place_ = meeting.point;
@@ -108,7 +108,7 @@ requires(E.media) class MediumStack<E> {
   /// The distance of a light sample that nothing occludes. In dense media its rounded point is not good enough, and a
   /// ray finds the exact one.
   [[nodiscard, gnu::noinline]] static double distance_to(const Scene& scene, const Medium& medium, const Vec3d& from,
-                                                         const Ray& shadow, const LightSample& light,
+                                                         const Ray& shadow, const LightSample<float>& light,
                                                          [[maybe_unused]] float time) noexcept {
     if (!light.delta && medium.sigma_t.max_component() * light.target.offset > kFarOff) {
       const ExactMeeting lamp = scene.closest<E, ScopedFpEnvironment>({shadow.origin, light.wi}, time);
@@ -189,8 +189,8 @@ requires(E.media) class PathMediumStack<E> {
 /// `above` tells on which side of the vertex the light is.
 template <Effects E, Observer O>
 [[nodiscard]] Spectrum shadow_transmittance(const Scene& scene, const Interaction& vertex, bool above,
-                                            MediumStack<E> media, const LightSample& light, int crossings, float time,
-                                            O& observer) noexcept(!O::allocates) {
+                                            MediumStack<E> media, const LightSample<float>& light, int crossings,
+                                            float time, O& observer) noexcept(!O::allocates) {
   const bool glass_passes = shines_through_glass(scene, light);
   // within media it also counts how far surfaces are, to more digits than Embree tells
   const bool may_pass = scene.lets_light_pass || (E.media && !scene.media.empty());

@@ -1,5 +1,4 @@
 // Models over lanes: each lane has the bits that one path has.
-#include <bit>
 #include <random>
 #include <type_traits>
 
@@ -10,18 +9,6 @@
 namespace {
 
 using namespace equaltime;
-
-/// The model of a list at another type of number.
-template <class Model, class Real>
-struct InLanes;
-template <template <class> class Model, class Real>
-struct InLanes<Model<float>, Real> {
-  using type = Model<Real>;
-};
-
-bool same(float a, float b) { return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b); }
-bool same(const Spectrum& a, const Spectrum& b) { return same(a.r, b.r) && same(a.g, b.g) && same(a.b, b.b); }
-bool same(const Vec3f& a, const Vec3f& b) { return same(a.x, b.x) && same(a.y, b.y) && same(a.z, b.z); }
 
 /// Two directions, numbers and a side, for each lane.
 struct Case {
@@ -69,7 +56,7 @@ auto described(const typename Model::Description& d, BsdfTables& tables) {
 
 template <class Model>
 void check_lanes(const typename Model::Description& d) {
-  using Wide = typename InLanes<Model, Floats>::type;
+  using Wide = LanesOf<Model>;
   BsdfTables tables;
   const auto wide = described<Wide>(d, tables);
   const auto one = described<Model>(d, tables);

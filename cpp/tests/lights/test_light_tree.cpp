@@ -59,7 +59,7 @@ TEST("the probabilities of all lights sum to 1 for a receiver that all of them m
   for (const std::size_t n : {1UL, 2UL, 3UL, 17UL, 300UL}) {
     std::vector<AnyLight> lights;
     for (std::size_t i = 0; i < n; ++i)
-      lights.push_back(PointLight{Vec3f(random.point(1)), Spectrum(static_cast<float>(random.in(0.1, 9)))});
+      lights.push_back(PointLight<float>{Vec3f(random.point(1)), Spectrum(static_cast<float>(random.in(0.1, 9)))});
     const LightTree tree = tree_of(lights);
     for (int round = 0; round < 100; ++round) {
       LightSampleContext receiver = random_receiver(random);
@@ -106,7 +106,7 @@ TEST("a light's probability is exactly its share of the numbers, for powers over
   std::vector<AnyLight> lights;
   for (int i = 0; i < 60; ++i)
     lights.push_back(
-        PointLight{Vec3f(random.point(1)), Spectrum(static_cast<float>(std::pow(10, random.in(-20, 20))))});
+        PointLight<float>{Vec3f(random.point(1)), Spectrum(static_cast<float>(std::pow(10, random.in(-20, 20))))});
   const LightTree tree = tree_of(lights);
   for (int round = 0; round < 20; ++round) {
     LightSampleContext receiver = random_receiver(random);
@@ -185,8 +185,8 @@ TEST("lights in one place, on a line, in one plane and of one normal all get the
   std::vector<std::vector<AnyLight>> worlds(4);
   for (int i = 0; i < 100; ++i) {
     const auto x = static_cast<float>(i);
-    worlds[0].push_back(PointLight{{1, 2, 3}, white});
-    worlds[1].push_back(PointLight{{x, 2 * x, -x}, white});
+    worlds[0].push_back(PointLight<float>{{1, 2, 3}, white});
+    worlds[1].push_back(PointLight<float>{{x, 2 * x, -x}, white});
     worlds[2].push_back(TriangleLight({x, 0, 0}, {x + 1, 0, 0}, {x, 0, 1}, white));
     worlds[3].push_back(SphereLight({0, 0, 0}, 1, i % 2 == 0, white));
   }
@@ -212,8 +212,9 @@ TEST("a receiver at a light's place, or within a cluster, may pick any light") {
 }
 
 TEST("a light too far for the square of its distance takes none from those nearby") {
-  std::vector<AnyLight> lights = {PointLight{{1e30F, 0, 0}, Spectrum(1e30F)}, PointLight{{1, 0, 0}, Spectrum(1)},
-                                  PointLight{{-1e30F, 0, 0}, Spectrum(1e30F)}, PointLight{{0, 1, 0}, Spectrum(1)}};
+  std::vector<AnyLight> lights = {
+      PointLight<float>{{1e30F, 0, 0}, Spectrum(1e30F)}, PointLight<float>{{1, 0, 0}, Spectrum(1)},
+      PointLight<float>{{-1e30F, 0, 0}, Spectrum(1e30F)}, PointLight<float>{{0, 1, 0}, Spectrum(1)}};
   const LightTree tree = tree_of(lights);
   for (const Vec3f n : {Vec3f{1, 0, 0}, Vec3f{0, 1, 0}, Vec3f{0.6F, 0.8F, 0}}) {
     const LightSampleContext receiver{{0, 0, 0}, n, true};
@@ -224,8 +225,9 @@ TEST("a light too far for the square of its distance takes none from those nearb
 }
 
 TEST("a light that never shines is never picked, and no light at all leaves the tree empty") {
-  std::vector<EmitterBounds> bounds = bounds_of(
-      {PointLight{{0, 0, 0}, Spectrum(1)}, PointLight{{1, 0, 0}, Spectrum(0)}, PointLight{{2, 0, 0}, Spectrum(2)}});
+  std::vector<EmitterBounds> bounds =
+      bounds_of({PointLight<float>{{0, 0, 0}, Spectrum(1)}, PointLight<float>{{1, 0, 0}, Spectrum(0)},
+                 PointLight<float>{{2, 0, 0}, Spectrum(2)}});
   const LightTree tree(bounds);
   const LightSampleContext receiver{{0, 1, 0}, {0, -1, 0}, true};
   CHECK(tree.pmf(receiver, 1) == 0 && tree.pmf(receiver, 0) > 0 && tree.pmf(receiver, 2) > 0);
@@ -239,7 +241,7 @@ TEST("no order of places makes the tree deeper than a trail is long") {
     std::vector<AnyLight> lights;
     for (int i = 0; i < 3000; ++i) {
       const double at = std::pow(ratio, i % 120), power = std::pow(ratio, -(i % 60));
-      lights.push_back(PointLight{{static_cast<float>(at), 0, 0}, Spectrum(static_cast<float>(power))});
+      lights.push_back(PointLight<float>{{static_cast<float>(at), 0, 0}, Spectrum(static_cast<float>(power))});
     }
     const LightTree tree = tree_of(lights);
     CHECK(tree.depth() <= 63 && tree.depth() >= 12);
@@ -273,10 +275,10 @@ TEST("lengths and powers times a power of two change no bit of any choice") {
 TEST("next to one of a thousand lights, that one is picked more often than if all were alike") {
   Random random(12);
   std::vector<AnyLight> lights;
-  for (int i = 0; i < 1000; ++i) lights.push_back(PointLight{Vec3f(random.point(1)), Spectrum(1)});
+  for (int i = 0; i < 1000; ++i) lights.push_back(PointLight<float>{Vec3f(random.point(1)), Spectrum(1)});
   const LightTree tree = tree_of(lights);
   for (std::uint32_t i = 0; i < 1000; i += 50) {
-    const Vec3f place = std::get<PointLight>(lights[i]).position;
+    const Vec3f place = std::get<PointLight<float>>(lights[i]).position;
     CHECK(tree.pmf({place + Vec3f{0.001F, 0, 0}, {-1, 0, 0}, true}, i) > 0.005F);
   }
 }

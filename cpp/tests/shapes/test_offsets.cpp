@@ -43,7 +43,7 @@ TriangleMesh random_triangles(Random& random, int count) {
 }
 
 struct Leaving {
-  OffsetPoint anchor;
+  OffsetPoint<float> anchor;
   Vec3f direction;
   bool above;
 };
@@ -187,7 +187,8 @@ int instanced_self_hits(double scale_of_offset) {
       Vec3d d = random.direction();
       if (r % 2 == 0) d = d - met.n * (dot(met.n, d) * (1 - random.log_uniform(-5, -3)));
       const Vec3f direction(normalize(d));
-      const OffsetPoint anchor{Vec3f(met.p), n, static_cast<float>(static_cast<double>(met.offset) * scale_of_offset)};
+      const OffsetPoint<float> anchor{Vec3f(met.p), n,
+                                      static_cast<float>(static_cast<double>(met.offset) * scale_of_offset)};
       hits += accel.closest(Ray{anchor.moved(dot(direction, n) > 0), direction}).has_value();
     }
   }
