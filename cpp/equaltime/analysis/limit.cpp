@@ -95,7 +95,7 @@ class LimitRun {
 
   /// Sends the rays to Embree and to nothing else; returns how many met something, so that no query is idle.
   std::uint64_t trace(const Recording& part) {
-    const Accel& accel = scene_->accel;
+    const Accel& accel = scene_->geometry.accel;
     std::atomic<std::uint64_t> found{0}, traced{0};
     const auto work = [&](std::size_t i) {
       const std::vector<RecordedRay>& rays = part.rays[i];

@@ -11,12 +11,12 @@ namespace equaltime {
 namespace {
 
 /// Barycentric coordinates on a triangle; elsewhere uv, known only where a texture looks at them.
-std::optional<Point2f> place_on(const Scene& scene, const Interaction& it, float time) noexcept {
-  const Surface& surface = scene.surfaces[it.shape];
+std::optional<Point2f> place_on(const SceneGeometry& geometry, const Interaction& it, float time) noexcept {
+  const Surface& surface = geometry.surfaces[it.shape];
   if (surface.mesh == kNone) return surface.textured ? std::optional(it.place) : std::nullopt;
   RayD at(Vec3d(it.anchor.p), Vec3d(it.anchor.n), 1);
-  if (it.instance != kNone) at = scene.instance_at(it.instance, time).to_local(at);
-  const auto [a, b, c] = scene.corners(surface.mesh, it.primitive, time);
+  if (it.instance != kNone) at = geometry.instance_at(it.instance, time).to_local(at);
+  const auto [a, b, c] = geometry.corners(surface.mesh, it.primitive, time);
   const auto [u, v] = barycentric(a, b, c, at.origin);
   return Point2f{u, v};
 }
@@ -48,7 +48,7 @@ class PathTracer : public PathObserver {
     TracedVertex& vertex = current();
     if (met.it) {
       vertex.it = *met.it;
-      vertex.place = place_on(scene_, *met.it, time_);
+      vertex.place = place_on(scene_.geometry, *met.it, time_);
     } else if (scene_.lights.environment()) {
       const LightValue value = scene_.lights.environment_towards(settings_.lights, settings_.environment,
                                                                  vertex.made.from, met.ray.direction);
@@ -115,7 +115,7 @@ class PathTracer : public PathObserver {
     vertex.emitter = TracedEmitter{light, radiance, light_pdf, weight, {}};
   }
   void block(const Ray& ray) {
-    const auto meeting = scene_.closest<kAllEffects>(ray, time_);
+    const auto meeting = scene_.geometry.closest<kAllEffects>(ray, time_);
     if (const auto& it = surface(meeting)) current().light->closest_occluder = *it;
   }
 
@@ -159,11 +159,13 @@ Replay replay(const Scene& scene, const Settings& settings, std::uint64_t seed, 
 std::uint32_t shape_of_light(const Scene& scene, std::uint32_t light) noexcept {
   std::uint32_t owner = kNone, begin = 0;
   if (light >= scene.lights.first_delta()) return owner;
-  for (std::uint32_t shape = 0; shape < scene.surfaces.size(); ++shape) {
-    const std::uint32_t first = scene.surfaces[shape].first_light;
+  for (std::uint32_t shape = 0; shape < scene.geometry.surfaces.size(); ++shape) {
+    const std::uint32_t first = scene.geometry.surfaces[shape].first_light;
     if (first != kNone && first <= light && first >= begin) owner = shape, begin = first;
   }
-  return owner != kNone && scene.surfaces[owner].source_shape != kNone ? scene.surfaces[owner].source_shape : owner;
+  return owner != kNone && scene.geometry.surfaces[owner].source_shape != kNone
+             ? scene.geometry.surfaces[owner].source_shape
+             : owner;
 }
 
 }  // namespace equaltime

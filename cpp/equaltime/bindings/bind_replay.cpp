@@ -110,7 +110,7 @@ class Report {
 
 py::dict replayed(const Scene& scene, const Settings& settings, std::uint64_t seed, std::uint32_t x, std::uint32_t y,
                   std::uint64_t index, std::uint32_t nets) {
-  if (x >= scene.film.crop_width || y >= scene.film.crop_height || nets == 0)
+  if (x >= scene.camera.film.crop_width || y >= scene.camera.film.crop_height || nets == 0)
     throw py::value_error("the pixel is not on the film");
   return Report(scene).all(replay(scene, settings, seed, x, y, index, nets));
 }

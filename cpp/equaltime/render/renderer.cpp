@@ -80,7 +80,8 @@ Renderer::Renderer(std::shared_ptr<const Scene> scene, const Settings& settings,
       threads_(thread_count(options.threads)),
       need_(both(derive_effects(*scene_), options.also)),
       kernel_(&choose_kernel(both(need_, effects_of(settings)))),
-      film_(scene_->film.crop_width, scene_->film.crop_height, std::max(1U, options.replicates), sharing(options)),
+      film_(scene_->camera.film.crop_width, scene_->camera.film.crop_height, std::max(1U, options.replicates),
+            sharing(options)),
       blocks_(blocks()) {
   if (options.nets != 1 && options.nets != film_.replicates())
     throw std::invalid_argument("one net, or as many as replicates");

@@ -195,12 +195,12 @@ Splitting learn_splitting(const Scene& scene, const Settings& settings, unsigned
   if (parts.pixels.empty()) return splitting;
   Judged judged;
   for (std::size_t own = 0; own < kParts; ++own) {
-    const SplittingMap by_others = parts.fitted(scene.film, own);
+    const SplittingMap by_others = parts.fitted(scene.camera.film, own);
     for (std::size_t i = 0; i < parts.pixels.size(); ++i)
       if (parts.part[i] == own) judged.add(parts.pixels[i], by_others);
   }
   splitting.log_ratio = judged.log_ratio();
-  splitting.efficiency = parts.fitted(scene.film, kParts);
+  splitting.efficiency = parts.fitted(scene.camera.film, kParts);
   return splitting;
 }
 
@@ -220,7 +220,7 @@ RouletteDecision decide_roulette(const Scene& scene, const Settings& settings, u
   decision.roulette = settings.roulette == Roulette::automatic ? Roulette::throughput : settings.roulette;
   const bool fixed = settings.roulette != Roulette::automatic;
   const bool can_pay = !uses_one_direction(settings.technique) &&
-                       std::uint64_t{scene.film.width} * scene.film.height >= kLeastFilmPixels;
+                       std::uint64_t{scene.camera.film.width} * scene.camera.film.height >= kLeastFilmPixels;
   if (!is_undecided(settings) || !(fixed || can_pay)) return decision;
   Splitting found = learn_splitting(scene, settings, threads, stop);
   decision.log_ratio = found.log_ratio, decision.rays = found.rays, decision.shadow_rays = found.shadow_rays;

@@ -158,7 +158,7 @@ SplittingPilot render_splitting_pilot(const Scene& scene, const Settings& given,
   Settings plain = given, split = given;
   plain.roulette = split.roulette = Roulette::efficiency;
   plain.efficiency = nullptr, split.efficiency = &copies;
-  const std::uint64_t width = scene.film.width, height = scene.film.height;
+  const std::uint64_t width = scene.camera.film.width, height = scene.camera.film.height;
   const std::uint64_t wide = (width + kSide - 1) / kSide, high = (height + kSide - 1) / kSide;
   std::vector<std::vector<RawPixel>> squares(std::clamp(width * height / kFilmPixels, kLeastPixels, kMostPixels) /
                                              (kSide * kSide));

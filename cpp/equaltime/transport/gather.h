@@ -46,8 +46,8 @@ template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE Spectrum surface_emission(const Scene& scene, const Settings& settings,
                                                          const Interaction& it, PreviousVertex ray, float time,
                                                          O& observer) noexcept(!O::allocates) {
-  if (scene.surfaces[it.shape].first_light == kNone || !it.front) return {};
-  const std::uint32_t light = scene.light_of(it);
+  if (!scene.geometry.emits(it) || !it.front) return {};
+  const std::uint32_t light = scene.geometry.light_of(it);
   float light_pdf = 0;
   if (!ray.specular_bounce && aims_at_lights(settings.technique))
     light_pdf = scene.lights.area_pdf<E>(settings.lights, light, ray.from, -it.wo, it.anchor.p, time);
@@ -82,12 +82,12 @@ template <Effects E, Observer O>
   if constexpr (E.textures) radiance = E.motion ? scene.radiance_of(light, time) : scene.radiance_of(light);
   Spectrum unoccluded = value.f * radiance * (weight / light.pdf);
   if constexpr (E.masks || E.media) {
-    const int crossings = scene.count_null_interfaces ? settings.max_depth - depth - 1 : kUnlimitedDepth;
+    const int crossings = scene.rules.count_null_interfaces ? settings.max_depth - depth - 1 : kUnlimitedDepth;
     const Spectrum left = shadow_transmittance<E>(scene, it, above, media, light, crossings, time, observer);
     tell<event::LightReceived>(observer, weight, left.max_component());
     return left.is_black() ? Spectrum() : unoccluded * left;
   }
-  const float share = visibility<E>(scene, it, above, light, time, observer);
+  const float share = visibility<E>(scene.geometry, it, above, light, time, observer);
   tell<event::LightReceived>(observer, weight, share);
   return share > 0 ? unoccluded * share : Spectrum();
 }

@@ -10,6 +10,7 @@
 #include "equaltime/film/sample_log.h"
 #include "equaltime/film/schedule.h"
 #include "equaltime/film/second_nets.h"
+#include "equaltime/scene/scene.h"
 #include "equaltime/transport/observer.h"
 #include "equaltime/transport/settings.h"
 

@@ -27,7 +27,7 @@ template <Effects E, Observer O>
     const VertexNumbers u = path.sampler.vertex(path.segment());  // made while the ray is on its way
     const Ray ray = path.ray;  // a copy: by reference it would hold all of the path in memory
     tell<event::RayTraced>(observer, ray, path.time, path.previous, path.beta, path.L);
-    auto meeting = closest<E>(scene, ray, path.time, observer);
+    auto meeting = closest<E>(scene.geometry, ray, path.time, observer);
     tell<event::RayMet>(observer, ray, surface(meeting) ? &*surface(meeting) : nullptr);
     Vertex v;
     const Arrival arrival = arrive<E>(scene, settings, path, meeting, v, own, observer);

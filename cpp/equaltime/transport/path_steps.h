@@ -21,7 +21,7 @@ EQUALTIME_INLINE void add_emission(const Scene& scene, const Settings& settings,
   if (!it && path.hidden_emitters.sees_no_environment(scene)) return;
   const Spectrum L = path.beta * (it ? surface_emission<E>(scene, settings, *it, path.previous, path.time, observer)
                                      : environment_emission<E>(scene, settings, path.ray.direction, path.previous));
-  tell<event::EmissionAdded>(observer, L, it ? scene.light_of(*it) : scene.lights.last(), path.depth);
+  tell<event::EmissionAdded>(observer, L, it ? scene.geometry.light_of(*it) : scene.lights.last(), path.depth);
   path.L += L;
 }
 
@@ -37,23 +37,24 @@ template <Effects E, Observer O>
   tell<event::DistanceSampled>(observer, it ? &*it : nullptr, phase != nullptr, path.beta);
   if constexpr (E.media || E.hidden_emitters)
     if (phase == nullptr && it &&
-        (path.media.here().hides(scene, *it) || path.hidden_emitters.skips(scene, *it, path.depth))) {
+        (path.media.here().hides(scene.geometry, *it) || path.hidden_emitters.skips(scene, *it, path.depth))) {
       path.cross(scene, *it, false);
       return Arrival::crosses;
     }
   if (phase == nullptr) {
     add_emission<E>(scene, settings, path, it, observer);
     if (!it) return Arrival::ends;
-    v.material = scene.material(*it);
+    v.material = scene.geometry.material(*it);
   }
-  const bool crosses = E.masks && !scene.count_null_interfaces;  // null surfaces are crossed even beyond max_depth
+  const bool crosses =
+      E.masks && !scene.rules.count_null_interfaces;  // null surfaces are crossed even beyond max_depth
   if ((path.depth >= settings.max_depth && !crosses) || (phase == nullptr && v.material == kNone)) return Arrival::ends;
   if constexpr (E.masks) {
     if (phase == nullptr)
       v.material = scene.choose_component(v.material, *it,
                                           path.sampler.get_1d_precise(slot(BounceDimension::material, segment)));
-    if (phase == nullptr && scene.materials[v.material].kind == Material::Kind::nothing) {
-      path.cross(scene, *it, scene.count_null_interfaces);
+    if (phase == nullptr && scene.appearance.materials[v.material].kind == Material::Kind::nothing) {
+      path.cross(scene, *it, scene.rules.count_null_interfaces);
       return Arrival::crosses;
     }
   }

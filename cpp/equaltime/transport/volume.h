@@ -33,8 +33,8 @@ namespace detail {
 template <Effects E>
 class MediumStack {
  public:
-  void leave(const Scene&, const Interaction&, bool) const noexcept {}
-  [[nodiscard]] static constexpr bool hides(const Scene&, const Interaction&) noexcept { return false; }
+  void leave(const SceneGeometry&, const Interaction&, bool) const noexcept {}
+  [[nodiscard]] static constexpr bool hides(const SceneGeometry&, const Interaction&) noexcept { return false; }
   [[nodiscard]] static const Bsdf& with_exterior(const Scene&, const Interaction&, const Bsdf& bsdf,
                                                  std::optional<Bsdf>&) noexcept {
     return bsdf;
@@ -46,18 +46,20 @@ requires(E.media) class MediumStack<E> {
  public:
   /// Of a path that begins with a ray, at a time if anything moves.
   MediumStack(const Scene& scene, const Ray& camera_ray, [[maybe_unused]] float time) noexcept
-      : bodies_(scene.nesting.always.bodies), around_(scene.nesting.always.medium), place_(camera_ray.origin) {
+      : bodies_(scene.volumes.nesting.always.bodies),
+        around_(scene.volumes.nesting.always.medium),
+        place_(camera_ray.origin) {
     if constexpr (E.motion)
-      if (!scene.nesting.sometimes.empty()) {
-        const CameraMedium now = scene.beginning(time);
+      if (!scene.volumes.nesting.sometimes.empty()) {
+        const CameraMedium now = scene.camera_medium(time);
         bodies_ = now.bodies, around_ = now.medium;
       }
   }
 
   /// The path goes on to a side of a vertex.
-  void leave(const Scene& scene, const Interaction& it, bool above) noexcept {
+  void leave(const SceneGeometry& geometry, const Interaction& it, bool above) noexcept {
     if (it.shape == kNone) return;
-    const Surface& surface = scene.surfaces[it.shape];
+    const Surface& surface = geometry.surfaces[it.shape];
     const bool before = above == it.front;
     if (surface.rank != kNoRank) {
       bodies_ = before ? others(surface) : bodies_ | only(surface.rank);
@@ -66,8 +68,8 @@ requires(E.media) class MediumStack<E> {
     if (surface.bounds_media) around_ = surface.media[before ? 0 : 1];
   }
   /// Whether a dielectric of higher priority holds the point, and hides the surface.
-  [[nodiscard]] bool hides(const Scene& scene, const Interaction& it) const noexcept {
-    return hides(scene.surfaces[it.shape]);
+  [[nodiscard]] bool hides(const SceneGeometry& geometry, const Interaction& it) const noexcept {
+    return hides(geometry.surfaces[it.shape]);
   }
   [[nodiscard]] bool hides(const Surface& surface) const noexcept {
     return surface.rank != kNoRank && others(surface) != 0 && highest(others(surface)) > surface.rank;
@@ -75,28 +77,28 @@ requires(E.media) class MediumStack<E> {
   /// The BSDF of a body's surface with what is beyond it: in `own`, if that is another body.
   [[nodiscard]] const Bsdf& with_exterior(const Scene& scene, const Interaction& it, const Bsdf& bsdf,
                                           std::optional<Bsdf>& own) const noexcept {
-    const Surface& surface = scene.surfaces[it.shape];
+    const Surface& surface = scene.geometry.surfaces[it.shape];
     if (surface.rank == kNoRank || others(surface) == 0) return bsdf;
-    const Bsdf changed = with_exterior_ior(bsdf, scene.nesting.bodies[index(others(surface))].ior);
+    const Bsdf changed = with_exterior_ior(bsdf, scene.volumes.nesting.bodies[index(others(surface))].ior);
     return own.emplace(changed);
   }
   /// Follows a shadow ray to the surface that it meets, or else to the light: what is left of its light.
   [[nodiscard]] Spectrum transmittance_along(const Scene& scene, const Ray& shadow, const ExactMeeting& meeting,
                                              const LightSample& light, float time) noexcept {
-    const std::uint32_t here = medium_at(scene);
+    const std::uint32_t here = medium_index(scene.volumes);
     const Vec3d from = place_;
     if (meeting.it) place_ = meeting.point;
     if (here == kNone) return Spectrum(1);
-    const Medium& medium = scene.media[here];
+    const Medium& medium = scene.volumes.media[here];
     if (meeting.it)
       return medium.transmittance(distance_along(from, shadow.direction, meeting) * length(Vec3d(shadow.direction)));
     if (light.infinite) return medium.transmittance(std::numeric_limits<double>::infinity());
-    return medium.transmittance(distance_to(scene, medium, from, shadow, light, time));
+    return medium.transmittance(distance_to(scene.geometry, medium, from, shadow, light, time));
   }
 
   /// The medium that the path is in; kNone: vacuum.
-  [[nodiscard]] std::uint32_t medium_at(const Scene& scene) const noexcept {
-    return bodies_ == 0 ? around_ : scene.nesting.bodies[index(bodies_)].medium;
+  [[nodiscard]] std::uint32_t medium_index(const Volumes& volumes) const noexcept {
+    return bodies_ == 0 ? around_ : volumes.nesting.bodies[index(bodies_)].medium;
   }
   [[nodiscard]] const Vec3d& place() const noexcept { return place_; }
   void move_to(const Vec3d& place) noexcept { place_ = place; }
@@ -107,12 +109,12 @@ requires(E.media) class MediumStack<E> {
 
   /// The distance of a light sample that nothing occludes. In dense media its rounded point is not good enough, and a
   /// ray finds the exact one.
-  [[nodiscard, gnu::noinline]] static double distance_to(const Scene& scene, const Medium& medium, const Vec3d& from,
-                                                         const Ray& shadow, const LightSample& light,
+  [[nodiscard, gnu::noinline]] static double distance_to(const SceneGeometry& geometry, const Medium& medium,
+                                                         const Vec3d& from, const Ray& shadow, const LightSample& light,
                                                          [[maybe_unused]] float time) noexcept {
     if (!light.delta && medium.sigma_t.max_component() * light.target.offset > kFarOff) {
-      const ExactMeeting lamp = scene.closest<E, ScopedFpEnvironment>({shadow.origin, light.wi}, time);
-      if (lamp.it && scene.surfaces[lamp.it->shape].first_light != kNone && scene.light_of(*lamp.it) == light.light)
+      const ExactMeeting lamp = geometry.closest<E, ScopedFpEnvironment>({shadow.origin, light.wi}, time);
+      if (lamp.it && geometry.emits(*lamp.it) && geometry.light_of(*lamp.it) == light.light)
         return distance_along(from, light.wi, lamp);
     }
     return length(Vec3d(light.target.p) - from);
@@ -153,12 +155,12 @@ requires(E.media) class PathMediumStack<E> {
   [[nodiscard]] EQUALTIME_INLINE const PhaseFunction* sample_distance(const Scene& scene, const Ray& ray,
                                                                       const Sampler& sampler, std::uint32_t bounce,
                                                                       Spectrum& beta, ExactMeeting& ahead) noexcept {
-    const std::uint32_t medium_here = here_.medium_at(scene);
+    const std::uint32_t medium_here = here_.medium_index(scene.volumes);
     const Vec3d from = here_.place();
     Optional<Interaction>& it = ahead.it;
     if (it) here_.move_to(ahead.point);
     if (medium_here == kNone || beta.is_black()) return nullptr;
-    const Medium& medium = scene.media[medium_here];
+    const Medium& medium = scene.volumes.media[medium_here];
     const Point2d u = sampler.get_2d_precise(slot(BounceDimension::medium, bounce));
     const double free = it ? distance_along(from, ray.direction, ahead) : std::numeric_limits<double>::infinity();
     const DistanceSample flight = medium.sample(beta, free, u);
@@ -168,13 +170,13 @@ requires(E.media) class PathMediumStack<E> {
     const float height = it ? static_cast<float>(flight.distance - free) * dot(ray.direction, it->anchor.n) : 0;
     here_.move_to(vertex);
     it = detail::vertex_in_medium(ray, nearby_.begin(vertex, ahead, height));
-    return &scene.phases[medium_here];
+    return &scene.volumes.phases[medium_here];
   }
   /// The path goes on to a side of a vertex.
   void leave(const Scene& scene, const Interaction& it, bool above) noexcept {
     if (it.shape == kNone) return;
-    here_.leave(scene, it, above);
-    if (here_.medium_at(scene) == kNone)
+    here_.leave(scene.geometry, it, above);
+    if (here_.medium_index(scene.volumes) == kNone)
       nearby_.clear();
     else
       nearby_.leave(here_.place(), above ? it.anchor.n : -it.anchor.n, it.anchor.offset);
@@ -193,25 +195,25 @@ template <Effects E, Observer O>
                                             O& observer) noexcept(!O::allocates) {
   const bool glass_passes = shines_through_glass(scene, light);
   // within media it also counts how far surfaces are, to more digits than Embree tells
-  const bool may_pass = scene.lets_light_pass || (E.media && !scene.media.empty());
+  const bool may_pass = scene.appearance.lets_light_pass || (E.media && !scene.volumes.media.empty());
   Spectrum share(1);
   Interaction from = vertex;
   for (;;) {
-    media.leave(scene, from, above);
+    media.leave(scene.geometry, from, above);
     const Ray shadow = shadow_ray(from, above, light);
-    if (!may_pass && occluded<E>(scene, shadow, time, observer)) return {};
-    auto meeting = may_pass ? closest_occluder<E>(scene, shadow, time, observer) : MeetingOf<E>();
+    if (!may_pass && occluded<E>(scene.geometry, shadow, time, observer)) return {};
+    auto meeting = may_pass ? closest_occluder<E>(scene.geometry, shadow, time, observer) : MeetingOf<E>();
     const Optional<Interaction>& it = surface(meeting);
     if constexpr (E.media) {
       share *= media.transmittance_along(scene, shadow, meeting, light, time);
-      if (!it && !scene.nesting.bodies.empty() && !light.infinite && !light.delta)
-        if (media.hides(scene.surfaces[scene.emitters[light.light].shape])) return {};
+      if (!it && !scene.volumes.nesting.bodies.empty() && !light.infinite && !light.delta)
+        if (media.hides(scene.geometry.surfaces[scene.geometry.emitters[light.light].shape])) return {};
     }
     if (!it || share.is_black()) return share;
     from = *it;
     above = false;
-    if (media.hides(scene, *it)) continue;
-    const std::uint32_t material = scene.material(*it);
+    if (media.hides(scene.geometry, *it)) continue;
+    const std::uint32_t material = scene.geometry.material(*it);
     if (crossings-- <= 0 || material == kNone) return {};
     share *= surface_transmittance<E>(scene, material, *it, glass_passes, time);
     if (share.is_black()) return {};
