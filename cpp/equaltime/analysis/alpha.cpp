@@ -21,9 +21,9 @@ double opacity(const Scene& scene, Ray ray, const Sampler& sampler, float time) 
   PathMediumStack<E> media(scene, ray, time);
   const HiddenEmitters<E> hidden_emitters(true);
   for (std::uint32_t crossed = 0;; ++crossed) {
-    auto meeting = scene.geometry.closest<E>(ray, time);
-    if (media.sample_distance(scene, ray, sampler, crossed, through, meeting) != nullptr) return 1;
-    const Optional<Interaction>& it = surface(meeting);
+    auto hit = scene.geometry.closest<E>(ray, time);
+    if (media.sample_distance(scene, ray, sampler, crossed, through, hit) != nullptr) return 1;
+    const Optional<Interaction>& it = interaction(hit);
     if (!it) return 1 - static_cast<double>(through.mean());
     if (!media.here().hides(scene.geometry, *it) && !hidden_emitters.skips(scene, *it, 1)) {
       const std::uint32_t material = scene.geometry.material(*it);

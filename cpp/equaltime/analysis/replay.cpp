@@ -43,15 +43,15 @@ class PathTracer : public PathObserver {
     current().length = replay_.vertices[*current().from].length + 1;
     resumes_ = false;
   }
-  void on(const event::RayMet& met) {
+  void on(const event::RayHit& hit) {
     const ScopedFpEnvironment held;
     TracedVertex& vertex = current();
-    if (met.it) {
-      vertex.it = *met.it;
-      vertex.place = place_on(scene_.geometry, *met.it, time_);
+    if (hit.it) {
+      vertex.it = *hit.it;
+      vertex.place = place_on(scene_.geometry, *hit.it, time_);
     } else if (scene_.lights.environment()) {
       const LightValue value = scene_.lights.environment_towards(settings_.lights, settings_.environment,
-                                                                 vertex.made.from, met.ray.direction);
+                                                                 vertex.made.from, hit.ray.direction);
       meets(scene_.lights.last(), value.radiance, value.pdf);
     }
   }
@@ -62,7 +62,7 @@ class PathTracer : public PathObserver {
     const ScopedFpEnvironment held;
     if (shadow.blocked) block(shadow.ray);
   }
-  void on(const event::ShadowRayMet& shadow) {
+  void on(const event::ShadowRayHit& shadow) {
     if (shadow.it) current().light->closest_occluder = *shadow.it;
   }
   void on(const event::DirectLightAdded& added) noexcept {
@@ -77,9 +77,9 @@ class PathTracer : public PathObserver {
     vertex.it = *sampled.it, vertex.in_medium = true;
     vertex.place.reset(), vertex.emitter.reset();
   }
-  void on(const event::EmitterMet& met) {
+  void on(const event::EmitterHit& hit) {
     const ScopedFpEnvironment held;
-    meets(met.light, scene_.radiance<kAllEffects>(*current().it), met.light_pdf);
+    meets(hit.light, scene_.radiance<kAllEffects>(*current().it), hit.light_pdf);
   }
   void on(const event::LightPicked& picked) {
     if (picked.pick) current().light = TracedLight{*picked.pick, {}, {}, 0, 0, {}, {}};
@@ -115,8 +115,8 @@ class PathTracer : public PathObserver {
     vertex.emitter = TracedEmitter{light, radiance, light_pdf, weight, {}};
   }
   void block(const Ray& ray) {
-    const auto meeting = scene_.geometry.closest<kAllEffects>(ray, time_);
-    if (const auto& it = surface(meeting)) current().light->closest_occluder = *it;
+    const auto hit = scene_.geometry.closest<kAllEffects>(ray, time_);
+    if (const auto& it = interaction(hit)) current().light->closest_occluder = *it;
   }
 
   const Scene& scene_;

@@ -63,7 +63,7 @@ bool is_near(const Window& window, const Scene& scene, const FilmPoint& place) n
 Spectrum seen(const Scene& scene, const FilmPoint& place, Point2f lens, const LightSample& light, float time) noexcept {
   const Ray ray = camera_ray<kAllEffects>(
       scene.camera.sensor, scene.camera.motion, place.x, place.y, [&]() noexcept { return lens; }, time);
-  const Optional<Interaction> it = surface(scene.geometry.closest<kAllEffects>(ray, time));
+  const Optional<Interaction> it = interaction(scene.geometry.closest<kAllEffects>(ray, time));
   if (light.infinite) return it ? Spectrum() : light.radiance;
   if (!it || !it->front || !scene.geometry.emits(*it) || scene.geometry.light_of(*it) != light.light) return {};
   return scene.radiance<kAllEffects>(*it);

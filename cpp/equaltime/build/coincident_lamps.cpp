@@ -45,13 +45,13 @@ struct FaceName {
 struct Face {
   std::array<Vec3d, 3> v;
   Vec3d n;
-  double doubt;  // how far float32 and Embree may see it from its plane
+  double margin;  // how far float32 and Embree may see it from its plane
   FaceName name;
   bool emits;
 
   [[nodiscard]] Bounds bounds() const noexcept {
     Bounds b;
-    for (const Vec3d& p : v) b.include(p - Vec3d{doubt, doubt, doubt}), b.include(p + Vec3d{doubt, doubt, doubt});
+    for (const Vec3d& p : v) b.include(p - Vec3d{margin, margin, margin}), b.include(p + Vec3d{margin, margin, margin});
     return b;
   }
 };
@@ -119,7 +119,7 @@ double area(const Polygon& polygon) noexcept {
 
 /// How high a face reaches above the lamp's plane, if the two are one within rounding where they overlap.
 std::optional<double> coincidence(const Face& lamp, const Face& face) {
-  const double near = 4 * (lamp.doubt + face.doubt);
+  const double near = 4 * (lamp.margin + face.margin);
   const Polygon shared = common(face, lamp);
   const double sides = length(lamp.v[1] - lamp.v[0]) + length(lamp.v[2] - lamp.v[0]);
   if (shared.size() < 3 || !(area(shared) > near * sides)) return std::nullopt;
@@ -235,9 +235,9 @@ class FlatLamps {
     const Vec3d normal = cross(v[1] - v[0], v[2] - v[0]);
     const double size = length(normal);
     if (!(size > 0) || !std::isfinite(size)) return std::nullopt;
-    const auto doubt = static_cast<double>(triangle_plane(Vec3f(v[0]), Vec3f(v[1]), Vec3f(v[2])).offset);
-    if (!std::isfinite(doubt)) return std::nullopt;  // no area is left in float32
-    return Face{v, normal / size, doubt, {}, false};
+    const auto margin = static_cast<double>(triangle_plane(Vec3f(v[0]), Vec3f(v[1]), Vec3f(v[2])).offset);
+    if (!std::isfinite(margin)) return std::nullopt;  // no area is left in float32
+    return Face{v, normal / size, margin, {}, false};
   }
 
   /// Calls f with every face of a shape, wherever it is looked at, of those parts that `wanted` admits: it is called
@@ -255,7 +255,7 @@ class FlatLamps {
           if (!found) return;
           name.number = number;
           found->name = name, found->emits = emits;
-          if (instance != nullptr) found->doubt *= 4;
+          if (instance != nullptr) found->margin *= 4;
           f(*found);
         });
       }
@@ -282,7 +282,8 @@ class FlatLamps {
   }
 
   /// How far the box of a face's corners is from a lamp's box at most if the two can be one: `coincidence` asks for a
-  /// shared area of more than 4 `doubt` times the lamp's sides, and the lamp's area is an eighth of their square.
+  /// shared area of more than 4 `margin` times the lamp's sides, and the lamp's area is an eighth of their
+  /// square.
   [[nodiscard]] double margin() const noexcept {
     double widest = 0;
     for (const Face& lamp : lamps_)

@@ -35,7 +35,7 @@ class PilotObserver : public PathObserver {
   }
   void on(const event::RayTraced&) noexcept { ++rays; }
   void on(const event::ShadowRayTraced&) noexcept { ++shadow_rays; }
-  void on(const event::ShadowRayMet&) noexcept { ++shadow_rays; }
+  void on(const event::ShadowRayHit&) noexcept { ++shadow_rays; }
   void on(const event::EmissionAdded& added) noexcept { added.depth == 1 ? void(seen_ += added.L) : add(added.L); }
   void on(const event::DirectLightAdded& added) noexcept { add(added.L); }
   void on(const event::PathSplit&) noexcept { forked_ = true, at_fork_ = rays + shadow_rays; }

@@ -18,7 +18,7 @@ Optional<LightSample> MovingLights::with_offset(Optional<LightSample> sample, fl
   if (!sample) return sample;
   OffsetPoint& target = sample->target;
   const Instance now(instance.group, instance.to_world.at(static_cast<double>(time)));
-  target.offset += now.doubt(target.p, target.n);
+  target.offset += now.position_error(target.p, target.n);
   return sample;
 }
 

@@ -12,7 +12,7 @@
 #include "equaltime/scene/deforming_mesh.h"
 #include "equaltime/scene/emitter.h"
 #include "equaltime/scene/instance.h"
-#include "equaltime/scene/meeting.h"
+#include "equaltime/scene/recompute_hit.h"
 #include "equaltime/scene/surface.h"
 #include "equaltime/textures/texture.h"
 
@@ -47,10 +47,11 @@ struct SceneGeometry {
   /// The nearest surface that the ray meets, at a time from 0 to 1 if anything moves. E prunes kinds of shapes that the
   /// scene cannot hold. A Guard lives while Embree searches.
   template <Effects E, class Guard = Unguarded>
-  [[nodiscard]] MeetingOf<E> closest(const Ray& ray, float time) const noexcept;
-  /// The interaction with what was hit in an instance.
+  [[nodiscard]] SurfaceIntersection<E> closest(const Ray& ray, float time) const noexcept;
+  /// The interaction at a hit of an instance.
   template <Effects E>
-  [[nodiscard, gnu::noinline]] MeetingOf<E> seen_in(const Hit& hit, const Ray& ray, float time) const noexcept;
+  [[nodiscard, gnu::noinline]] SurfaceIntersection<E> in_instance(const Hit& hit, const Ray& ray,
+                                                                  float time) const noexcept;
   /// Whether any surface stands in the way of the ray.
   template <Effects E>
   [[nodiscard]] EQUALTIME_INLINE bool occluded(const Ray& ray, float time) const noexcept {
@@ -95,28 +96,28 @@ struct SceneGeometry {
 };
 
 template <Effects E, class Guard>
-EQUALTIME_INLINE MeetingOf<E> SceneGeometry::closest(const Ray& ray, float time) const noexcept {
+EQUALTIME_INLINE SurfaceIntersection<E> SceneGeometry::closest(const Ray& ray, float time) const noexcept {
   Optional<Hit> hit = [&]() noexcept {
     [[maybe_unused]] const Guard guard;
     return accel.closest<E>(ray, time);
   }();
   if (!hit) return {};
   if constexpr (E.instances || E.motion)
-    if (hit->instance != kNotInstanced) return seen_in<E>(*hit, ray, time);
+    if (hit->instance != kNotInstanced) return in_instance<E>(*hit, ray, time);
   const auto own = [this]() noexcept -> const Geometries& { return accel.geometries(); };
-  return detail::make_meeting<E>(recompute_hit<E>(top, own, hit->id, RayD(ray), time), ray);
+  return detail::make_intersection<E>(recompute_hit<E>(top, own, hit->id, RayD(ray), time), ray);
 }
 
 template <Effects E>
-MeetingOf<E> SceneGeometry::seen_in(const Hit& hit, const Ray& ray, float time) const noexcept {
+SurfaceIntersection<E> SceneGeometry::in_instance(const Hit& hit, const Ray& ray, float time) const noexcept {
   const Instance instance = instance_at(hit.instance, time);
   const std::uint32_t group = instance.group();
   const auto grouped = [&]() noexcept -> const Geometries& { return accel.groups()[group]; };
   const detail::SurfacePoint point =
       instance.placed(recompute_hit<E>(groups[group], grouped, hit.id, instance.to_local(RayD(ray)), time));
-  MeetingOf<E> meeting = detail::make_meeting<E>(point, ray);
-  surface(meeting)->instance = hit.instance;
-  return meeting;
+  SurfaceIntersection<E> intersection = detail::make_intersection<E>(point, ray);
+  interaction(intersection)->instance = hit.instance;
+  return intersection;
 }
 
 template <Effects E, class GeometriesOf>

@@ -29,9 +29,9 @@ Optional<double> intersect_disk(const DiskGeometry& disk, const RayD& ray) noexc
 Optional<double> intersect_cylinder(const CylinderGeometry& cylinder, const RayD& ray) noexcept {
   const Vec3d &d = ray.direction, oc = ray.origin - cylinder.base;
   const double rise = dot(d, cylinder.axis), start = dot(oc, cylinder.axis);
-  const auto meetings = detail::meet_ball(oc - cylinder.axis * start, d - cylinder.axis * rise, cylinder.radius);
-  if (!meetings) return std::nullopt;
-  for (const double t : {meetings->first, meetings->second}) {
+  const auto roots = detail::ball_roots(oc - cylinder.axis * start, d - cylinder.axis * rise, cylinder.radius);
+  if (!roots) return std::nullopt;
+  for (const double t : {roots->first, roots->second}) {
     const double height = start + rise * t;
     if (t > 0 && t < ray.t_max && height >= 0 && height <= cylinder.length) return t;
   }

@@ -74,10 +74,10 @@ struct Barycentric {
 namespace detail {
 /// The t, in ascending order, at which oc + t·d, in any number of dimensions, is at the distance `radius` from 0. None
 /// if d is 0 or misses, or if both are surely below 0.
-struct Meetings {
+struct Roots {
   double first, second;
 };
-[[nodiscard]] inline Optional<Meetings> meet_ball(const Vec3d& oc, const Vec3d& d, double radius) noexcept {
+[[nodiscard]] inline Optional<Roots> ball_roots(const Vec3d& oc, const Vec3d& d, double radius) noexcept {
   const double b = -dot(oc, d), distance_squared = length_squared(oc), radius_squared = square(radius);
   // Outside and on the way out, as rays mostly are that the ball's box stands round: the roots below keep their signs
   // when they are rounded, because the root of a square is the number itself. No root, no quotient for these.
@@ -91,14 +91,14 @@ struct Meetings {
   const double c = (distance - radius) * (distance + radius);
   const double q = b + std::copysign(std::sqrt(a * discriminant), b);
   const double t0 = q != 0 ? c / q : 0.0, t1 = q / a;
-  return t0 > t1 ? Meetings{t1, t0} : Meetings{t0, t1};
+  return t0 > t1 ? Roots{t1, t0} : Roots{t0, t1};
 }
 }  // namespace detail
 
 /// Nearest t in (0, t_max) at which the ray meets the sphere, with float64 accuracy for any ratio of distance and
 /// radius (Haines, Günther & Akenine-Möller 2019: discriminant from the point of closest approach).
 [[nodiscard]] inline Optional<double> intersect_sphere(const SphereGeometry& sphere, const RayD& ray) noexcept {
-  const auto t = detail::meet_ball(ray.origin - sphere.center, ray.direction, sphere.radius);
+  const auto t = detail::ball_roots(ray.origin - sphere.center, ray.direction, sphere.radius);
   if (!t) return std::nullopt;
   if (t->first > 0) return t->first < ray.t_max ? Optional(t->first) : std::nullopt;
   if (t->second > 0 && t->second < ray.t_max) return t->second;

@@ -26,7 +26,7 @@ struct RayTraced {
 };
 
 /// The ray has met this surface, or nothing.
-struct RayMet {
+struct RayHit {
   const Ray& ray;
   const Interaction* it;  // null: nothing
 };
@@ -40,7 +40,7 @@ struct DistanceSampled {
 };
 
 /// The ray has met a surface that emits towards it; light sampling has this density for its direction.
-struct EmitterMet {
+struct EmitterHit {
   std::uint32_t light;
   float light_pdf;
 };
@@ -76,7 +76,7 @@ struct ShadowRayTraced {
 };
 
 /// The nearest surface on a ray to a light, which may let it pass.
-struct ShadowRayMet {
+struct ShadowRayHit {
   const Ray& ray;
   float time;
   const Interaction* it;  // null: nothing

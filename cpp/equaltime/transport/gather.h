@@ -51,7 +51,7 @@ template <Effects E, Observer O>
   float light_pdf = 0;
   if (!ray.specular_bounce && aims_at_lights(settings.technique))
     light_pdf = scene.lights.area_pdf<E>(settings.lights, light, ray.from, -it.wo, it.anchor.p, time);
-  tell<event::EmitterMet>(observer, light, light_pdf);
+  tell<event::EmitterHit>(observer, light, light_pdf);
   return scene.radiance<E>(it) * emission_mis_weight(settings, ray, light, light_pdf);
 }
 

@@ -29,11 +29,11 @@ EQUALTIME_INLINE void add_emission(const Scene& scene, const Settings& settings,
 /// where that is no other's.
 template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE Arrival arrive(const Scene& scene, const Settings& settings, PathState<E>& path,
-                                              MeetingOf<E>& meeting, Vertex& v, std::optional<Bsdf>& own,
+                                              SurfaceIntersection<E>& hit, Vertex& v, std::optional<Bsdf>& own,
                                               O& observer) noexcept(!O::allocates) {
   const std::uint32_t segment = path.segment();
-  const PhaseFunction* phase = path.media.sample_distance(scene, path.ray, path.sampler, segment, path.beta, meeting);
-  Optional<Interaction>& it = surface(meeting);
+  const PhaseFunction* phase = path.media.sample_distance(scene, path.ray, path.sampler, segment, path.beta, hit);
+  Optional<Interaction>& it = interaction(hit);
   tell<event::DistanceSampled>(observer, it ? &*it : nullptr, phase != nullptr, path.beta);
   if constexpr (E.media || E.hidden_emitters)
     if (phase == nullptr && it &&

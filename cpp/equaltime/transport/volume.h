@@ -83,15 +83,15 @@ requires(E.media) class MediumStack<E> {
     return own.emplace(changed);
   }
   /// Follows a shadow ray to the surface that it meets, or else to the light: what is left of its light.
-  [[nodiscard]] Spectrum transmittance_along(const Scene& scene, const Ray& shadow, const ExactMeeting& meeting,
+  [[nodiscard]] Spectrum transmittance_along(const Scene& scene, const Ray& shadow, const ExactIntersection& hit,
                                              const LightSample& light, float time) noexcept {
     const std::uint32_t here = medium_index(scene.volumes);
     const Vec3d from = place_;
-    if (meeting.it) place_ = meeting.point;
+    if (hit.it) place_ = hit.point;
     if (here == kNone) return Spectrum(1);
     const Medium& medium = scene.volumes.media[here];
-    if (meeting.it)
-      return medium.transmittance(distance_along(from, shadow.direction, meeting) * length(Vec3d(shadow.direction)));
+    if (hit.it)
+      return medium.transmittance(distance_along(from, shadow.direction, hit) * length(Vec3d(shadow.direction)));
     if (light.infinite) return medium.transmittance(std::numeric_limits<double>::infinity());
     return medium.transmittance(distance_to(scene.geometry, medium, from, shadow, light, time));
   }
@@ -113,7 +113,7 @@ requires(E.media) class MediumStack<E> {
                                                          const Vec3d& from, const Ray& shadow, const LightSample& light,
                                                          [[maybe_unused]] float time) noexcept {
     if (!light.delta && medium.sigma_t.max_component() * light.target.offset > kFarOff) {
-      const ExactMeeting lamp = geometry.closest<E, ScopedFpEnvironment>({shadow.origin, light.wi}, time);
+      const ExactIntersection lamp = geometry.closest<E, ScopedFpEnvironment>({shadow.origin, light.wi}, time);
       if (lamp.it && geometry.emits(*lamp.it) && geometry.light_of(*lamp.it) == light.light)
         return distance_along(from, light.wi, lamp);
     }
@@ -154,7 +154,8 @@ requires(E.media) class PathMediumStack<E> {
   /// vertex there, and its phase function is returned; null otherwise.
   [[nodiscard]] EQUALTIME_INLINE const PhaseFunction* sample_distance(const Scene& scene, const Ray& ray,
                                                                       const Sampler& sampler, std::uint32_t bounce,
-                                                                      Spectrum& beta, ExactMeeting& ahead) noexcept {
+                                                                      Spectrum& beta,
+                                                                      ExactIntersection& ahead) noexcept {
     const std::uint32_t medium_here = here_.medium_index(scene.volumes);
     const Vec3d from = here_.place();
     Optional<Interaction>& it = ahead.it;
@@ -202,10 +203,10 @@ template <Effects E, Observer O>
     media.leave(scene.geometry, from, above);
     const Ray shadow = shadow_ray(from, above, light);
     if (!may_pass && occluded<E>(scene.geometry, shadow, time, observer)) return {};
-    auto meeting = may_pass ? closest_occluder<E>(scene.geometry, shadow, time, observer) : MeetingOf<E>();
-    const Optional<Interaction>& it = surface(meeting);
+    auto hit = may_pass ? closest_occluder<E>(scene.geometry, shadow, time, observer) : SurfaceIntersection<E>();
+    const Optional<Interaction>& it = interaction(hit);
     if constexpr (E.media) {
-      share *= media.transmittance_along(scene, shadow, meeting, light, time);
+      share *= media.transmittance_along(scene, shadow, hit, light, time);
       if (!it && !scene.volumes.nesting.bodies.empty() && !light.infinite && !light.delta)
         if (media.hides(scene.geometry.surfaces[scene.geometry.emitters[light.light].shape])) return {};
     }

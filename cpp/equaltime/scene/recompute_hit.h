@@ -1,5 +1,5 @@
-// Meeting: where exactly a ray meets a primitive that Embree says it hits, in the primitive's own space, in float64;
-// and the interaction that this makes.
+// Recomputes, in float64, where a ray hits the primitive that Embree found, and makes the interaction there. Rays and
+// points are in the primitive's own space.
 #pragma once
 
 #include "equaltime/accel/accel.h"
@@ -9,7 +9,7 @@
 
 namespace equaltime {
 
-/// All that shading needs of one of the accel's meshes, one step away: views into the scene's own arrays.
+/// One mesh as shading reads it: views into the arrays of Accel and Surface.
 struct MeshView {
   const Triangle* triangles;
   const Vec3f* vertices;
@@ -24,7 +24,7 @@ struct MeshView {
 
 namespace detail {
 
-/// A point met by a ray, before it is known from which side.
+/// A hit point, before the side of the surface is known.
 struct SurfacePoint {
   Vec3d p, n;    // n: unit, geometric
   float offset;  // as in OffsetPoint
@@ -59,9 +59,10 @@ template <Effects E>
           {},
           0};
 }
-/// The same with all that the kernel needs of it.
+/// The interaction, with the exact point in kernels with media.
 template <Effects E>
-[[nodiscard]] EQUALTIME_INLINE MeetingOf<E> make_meeting(const SurfacePoint& point, const Ray& ray) noexcept {
+[[nodiscard]] EQUALTIME_INLINE SurfaceIntersection<E> make_intersection(const SurfacePoint& point,
+                                                                        const Ray& ray) noexcept {
   if constexpr (E.media)
     return {make_interaction<E>(point, ray), point.p};
   else
@@ -75,7 +76,7 @@ template <Effects E>
 /// Distance from the centre, in radii, and azimuth, in turns.
 [[nodiscard]] Point2f disk_uv(const DiskGeometry& disk, const Vec3d& point) noexcept;
 
-/// Where a line comes nearest to a place: for rays that hit by float32, and graze past by float64.
+/// Parameter of the ray at its point nearest to `to`. Used if Embree reports a hit in float32 that misses in float64.
 [[nodiscard]] inline double nearest(const RayD& ray, const Vec3d& to) noexcept {
   return dot(to - ray.origin, ray.direction) / length_squared(ray.direction);
 }
