@@ -11,9 +11,9 @@ namespace equaltime {
 namespace {
 
 /// Barycentric coordinates on a triangle; elsewhere uv, known only where a texture looks at them.
-std::optional<Point2f> place_on(const SceneGeometry& geometry, const Interaction& it, float time) noexcept {
+std::optional<Point2f> prim_uv_at(const SceneGeometry& geometry, const Interaction& it, float time) noexcept {
   const Surface& surface = geometry.surfaces[it.shape];
-  if (surface.mesh == kNone) return surface.textured ? std::optional(it.place) : std::nullopt;
+  if (surface.mesh == kNone) return surface.textured ? std::optional(it.prim_uv) : std::nullopt;
   RayD at(Vec3d(it.anchor.p), Vec3d(it.anchor.n), 1);
   if (it.instance != kNone) at = geometry.instance_at(it.instance, time).to_local(at);
   const auto [a, b, c] = geometry.corners(surface.mesh, it.primitive, time);
@@ -48,7 +48,7 @@ class PathTracer : public PathObserver {
     TracedVertex& vertex = current();
     if (hit.it) {
       vertex.it = *hit.it;
-      vertex.place = place_on(scene_.geometry, *hit.it, time_);
+      vertex.prim_uv = prim_uv_at(scene_.geometry, *hit.it, time_);
     } else if (scene_.lights.environment()) {
       const LightValue value = scene_.lights.environment_towards(settings_.lights, settings_.environment,
                                                                  vertex.made.from, hit.ray.direction);
@@ -75,7 +75,7 @@ class PathTracer : public PathObserver {
     vertex.left = sampled.beta;
     if (!sampled.scattered) return;
     vertex.it = *sampled.it, vertex.in_medium = true;
-    vertex.place.reset(), vertex.emitter.reset();
+    vertex.prim_uv.reset(), vertex.emitter.reset();
   }
   void on(const event::EmitterHit& hit) {
     const ScopedFpEnvironment held;

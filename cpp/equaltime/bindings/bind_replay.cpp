@@ -46,17 +46,17 @@ class Report {
     d["left"] = number(v.left);
     d["faults"] = fault_names(v.faults);
     d["from"] = v.from ? py::object(py::int_(*v.from)) : py::none();
-    d["surface"] = v.it && !v.in_medium ? py::object(of(*v.it, v.place)) : py::none();
+    d["surface"] = v.it && !v.in_medium ? py::object(of(*v.it, v.prim_uv)) : py::none();
     d["particle"] = v.in_medium ? py::object(point(v.it->anchor.p)) : py::none();
     d["emitter"] = v.emitter ? py::object(of(*v.emitter)) : py::none();
     d["light"] = v.light ? py::object(of(*v.light)) : py::none();
     d["scattering"] = v.scattering ? py::object(of(*v.scattering)) : py::none();
     return d;
   }
-  py::dict of(const Interaction& it, const std::optional<Point2f>& place) const {
+  py::dict of(const Interaction& it, const std::optional<Point2f>& prim_uv) const {
     return py::dict("point"_a = point(it.anchor.p), "shape"_a = it.shape, "primitive"_a = it.primitive,
                     "instance"_a = numbered(it.instance),
-                    "uv"_a = place ? py::object(py::make_tuple(place->x, place->y)) : py::none(),
+                    "uv"_a = prim_uv ? py::object(py::make_tuple(prim_uv->x, prim_uv->y)) : py::none(),
                     "normal"_a = triple(it.anchor.n), "shading_normal"_a = triple(it.frame.n), "front"_a = it.front,
                     "offset"_a = scene_.normalization.world_length(static_cast<double>(it.anchor.offset)));
   }

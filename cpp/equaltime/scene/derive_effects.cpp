@@ -11,8 +11,8 @@ namespace {
 /// What a material calls for, and its parts.
 void add_material(Effects& e, const Scene& scene, std::uint32_t index) noexcept {
   const Material& material = scene.appearance.materials[index];
-  e.textures = e.textures || !material.bindings.empty() || material.bend;
-  e.normal_maps = e.normal_maps || material.bend;
+  e.textures = e.textures || !material.bindings.empty() || material.normal_map;
+  e.normal_maps = e.normal_maps || material.normal_map;
   if (material.kind != Material::Kind::leaf) {
     e.masks = true;
     if (material.kind == Material::Kind::mixture)

@@ -16,7 +16,7 @@ namespace equaltime {
 /// See NormalMapDescription; the scale is of normalised lengths.
 struct NormalMap {
   std::uint32_t texture;
-  bool bump, flip_invalid, shadowing, turned;
+  bool bump, flip_invalid, shadowing, negate_back;
   float scale;
 };
 
@@ -31,7 +31,7 @@ struct Material {
 
   Bsdf bsdf;  // of a leaf, as it is where no texture speaks
   std::vector<Binding> bindings = {};
-  std::optional<NormalMap> bend = {};
+  std::optional<NormalMap> normal_map = {};
   Kind kind = Kind::leaf;
   // Of the material or any part of it:
   bool textured = false;

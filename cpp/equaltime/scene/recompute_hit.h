@@ -32,7 +32,7 @@ struct SurfacePoint {
   Vec3f tangent;  // of any length; zero where none matters
   std::uint32_t shape, primitive;
   bool flipped, smooth;
-  Point2f place;
+  Point2f prim_uv;
 };
 
 /// The interaction on the side that the ray, whose direction is unit, came from.
@@ -54,7 +54,7 @@ template <Effects E>
           point.primitive,
           (side > 0) != point.flipped,
           point.smooth,
-          point.place,
+          point.prim_uv,
           kNone,
           {},
           0};
@@ -93,7 +93,7 @@ template <Effects E>
   if constexpr (E.anisotropy)
     if (surface.tangential) point.tangent = cross(surface.pole, nf);
   if constexpr (E.textures)
-    if (surface.textured) point.place = sphere_uv(surface, nf);
+    if (surface.textured) point.prim_uv = sphere_uv(surface, nf);
   return point;
 }
 
@@ -108,7 +108,7 @@ template <Effects E>
   if constexpr (E.anisotropy)
     if (surface.tangential) point.tangent = Vec3f(p - disk.center);
   if constexpr (E.textures)
-    if (surface.textured) point.place = disk_uv(disk, p);
+    if (surface.textured) point.prim_uv = disk_uv(disk, p);
   return point;
 }
 
@@ -126,7 +126,7 @@ template <Effects E>
   if constexpr (E.anisotropy)
     if (surface.tangential) point.tangent = Vec3f(cross(cylinder.axis, n));
   if constexpr (E.textures)
-    if (surface.textured) point.place = cylinder_uv(surface, nf, height / cylinder.length);
+    if (surface.textured) point.prim_uv = cylinder_uv(surface, nf, height / cylinder.length);
   return point;
 }
 
@@ -138,7 +138,7 @@ template <Effects E>
   const bool smooth = E.smooth_normals && mesh.normals != nullptr;
   const bool textured = E.textures && mesh.textured;
   Vec3f ns(plane.n);
-  Point2f place{};
+  Point2f prim_uv{};
   if (smooth || textured) {
     const Triangle& t = mesh.triangles[primitive];
     const Vec3f &v0 = mesh.vertices[t[0]], &v1 = mesh.vertices[t[1]], &v2 = mesh.vertices[t[2]];
@@ -147,12 +147,12 @@ template <Effects E>
       const Vec3f sum = mesh.normals[t[0]] * (1 - u - v) + mesh.normals[t[1]] * u + mesh.normals[t[2]] * v;
       if (length_squared(sum) > 0) ns = normalize(sum);
     }
-    if (textured) place = {u, v};
+    if (textured) prim_uv = {u, v};
   }
   Vec3f tangent;
   if constexpr (E.anisotropy)
     if (mesh.tangents != nullptr) tangent = mesh.tangents[primitive];
-  return {p, plane.n, plane.offset, ns, tangent, mesh.shape, primitive, mesh.flipped, smooth, place};
+  return {p, plane.n, plane.offset, ns, tangent, mesh.shape, primitive, mesh.flipped, smooth, prim_uv};
 }
 
 }  // namespace detail

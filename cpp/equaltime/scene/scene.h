@@ -64,13 +64,13 @@ struct Scene {
                                                   float time) const noexcept {
     const Material& material = appearance.materials[leaf];
     if constexpr (E.normal_maps)
-      if (material.bend) bend(*material.bend, it, E.motion ? time : 0);
+      if (material.normal_map) perturb_frame(*material.normal_map, it, E.motion ? time : 0);
     if constexpr (E.textures)
       if (!material.bindings.empty()) return material.at(appearance.textures, geometry.texture_coords(it), own);
     return material.bsdf;
   }
-  /// Bends the shading frame of the interaction.
-  void bend(const NormalMap& bend, Interaction& it, float time) const noexcept;
+  /// Applies a normal or bump map to the shading frame of the interaction.
+  void perturb_frame(const NormalMap& map, Interaction& it, float time) const noexcept;
   /// Radiance that the front of an emissive surface sends back along the ray.
   template <Effects E>
   [[nodiscard]] EQUALTIME_INLINE Spectrum radiance(const Interaction& it) const noexcept {

@@ -71,13 +71,13 @@ Derivatives SceneGeometry::derivatives(const Interaction& it, float time) const 
     const Vec3d n = deforms ? deforming[s.mesh]->plane(it.primitive, time).n : meshes[s.mesh].planes[it.primitive].n;
     return on_mesh(meshes[s.mesh], it.primitive, corners(s.mesh, it.primitive, time), n, s.size);
   }
-  const float turns = kTurn * (s.kind == SurfaceKind::disk ? it.place.y : it.place.x);
+  const float turns = kTurn * (s.kind == SurfaceKind::disk ? it.prim_uv.y : it.prim_uv.x);
   const auto [sin_turns, cos_turns] = sin_cos(turns);
   const Vec3f outward = s.azimuth[0] * cos_turns + s.azimuth[1] * sin_turns;
   const Vec3f around = s.azimuth[1] * cos_turns - s.azimuth[0] * sin_turns;
-  if (s.kind == SurfaceKind::disk) return {outward, around * (kTurn * it.place.x)};
+  if (s.kind == SurfaceKind::disk) return {outward, around * (kTurn * it.prim_uv.x)};
   if (s.kind == SurfaceKind::cylinder) return {around * (kTurn * s.size), s.pole};
-  const auto [sin_polar, cos_polar] = sin_cos(kPi * it.place.y);
+  const auto [sin_polar, cos_polar] = sin_cos(kPi * it.prim_uv.y);
   return {around * (kTurn * s.size * sin_polar), (outward * cos_polar - s.pole * sin_polar) * (kPi * s.size)};
 }
 

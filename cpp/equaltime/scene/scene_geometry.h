@@ -77,7 +77,7 @@ struct SceneGeometry {
   /// Where textures are looked up for a point of a textured surface. A mesh without texture coordinates uses the
   /// barycentric coordinates of its triangles.
   [[nodiscard]] TextureCoords texture_coords(const Interaction& it) const noexcept {
-    return texture_coords(it.shape, it.primitive, it.place);
+    return texture_coords(it.shape, it.primitive, it.prim_uv);
   }
   [[nodiscard]] TextureCoords texture_coords(std::uint32_t shape, std::uint32_t primitive,
                                              Point2f on_primitive) const noexcept;

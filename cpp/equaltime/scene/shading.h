@@ -66,14 +66,14 @@ template <Effects E>
   return true;
 }
 
-/// What a bent normal lets through of the light of a direction, so that it darkens softly towards where the surface
-/// ends it (Conty Estevez et al. 2019, section 4).
+/// What a perturbed normal lets through of the light of a direction, so that it darkens softly towards where the
+/// surface ends it (Conty Estevez et al. 2019, section 4).
 template <Effects E>
 [[nodiscard]] EQUALTIME_INLINE Spectrum shadowed(const Interaction& it, const Vec3f& wi, const Spectrum& f) noexcept {
   if constexpr (E.normal_maps) {
-    if (it.shadowing == 0) return f;
-    const float cos2 = square(dot(it.unbent, wi));
-    return f * (2 / (1 + std::sqrt(1 + it.shadowing * (1 - cos2) / cos2)));
+    if (it.terminator_alpha2 == 0) return f;
+    const float cos2 = square(dot(it.unperturbed_normal, wi));
+    return f * (2 / (1 + std::sqrt(1 + it.terminator_alpha2 * (1 - cos2) / cos2)));
   }
   return f;
 }

@@ -32,13 +32,13 @@ struct Interaction {
   std::uint32_t primitive;
   bool front;  // the ray came from the front side of the surface
 
-  bool smooth;    // the shading normal is interpolated, so that it may differ from the geometric one
-  Point2f place;  // on a textured surface: barycentric on a triangle, uv elsewhere
+  bool smooth;      // the shading normal is interpolated, so that it may differ from the geometric one
+  Point2f prim_uv;  // of textured surfaces only: barycentric on a triangle, uv elsewhere
 
   std::uint32_t instance;  // that the surface is seen in, or kNone
 
-  Vec3f unbent;     // the shading normal before a texture bent it
-  float shadowing;  // by a bent normal: the squared roughness of its model; 0 if there is none
+  Vec3f unperturbed_normal;  // the shading normal before a normal or bump map
+  float terminator_alpha2;   // squared roughness of the perturbed normal's shadowing; 0: none
 
   /// The ray that leaves in direction wi. `above`: wi is on the side of the geometric normal.
   [[nodiscard]] EQUALTIME_INLINE Ray spawn(const Vec3f& wi, bool above) const noexcept {

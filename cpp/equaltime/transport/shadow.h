@@ -44,11 +44,11 @@ template <Effects E>
     return (1 - w) * part(0) + w * part(1);
   }
   if (!glass_passes) return {};
-  Interaction bent = it;
-  bent.wo = normalize(it.wo);  // of a ray that is as long as its way to the light
+  Interaction perturbed = it;
+  perturbed.wo = normalize(it.wo);  // the direction of a shadow ray is not unit
   std::optional<Bsdf> own;
-  const Bsdf& bsdf = scene.bsdf<E>(index, bent, own, time);
-  return straight_through<E>(bent, bsdf);
+  const Bsdf& bsdf = scene.bsdf<E>(index, perturbed, own, time);
+  return straight_through<E>(perturbed, bsdf);
 }
 
 }  // namespace equaltime
