@@ -94,7 +94,7 @@ class PathTracer : public PathObserver {
     current().light->weight = received.weight;
     current().light->share = received.share;
   }
-  void on(const event::Scattered& at) {
+  void on(const event::DirectionSampled& at) {
     const ScopedFpEnvironment held;
     TracedScattering& scattering = current().scattering.emplace();
     scattering = {at.bsdf.name(), at.it, albedo<kAllEffects>(at.it, at.bsdf), {}, {}};

@@ -35,7 +35,7 @@ struct TracedScattering {
   const char* bsdf;  // in Mitsuba's words
   Interaction it;    // with the frame after normal mapping
   Spectrum albedo;   // of the BSDF, for all directions together
-  std::optional<Scattering> scattered;
+  std::optional<ScatterSample> scattered;
   std::optional<float> survival;  // of roulette
 };
 

@@ -30,7 +30,7 @@ constexpr std::size_t kChunk = 16;  // pixels that a worker takes at once
 enum class Vertex : std::uint8_t { specular, straight, other };
 
 /// The kind of a vertex, by where the path goes on; thin glass that is passed straight is as good as none.
-Vertex kind_of(const event::Scattered& at) noexcept {
+Vertex kind_of(const event::DirectionSampled& at) noexcept {
   if (!at.scattered) return Vertex::other;
   if (at.bsdf.is_thin() && !at.scattered->above) return Vertex::straight;
   return at.scattered->delta || at.scattered->pdf > kSpecularDensity ? Vertex::specular : Vertex::other;
@@ -50,7 +50,7 @@ class ChainObserver : public PathObserver {
   void on(const event::EmissionAdded& added) noexcept {
     if (specular_) radiance_ += added.L;
   }
-  void on(const event::Scattered& at) noexcept {
+  void on(const event::DirectionSampled& at) noexcept {
     const Vertex kind = kind_of(at);
     specular_ = specular_ || kind == Vertex::specular;
     left_ = kind == (where == Leaves::at_specular ? Vertex::specular : Vertex::other);

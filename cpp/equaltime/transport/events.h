@@ -101,11 +101,11 @@ struct CopyResumed {
 };
 
 /// How the path goes on from a vertex; nothing, if it ends there.
-struct Scattered {
+struct DirectionSampled {
   const Interaction& it;
   std::uint32_t material;
   Scatterer bsdf;
-  const Optional<Scattering>& scattered;
+  const Optional<ScatterSample>& scattered;
 };
 
 /// Roulette lets the path live with this probability.

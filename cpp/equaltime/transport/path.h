@@ -35,8 +35,8 @@ template <Effects E, Observer O>
     if (arrival == Arrival::scatters) [[likely]] {
       const Interaction& it = *interaction(hit);
       tell<event::VertexReached>(observer, v.scatterer);
-      const Optional<Scattering> scattered = scatter<E>(scene, settings, path, it, v, u, copies, observer);
-      tell<event::Scattered>(observer, it, v.material, v.scatterer, scattered);
+      const Optional<ScatterSample> scattered = scatter<E>(scene, settings, path, it, v, u, copies, observer);
+      tell<event::DirectionSampled>(observer, it, v.material, v.scatterer, scattered);
       goes_on = scattered && !observer.leaves() && depart<E>(scene, settings, path, it, v, *scattered, observer);
     }
     if (!goes_on && !copies.pop(path, observer)) return path.L;

@@ -65,7 +65,7 @@ requires(E.splitting) class PathCopies<E> {
   }
 
  private:
-  void keep(const Scene& scene, const Interaction& it, const Scattering& s, const PathState<E>& path) noexcept {
+  void keep(const Scene& scene, const Interaction& it, const ScatterSample& s, const PathState<E>& path) noexcept {
     PathState<E>& copy = copies_[waiting_++].emplace(path);
     copy.weaken(s);
     copy.leave(scene, it, scatterer_, s);

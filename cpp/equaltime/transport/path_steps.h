@@ -77,12 +77,12 @@ EQUALTIME_INLINE void add_direct_light(PathState<E>& path, const Spectrum& direc
 /// Adds the light that reaches the vertex from a sampled light, and draws the direction in which the path goes on, if
 /// it does.
 template <Effects E, Observer O>
-[[nodiscard]] EQUALTIME_INLINE Optional<Scattering> scatter(const Scene& scene, const Settings& settings,
-                                                            PathState<E>& path, const Interaction& it, const Vertex& v,
-                                                            VertexNumbers u, PathCopies<E>& copies,
-                                                            O& observer) noexcept(!O::allocates) {
+[[nodiscard]] EQUALTIME_INLINE Optional<ScatterSample> scatter(const Scene& scene, const Settings& settings,
+                                                               PathState<E>& path, const Interaction& it,
+                                                               const Vertex& v, VertexNumbers u, PathCopies<E>& copies,
+                                                               O& observer) noexcept(!O::allocates) {
   const std::uint32_t segment = path.segment();
-  Optional<Scattering> scattered;
+  Optional<ScatterSample> scattered;
   if (is_delta<E>(v.scatterer)) {
     scattered = sample_bsdf<E>(it, v.scatterer, path.sampler, segment, {});
   } else if (uses_one_direction(settings.technique)) [[unlikely]] {
@@ -127,7 +127,7 @@ template <Effects E, Observer O>
 /// Leaves the vertex in the drawn direction; false if the path ends all the same.
 template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE bool depart(const Scene& scene, const Settings& settings, PathState<E>& path,
-                                           const Interaction& it, const Vertex& v, const Scattering& scattered,
+                                           const Interaction& it, const Vertex& v, const ScatterSample& scattered,
                                            O& observer) noexcept(!O::allocates) {
   if (v.may_cross && !scattered.above) --path.depth, ++path.crossed;
   if (E.masks && path.depth >= settings.max_depth) return false;

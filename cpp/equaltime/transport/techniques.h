@@ -10,7 +10,7 @@ namespace equaltime {
 /// What a vertex sends back by itself, and how the path goes on.
 struct OneSampleVertex {
   Spectrum direct;
-  Optional<Scattering> scattered;
+  Optional<ScatterSample> scattered;
   OneSampleMis mixed{};
 };
 
@@ -35,7 +35,7 @@ template <Effects E, Observer O>
     const auto [value, above] = eval_bsdf<E>(it, bsdf, light->wi);
     vertex.mixed = {picked->light, value.pdf + light->pdf};
     const Spectrum weight = value.f * (2 / vertex.mixed.pdf_sum);
-    if (!value.f.is_black()) vertex.scattered = Scattering{light->wi, above, weight, value.pdf, false, 1};
+    if (!value.f.is_black()) vertex.scattered = ScatterSample{light->wi, above, weight, value.pdf, false, 1};
     return vertex;
   }
   if (picked && !has_directions) {
