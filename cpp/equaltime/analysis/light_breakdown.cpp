@@ -66,7 +66,7 @@ LightBreakdown break_down_light(std::shared_ptr<const Scene> scene, const Settin
                                 const RenderOptions& options, std::uint64_t samples, bool only_lengths,
                                 const Poll& poll) {
   Renderer renderer(scene, settings, options);
-  const Settings& learnt = renderer.settings();
+  const Settings& decided = renderer.settings();
   LightBreakdown found{BreakdownParts(*scene),
                        scene->camera.film.crop_height,
                        scene->camera.film.crop_width,
@@ -82,7 +82,7 @@ LightBreakdown break_down_light(std::shared_ptr<const Scene> scene, const Settin
     return [&, observer = BreakdownObserver(found.parts, scene->rules.count_null_interfaces),
             sums = std::vector<double>(3 * std::size_t{found.parts.count()})](std::size_t i) mutable {
       const PixelBlock& block = blocks[i];
-      const BlockTask task{*scene, learnt, options.seed, block, 0, samples, options.nets};
+      const BlockTask task{*scene, decided, options.seed, block, 0, samples, options.nets};
       for (std::uint32_t y = block.y0; y < block.y1; ++y)
         for (std::uint32_t x = block.x0; x < block.x1; ++x) {
           std::ranges::fill(sums, 0.0);

@@ -36,7 +36,7 @@ class LimitRun {
         poll_(poll),
         renderer_(std::move(scene), settings, render),
         blocks_(renderer_.blocks()) {
-    (void)renderer_.settings();  // learns what there is to learn, which is not timed
+    (void)renderer_.settings();  // renders the pilot, if any, which is not timed
   }
 
   /// Samples [first, last) of every pixel, rendered and replayed.

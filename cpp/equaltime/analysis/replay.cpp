@@ -147,8 +147,8 @@ Replay replay(const Scene& scene, const Settings& settings, std::uint64_t seed, 
   Stop never;
   const RouletteDecision decision = decide_roulette(scene, settings, 1, never);
   never.rethrow();
-  const Settings learnt = decision.applied(settings);
-  const BlockTask task{scene, learnt, seed, {x, y, x + 1, y + 1}, index, index + 1, nets};
+  const Settings decided = decision.applied(settings);
+  const BlockTask task{scene, decided, seed, {x, y, x + 1, y + 1}, index, index + 1, nets};
   const ScopedFpEnvironment held;
   result.radiance = sample_pixel<kAllEffects>(task, x, y, index, tracer);
   tracer.finish();

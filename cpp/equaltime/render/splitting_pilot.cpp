@@ -157,7 +157,7 @@ SplittingPilot render_splitting_pilot(const Scene& scene, const Settings& given,
   const SplittingMap copies = SplittingMap::uniform(SplittingPilot::kLog2Copies);
   Settings plain = given, split = given;
   plain.roulette = split.roulette = Roulette::efficiency;
-  plain.efficiency = nullptr, split.efficiency = &copies;
+  plain.splitting_map = nullptr, split.splitting_map = &copies;
   const std::uint64_t width = scene.camera.film.width, height = scene.camera.film.height;
   const std::uint64_t wide = (width + kSide - 1) / kSide, high = (height + kSide - 1) / kSide;
   std::vector<std::vector<RawPixel>> squares(std::clamp(width * height / kFilmPixels, kLeastPixels, kMostPixels) /

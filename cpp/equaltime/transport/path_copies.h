@@ -29,7 +29,7 @@ requires(E.splitting) class PathCopies<E> {
  public:
   /// Of a path through this pixel of the full film.
   PathCopies(const Settings& settings, std::uint64_t x, std::uint64_t y) noexcept
-      : log2_copies_(settings.efficiency != nullptr ? settings.efficiency->log2_copies(x, y) : 0) {}
+      : log2_copies_(settings.splitting_map != nullptr ? settings.splitting_map->log2_copies(x, y) : 0) {}
 
   /// Whether the path is split where it is scattered now.
   [[nodiscard]] bool due() const noexcept { return log2_copies_ > 0 && !split_; }
