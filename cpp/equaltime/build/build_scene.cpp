@@ -308,10 +308,10 @@ Scene Builder::build(Intersection mode) {
                                  normalization_.point(placement(description_.sensor).column(3)),
                                  media_.at(description_.camera_medium), surfaces_);
   const bool by_number =  // lights are asked which surface they are
-      !nesting.bodies.empty() ||
+      !nesting.dielectrics.empty() ||
       std::any_of(surfaces_.begin(), surfaces_.end(), [](const Surface& s) { return s.emission != kNone; });
   const bool lets_light_pass =
-      !nesting.bodies.empty() || std::any_of(surfaces_.begin(), surfaces_.end(), [&](const Surface& s) {
+      !nesting.dielectrics.empty() || std::any_of(surfaces_.begin(), surfaces_.end(), [&](const Surface& s) {
         return std::any_of(s.bsdf, s.bsdf + 2, [&](std::uint32_t i) { return i != kNone && materials_[i].passes; });
       });
   return {.geometry = {.accel = std::move(accel),

@@ -38,7 +38,7 @@ Effects derive_effects(const Scene& scene) noexcept {
   e.point_lights = scene.lights.has_deltas();
   e.environment = scene.lights.environment().has_value();
   e.instances = !geometry.instances.empty();
-  const bool nests = !volumes.nesting.bodies.empty();
+  const bool nests = !volumes.nesting.dielectrics.empty();
   e.media = !volumes.media.empty() || nests;
   e.phase_blends = std::any_of(volumes.phases.begin(), volumes.phases.end(),
                                [](const PhaseFunction& phase) { return std::holds_alternative<BlendedPhase>(phase); });

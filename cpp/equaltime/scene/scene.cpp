@@ -5,12 +5,12 @@
 namespace equaltime {
 
 CameraMedium Scene::camera_medium(float time) const noexcept {
-  CameraMedium now = volumes.nesting.always;
+  CameraMedium now = volumes.nesting.fixed;
   const Vec3d position = camera.motion ? camera.motion->place(time) : volumes.nesting.camera;
-  for (const ClosedShape& closed : volumes.nesting.sometimes) {
+  for (const ClosedShape& closed : volumes.nesting.time_dependent) {
     std::optional<Instance> in;
     if (closed.instance != kNone) in = geometry.instance_at(closed.instance, time);
-    closed.look(now, geometry.surfaces[closed.shape], position, in ? &*in : nullptr, time);
+    closed.include_if_inside(now, geometry.surfaces[closed.shape], position, in ? &*in : nullptr, time);
   }
   return now;
 }

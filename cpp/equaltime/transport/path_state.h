@@ -20,7 +20,7 @@ struct PathState {
   Ray ray;     // to be traced next
   float time;  // of all of the path, from 0 to 1, where anything moves
   NumbersOf<E> sampler;
-  PathMediumStack<E> media;                 // the media and bodies that the ray is in
+  PathMediumStack<E> media;                 // the media and dielectrics that hold the ray
   HiddenEmitters<E> hidden_emitters{true};  // so far
   Spectrum L{}, beta{1};                    // radiance gathered; throughput
   float eta_scale = 1;                      // the part of beta that is refraction's: no reason to end a path

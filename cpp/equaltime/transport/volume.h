@@ -1,9 +1,8 @@
-// What becomes of a path between surfaces: where a medium scatters it, and how much of a light's radiance reaches a
-// vertex through media and through surfaces that let it pass. Which medium a ray is in is said by the surface that it
-// left last, if that bounds any; otherwise it is still the one in which it came there, as in Mitsuba. Where shapes have
-// priorities, it is that of the highest of those that the ray is in (scene/nesting.h). Distances are those of float64,
-// from where the path is and not from where Embree's ray begins: in a dense medium the difference is many mean free
-// paths.
+// Media along a path: where a medium scatters it, and the transmittance of shadow rays through media and null surfaces.
+// A surface that bounds media sets the ray's medium. Other surfaces leave it unchanged, as in Mitsuba. Among
+// dielectrics with priorities, the one of the highest priority sets it (scene/nesting.h). Distances are computed in
+// float64 from the path's own position. The origin of Embree's ray is offset from it, in a dense medium by many mean
+// free paths.
 #pragma once
 
 #include <limits>
@@ -17,7 +16,7 @@
 namespace equaltime {
 
 namespace detail {
-/// A vertex in a medium, on a ray; the next begins at `p`.
+/// A vertex in a medium. Rays from it begin at `p`.
 [[nodiscard]] EQUALTIME_INLINE Interaction vertex_in_medium(const Ray& ray, const Vec3f& p) noexcept {
   Interaction it{};
   it.anchor = {p, -ray.direction, 0};
@@ -44,50 +43,51 @@ class MediumStack {
 template <Effects E>
 requires(E.media) class MediumStack<E> {
  public:
-  /// Of a path that begins with a ray, at a time if anything moves.
+  /// State at the origin of a camera ray.
   MediumStack(const Scene& scene, const Ray& camera_ray, [[maybe_unused]] float time) noexcept
-      : bodies_(scene.volumes.nesting.always.bodies),
-        around_(scene.volumes.nesting.always.medium),
-        place_(camera_ray.origin) {
+      : dielectrics_(scene.volumes.nesting.fixed.dielectrics),
+        exterior_medium_(scene.volumes.nesting.fixed.medium),
+        position_(camera_ray.origin) {
     if constexpr (E.motion)
-      if (!scene.volumes.nesting.sometimes.empty()) {
+      if (!scene.volumes.nesting.time_dependent.empty()) {
         const CameraMedium now = scene.camera_medium(time);
-        bodies_ = now.bodies, around_ = now.medium;
+        dielectrics_ = now.dielectrics, exterior_medium_ = now.medium;
       }
   }
 
-  /// The path goes on to a side of a vertex.
+  /// Updates the state as the path leaves a vertex. `above`: on the side of the geometric normal.
   void leave(const SceneGeometry& geometry, const Interaction& it, bool above) noexcept {
     if (it.shape == kNone) return;
     const Surface& surface = geometry.surfaces[it.shape];
     const bool before = above == it.front;
     if (surface.rank != kNoRank) {
-      bodies_ = before ? others(surface) : bodies_ | only(surface.rank);
-      if (!before || bodies_ != 0) return;
+      dielectrics_ = before ? others(surface) : dielectrics_ | dielectric_bit(surface.rank);
+      if (!before || dielectrics_ != 0) return;
     }
-    if (surface.bounds_media) around_ = surface.media[before ? 0 : 1];
+    if (surface.bounds_media) exterior_medium_ = surface.media[before ? 0 : 1];
   }
   /// Whether a dielectric of higher priority holds the point, and hides the surface.
   [[nodiscard]] bool hides(const SceneGeometry& geometry, const Interaction& it) const noexcept {
     return hides(geometry.surfaces[it.shape]);
   }
   [[nodiscard]] bool hides(const Surface& surface) const noexcept {
-    return surface.rank != kNoRank && others(surface) != 0 && highest(others(surface)) > surface.rank;
+    return surface.rank != kNoRank && others(surface) != 0 && top_rank(others(surface)) > surface.rank;
   }
-  /// The BSDF of a body's surface with what is beyond it: in `own`, if that is another body.
+  /// The surface's BSDF, with its index relative to the exterior dielectric if there is one. `own` stores such a BSDF.
   [[nodiscard]] const Bsdf& with_exterior(const Scene& scene, const Interaction& it, const Bsdf& bsdf,
                                           std::optional<Bsdf>& own) const noexcept {
     const Surface& surface = scene.geometry.surfaces[it.shape];
     if (surface.rank == kNoRank || others(surface) == 0) return bsdf;
-    const Bsdf changed = with_exterior_ior(bsdf, scene.volumes.nesting.bodies[index(others(surface))].ior);
+    const Bsdf changed = with_exterior_ior(bsdf, scene.volumes.nesting.dielectrics[index(others(surface))].ior);
     return own.emplace(changed);
   }
-  /// Follows a shadow ray to the surface that it meets, or else to the light: what is left of its light.
+  /// Transmittance of the medium along a shadow ray, up to the surface that it hits or else the light. Moves the path's
+  /// position to that surface.
   [[nodiscard]] Spectrum transmittance_along(const Scene& scene, const Ray& shadow, const ExactIntersection& hit,
                                              const LightSample& light, float time) noexcept {
     const std::uint32_t here = medium_index(scene.volumes);
-    const Vec3d from = place_;
-    if (hit.it) place_ = hit.point;
+    const Vec3d from = position_;
+    if (hit.it) position_ = hit.point;
     if (here == kNone) return Spectrum(1);
     const Medium& medium = scene.volumes.media[here];
     if (hit.it)
@@ -96,40 +96,42 @@ requires(E.media) class MediumStack<E> {
     return medium.transmittance(distance_to(scene.geometry, medium, from, shadow, light, time));
   }
 
-  /// The medium that the path is in; kNone: vacuum.
+  /// Index of the medium at the path's position; kNone: vacuum.
   [[nodiscard]] std::uint32_t medium_index(const Volumes& volumes) const noexcept {
-    return bodies_ == 0 ? around_ : volumes.nesting.bodies[index(bodies_)].medium;
+    return dielectrics_ == 0 ? exterior_medium_ : volumes.nesting.dielectrics[index(dielectrics_)].medium;
   }
-  [[nodiscard]] const Vec3d& place() const noexcept { return place_; }
-  void move_to(const Vec3d& place) noexcept { place_ = place; }
+  [[nodiscard]] const Vec3d& position() const noexcept { return position_; }
+  void move_to(const Vec3d& position) noexcept { position_ = position; }
 
  private:
-  /// How much of a mean free path the place of a lamp may be off.
-  static constexpr float kFarOff = 1e-4F;
+  /// Largest error of an emitter's distance, in mean free paths: transmittance is then off by 0.01 %.
+  static constexpr float kMaxError = 1e-4F;
 
   /// The distance of a light sample that nothing occludes. In dense media its rounded point is not good enough, and a
   /// ray finds the exact one.
   [[nodiscard, gnu::noinline]] static double distance_to(const SceneGeometry& geometry, const Medium& medium,
                                                          const Vec3d& from, const Ray& shadow, const LightSample& light,
                                                          [[maybe_unused]] float time) noexcept {
-    if (!light.delta && medium.sigma_t.max_component() * light.target.offset > kFarOff) {
-      const ExactIntersection lamp = geometry.closest<E, ScopedFpEnvironment>({shadow.origin, light.wi}, time);
-      if (lamp.it && geometry.emits(*lamp.it) && geometry.light_of(*lamp.it) == light.light)
-        return distance_along(from, light.wi, lamp);
+    if (!light.delta && medium.sigma_t.max_component() * light.target.offset > kMaxError) {
+      const ExactIntersection emitter = geometry.closest<E, ScopedFpEnvironment>({shadow.origin, light.wi}, time);
+      if (emitter.it && geometry.emits(*emitter.it) && geometry.light_of(*emitter.it) == light.light)
+        return distance_along(from, light.wi, emitter);
     }
     return length(Vec3d(light.target.p) - from);
   }
-  [[nodiscard]] static std::size_t index(DielectricSet bodies) noexcept {
-    return static_cast<std::size_t>(highest(bodies));
+  [[nodiscard]] static std::size_t index(DielectricSet dielectrics) noexcept {
+    return static_cast<std::size_t>(top_rank(dielectrics));
   }
-  [[nodiscard]] DielectricSet others(const Surface& surface) const noexcept { return bodies_ & ~only(surface.rank); }
+  [[nodiscard]] DielectricSet others(const Surface& surface) const noexcept {
+    return dielectrics_ & ~dielectric_bit(surface.rank);
+  }
 
-  DielectricSet bodies_;  // that the path is in
-  std::uint32_t around_;  // the medium where no body is; kNone: vacuum
-  Vec3d place_;           // of the path: its last vertex, or the camera
+  DielectricSet dielectrics_;      // that hold the path
+  std::uint32_t exterior_medium_;  // outside all dielectrics; kNone: vacuum
+  Vec3d position_;                 // last vertex of the path, or the camera
 };
 
-/// The surroundings of a path that media scatter, and the surfaces that it is close to.
+/// The media of a path, with the surfaces close to its position.
 template <Effects E>
 class PathMediumStack {
  public:
@@ -145,7 +147,7 @@ class PathMediumStack {
 template <Effects E>
 requires(E.media) class PathMediumStack<E> {
  public:
-  /// Of a path that begins with a ray, at a time if anything moves.
+  /// State at the origin of a camera ray.
   PathMediumStack(const Scene& scene, const Ray& camera_ray, float time) noexcept : here_(scene, camera_ray, time) {}
 
   [[nodiscard]] const MediumStack<E>& here() const noexcept { return here_; }
@@ -157,7 +159,7 @@ requires(E.media) class PathMediumStack<E> {
                                                                       Spectrum& beta,
                                                                       ExactIntersection& ahead) noexcept {
     const std::uint32_t medium_here = here_.medium_index(scene.volumes);
-    const Vec3d from = here_.place();
+    const Vec3d from = here_.position();
     Optional<Interaction>& it = ahead.it;
     if (it) here_.move_to(ahead.point);
     if (medium_here == kNone || beta.is_black()) return nullptr;
@@ -173,14 +175,14 @@ requires(E.media) class PathMediumStack<E> {
     it = detail::vertex_in_medium(ray, nearby_.begin(vertex, ahead, height));
     return &scene.volumes.phases[medium_here];
   }
-  /// The path goes on to a side of a vertex.
+  /// Updates the state as the path leaves a vertex. `above`: on the side of the geometric normal.
   void leave(const Scene& scene, const Interaction& it, bool above) noexcept {
     if (it.shape == kNone) return;
     here_.leave(scene.geometry, it, above);
     if (here_.medium_index(scene.volumes) == kNone)
       nearby_.clear();
     else
-      nearby_.leave(here_.place(), above ? it.anchor.n : -it.anchor.n, it.anchor.offset);
+      nearby_.leave(here_.position(), above ? it.anchor.n : -it.anchor.n, it.anchor.offset);
   }
 
  private:
@@ -188,16 +190,16 @@ requires(E.media) class PathMediumStack<E> {
   NearbySurfaces nearby_;
 };
 
-/// The part of a light's radiance that gets through to the vertex, by colour, with at most so many surfaces crossed;
-/// `above` tells on which side of the vertex the light is.
+/// Fraction of a light's radiance that reaches the vertex through media and at most `crossings` surfaces. `above`: the
+/// light is on the side of the vertex's geometric normal.
 template <Effects E, Observer O>
 [[nodiscard]] Spectrum shadow_transmittance(const Scene& scene, const Interaction& vertex, bool above,
                                             MediumStack<E> media, const LightSample& light, int crossings, float time,
                                             O& observer) noexcept(!O::allocates) {
   const bool glass_passes = shines_through_glass(scene, light);
-  // within media it also counts how far surfaces are, to more digits than Embree tells
+  // In media, the exact distance to the surface matters too.
   const bool may_pass = scene.appearance.lets_light_pass || (E.media && !scene.volumes.media.empty());
-  Spectrum share(1);
+  Spectrum transmittance(1);
   Interaction from = vertex;
   for (;;) {
     media.leave(scene.geometry, from, above);
@@ -206,18 +208,18 @@ template <Effects E, Observer O>
     auto hit = may_pass ? closest_occluder<E>(scene.geometry, shadow, time, observer) : SurfaceIntersection<E>();
     const Optional<Interaction>& it = interaction(hit);
     if constexpr (E.media) {
-      share *= media.transmittance_along(scene, shadow, hit, light, time);
-      if (!it && !scene.volumes.nesting.bodies.empty() && !light.infinite && !light.delta)
+      transmittance *= media.transmittance_along(scene, shadow, hit, light, time);
+      if (!it && !scene.volumes.nesting.dielectrics.empty() && !light.infinite && !light.delta)
         if (media.hides(scene.geometry.surfaces[scene.geometry.emitters[light.light].shape])) return {};
     }
-    if (!it || share.is_black()) return share;
+    if (!it || transmittance.is_black()) return transmittance;
     from = *it;
     above = false;
     if (media.hides(scene.geometry, *it)) continue;
     const std::uint32_t material = scene.geometry.material(*it);
     if (crossings-- <= 0 || material == kNone) return {};
-    share *= surface_transmittance<E>(scene, material, *it, glass_passes, time);
-    if (share.is_black()) return {};
+    transmittance *= surface_transmittance<E>(scene, material, *it, glass_passes, time);
+    if (transmittance.is_black()) return {};
   }
 }
 
