@@ -89,9 +89,9 @@ LightBreakdown break_down_light(std::shared_ptr<const Scene> scene, const Settin
           double count = 0;
           for (std::uint64_t s = 0; s < samples; ++s)
             if (sample_pixel<kAllEffects>(task, x, y, s, observer).is_finite()) observer.add_to(sums), ++count;
-          const double share = count > 0 ? scale / count : 0.0;
+          const double per_sample = count > 0 ? scale / count : 0.0;
           std::ranges::transform(std::span(sums).first(row), &found.means[row * (std::size_t{y} * found.width + x)],
-                                 [=](double sum) { return static_cast<float>(sum * share); });
+                                 [=](double sum) { return static_cast<float>(sum * per_sample); });
         }
     };
   };

@@ -92,7 +92,7 @@ class PathTracer : public PathObserver {
   }
   void on(const event::LightReceived& received) {
     current().light->weight = received.weight;
-    current().light->share = received.share;
+    current().light->visibility = received.visibility;
   }
   void on(const event::DirectionSampled& at) {
     const ScopedFpEnvironment held;

@@ -16,7 +16,7 @@ struct TracedLight {
   std::optional<LightSample> sample;  // none if the light shows the vertex no front
   BsdfValue bsdf;                     // towards it
   float weight = 0;                   // of MIS
-  float share = 0;                    // that nothing blocks; meaningless where the BSDF is black
+  float visibility = 0;               // fraction that reaches the vertex; not computed if the BSDF is black
   std::optional<Interaction> closest_occluder;
   Spectrum gathered;       // what it adds to the path
   Spectrum radiance = {};  // of the sample

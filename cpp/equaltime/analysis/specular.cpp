@@ -156,13 +156,13 @@ Found lamps_in(const Chains& chains, const Pixels& pixels, std::uint64_t all, st
                std::uint64_t first) {
   const std::uint64_t each = pixels.empty() ? 0 : std::min(all / pixels.size(), kMost);
   if (each < least) return {};
-  const double scale = chains.scene.normalization.world_radiance_scale(), share = 1.0 / static_cast<double>(each);
+  const double scale = chains.scene.normalization.world_radiance_scale(), weight = 1.0 / static_cast<double>(each);
   std::vector<LampsOfPixel> lamps(pixels.size());
   for_each<MirrorObserver>(pixels.size(), chains.threads, [&](std::size_t i, MirrorObserver& observer) {
     for (std::uint64_t index = 0; index < each; ++index) {
       chains.sample(pixels[i], first + index, observer);
       const Spectrum L = observer.radiance();
-      if (!L.is_black()) lamps[i].add(L, scale, share);
+      if (!L.is_black()) lamps[i].add(L, scale, weight);
     }
   });
   Found found;

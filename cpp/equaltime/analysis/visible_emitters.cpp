@@ -83,8 +83,8 @@ std::optional<CameraConnection> look(const Scene& scene, const Window& window, c
   return CameraConnection{*place, seen(scene, *place, outlook.lens, *light, time), light->pdf};
 }
 
-/// Adds what a point of a lamp is for the pixels whose filters reach it.
-void add(const Scene& scene, const Window& window, const CameraConnection& sight, double share,
+/// Adds a connected point to the pixels whose filters reach it. `per_point`: one over the number of points.
+void add(const Scene& scene, const Window& window, const CameraConnection& sight, double per_point,
          std::map<std::uint32_t, LampsOfPixel>& found) {
   const double scale = scene.normalization.world_radiance_scale(), radius = scene.camera.filter.radius();
   const auto& [x, y, solid_angle] = sight.place;
@@ -99,7 +99,7 @@ void add(const Scene& scene, const Window& window, const CameraConnection& sight
       const auto [density, weight] = scene.camera.filter.drawn(x - (static_cast<double>(column) + window.x + 0.5),
                                                                y - (static_cast<double>(row) + window.y + 0.5));
       if (!(density > 0)) continue;
-      const double times = share * density / (solid_angle * static_cast<double>(sight.pdf));
+      const double times = per_point * density / (solid_angle * static_cast<double>(sight.pdf));
       found[static_cast<std::uint32_t>(row * window.width + column)].add(sight.radiance, scale * weight, times);
     }
 }

@@ -86,7 +86,7 @@ class Report {
     d["bsdf"] = number(l.bsdf.f);
     d["bsdf_pdf"] = l.bsdf.pdf;
     d["mis_weight"] = l.weight;
-    d["visible"] = l.share;
+    d["visible"] = l.visibility;
     d["blocker"] = l.closest_occluder ? py::object(of(*l.closest_occluder, {})) : py::none();
     d["gathered"] = number(l.gathered, radiance_);
     return d;

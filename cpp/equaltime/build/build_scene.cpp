@@ -52,7 +52,7 @@ class Builder {
   void add_mesh(std::size_t shape, TriangleMesh mesh);
   void check_reach(const std::vector<InstanceGeometry>& placed) const;
   Lights make_lights();
-  [[nodiscard]] std::size_t pictured_meshes() const;
+  [[nodiscard]] std::size_t textured_emitters() const;
 
   SceneDescription& description_;
   Normalization normalization_;
@@ -239,11 +239,11 @@ void Builder::add_groups() {
 void Builder::move_group(std::size_t first_shape, std::size_t first_light) {
   const std::optional<std::size_t> only = only_instances_[group_sets_.size() - 1];
   const auto* owner = only ? std::get_if<InstanceDescription>(&description_.shapes[*only]) : nullptr;
-  const bool moves = owner && !owner->keys.empty(), shines = area_lights_.lights.size() > first_light;
-  if (shines && !moves) fail(first_shape, "the shapes of a group cannot emit, unless its only instance moves");
+  const bool moves = owner && !owner->keys.empty(), emits = area_lights_.lights.size() > first_light;
+  if (emits && !moves) fail(first_shape, "the shapes of a group cannot emit, unless its only instance moves");
   for (std::size_t i = first_shape; moves && i < surfaces_.size(); ++i)
     surfaces_[i].source_shape = static_cast<std::uint32_t>(*only);
-  if (!shines) return;
+  if (!emits) return;
   MovingInstanceGeometry instance = move_instances({*owner}, group_spaces_, normalization_).front();
   moving_lights_.push_back(moving_lights(area_lights_.lights, first_light, std::move(instance)));
 }
@@ -267,7 +267,7 @@ Lights Builder::make_lights() {
                 make_environment(description_, normalization_), radius, std::move(moving_lights_));
 }
 
-std::size_t Builder::pictured_meshes() const {
+std::size_t Builder::textured_emitters() const {
   std::size_t count = 0;
   const auto look = [&](const std::vector<ShapeDescription>& shapes) {
     for (const ShapeDescription& shape : shapes)
@@ -284,7 +284,7 @@ std::size_t Builder::pictured_meshes() const {
 
 Scene Builder::build(Intersection mode) {
   bring_lamps_forward(description_, normalization_);
-  area_lights_.pictured_meshes = pictured_meshes();
+  area_lights_.textured_emitters = textured_emitters();
   textures_ = make_textures(std::move(description_.textures));
   materials_ = make_materials(description_, textures_, normalization_.length(1), bsdf_tables_);
   media_ = make_media(description_.media, normalization_);

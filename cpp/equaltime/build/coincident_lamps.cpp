@@ -185,7 +185,9 @@ class LampTree {
   std::vector<std::size_t> second_;  // the second child of each node; 0: it has none
 };
 
-[[nodiscard]] bool shines(const SurfaceDescription& s) noexcept { return s.radiance && max_component(*s.radiance) > 0; }
+[[nodiscard]] bool emits_light(const SurfaceDescription& s) noexcept {
+  return s.radiance && max_component(*s.radiance) > 0;
+}
 
 /// Whether triangles stand for a kind of shape.
 template <class S>
@@ -247,7 +249,7 @@ class FlatLamps {
   void for_each_face(std::size_t shape, Wanted&& wanted, F&& f) const {
     const auto look_at = [&]<class S>(const S& s, const Transform& placed, FaceName name, const auto* instance) {
       if constexpr (Flat<S>) {
-        const bool emits = shines(s.surface) && (instance == nullptr || !instance->keys.empty());
+        const bool emits = emits_light(s.surface) && (instance == nullptr || !instance->keys.empty());
         if (!wanted(s, placed, emits, instance != nullptr)) return;
         const bool mirrored = dot(cross(placed.column(0), placed.column(1)), placed.column(2)) < 0;
         for_each_triangle(s, [&](const Vec3d& a, const Vec3d& b, const Vec3d& c, std::size_t number) {
@@ -422,7 +424,7 @@ class RoundLamps {
 
   void bring_forward() {
     std::vector<double> lifts;
-    for (std::size_t i = 0; i < all_.size(); ++i) lifts.push_back(shines(all_[i]->surface) ? lift(i) : 0);
+    for (std::size_t i = 0; i < all_.size(); ++i) lifts.push_back(emits_light(all_[i]->surface) ? lift(i) : 0);
     for (std::size_t i = 0; i < all_.size(); ++i)
       all_[i]->radius += space_.world_length(all_[i]->flip_normals ? -lifts[i] : lifts[i]);
   }
@@ -445,7 +447,7 @@ class RoundLamps {
     for (; at != along_.end() && at->first <= key(lamp) + width; ++at) {
       const Round& other = *all_[at->second];
       if (at->second == number || !(space_.length(apart(lamp, other)) <= near(lamp))) continue;
-      const bool alike = shines(other.surface) && lamp.flip_normals == other.flip_normals;
+      const bool alike = emits_light(other.surface) && lamp.flip_normals == other.flip_normals;
       if (!alike || at->second < number) sum += 2 * near(lamp) + kClearance;
     }
     return sum;

@@ -37,8 +37,8 @@ template <Effects E>
     else
       return albedo<E>(at, bsdf);
   });
-  const auto share = [](float value) noexcept { return std::clamp(value, 0.0F, 1.0F); };
-  return {share(found.r), share(found.g), share(found.b)};
+  const auto clamped = [](float value) noexcept { return std::clamp(value, 0.0F, 1.0F); };
+  return {clamped(found.r), clamped(found.g), clamped(found.b)};
 }
 
 }  // namespace equaltime

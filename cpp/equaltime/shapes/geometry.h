@@ -28,7 +28,7 @@ struct TriangleMesh {
 /// A place in a list that is evenly spaced over times from 0 to 1: between two, and how far.
 struct Between {
   std::size_t before;
-  double share;
+  double fraction;
 };
 [[nodiscard]] inline Between between(float time, std::size_t parts) noexcept {
   const double at = static_cast<double>(time) * static_cast<double>(parts);
@@ -36,9 +36,9 @@ struct Between {
   return {before, at - static_cast<double>(before)};
 }
 
-/// Between two points or normals, at a share of the way.
-[[nodiscard]] inline Vec3f mixed(const Vec3f& a, const Vec3f& b, double share) noexcept {
-  return Vec3f(Vec3d(a) * (1 - share) + Vec3d(b) * share);
+/// Between two points or normals, `fraction` of the way from a to b.
+[[nodiscard]] inline Vec3f mixed(const Vec3f& a, const Vec3f& b, double fraction) noexcept {
+  return Vec3f(Vec3d(a) * (1 - fraction) + Vec3d(b) * fraction);
 }
 /// The vertices of a mesh that deforms, at one of its times.
 [[nodiscard]] inline const std::vector<Vec3f>& vertices_at(const TriangleMesh& mesh, std::size_t step) noexcept {

@@ -82,9 +82,9 @@ struct ShadowRayHit {
   const Interaction* it;  // null: nothing
 };
 
-/// The sampled light's weight in MIS, and the share of it that nothing blocks.
+/// MIS weight of the sampled light, and the fraction of it that reaches the vertex.
 struct LightReceived {
-  float weight, share;
+  float weight, visibility;
 };
 
 /// What the path gathers from the sampled light, which would be its depth-th vertex if the way crosses no surface.

@@ -83,13 +83,13 @@ template <Effects E, Observer O>
   Spectrum unoccluded = value.f * radiance * (weight / light.pdf);
   if constexpr (E.masks || E.media) {
     const int crossings = scene.rules.count_null_interfaces ? settings.max_depth - depth - 1 : kUnlimitedDepth;
-    const Spectrum left = shadow_transmittance<E>(scene, it, above, media, light, crossings, time, observer);
-    tell<event::LightReceived>(observer, weight, left.max_component());
-    return left.is_black() ? Spectrum() : unoccluded * left;
+    const Spectrum transmittance = shadow_transmittance<E>(scene, it, above, media, light, crossings, time, observer);
+    tell<event::LightReceived>(observer, weight, transmittance.max_component());
+    return transmittance.is_black() ? Spectrum() : unoccluded * transmittance;
   }
-  const float share = visibility<E>(scene.geometry, it, above, light, time, observer);
-  tell<event::LightReceived>(observer, weight, share);
-  return share > 0 ? unoccluded * share : Spectrum();
+  const float visible = visibility<E>(scene.geometry, it, above, light, time, observer);
+  tell<event::LightReceived>(observer, weight, visible);
+  return visible > 0 ? unoccluded * visible : Spectrum();
 }
 
 /// The same from one light, picked and sampled by the strategy.

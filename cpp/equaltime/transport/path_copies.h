@@ -40,9 +40,9 @@ requires(E.splitting) class PathCopies<E> {
     if (bsdf.bsdf != nullptr) own_.emplace(*bsdf.bsdf);
     scatterer_ = bsdf.bsdf != nullptr ? Scatterer(*own_) : bsdf;
     const std::uint32_t segment = path.segment();
-    const float share = 1 / static_cast<float>(1U << log2_copies_);
-    path.beta *= share;
-    path.eta_scale *= share;  // a share is no reason to end a path
+    const float fraction = 1 / static_cast<float>(1U << log2_copies_);
+    path.beta *= fraction;
+    path.eta_scale *= fraction;  // roulette ignores the split
     const Sampler whole = path.sampler;
     for (std::uint32_t copy = (1U << log2_copies_) - 1; copy > 0; --copy) {
       path.sampler = whole.copy(copy, log2_copies_);
