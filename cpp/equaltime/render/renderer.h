@@ -13,7 +13,7 @@
 #include "equaltime/base/stop.h"
 #include "equaltime/render/checked.h"
 #include "equaltime/render/splitting.h"
-#include "equaltime/transport/kernels.h"
+#include "equaltime/transport/kernel.h"
 
 namespace equaltime {
 
@@ -81,7 +81,7 @@ class Renderer {
   [[nodiscard]] const SampleLog<FaultySample>& faulty() const noexcept { return faulty_; }
   /// Rays of every pixel since this was made, row-major; empty unless they are counted.
   [[nodiscard]] const std::vector<std::uint64_t>& pixel_rays() const noexcept { return pixel_rays_; }
-  [[nodiscard]] const KernelRow& kernel() const noexcept { return *kernel_; }
+  [[nodiscard]] const Kernel& kernel() const noexcept { return *kernel_; }
   [[nodiscard]] unsigned threads() const noexcept { return threads_; }
   /// The block of each number, in the order in which they are begun.
   [[nodiscard]] std::vector<PixelBlock> blocks() const;
@@ -102,7 +102,7 @@ class Renderer {
   RenderOptions options_;
   unsigned threads_;
   Effects need_;  // of the scene and of whoever made this
-  const KernelRow* kernel_;
+  const Kernel* kernel_;
   std::optional<RouletteDecision> decision_;  // holds what the settings point to, in every copy
   bool resumed_ = false;
   Film film_;

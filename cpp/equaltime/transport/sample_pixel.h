@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "equaltime/base/effects.h"
-#include "equaltime/transport/kernels.h"
+#include "equaltime/transport/kernel.h"
 #include "equaltime/transport/path.h"
 
 namespace equaltime {
