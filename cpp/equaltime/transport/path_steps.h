@@ -86,15 +86,19 @@ template <Effects E, Observer O>
   if (is_delta<E>(v.scatterer)) {
     scattered = sample_bsdf<E>(it, v.scatterer, path.sampler, segment, {});
   } else if (uses_one_direction(settings.technique)) [[unlikely]] {
-    const OneSampleVertex turned = sample_one_direction<E>(scene, settings, it, v.scatterer, path.media.here(),
-                                                           path.sampler, segment, path.depth, u, path.time, observer);
-    add_direct_light<E>(path, turned.direct, observer);
-    path.previous.mixed = turned.mixed;
-    scattered = turned.scattered;
+    const Interaction it_copy = it;
+    const Sampler sampler_copy = path.sampler;
+    const OneSampleVertex vertex = sample_one_direction<E>(
+        {scene, settings, it_copy, v.scatterer, path.media.here(), sampler_copy, segment, path.depth, path.time}, u,
+        observer);
+    add_direct_light<E>(path, vertex.direct, observer);
+    path.previous.mixed = vertex.mixed;
+    scattered = vertex.scattered;
   } else {
     if constexpr (!E.splitting) scattered = sample_bsdf<E>(it, v.scatterer, path.sampler, segment, u.bsdf_direction);
-    const Spectrum direct = direct_light<E>(scene, settings, it, v.scatterer, path.media.here(), path.sampler, segment,
-                                            path.depth, u.light_point, path.time, observer);
+    const VertexContext<E> at{scene,        settings, it,         v.scatterer, path.media.here(),
+                              path.sampler, segment,  path.depth, path.time};
+    const Spectrum direct = direct_light<E>(at, u.light_point, observer);
     add_direct_light<E>(path, direct, observer);
     if constexpr (E.splitting) {
       if (copies.due()) {
