@@ -20,7 +20,7 @@ using AnyLight = std::variant<TriangleLight<float>, RectangleLight<float>, Spher
 struct Random {
   explicit Random(std::uint64_t seed) : engine(seed) {}
   double in(double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(engine); }
-  std::int64_t place() { return static_cast<std::int64_t>(engine() >> (64 - LightTree::kPlaceBits)); }
+  std::int64_t place() { return static_cast<std::int64_t>(engine() >> (64 - LightTree::kUnitBits)); }
   Vec3d direction() {
     const Point2f u{static_cast<float>(in(0, 1)), static_cast<float>(in(0, 1))};
     return normalize(Vec3d(square_to_uniform_sphere(u)));

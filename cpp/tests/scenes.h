@@ -98,7 +98,7 @@ inline SceneDescription full_room() {
   d.bindings.push_back({nothing + 1, "weight", 0});
   d.shapes.emplace_back(SphereDescription{{-0.25, 1.25, 0.5}, 0.125, false, {nothing + 1, nothing + 1, {}}});
   d.bsdfs.emplace_back(DiffuseDescription{{0.3, 0.6, 0.6}});
-  d.bends = {{nothing + 2, 1, true, 0.05}};
+  d.normal_maps = {{nothing + 2, 1, true, 0.05}};
   d.shapes.emplace_back(
       RectangleDescription{placed({s, 0, 0}, {0, s, 0}, {0, 0, 1}, {-0.5, 1, -0.75}), false, {nothing + 2, {}, {}}});
   // Haze everywhere, a drop of milk in nothing's skin and one of ink in glass.
@@ -187,7 +187,7 @@ inline SceneDescription with_lengths(SceneDescription d, double s) {
   };
   std::for_each(d.shapes.begin(), d.shapes.end(), scale_shape);
   for (GroupDescription& group : d.groups) std::for_each(group.shapes.begin(), group.shapes.end(), scale_shape);
-  for (NormalMapDescription& bend : d.bends) bend.scale *= s;
+  for (NormalMapDescription& map : d.normal_maps) map.scale *= s;
   for (MediumDescription& medium : d.media) medium.sigma_t = medium.sigma_t / s;
   for (PointLightDescription& light : d.point_lights)
     light.position = light.position * s, light.intensity = light.intensity * (s * s);

@@ -26,7 +26,7 @@ from workers import Worker
 
 FAST_RAYS = ("cpp/equaltime/bindings/bind_scene.cpp", r'"intersection"_a = "robust"', '"intersection"_a = "fast"')
 FLOAT_HITS = (
-    "cpp/equaltime/scene/meeting.h",
+    "cpp/equaltime/scene/recompute_hit.h",
     r"Vec3d p = plane\.meet\(ray\);",
     "const Vec3f fo(ray.origin), fd(ray.direction), fn(plane.n); "
     "Vec3d p(fo + fd * ((static_cast<float>(plane.d) - dot(fo, fn)) / dot(fd, fn)));",

@@ -16,10 +16,10 @@ from pathlib import Path
 Edit = tuple[str, str, str]
 
 REPOSITORY = Path(__file__).resolve().parents[2]
-KERNEL_TABLE = "cpp/equaltime/transport/kernel_rows.h"
-KERNELS = "cpp/equaltime/transport/kernel_row.h"
+KERNEL_TABLE = "cpp/equaltime/transport/kernel_effects.h"
+KERNELS = "cpp/equaltime/transport/compile_kernel.h"
 """What the files of all kernels include, and no other file."""
-_rows = re.search(r"kKernelRows = (\d+)", (REPOSITORY / KERNEL_TABLE).read_text())
+_rows = re.search(r"kKernelCount = (\d+)", (REPOSITORY / KERNEL_TABLE).read_text())
 assert _rows is not None
 ROWS = int(_rows[1])
 """Number of kernels."""

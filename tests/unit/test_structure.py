@@ -5,7 +5,7 @@ import fnmatch
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import pytest
@@ -136,6 +136,56 @@ def test_nothing_in_the_core_inherits_but_exceptions_and_observers() -> None:
     based = re.compile(r"^ *(?:class|struct) \w+(?: final)? : (?:public |private |protected )?(\S+)", re.MULTILINE)
     bases = [f"{place(path)}: {base}" for path in CORE for base in based.findall(path.read_text())]
     assert [base for base in bases if not base.endswith((*EXCEPTIONS, "PathObserver"))] == []
+
+
+CLASS = re.compile(
+    r"^ *(?:template <[^;{]*?>\s*(?:requires\([^)]*\)\s*)?)?"
+    r"(?:class|struct) (\w+)(?: final)?(?:<[^>{;]*>)?\s*(?::[^{;]*)?\{",
+    re.MULTILINE,
+)
+MEMBER = re.compile(r"^(?=\S)(?!//|#)[^\n;={}()]*?\b(\w+)(?:<[^<>()\n]*>)?::(~?\w+|operator[^(\n]*)\(", re.MULTILINE)
+
+
+def member_definitions(text: str) -> Iterator[tuple[str, str]]:
+    """Yield class and name of each member function that a C++ source defines outside its class."""
+    for match in MEMBER.finditer(text):
+        end, depth = match.end(), 1
+        while depth and end < len(text):
+            depth += {"(": 1, ")": -1}.get(text[end], 0)
+            end += 1
+        if re.match(r"[^;{]*\{", text[end:]):
+            yield match[1], match[2]
+
+
+def members_defined_elsewhere(text_of: Mapping[str, str]) -> list[str]:
+    """Return the member functions that are defined in another room than their class; paths are ``room/file``."""
+    rooms: dict[str, set[str]] = {}
+    for path, text in text_of.items():
+        for name in CLASS.findall(text):
+            rooms.setdefault(name, set()).add(path.split("/")[0])
+    return [
+        f"{path}: {owner}::{name}"
+        for path, text in text_of.items()
+        for owner, name in member_definitions(text)
+        if path.split("/")[0] not in rooms.get(owner, {path.split("/")[0]})
+    ]
+
+
+def test_a_member_function_is_defined_in_the_room_of_its_class() -> None:
+    text_of = {str(path.relative_to(ROOT / "cpp/equaltime")): path.read_text() for path in CORE}
+    assert members_defined_elsewhere(text_of) == []
+    assert len([name for text in text_of.values() for name in member_definitions(text)]) > 150
+
+
+def test_a_member_function_in_another_room_is_found() -> None:
+    header = "struct Scene {\n  float size(int axis) const noexcept;\n  template <bool B> int count() const;\n};\n"
+    size = "float Scene::size(int axis) const noexcept {\n  return 1;\n}\n"
+    count = "template <bool B>\nint Scene::count() const {\n  return 0;\n}\n"
+    call = "float twice(const Scene& s) {\n  return 2 * Film::gain(s);\n}\nstruct Film {};\n"
+    own = {"scene/scene.h": header, "scene/size.cpp": size + count, "lights/twice.cpp": call}
+    assert members_defined_elsewhere(own) == []
+    assert members_defined_elsewhere({**own, "lights/size.cpp": size}) == ["lights/size.cpp: Scene::size"]
+    assert members_defined_elsewhere({**own, "build/count.cpp": count}) == ["build/count.cpp: Scene::count"]
 
 
 def imports_core(tree: ast.AST) -> bool:

@@ -21,12 +21,12 @@ double opacity(const Scene& scene, Ray ray, const Sampler& sampler, float time) 
   PathMediumStack<E> media(scene, ray, time);
   const HiddenEmitters<E> hidden_emitters(true);
   for (std::uint32_t crossed = 0;; ++crossed) {
-    auto meeting = scene.closest<E>(ray, time);
-    if (media.sample_distance(scene, ray, sampler, crossed, through, meeting) != nullptr) return 1;
-    const Optional<Interaction>& it = surface(meeting);
+    auto hit = scene.geometry.closest<E>(ray, time);
+    if (media.sample_distance(scene, ray, sampler, crossed, through, hit) != nullptr) return 1;
+    const Optional<Interaction>& it = interaction(hit);
     if (!it) return 1 - static_cast<double>(through.mean());
-    if (!media.here().hides(scene, *it) && !hidden_emitters.skips(scene, *it, 1)) {
-      const std::uint32_t material = scene.material(*it);
+    if (!media.here().hides(scene.geometry, *it) && !hidden_emitters.skips(scene, *it, 1)) {
+      const std::uint32_t material = scene.geometry.material(*it);
       if (material == kNone) return 1;
       through *= surface_transmittance<E>(scene, material, *it, false, time);
       if (through.is_black()) return 1;
@@ -41,15 +41,15 @@ double opacity(const Scene& scene, Ray ray, const Sampler& sampler, float time) 
 std::vector<float> alpha(std::shared_ptr<const Scene> scene, const Settings& settings, const RenderOptions& options,
                          std::uint64_t samples, const Poll& poll) {
   const Renderer renderer(scene, settings, options);
-  const std::size_t width = scene->film.crop_width;
-  std::vector<float> found(width * scene->film.crop_height);
+  const std::size_t width = scene->camera.film.crop_width;
+  std::vector<float> found(width * scene->camera.film.crop_height);
   const std::vector<PixelBlock> blocks = renderer.blocks();
   const auto worker = [&](std::size_t i) {
     const PixelBlock& block = blocks[i];
     const BlockTask task{*scene, settings, options.seed, block, 0, samples, options.nets};
     for (std::uint32_t y = block.y0; y < block.y1; ++y)
       for (std::uint32_t x = block.x0; x < block.x1; ++x) {
-        const std::uint32_t px = x + scene->film.crop_x, py = y + scene->film.crop_y;
+        const std::uint32_t px = x + scene->camera.film.crop_x, py = y + scene->camera.film.crop_y;
         double stopped = 0, weights = 0;
         for (std::uint64_t s = 0; s < samples; ++s) {
           const FilmSample begin(task, px, py, s);

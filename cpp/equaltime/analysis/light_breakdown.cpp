@@ -27,8 +27,8 @@ BreakdownParts::BreakdownParts(const Scene& scene) : light_part_(scene.lights.si
 void BreakdownParts::name_lights(const Scene& scene) {
   const std::uint32_t first = count();
   std::vector<std::string> starts(light_part_.size());
-  for (std::size_t i = 0; i < scene.surfaces.size(); ++i)
-    if (const std::uint32_t light = scene.surfaces[i].first_light; light != kNone)
+  for (std::size_t i = 0; i < scene.geometry.surfaces.size(); ++i)
+    if (const std::uint32_t light = scene.geometry.surfaces[i].first_light; light != kNone)
       starts[light] = "shape " + std::to_string(i);
   for (std::uint32_t i = scene.lights.first_delta(); i < starts.size(); ++i)
     starts[i] = "light " + std::to_string(i - scene.lights.first_delta());
@@ -66,9 +66,12 @@ LightBreakdown break_down_light(std::shared_ptr<const Scene> scene, const Settin
                                 const RenderOptions& options, std::uint64_t samples, bool only_lengths,
                                 const Poll& poll) {
   Renderer renderer(scene, settings, options);
-  const Settings& learnt = renderer.settings();
-  LightBreakdown found{
-      BreakdownParts(*scene), scene->film.crop_height, scene->film.crop_width, BreakdownParts::kLengths, {}};
+  const Settings& decided = renderer.settings();
+  LightBreakdown found{BreakdownParts(*scene),
+                       scene->camera.film.crop_height,
+                       scene->camera.film.crop_width,
+                       BreakdownParts::kLengths,
+                       {}};
   if (!only_lengths) found.kept = found.parts.count();
   const std::size_t row = 3 * std::size_t{found.kept};
   found.means.resize(row * found.height * found.width);
@@ -76,19 +79,19 @@ LightBreakdown break_down_light(std::shared_ptr<const Scene> scene, const Settin
   const std::vector<PixelBlock> blocks = renderer.blocks();
   const auto make_worker = [&] {
     // The sums are of one pixel: what is kept of it is rounded once.
-    return [&, observer = BreakdownObserver(found.parts, scene->count_null_interfaces),
+    return [&, observer = BreakdownObserver(found.parts, scene->rules.count_null_interfaces),
             sums = std::vector<double>(3 * std::size_t{found.parts.count()})](std::size_t i) mutable {
       const PixelBlock& block = blocks[i];
-      const BlockTask task{*scene, learnt, options.seed, block, 0, samples, options.nets};
+      const BlockTask task{*scene, decided, options.seed, block, 0, samples, options.nets};
       for (std::uint32_t y = block.y0; y < block.y1; ++y)
         for (std::uint32_t x = block.x0; x < block.x1; ++x) {
           std::ranges::fill(sums, 0.0);
           double count = 0;
           for (std::uint64_t s = 0; s < samples; ++s)
             if (sample_pixel<kAllEffects>(task, x, y, s, observer).is_finite()) observer.add_to(sums), ++count;
-          const double share = count > 0 ? scale / count : 0.0;
+          const double per_sample = count > 0 ? scale / count : 0.0;
           std::ranges::transform(std::span(sums).first(row), &found.means[row * (std::size_t{y} * found.width + x)],
-                                 [=](double sum) { return static_cast<float>(sum * share); });
+                                 [=](double sum) { return static_cast<float>(sum * per_sample); });
         }
     };
   };

@@ -70,7 +70,7 @@ class BreakdownObserver : public PathObserver {
     aimed_at_ = sampled.light.infinite && !sampled.light.delta ? kNone : sampled.light.light;
     crossed_ = -1;
   }
-  void on(const event::ShadowRayMet&) noexcept {
+  void on(const event::ShadowRayHit&) noexcept {
     if (count_null_interfaces_) ++crossed_;
   }
   void on(const event::EmissionAdded& added) {

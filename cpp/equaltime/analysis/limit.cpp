@@ -36,7 +36,7 @@ class LimitRun {
         poll_(poll),
         renderer_(std::move(scene), settings, render),
         blocks_(renderer_.blocks()) {
-    (void)renderer_.settings();  // learns what there is to learn, which is not timed
+    (void)renderer_.settings();  // renders the pilot, if any, which is not timed
   }
 
   /// Samples [first, last) of every pixel, rendered and replayed.
@@ -95,7 +95,7 @@ class LimitRun {
 
   /// Sends the rays to Embree and to nothing else; returns how many met something, so that no query is idle.
   std::uint64_t trace(const Recording& part) {
-    const Accel& accel = scene_->accel;
+    const Accel& accel = scene_->geometry.accel;
     std::atomic<std::uint64_t> found{0}, traced{0};
     const auto work = [&](std::size_t i) {
       const std::vector<RecordedRay>& rays = part.rays[i];

@@ -11,12 +11,12 @@ namespace equaltime {
 namespace {
 
 /// Barycentric coordinates on a triangle; elsewhere uv, known only where a texture looks at them.
-std::optional<Point2f> place_on(const Scene& scene, const Interaction& it, float time) noexcept {
-  const Surface& surface = scene.surfaces[it.shape];
-  if (surface.mesh == kNone) return surface.textured ? std::optional(it.place) : std::nullopt;
+std::optional<Point2f> prim_uv_at(const SceneGeometry& geometry, const Interaction& it, float time) noexcept {
+  const Surface& surface = geometry.surfaces[it.shape];
+  if (surface.mesh == kNone) return surface.textured ? std::optional(it.prim_uv) : std::nullopt;
   RayD at(Vec3d(it.anchor.p), Vec3d(it.anchor.n), 1);
-  if (it.instance != kNone) at = scene.instance_at(it.instance, time).to_local(at);
-  const auto [a, b, c] = scene.corners(surface.mesh, it.primitive, time);
+  if (it.instance != kNone) at = geometry.instance_at(it.instance, time).to_local(at);
+  const auto [a, b, c] = geometry.corners(surface.mesh, it.primitive, time);
   const auto [u, v] = barycentric(a, b, c, at.origin);
   return Point2f{u, v};
 }
@@ -43,15 +43,15 @@ class PathTracer : public PathObserver {
     current().length = replay_.vertices[*current().from].length + 1;
     resumes_ = false;
   }
-  void on(const event::RayMet& met) {
+  void on(const event::RayHit& hit) {
     const ScopedFpEnvironment held;
     TracedVertex& vertex = current();
-    if (met.it) {
-      vertex.it = *met.it;
-      vertex.place = place_on(scene_, *met.it, time_);
+    if (hit.it) {
+      vertex.it = *hit.it;
+      vertex.prim_uv = prim_uv_at(scene_.geometry, *hit.it, time_);
     } else if (scene_.lights.environment()) {
       const LightValue<float> value = scene_.lights.environment_towards(settings_.lights, settings_.environment,
-                                                                        vertex.made.from, met.ray.direction);
+                                                                        vertex.made.from, hit.ray.direction);
       meets(scene_.lights.last(), value.radiance, value.pdf);
     }
   }
@@ -62,7 +62,7 @@ class PathTracer : public PathObserver {
     const ScopedFpEnvironment held;
     if (shadow.blocked) block(shadow.ray);
   }
-  void on(const event::ShadowRayMet& shadow) {
+  void on(const event::ShadowRayHit& shadow) {
     if (shadow.it) current().light->closest_occluder = *shadow.it;
   }
   void on(const event::DirectLightAdded& added) noexcept {
@@ -75,11 +75,11 @@ class PathTracer : public PathObserver {
     vertex.left = sampled.beta;
     if (!sampled.scattered) return;
     vertex.it = *sampled.it, vertex.in_medium = true;
-    vertex.place.reset(), vertex.emitter.reset();
+    vertex.prim_uv.reset(), vertex.emitter.reset();
   }
-  void on(const event::EmitterMet& met) {
+  void on(const event::EmitterHit& hit) {
     const ScopedFpEnvironment held;
-    meets(met.light, scene_.radiance<kAllEffects>(*current().it), met.light_pdf);
+    meets(hit.light, scene_.radiance<kAllEffects>(*current().it), hit.light_pdf);
   }
   void on(const event::LightPicked& picked) {
     if (picked.pick) current().light = TracedLight{*picked.pick, {}, {}, 0, 0, {}, {}};
@@ -92,9 +92,9 @@ class PathTracer : public PathObserver {
   }
   void on(const event::LightReceived& received) {
     current().light->weight = received.weight;
-    current().light->share = received.share;
+    current().light->visibility = received.visibility;
   }
-  void on(const event::Scattered& at) {
+  void on(const event::DirectionSampled& at) {
     const ScopedFpEnvironment held;
     TracedScattering& scattering = current().scattering.emplace();
     scattering = {at.bsdf.name(), at.it, albedo<kAllEffects>(at.it, at.bsdf), {}, {}};
@@ -115,8 +115,8 @@ class PathTracer : public PathObserver {
     vertex.emitter = TracedEmitter{light, radiance, light_pdf, weight, {}};
   }
   void block(const Ray& ray) {
-    const auto meeting = scene_.closest<kAllEffects>(ray, time_);
-    if (const auto& it = surface(meeting)) current().light->closest_occluder = *it;
+    const auto hit = scene_.geometry.closest<kAllEffects>(ray, time_);
+    if (const auto& it = interaction(hit)) current().light->closest_occluder = *it;
   }
 
   const Scene& scene_;
@@ -147,8 +147,8 @@ Replay replay(const Scene& scene, const Settings& settings, std::uint64_t seed, 
   Stop never;
   const RouletteDecision decision = decide_roulette(scene, settings, 1, never);
   never.rethrow();
-  const Settings learnt = decision.applied(settings);
-  const BlockTask task{scene, learnt, seed, {x, y, x + 1, y + 1}, index, index + 1, nets};
+  const Settings decided = decision.applied(settings);
+  const BlockTask task{scene, decided, seed, {x, y, x + 1, y + 1}, index, index + 1, nets};
   const ScopedFpEnvironment held;
   result.radiance = sample_pixel<kAllEffects>(task, x, y, index, tracer);
   tracer.finish();
@@ -159,11 +159,13 @@ Replay replay(const Scene& scene, const Settings& settings, std::uint64_t seed, 
 std::uint32_t shape_of_light(const Scene& scene, std::uint32_t light) noexcept {
   std::uint32_t owner = kNone, begin = 0;
   if (light >= scene.lights.first_delta()) return owner;
-  for (std::uint32_t shape = 0; shape < scene.surfaces.size(); ++shape) {
-    const std::uint32_t first = scene.surfaces[shape].first_light;
+  for (std::uint32_t shape = 0; shape < scene.geometry.surfaces.size(); ++shape) {
+    const std::uint32_t first = scene.geometry.surfaces[shape].first_light;
     if (first != kNone && first <= light && first >= begin) owner = shape, begin = first;
   }
-  return owner != kNone && scene.surfaces[owner].source_shape != kNone ? scene.surfaces[owner].source_shape : owner;
+  return owner != kNone && scene.geometry.surfaces[owner].source_shape != kNone
+             ? scene.geometry.surfaces[owner].source_shape
+             : owner;
 }
 
 }  // namespace equaltime

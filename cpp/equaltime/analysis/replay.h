@@ -16,7 +16,7 @@ struct TracedLight {
   std::optional<LightSample<float>> sample;  // none if the light shows the vertex no front
   BsdfValue<float> bsdf;                     // towards it
   float weight = 0;                          // of MIS
-  float share = 0;                           // that nothing blocks; meaningless where the BSDF is black
+  float visibility = 0;                      // fraction that reaches the vertex; not computed if the BSDF is black
   std::optional<Interaction> closest_occluder;
   Spectrum gathered;       // what it adds to the path
   Spectrum radiance = {};  // of the sample
@@ -33,9 +33,9 @@ struct TracedEmitter {
 /// How a path goes on.
 struct TracedScattering {
   const char* bsdf;  // in Mitsuba's words
-  Interaction it;    // its frame as a texture may have bent it
+  Interaction it;    // with the frame after normal mapping
   Spectrum albedo;   // of the BSDF, for all directions together
-  std::optional<Scattering> scattered;
+  std::optional<ScatterSample> scattered;
   std::optional<float> survival;  // of roulette
 };
 
@@ -43,9 +43,9 @@ struct TracedScattering {
 struct TracedVertex {
   Ray ray;
   PreviousVertex made;
-  Spectrum beta, L;               // on arrival: throughput, and what the path has gathered before
-  std::optional<Interaction> it;  // none: the ray escapes
-  std::optional<Point2f> place;   // on the primitive, where that is known; see place_on
+  Spectrum beta, L;                // on arrival: throughput, and what the path has gathered before
+  std::optional<Interaction> it;   // none: the ray escapes
+  std::optional<Point2f> prim_uv;  // unknown on surfaces without textures; see prim_uv_at
   std::optional<TracedEmitter> emitter;
   std::optional<TracedLight> light;
   std::optional<TracedScattering> scattering;  // none where nothing is scattered: the path ends or passes straight on

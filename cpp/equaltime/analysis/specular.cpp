@@ -30,7 +30,7 @@ constexpr std::size_t kChunk = 16;  // pixels that a worker takes at once
 enum class Vertex : std::uint8_t { specular, straight, other };
 
 /// The kind of a vertex, by where the path goes on; thin glass that is passed straight is as good as none.
-Vertex kind_of(const event::Scattered& at) noexcept {
+Vertex kind_of(const event::DirectionSampled& at) noexcept {
   if (!at.scattered) return Vertex::other;
   if (at.bsdf.is_thin() && !at.scattered->above) return Vertex::straight;
   return at.scattered->delta || at.scattered->pdf > kSpecularDensity ? Vertex::specular : Vertex::other;
@@ -50,7 +50,7 @@ class ChainObserver : public PathObserver {
   void on(const event::EmissionAdded& added) noexcept {
     if (specular_) radiance_ += added.L;
   }
-  void on(const event::Scattered& at) noexcept {
+  void on(const event::DirectionSampled& at) noexcept {
     const Vertex kind = kind_of(at);
     specular_ = specular_ || kind == Vertex::specular;
     left_ = kind == (where == Leaves::at_specular ? Vertex::specular : Vertex::other);
@@ -106,12 +106,12 @@ struct Chains {
   }
 
   [[nodiscard]] std::size_t pixels() const noexcept {
-    return std::size_t{scene.film.crop_width} * scene.film.crop_height;
+    return std::size_t{scene.camera.film.crop_width} * scene.camera.film.crop_height;
   }
   template <Observer O>
   void sample(std::size_t pixel, std::uint64_t index, O& observer) const {
-    const std::size_t x = pixel % scene.film.crop_width, y = pixel / scene.film.crop_width;
-    film_sample(x + scene.film.crop_x, y + scene.film.crop_y, index, observer);
+    const std::size_t x = pixel % scene.camera.film.crop_width, y = pixel / scene.camera.film.crop_width;
+    film_sample(x + scene.camera.film.crop_x, y + scene.camera.film.crop_y, index, observer);
   }
   /// Traces one sample of a pixel, whose place is in the whole film.
   template <Observer O>
@@ -133,7 +133,7 @@ using Found = std::map<std::uint32_t, LampsOfPixel>;
 
 /// Returns the pixels whose first vertex is specular. One chain from the middle of a square decides for its pixels.
 Pixels mirrors_of(const Chains& chains) {
-  const std::size_t width = chains.scene.film.crop_width, height = chains.scene.film.crop_height;
+  const std::size_t width = chains.scene.camera.film.crop_width, height = chains.scene.camera.film.crop_height;
   const auto fitting = static_cast<std::size_t>(std::sqrt(chains.pixels() / kSquares));
   const std::size_t side = std::clamp<std::size_t>(fitting, 1, kLargestSquare);
   const std::size_t columns = (width + side - 1) / side, rows = (height + side - 1) / side;
@@ -156,13 +156,13 @@ Found lamps_in(const Chains& chains, const Pixels& pixels, std::uint64_t all, st
                std::uint64_t first) {
   const std::uint64_t each = pixels.empty() ? 0 : std::min(all / pixels.size(), kMost);
   if (each < least) return {};
-  const double scale = chains.scene.normalization.world_radiance_scale(), share = 1.0 / static_cast<double>(each);
+  const double scale = chains.scene.normalization.world_radiance_scale(), weight = 1.0 / static_cast<double>(each);
   std::vector<LampsOfPixel> lamps(pixels.size());
   for_each<MirrorObserver>(pixels.size(), chains.threads, [&](std::size_t i, MirrorObserver& observer) {
     for (std::uint64_t index = 0; index < each; ++index) {
       chains.sample(pixels[i], first + index, observer);
       const Spectrum L = observer.radiance();
-      if (!L.is_black()) lamps[i].add(L, scale, share);
+      if (!L.is_black()) lamps[i].add(L, scale, weight);
     }
   });
   Found found;
@@ -173,7 +173,7 @@ Found lamps_in(const Chains& chains, const Pixels& pixels, std::uint64_t all, st
 
 /// Returns the pixels of `found` with the eight pixels around each.
 Pixels with_neighbours(const Chains& chains, const Found& found) {
-  const std::size_t width = chains.scene.film.crop_width, height = chains.scene.film.crop_height;
+  const std::size_t width = chains.scene.camera.film.crop_width, height = chains.scene.camera.film.crop_height;
   std::set<std::uint32_t> all;
   for (const auto& [pixel, lamps] : found) {
     const std::size_t x = pixel % width, y = pixel / width;
@@ -189,7 +189,7 @@ Pixels with_neighbours(const Chains& chains, const Found& found) {
 FocusedLight focused_light(const Scene& scene, const Settings& settings, const RenderOptions& options,
                            std::uint64_t paths, bool whole_film) {
   const Chains chains(scene, settings, options);
-  const std::size_t width = scene.film.width, film_pixels = width * scene.film.height;
+  const std::size_t width = scene.camera.film.width, film_pixels = width * scene.camera.film.height;
   struct Seen {
     bool vertex = false;
     double once = 0, squared = 0;
@@ -225,7 +225,7 @@ FocusedLight focused_light(const Scene& scene, const Settings& settings, const R
 
 std::map<std::uint32_t, LampsOfPixel> mirrored_lamps(const Scene& scene, const Settings& settings,
                                                      const RenderOptions& options, std::uint64_t samples) {
-  if (scene.hides_emitters) return {};
+  if (scene.rules.hides_emitters) return {};
   const Chains chains(scene, settings, options);
   const std::uint64_t half = std::max<std::uint64_t>(samples, chains.pixels() / kPixelsPerChain) / 2;
   const Found scouted = lamps_in(chains, mirrors_of(chains), half, kScouts, 0);

@@ -25,7 +25,7 @@ std::vector<double> unoccluded_direct_light(std::shared_ptr<const Scene> scene, 
   settings.technique = Technique::mis;
   settings.lights = LightSelection::tree;
   const Renderer renderer(scene, settings, options);  // prepares the lights
-  const std::uint32_t width = scene->film.crop_width;
+  const std::uint32_t width = scene->camera.film.crop_width;
   const double scale = scene->normalization.world_radiance_scale();
   std::vector<double> found(3 * pixels.size());
   run_items(pixels.size(), kChunk, renderer.threads(), [&] {

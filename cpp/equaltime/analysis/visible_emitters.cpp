@@ -26,17 +26,17 @@ struct LensSample {
   Point2f lens;
 
   [[nodiscard]] static bool possible(const Scene& scene) noexcept {
-    return !scene.camera_motion && scene.filter.radius() <= kWidestFilter &&
-           (std::holds_alternative<PerspectiveCamera>(scene.sensor) ||
-            std::holds_alternative<ThinLensCamera>(scene.sensor));
+    return !scene.camera.motion && scene.camera.filter.radius() <= kWidestFilter &&
+           (std::holds_alternative<PerspectiveCamera>(scene.camera.sensor) ||
+            std::holds_alternative<ThinLensCamera>(scene.camera.sensor));
   }
   [[nodiscard]] Vec3d origin() const noexcept {
-    if (const auto* thin = std::get_if<ThinLensCamera>(&scene.sensor)) return thin->origin(lens);
-    return std::get_if<PerspectiveCamera>(&scene.sensor)->origin();
+    if (const auto* thin = std::get_if<ThinLensCamera>(&scene.camera.sensor)) return thin->origin(lens);
+    return std::get_if<PerspectiveCamera>(&scene.camera.sensor)->origin();
   }
   [[nodiscard]] std::optional<FilmPoint> place(const Vec3d& direction) const noexcept {
-    if (const auto* thin = std::get_if<ThinLensCamera>(&scene.sensor)) return thin->place(direction, lens);
-    return std::get_if<PerspectiveCamera>(&scene.sensor)->place(direction);
+    if (const auto* thin = std::get_if<ThinLensCamera>(&scene.camera.sensor)) return thin->place(direction, lens);
+    return std::get_if<PerspectiveCamera>(&scene.camera.sensor)->place(direction);
   }
 };
 
@@ -54,7 +54,7 @@ struct Window {
 /// Whether the filter of a pixel of the window reaches the place.
 bool is_near(const Window& window, const Scene& scene, const FilmPoint& place) noexcept {
   const auto within = [&](double at, std::uint32_t from, std::uint32_t size) {
-    return std::abs(at - from - 0.5 * size) < 0.5 * size + scene.filter.radius();
+    return std::abs(at - from - 0.5 * size) < 0.5 * size + scene.camera.filter.radius();
   };
   return within(place.x, window.x, window.width) && within(place.y, window.y, window.height);
 }
@@ -63,11 +63,10 @@ bool is_near(const Window& window, const Scene& scene, const FilmPoint& place) n
 Spectrum seen(const Scene& scene, const FilmPoint& place, Point2f lens, const LightSample<float>& light,
               float time) noexcept {
   const Ray ray = camera_ray<kAllEffects>(
-      scene.sensor, scene.camera_motion, place.x, place.y, [&]() noexcept { return lens; }, time);
-  const Optional<Interaction> it = surface(scene.closest<kAllEffects>(ray, time));
+      scene.camera.sensor, scene.camera.motion, place.x, place.y, [&]() noexcept { return lens; }, time);
+  const Optional<Interaction> it = interaction(scene.geometry.closest<kAllEffects>(ray, time));
   if (light.infinite) return it ? Spectrum() : light.radiance;
-  if (!it || !it->front || scene.surfaces[it->shape].first_light == kNone || scene.light_of(*it) != light.light)
-    return {};
+  if (!it || !it->front || !scene.geometry.emits(*it) || scene.geometry.light_of(*it) != light.light) return {};
   return scene.radiance<kAllEffects>(*it);
 }
 
@@ -85,10 +84,10 @@ std::optional<CameraConnection> look(const Scene& scene, const Window& window, c
   return CameraConnection{*place, seen(scene, *place, outlook.lens, *light, time), light->pdf};
 }
 
-/// Adds what a point of a lamp is for the pixels whose filters reach it.
-void add(const Scene& scene, const Window& window, const CameraConnection& sight, double share,
+/// Adds a connected point to the pixels whose filters reach it. `per_point`: one over the number of points.
+void add(const Scene& scene, const Window& window, const CameraConnection& sight, double per_point,
          std::map<std::uint32_t, LampsOfPixel>& found) {
-  const double scale = scene.normalization.world_radiance_scale(), radius = scene.filter.radius();
+  const double scale = scene.normalization.world_radiance_scale(), radius = scene.camera.filter.radius();
   const auto& [x, y, solid_angle] = sight.place;
   const auto first = [&](double at, std::uint32_t from) {
     return static_cast<std::int64_t>(std::max(std::ceil(at - radius - 0.5) - from, 0.0));
@@ -98,10 +97,10 @@ void add(const Scene& scene, const Window& window, const CameraConnection& sight
   };
   for (std::int64_t row = first(y, window.y); row <= last(y, window.y, window.height); ++row)
     for (std::int64_t column = first(x, window.x); column <= last(x, window.x, window.width); ++column) {
-      const auto [density, weight] = scene.filter.drawn(x - (static_cast<double>(column) + window.x + 0.5),
-                                                        y - (static_cast<double>(row) + window.y + 0.5));
+      const auto [density, weight] = scene.camera.filter.drawn(x - (static_cast<double>(column) + window.x + 0.5),
+                                                               y - (static_cast<double>(row) + window.y + 0.5));
       if (!(density > 0)) continue;
-      const double times = share * density / (solid_angle * static_cast<double>(sight.pdf));
+      const double times = per_point * density / (solid_angle * static_cast<double>(sight.pdf));
       found[static_cast<std::uint32_t>(row * window.width + column)].add(sight.radiance, scale * weight, times);
     }
 }
@@ -111,10 +110,10 @@ void add(const Scene& scene, const Window& window, const CameraConnection& sight
 std::map<std::uint32_t, LampsOfPixel> find_visible_emitters(const Scene& scene, Settings settings, std::uint64_t seed,
                                                             std::uint64_t points, bool whole_film) {
   const bool none = scene.lights.first_delta() == 0 && !scene.lights.environment();
-  if (none || scene.hides_emitters || settings.max_depth < 1 || !LensSample::possible(scene)) return {};
+  if (none || scene.rules.hides_emitters || settings.max_depth < 1 || !LensSample::possible(scene)) return {};
   settings.lights = LightSelection::power;
   scene.lights.prepare(settings.lights, settings.environment);
-  const Window window(scene.film, whole_film);
+  const Window window(scene.camera.film, whole_film);
   std::map<std::uint32_t, LampsOfPixel> found;
   for (std::uint64_t i = 0; i < points; ++i) {
     const auto sight = look(scene, window, settings, Sampler::at(SamplerKind::sobol, seed, 0, i, 1));

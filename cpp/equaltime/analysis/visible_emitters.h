@@ -14,14 +14,14 @@ struct LampsOfPixel {
   double mean[3] = {}, mean_square[3] = {};  // of each channel, in the user's units
   std::uint32_t points = 0;                  // of lamps, of which these are made
 
-  /// One more point, whose radiance in the user's units is `scale` times L, with its share in the means.
-  void add(const Spectrum& L, double scale, double share) noexcept {
+  /// One more point, whose radiance in the user's units is `scale` times L, and whose weight in the means is `weight`.
+  void add(const Spectrum& L, double scale, double weight) noexcept {
     ++points;
     const float channels[3] = {L.r, L.g, L.b};
     for (int c = 0; c < 3; ++c) {
       const double value = static_cast<double>(channels[c]) * scale;
-      mean[c] += share * value;
-      mean_square[c] += share * value * value;
+      mean[c] += weight * value;
+      mean_square[c] += weight * value * value;
     }
   }
 };

@@ -40,7 +40,7 @@ py::tuple split(std::shared_ptr<Scene> scene, const Settings& settings, std::uin
 py::array_t<float> alpha_of(std::shared_ptr<Scene> scene, const Settings& settings, std::uint64_t seed,
                             unsigned threads, std::uint64_t samples, std::uint32_t nets) {
   if (samples == 0) throw py::value_error("samples must be at least 1");
-  const std::size_t shape[] = {scene->film.crop_height, scene->film.crop_width};
+  const std::size_t shape[] = {scene->camera.film.crop_height, scene->camera.film.crop_width};
   const std::vector<float> found = [&] {
     const py::gil_scoped_release release;
     return alpha(std::move(scene), settings, {.seed = seed, .threads = threads, .nets = nets}, samples, check_signals);
@@ -52,7 +52,7 @@ py::array_t<double> unseen(std::shared_ptr<Scene> scene, const Settings& setting
                            const py::array_t<std::uint32_t, py::array::c_style>& pixels, std::uint64_t seed,
                            unsigned threads, std::uint32_t nets) {
   const std::size_t count = static_cast<std::size_t>(pixels.size());
-  const std::size_t film = std::size_t{scene->film.crop_width} * scene->film.crop_height;
+  const std::size_t film = std::size_t{scene->camera.film.crop_width} * scene->camera.film.crop_height;
   const std::span<const std::uint32_t> asked(pixels.data(), count);
   if (std::any_of(asked.begin(), asked.end(), [film](std::uint32_t pixel) { return pixel >= film; }))
     throw py::value_error("a pixel is outside of the film");

@@ -219,7 +219,7 @@ void bind_render(py::module_& m) {
           "pixel_rays",
           [](const Renderer& r) {
             if (r.pixel_rays().empty()) throw py::value_error("made without pixel_rays, which counts them");
-            const auto& film = r.scene().film;
+            const auto& film = r.scene().camera.film;
             return py::array_t<std::uint64_t>({film.crop_height, film.crop_width}, r.pixel_rays().data());
           },
           "(H, W): rays of every pixel since it was made; ValueError unless they are counted.")

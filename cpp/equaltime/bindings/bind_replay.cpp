@@ -46,17 +46,17 @@ class Report {
     d["left"] = number(v.left);
     d["faults"] = fault_names(v.faults);
     d["from"] = v.from ? py::object(py::int_(*v.from)) : py::none();
-    d["surface"] = v.it && !v.in_medium ? py::object(of(*v.it, v.place)) : py::none();
+    d["surface"] = v.it && !v.in_medium ? py::object(of(*v.it, v.prim_uv)) : py::none();
     d["particle"] = v.in_medium ? py::object(point(v.it->anchor.p)) : py::none();
     d["emitter"] = v.emitter ? py::object(of(*v.emitter)) : py::none();
     d["light"] = v.light ? py::object(of(*v.light)) : py::none();
     d["scattering"] = v.scattering ? py::object(of(*v.scattering)) : py::none();
     return d;
   }
-  py::dict of(const Interaction& it, const std::optional<Point2f>& place) const {
+  py::dict of(const Interaction& it, const std::optional<Point2f>& prim_uv) const {
     return py::dict("point"_a = point(it.anchor.p), "shape"_a = it.shape, "primitive"_a = it.primitive,
                     "instance"_a = numbered(it.instance),
-                    "uv"_a = place ? py::object(py::make_tuple(place->x, place->y)) : py::none(),
+                    "uv"_a = prim_uv ? py::object(py::make_tuple(prim_uv->x, prim_uv->y)) : py::none(),
                     "normal"_a = triple(it.anchor.n), "shading_normal"_a = triple(it.frame.n), "front"_a = it.front,
                     "offset"_a = scene_.normalization.world_length(static_cast<double>(it.anchor.offset)));
   }
@@ -86,7 +86,7 @@ class Report {
     d["bsdf"] = number(l.bsdf.f);
     d["bsdf_pdf"] = l.bsdf.pdf;
     d["mis_weight"] = l.weight;
-    d["visible"] = l.share;
+    d["visible"] = l.visibility;
     d["blocker"] = l.closest_occluder ? py::object(of(*l.closest_occluder, {})) : py::none();
     d["gathered"] = number(l.gathered, radiance_);
     return d;
@@ -110,7 +110,7 @@ class Report {
 
 py::dict replayed(const Scene& scene, const Settings& settings, std::uint64_t seed, std::uint32_t x, std::uint32_t y,
                   std::uint64_t index, std::uint32_t nets) {
-  if (x >= scene.film.crop_width || y >= scene.film.crop_height || nets == 0)
+  if (x >= scene.camera.film.crop_width || y >= scene.camera.film.crop_height || nets == 0)
     throw py::value_error("the pixel is not on the film");
   return Report(scene).all(replay(scene, settings, seed, x, y, index, nets));
 }

@@ -58,9 +58,10 @@ struct Columns {
 
 /// A BSDF by its number; after them, the phase functions of the media of any extinction.
 Scatterer bsdf_at(const Scene& scene, std::size_t index) {
-  const std::size_t materials = scene.materials.size();
-  require(index < materials + scene.media.size(), "no such BSDF");
-  return index < materials ? Scatterer(scene.materials[index].bsdf) : Scatterer(scene.phases[index - materials]);
+  const std::size_t materials = scene.appearance.materials.size();
+  require(index < materials + scene.volumes.media.size(), "no such BSDF");
+  return index < materials ? Scatterer(scene.appearance.materials[index].bsdf)
+                           : Scatterer(scene.volumes.phases[index - materials]);
 }
 
 py::dict bsdf_values(const Scene& scene, std::size_t index, const Array& wo, const Array& wi, bool front) {
@@ -163,14 +164,14 @@ py::dict eval_lights(const Scene& scene, const std::string& lights, const Array&
   for (py::ssize_t i = 0; i < receivers.size; ++i) {
     const LightSampleContext receiver = receivers[i];
     const Vec3f d = row(wi, i);
-    const Optional<Interaction> it = surface(scene.closest<kAllEffects>({receiver.p, d}, 0));
+    const Optional<Interaction> it = interaction(scene.geometry.closest<kAllEffects>({receiver.p, d}, 0));
     if (!it) {
       if (!scene.lights.environment()) continue;
       const LightValue<float> v = scene.lights.environment_towards(by.lights, by.environment, receiver, d);
       out.set(i, d, v.radiance * scale, v.pdf);
-    } else if (it->front && scene.surfaces[it->shape].first_light != kNone) {
+    } else if (it->front && scene.geometry.emits(*it)) {
       const float pdf =
-          scene.lights.area_pdf<kAllEffects>(by.lights, scene.light_of(*it), receiver, d, it->anchor.p, 0);
+          scene.lights.area_pdf<kAllEffects>(by.lights, scene.geometry.light_of(*it), receiver, d, it->anchor.p, 0);
       out.set(i, d, scene.radiance<kAllEffects>(*it) * scale, pdf);
     }
   }
@@ -199,7 +200,7 @@ py::array_t<double> direction_densities(const Scene& scene, std::uint32_t light,
 /// of the user's units of length, with two numbers a row.
 py::dict sample_flights(const Scene& scene, std::size_t medium, const Array& beta, const Array& distance,
                         const Array& u) {
-  require(medium < scene.media.size(), "no such medium");
+  require(medium < scene.volumes.media.size(), "no such medium");
   const py::ssize_t n = count(u, 2, "u");
   require(count(beta, 3, "beta") == n && distance.ndim() == 1 && distance.shape(0) == n, "as many beta and distances");
   Columns out(n);
@@ -207,7 +208,7 @@ py::dict sample_flights(const Scene& scene, std::size_t medium, const Array& bet
   for (py::ssize_t i = 0; i < n; ++i) {
     const Vec3f b = row(beta, i);
     const auto most = static_cast<float>(scene.normalization.length(distance.at(i)));
-    const DistanceSample f = scene.media[medium].sample({b.x, b.y, b.z}, most, {*u.data(i, 0), *u.data(i, 1)});
+    const DistanceSample f = scene.volumes.media[medium].sample({b.x, b.y, b.z}, most, {*u.data(i, 0), *u.data(i, 1)});
     out.set(i, {}, f.weight, 0);
     out.valid.mutable_at(i) = f.scattered;
     reach.mutable_at(i) = scene.normalization.world_length(static_cast<double>(f.distance));
@@ -221,7 +222,7 @@ py::dict sample_filter(const Scene& scene, const Array& u) {
   py::array_t<double> offset({n, py::ssize_t{2}}), weight(n);
   for (py::ssize_t i = 0; i < n; ++i) {
     const double* p = u.data(i, 0);
-    const PixelFilter::Offset o = scene.filter.sample({static_cast<float>(p[0]), static_cast<float>(p[1])});
+    const PixelFilter::Offset o = scene.camera.filter.sample({static_cast<float>(p[0]), static_cast<float>(p[1])});
     offset.mutable_at(i, 0) = o.x;
     offset.mutable_at(i, 1) = o.y;
     weight.mutable_at(i) = o.weight;
@@ -238,7 +239,7 @@ py::dict camera_rays(const Scene& scene, const Array& places, const Array& lens,
   for (py::ssize_t i = 0; i < n; ++i) {
     const double *p = places.data(i, 0), *u = lens.data(i, 0);
     const auto on_lens = [&]() noexcept { return Point2f{static_cast<float>(u[0]), static_cast<float>(u[1])}; };
-    const Ray ray = camera_ray<kAllEffects>(scene.sensor, scene.camera_motion, p[0], p[1], on_lens, time);
+    const Ray ray = camera_ray<kAllEffects>(scene.camera.sensor, scene.camera.motion, p[0], p[1], on_lens, time);
     const Vec3d o = scene.normalization.world_point(Vec3d(ray.origin)), d(ray.direction);
     std::copy_n(&o.x, 3, origin.mutable_data(i, 0));
     std::copy_n(&d.x, 3, direction.mutable_data(i, 0));

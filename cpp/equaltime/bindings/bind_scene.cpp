@@ -103,7 +103,7 @@ void put(double* table, std::size_t row, const V* first, std::size_t width) {
 void put_hit(const Scene& scene, const HitTables& to, std::size_t i, const Vec3d& origin, const Vec3d& direction,
              float time) {
   const Ray ray{Vec3f(scene.normalization.point(origin)), Vec3f(normalize(direction))};
-  const auto it = surface(scene.closest<kAllEffects>(ray, time));
+  const auto it = interaction(scene.geometry.closest<kAllEffects>(ray, time));
   const Vec3d point = it ? scene.normalization.world_point(Vec3d(it->anchor.p)) : Vec3d{};
   const Vec3f normal = it ? it->anchor.n : Vec3f{}, shading_normal = it ? it->frame.n : Vec3f{};
   const double t = it ? length(point - origin) : std::numeric_limits<double>::infinity();
@@ -111,21 +111,21 @@ void put_hit(const Scene& scene, const HitTables& to, std::size_t i, const Vec3d
   put(to.p, i, &point.x, 3);
   put(to.n, i, &normal.x, 3);
   put(to.shading_normal, i, &shading_normal.x, 3);
-  const std::uint32_t shown = it ? scene.surfaces[it->shape].source_shape : kNone;
+  const std::uint32_t shown = it ? scene.geometry.surfaces[it->shape].source_shape : kNone;
   if (to.shape != nullptr) to.shape[i] = it ? static_cast<std::int64_t>(shown != kNone ? shown : it->shape) : -1;
   if (to.primitive != nullptr) to.primitive[i] = it ? static_cast<std::int64_t>(it->primitive) : -1;
   if (to.front != nullptr) to.front[i] = it && it->front;
   if (to.uv != nullptr) {
-    const Point2f place = it ? scene.place(*it).uv : Point2f{};
+    const Point2f place = it ? scene.geometry.texture_coords(*it).uv : Point2f{};
     put(to.uv, i, &place.x, 2);
   }
   if (to.albedo != nullptr) {
-    const Spectrum color = it ? output_albedo<kAllEffects>(scene, scene.material(*it), *it) : Spectrum{};
+    const Spectrum color = it ? output_albedo<kAllEffects>(scene, scene.geometry.material(*it), *it) : Spectrum{};
     put(to.albedo, i, &color.r, 3);
   }
   if (to.dp_du == nullptr && to.dp_dv == nullptr) return;
   const double unit = scene.normalization.world_length(1);
-  const Derivatives moves = it ? scene.derivatives(*it, time) : Derivatives{};
+  const Derivatives moves = it ? scene.geometry.derivatives(*it, time) : Derivatives{};
   const Vec3d du = Vec3d(moves.du) * unit, dv = Vec3d(moves.dv) * unit;
   put(to.dp_du, i, &du.x, 3);
   put(to.dp_dv, i, &dv.x, 3);
@@ -328,14 +328,14 @@ void bind_scene(py::module_& m) {
   bind_builder(m);
   py::class_<Scene, std::shared_ptr<Scene>>(m, "Scene", "A compiled scene: immutable.")
       .def("effects", [](const Scene& s) { return effects_dict(derive_effects(s)); })
-      .def_property_readonly("shapes", [](const Scene& s) { return s.surfaces.size(); })
-      .def_property_readonly("triangles", &Scene::triangle_count)
-      .def_property_readonly("instances", [](const Scene& s) { return s.instances.size(); })
-      .def_property_readonly("dropped_triangles", [](const Scene& s) { return s.dropped_triangles; })
+      .def_property_readonly("shapes", [](const Scene& s) { return s.geometry.surfaces.size(); })
+      .def_property_readonly("triangles", [](const Scene& s) { return s.geometry.triangle_count(); })
+      .def_property_readonly("instances", [](const Scene& s) { return s.geometry.instances.size(); })
+      .def_property_readonly("dropped_triangles", [](const Scene& s) { return s.geometry.dropped_triangles; })
       .def_property_readonly("lights", [](const Scene& s) { return s.lights.size(); })
       .def_property_readonly("memory_bytes", &Scene::memory_bytes)
-      .def_property_readonly("film_shape",
-                             [](const Scene& s) { return std::pair(s.film.crop_height, s.film.crop_width); })
+      .def_property_readonly(
+          "film_shape", [](const Scene& s) { return std::pair(s.camera.film.crop_height, s.camera.film.crop_width); })
       .def("intersect", &intersect, "origins"_a, "directions"_a, "time"_a = 0.5F, "only"_a = py::none(),
            "threads"_a = 1, "What rays meet first, one array each by its name, of those in `only` if it is given.");
 }

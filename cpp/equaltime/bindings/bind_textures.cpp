@@ -106,7 +106,7 @@ void bind_textures(py::class_<SceneDescription>& builder) {
           "bend",
           [](SceneDescription& d, std::uint32_t bsdf, std::uint32_t texture, bool bump, double scale, bool flip_invalid,
              bool shadowing, bool turned) {
-            d.bends.push_back({bsdf, texture, bump, scale, flip_invalid, shadowing, turned});
+            d.normal_maps.push_back({bsdf, texture, bump, scale, flip_invalid, shadowing, turned});
           },
           "bsdf"_a, "texture"_a, py::kw_only(), "bump"_a, "scale"_a = 1.0, "flip_invalid"_a = true,
           "shadowing"_a = true, "turned"_a = false)

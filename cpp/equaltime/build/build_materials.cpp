@@ -96,7 +96,7 @@ bool is_flat(const NormalMapDescription& b, const Texture& texture) noexcept {
 /// What a material takes from its parts, which come before it.
 void complete(std::vector<Material>& materials, std::uint32_t index) {
   Material& m = materials[index];
-  m.textured = !m.bindings.empty() || m.bend;
+  m.textured = !m.bindings.empty() || m.normal_map;
   m.anisotropic = m.anisotropic || is_anisotropic(m.bsdf);
   m.passes = m.kind == Material::Kind::nothing || std::holds_alternative<ThinDielectric<float>>(m.bsdf);
   if (m.kind != Material::Kind::mixture) return;
@@ -119,13 +119,13 @@ std::vector<Material> make_materials(const SceneDescription& description, const 
     if (b.bsdf >= materials.size()) throw std::invalid_argument("no BSDF " + std::to_string(b.bsdf) + " to bind to");
     bind_texture(materials[b.bsdf], b, textures, bsdf_name(description, b.bsdf));
   }
-  for (const NormalMapDescription& b : description.bends) {
+  for (const NormalMapDescription& b : description.normal_maps) {
     if (b.bsdf >= materials.size()) throw std::invalid_argument("no BSDF " + std::to_string(b.bsdf) + " to bend");
     if (b.texture >= textures.size())
       throw std::invalid_argument("no texture " + std::to_string(b.texture) + " to bend by");
     if (is_flat(b, textures[b.texture])) continue;
     const auto scale = static_cast<float>(b.scale * length_scale);
-    materials[b.bsdf].bend = NormalMap{b.texture, b.bump, b.flip_invalid, b.shadowing, b.turned, scale};
+    materials[b.bsdf].normal_map = NormalMap{b.texture, b.bump, b.flip_invalid, b.shadowing, b.negate_back, scale};
   }
   for (std::uint32_t i = 0; i < materials.size(); ++i) complete(materials, i);
   return materials;

@@ -68,11 +68,12 @@ PhaseFunction make_phase(const std::vector<PhaseLobeDescription>& lobes, const S
 std::string too_dense(const Spectrum& sigma_t, const Normalization& normalization) {
   const Bounds& bounds = normalization.bounds();
   const double extent = bounds.empty() ? 0 : max_component(bounds.extent());
-  const double share = 1 / (static_cast<double>(sigma_t.max_component()) * extent);
-  if (share >= kShortestFreePath) return {};
+  const double free_path = 1 / (static_cast<double>(sigma_t.max_component()) * extent);
+  if (free_path >= kShortestFreePath) return {};
   std::ostringstream message;
-  message << std::setprecision(3) << "its mean free path is " << share << " of the scene's extent, and the shortest is "
-          << kShortestFreePath << "; lower sigma_t or scale, or make the shape opaque";
+  message << std::setprecision(3) << "its mean free path is " << free_path
+          << " of the scene's extent, and the shortest is " << kShortestFreePath
+          << "; lower sigma_t or scale, or make the shape opaque";
   return message.str();
 }
 

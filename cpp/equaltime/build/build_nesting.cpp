@@ -78,7 +78,7 @@ bool has_inside(const ShapeDescription& shape) noexcept {
   return std::holds_alternative<MeshDescription>(shape) || std::holds_alternative<SphereDescription>(shape);
 }
 
-/// Adds what is the only one of its group, and moves.
+/// Adds the shapes of groups that have one instance, which moves.
 void add_moving(const SceneDescription& d, const ShapesToNest& shapes, std::vector<Ranked>& ranked) {
   std::vector<const Motion*> motions(d.groups.size());
   for (const auto& [group, to_world] : shapes.moving) motions[group] = &to_world;
@@ -113,7 +113,7 @@ std::vector<Ranked> ranked_shapes(const SceneDescription& d, const ShapesToNest&
   return ranked;
 }
 
-/// Those that touch another.
+/// The shapes whose boxes touch the box of another.
 std::vector<Ranked> overlapping(const std::vector<Ranked>& all) {
   std::vector<Bounds> boxes;
   boxes.reserve(all.size());
@@ -128,21 +128,22 @@ std::vector<Ranked> overlapping(const std::vector<Ranked>& all) {
   return ranked;
 }
 
-void rank_bodies(const SceneDescription& d, const ShapesToNest& shapes, Nesting& nesting,
-                 std::vector<Surface>& surfaces) {
+void rank_dielectrics(const SceneDescription& d, const ShapesToNest& shapes, Nesting& nesting,
+                      std::vector<Surface>& surfaces) {
   std::vector<Ranked> ranked = overlapping(ranked_shapes(d, shapes));
   std::ranges::sort(ranked, {}, [](const Ranked& r) { return std::pair(r.priority, r.shape); });
-  if (ranked.size() > kMostBodies)
-    fail(ranked.back().shape, "no more than " + std::to_string(kMostBodies) + " shapes that overlap have priorities");
+  if (ranked.size() > kMaxDielectrics)
+    fail(ranked.back().shape,
+         "no more than " + std::to_string(kMaxDielectrics) + " shapes that overlap have priorities");
   for (const Ranked& r : ranked) {
     Surface& surface = surfaces[r.shape];
-    surface.rank = static_cast<std::uint8_t>(nesting.bodies.size());
+    surface.rank = static_cast<std::uint8_t>(nesting.dielectrics.size());
     const std::uint32_t material = surface.bsdf[0] != kNone ? surface.bsdf[0] : surface.bsdf[1];
-    nesting.bodies.push_back({surface.media[1], material == kNone ? 1.0F : index_of(shapes, material, r.shape)});
+    nesting.dielectrics.push_back({surface.media[1], material == kNone ? 1.0F : index_of(shapes, material, r.shape)});
   }
 }
 
-/// Finds where the camera is, by all closed shapes: the bodies, and the medium of the smallest other shape.
+/// Finds what holds the camera: all dielectrics, and the medium of the smallest other closed shape.
 class Search {
  public:
   Search(Nesting& nesting, const ShapesToNest& shapes, const std::vector<Surface>& surfaces, bool medium_is_said)
@@ -157,12 +158,12 @@ class Search {
       reach_.include(nesting.camera);
   }
 
-  /// Of a set, the shapes that may be closed and tell where the camera is. Those that many instances have in common are
-  /// indexed.
+  /// A shape that may be closed and hold the camera, with its box.
   struct Candidate {
     ClosedShape closed;
     Bounds box;
   };
+  /// The candidates of a set. A shared one, of a group, gets an index.
   [[nodiscard]] std::vector<Candidate> candidates(const ShapeRange& set, const Geometries& all, bool shared) const {
     std::vector<Candidate> found;
     each_of(shapes_, set, all, [&](ClosedShape closed) {
@@ -176,7 +177,7 @@ class Search {
     return found;
   }
 
-  /// Of shapes in an instance of that number, which is `in` at first; `placed` is where their boxes are.
+  /// Tests the shapes of an instance, which is `in` when the shutter opens. `placed` maps a local box to the scene.
   template <class Placed>
   void look_at(const std::vector<Candidate>& all, std::uint32_t instance, const Instance* in, bool moves,
                Placed&& placed) {
@@ -186,14 +187,14 @@ class Search {
       const bool near = touch(placed(candidate.box), reach_);
       if (near && closed.index) closed.index->prepare();
       if (near && (moves || changes(closed)))
-        nesting_.sometimes.push_back(std::move(closed));
+        nesting_.time_dependent.push_back(std::move(closed));
       else
-        closed.look(nesting_.always, surfaces_[closed.shape], first_, in, 0);
+        closed.include_if_inside(nesting_.fixed, surfaces_[closed.shape], first_, in, 0);
     }
   }
 
  private:
-  /// Whether the camera may be in it at one time and not at another.
+  /// Whether the shape may hold the camera at one time and not at another.
   [[nodiscard]] bool changes(const ClosedShape& closed) const noexcept {
     return shapes_.camera_motion || (closed.mesh != nullptr && !closed.mesh->later.empty());
   }
@@ -202,8 +203,8 @@ class Search {
   const ShapesToNest& shapes_;
   const std::vector<Surface>& surfaces_;
   bool medium_is_said_;
-  Vec3d first_;   // where the camera is at first
-  Bounds reach_;  // where it comes
+  Vec3d first_;   // the camera when the shutter opens
+  Bounds reach_;  // around all positions of the camera
 };
 
 }  // namespace
@@ -211,7 +212,7 @@ class Search {
 Nesting make_nesting(const SceneDescription& d, const ShapesToNest& shapes, const Vec3d& camera,
                      std::uint32_t camera_medium, std::vector<Surface>& surfaces) {
   Nesting nesting{{}, {0, camera_medium}, {}, camera};
-  rank_bodies(d, shapes, nesting, surfaces);
+  rank_dielectrics(d, shapes, nesting, surfaces);
   Search search(nesting, shapes, surfaces, d.camera_medium.has_value());
   search.look_at(search.candidates(shapes.top_set, shapes.top, false), kNone, nullptr, false,
                  [](const Bounds& own) { return own; });

@@ -1,4 +1,4 @@
-// Nesting: the ranks of bodies that overlap, and those that the camera is in, found as a scene is built.
+// Ranks the dielectrics that overlap, and finds what holds the camera.
 #pragma once
 
 #include <cstdint>
@@ -30,9 +30,9 @@ struct ShapesToNest {
   const std::vector<std::uint32_t>&mesh_shapes, &sphere_shapes;
 };
 
-/// Gives ranks to the surfaces of shapes that have a priority and touch another that has, and finds where the camera
-/// is, which stands at `camera` if it does not move. Throws std::invalid_argument that names a shape that cannot have a
-/// priority.
+/// Gives a rank to each surface whose shape has a priority and touches another such shape, and finds what holds the
+/// camera. `camera` is its position if it does not move. Throws std::invalid_argument, with the shape's name, if a
+/// shape cannot have a priority.
 [[nodiscard]] Nesting make_nesting(const SceneDescription& description, const ShapesToNest& shapes, const Vec3d& camera,
                                    std::uint32_t camera_medium, std::vector<Surface>& surfaces);
 

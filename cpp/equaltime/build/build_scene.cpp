@@ -52,7 +52,7 @@ class Builder {
   void add_mesh(std::size_t shape, TriangleMesh mesh);
   void check_reach(const std::vector<InstanceGeometry>& placed) const;
   Lights make_lights();
-  [[nodiscard]] std::size_t pictured_meshes() const;
+  [[nodiscard]] std::size_t textured_emitters() const;
 
   SceneDescription& description_;
   Normalization normalization_;
@@ -239,11 +239,11 @@ void Builder::add_groups() {
 void Builder::move_group(std::size_t first_shape, std::size_t first_light) {
   const std::optional<std::size_t> only = only_instances_[group_sets_.size() - 1];
   const auto* owner = only ? std::get_if<InstanceDescription>(&description_.shapes[*only]) : nullptr;
-  const bool moves = owner && !owner->keys.empty(), shines = area_lights_.lights.size() > first_light;
-  if (shines && !moves) fail(first_shape, "the shapes of a group cannot emit, unless its only instance moves");
+  const bool moves = owner && !owner->keys.empty(), emits = area_lights_.lights.size() > first_light;
+  if (emits && !moves) fail(first_shape, "the shapes of a group cannot emit, unless its only instance moves");
   for (std::size_t i = first_shape; moves && i < surfaces_.size(); ++i)
     surfaces_[i].source_shape = static_cast<std::uint32_t>(*only);
-  if (!shines) return;
+  if (!emits) return;
   MovingInstanceGeometry instance = move_instances({*owner}, group_spaces_, normalization_).front();
   moving_lights_.push_back(moving_lights(area_lights_.lights, first_light, std::move(instance)));
 }
@@ -267,7 +267,7 @@ Lights Builder::make_lights() {
                 make_environment(description_, normalization_), radius, std::move(moving_lights_));
 }
 
-std::size_t Builder::pictured_meshes() const {
+std::size_t Builder::textured_emitters() const {
   std::size_t count = 0;
   const auto look = [&](const std::vector<ShapeDescription>& shapes) {
     for (const ShapeDescription& shape : shapes)
@@ -284,7 +284,7 @@ std::size_t Builder::pictured_meshes() const {
 
 Scene Builder::build(Intersection mode) {
   bring_lamps_forward(description_, normalization_);
-  area_lights_.pictured_meshes = pictured_meshes();
+  area_lights_.textured_emitters = textured_emitters();
   textures_ = make_textures(std::move(description_.textures));
   materials_ = make_materials(description_, textures_, normalization_.length(1), bsdf_tables_);
   media_ = make_media(description_.media, normalization_);
@@ -308,40 +308,32 @@ Scene Builder::build(Intersection mode) {
                                  normalization_.point(placement(description_.sensor).column(3)),
                                  media_.at(description_.camera_medium), surfaces_);
   const bool by_number =  // lights are asked which surface they are
-      !nesting.bodies.empty() ||
+      !nesting.dielectrics.empty() ||
       std::any_of(surfaces_.begin(), surfaces_.end(), [](const Surface& s) { return s.emission != kNone; });
   const bool lets_light_pass =
-      !nesting.bodies.empty() || std::any_of(surfaces_.begin(), surfaces_.end(), [&](const Surface& s) {
+      !nesting.dielectrics.empty() || std::any_of(surfaces_.begin(), surfaces_.end(), [&](const Surface& s) {
         return std::any_of(s.bsdf, s.bsdf + 2, [&](std::uint32_t i) { return i != kNone && materials_[i].passes; });
       });
-  return {.normalization = normalization_,
-          .accel = std::move(accel),
-          .surfaces = std::move(surfaces_),
-          .top = top,
-          .groups = std::move(group_sets_),
-          .instances = instances,
-          .moving = std::move(moving),
-          .deforming = std::move(deforming),
-          .camera_motion = camera_motion,
-          .meshes = std::move(views),
-          .sphere_shapes = std::move(sphere_shapes_),
-          .disk_shapes = std::move(disk_shapes_),
-          .cylinder_shapes = std::move(cylinder_shapes_),
-          .bsdf_tables = std::move(bsdf_tables_),
-          .materials = std::move(materials_),
-          .textures = std::move(textures_),
-          .emitters = by_number ? std::move(area_lights_.emitters) : std::vector<Emitter>(),
-          .media = std::move(media_.dense),
-          .phases = std::move(media_.phases),
-          .nesting = std::move(nesting),
-          .count_null_interfaces = description_.count_null_interfaces,
-          .hides_emitters = description_.hides_emitters,
-          .lets_light_pass = lets_light_pass,
+  return {.geometry = {.accel = std::move(accel),
+                       .surfaces = std::move(surfaces_),
+                       .top = top,
+                       .groups = std::move(group_sets_),
+                       .instances = instances,
+                       .moving = std::move(moving),
+                       .meshes = std::move(views),
+                       .deforming = std::move(deforming),
+                       .sphere_shapes = std::move(sphere_shapes_),
+                       .disk_shapes = std::move(disk_shapes_),
+                       .cylinder_shapes = std::move(cylinder_shapes_),
+                       .emitters = by_number ? std::move(area_lights_.emitters) : std::vector<Emitter>(),
+                       .dropped_triangles = dropped_triangles_},
+          .appearance = {std::move(bsdf_tables_), std::move(materials_), std::move(textures_), lets_light_pass},
+          .volumes = {std::move(media_.dense), std::move(media_.phases), std::move(nesting)},
           .lights = std::move(lights),
-          .sensor = make_sensor(description_, normalization_),
-          .filter = PixelFilter(film.filter, film.filter_parameter, film.second_filter_parameter),
-          .film = film,
-          .dropped_triangles = dropped_triangles_};
+          .camera = {make_sensor(description_, normalization_), camera_motion,
+                     PixelFilter(film.filter, film.filter_parameter, film.second_filter_parameter), film},
+          .rules = {description_.count_null_interfaces, description_.hides_emitters},
+          .normalization = normalization_};
 }
 
 /// Leaves the description with its shapes, but without what they hold.

@@ -29,7 +29,7 @@ class Part {
     fail(message.str());
   }
   [[noreturn]] void fail(const std::string& problem) const { throw std::invalid_argument(name_ + ": " + problem); }
-  void share(const char* what, double value) const { number(what, value, 0, 1); }
+  void fraction(const char* what, double value) const { number(what, value, 0, 1); }
   /// Each channel must lie in [0, most].
   void color(const char* what, const Vec3d& value, double most = kLargest) const {
     for (const double channel : {value.x, value.y, value.z}) number(what, channel, 0, most);
@@ -52,7 +52,7 @@ void check_bsdf(const Part& part, const typename Model::Description& d) {
   });
 }
 void check_mixture(const Part& part, const MixtureDescription& d) {
-  part.share("weight", d.weight);
+  part.fraction("weight", d.weight);
   if (d.cutoff) part.number("cutoff", *d.cutoff, 0, kCoefficient.most);
 }
 

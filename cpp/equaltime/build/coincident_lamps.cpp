@@ -45,13 +45,13 @@ struct FaceName {
 struct Face {
   std::array<Vec3d, 3> v;
   Vec3d n;
-  double doubt;  // how far float32 and Embree may see it from its plane
+  double margin;  // how far float32 and Embree may see it from its plane
   FaceName name;
   bool emits;
 
   [[nodiscard]] Bounds bounds() const noexcept {
     Bounds b;
-    for (const Vec3d& p : v) b.include(p - Vec3d{doubt, doubt, doubt}), b.include(p + Vec3d{doubt, doubt, doubt});
+    for (const Vec3d& p : v) b.include(p - Vec3d{margin, margin, margin}), b.include(p + Vec3d{margin, margin, margin});
     return b;
   }
 };
@@ -119,7 +119,7 @@ double area(const Polygon& polygon) noexcept {
 
 /// How high a face reaches above the lamp's plane, if the two are one within rounding where they overlap.
 std::optional<double> coincidence(const Face& lamp, const Face& face) {
-  const double near = 4 * (lamp.doubt + face.doubt);
+  const double near = 4 * (lamp.margin + face.margin);
   const Polygon shared = common(face, lamp);
   const double sides = length(lamp.v[1] - lamp.v[0]) + length(lamp.v[2] - lamp.v[0]);
   if (shared.size() < 3 || !(area(shared) > near * sides)) return std::nullopt;
@@ -185,7 +185,9 @@ class LampTree {
   std::vector<std::size_t> second_;  // the second child of each node; 0: it has none
 };
 
-[[nodiscard]] bool shines(const SurfaceDescription& s) noexcept { return s.radiance && max_component(*s.radiance) > 0; }
+[[nodiscard]] bool emits_light(const SurfaceDescription& s) noexcept {
+  return s.radiance && max_component(*s.radiance) > 0;
+}
 
 /// Whether triangles stand for a kind of shape.
 template <class S>
@@ -235,9 +237,9 @@ class FlatLamps {
     const Vec3d normal = cross(v[1] - v[0], v[2] - v[0]);
     const double size = length(normal);
     if (!(size > 0) || !std::isfinite(size)) return std::nullopt;
-    const auto doubt = static_cast<double>(triangle_plane(Vec3f(v[0]), Vec3f(v[1]), Vec3f(v[2])).offset);
-    if (!std::isfinite(doubt)) return std::nullopt;  // no area is left in float32
-    return Face{v, normal / size, doubt, {}, false};
+    const auto margin = static_cast<double>(triangle_plane(Vec3f(v[0]), Vec3f(v[1]), Vec3f(v[2])).offset);
+    if (!std::isfinite(margin)) return std::nullopt;  // no area is left in float32
+    return Face{v, normal / size, margin, {}, false};
   }
 
   /// Calls f with every face of a shape, wherever it is looked at, of those parts that `wanted` admits: it is called
@@ -247,7 +249,7 @@ class FlatLamps {
   void for_each_face(std::size_t shape, Wanted&& wanted, F&& f) const {
     const auto look_at = [&]<class S>(const S& s, const Transform& placed, FaceName name, const auto* instance) {
       if constexpr (Flat<S>) {
-        const bool emits = shines(s.surface) && (instance == nullptr || !instance->keys.empty());
+        const bool emits = emits_light(s.surface) && (instance == nullptr || !instance->keys.empty());
         if (!wanted(s, placed, emits, instance != nullptr)) return;
         const bool mirrored = dot(cross(placed.column(0), placed.column(1)), placed.column(2)) < 0;
         for_each_triangle(s, [&](const Vec3d& a, const Vec3d& b, const Vec3d& c, std::size_t number) {
@@ -255,7 +257,7 @@ class FlatLamps {
           if (!found) return;
           name.number = number;
           found->name = name, found->emits = emits;
-          if (instance != nullptr) found->doubt *= 4;
+          if (instance != nullptr) found->margin *= 4;
           f(*found);
         });
       }
@@ -282,7 +284,8 @@ class FlatLamps {
   }
 
   /// How far the box of a face's corners is from a lamp's box at most if the two can be one: `coincidence` asks for a
-  /// shared area of more than 4 `doubt` times the lamp's sides, and the lamp's area is an eighth of their square.
+  /// shared area of more than 4 `margin` times the lamp's sides, and the lamp's area is an eighth of their
+  /// square.
   [[nodiscard]] double margin() const noexcept {
     double widest = 0;
     for (const Face& lamp : lamps_)
@@ -421,7 +424,7 @@ class RoundLamps {
 
   void bring_forward() {
     std::vector<double> lifts;
-    for (std::size_t i = 0; i < all_.size(); ++i) lifts.push_back(shines(all_[i]->surface) ? lift(i) : 0);
+    for (std::size_t i = 0; i < all_.size(); ++i) lifts.push_back(emits_light(all_[i]->surface) ? lift(i) : 0);
     for (std::size_t i = 0; i < all_.size(); ++i)
       all_[i]->radius += space_.world_length(all_[i]->flip_normals ? -lifts[i] : lifts[i]);
   }
@@ -444,7 +447,7 @@ class RoundLamps {
     for (; at != along_.end() && at->first <= key(lamp) + width; ++at) {
       const Round& other = *all_[at->second];
       if (at->second == number || !(space_.length(apart(lamp, other)) <= near(lamp))) continue;
-      const bool alike = shines(other.surface) && lamp.flip_normals == other.flip_normals;
+      const bool alike = emits_light(other.surface) && lamp.flip_normals == other.flip_normals;
       if (!alike || at->second < number) sum += 2 * near(lamp) + kClearance;
     }
     return sum;

@@ -58,9 +58,9 @@ struct NormalMapDescription {
   std::uint32_t bsdf, texture;
   bool bump = false;
   double scale = 1;          // of a height
-  bool flip_invalid = true;  // a normal bent away from the viewer is turned over, about the shading normal
+  bool flip_invalid = true;  // a perturbed normal that faces away from the viewer is reflected about the shading normal
   bool shadowing = true;     // by Conty Estevez et al. (2019), "A Microfacet-Based Shadowing Function"
-  bool turned = false;       // for a back side: the normal is the front's turned round, not its mirror image
+  bool negate_back = false;  // on a back side, the normal is the front's negated, not its mirror image
 };
 
 // --- Media --------------------------------------------------------------------------------------------------------
@@ -168,7 +168,7 @@ struct SceneDescription {
   std::vector<BsdfDescription> bsdfs = {};
   std::vector<TextureDescription> textures = {};
   std::vector<TextureBinding> bindings = {};
-  std::vector<NormalMapDescription> bends = {};
+  std::vector<NormalMapDescription> normal_maps = {};
   std::vector<ShapeDescription> shapes = {};
   std::vector<GroupDescription> groups = {};
   std::vector<PointLightDescription> point_lights = {};

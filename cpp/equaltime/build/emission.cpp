@@ -12,20 +12,21 @@ namespace equaltime {
 namespace {
 
 constexpr int kSquareSteps = 64;
-/// Share of the largest value found, added for texels that no step met.
+/// Fraction of the largest value found, added to the mean for texels that no step sampled.
 constexpr float kLeast = 1e-3F;
-/// Of the mean over a mesh, for a triangle that is dark but for what rounding may find at its borders.
+/// Least mean of a triangle relative to the mean of its mesh: rounding may look up a bright texel at a dark border, and
+/// light sampling must be able to reach that point.
 constexpr double kDarkest = 0x1p-20;
-/// Cells of a picture are no smaller than so many times what points of its triangle are rounded by.
+/// Least width of a cell of a triangle's distribution, in rounding errors of its points.
 constexpr double kRoundings = 32;
 
-/// In the order that puts the front of the triangle's light to the side that it shines to.
+/// Corners in the order that gives the light's front the side that emits.
 std::array<Vec3f, 3> corners_of(const TriangleMesh& mesh, std::size_t triangle, bool flipped) noexcept {
   const auto& [a, b, c] = mesh.triangles[triangle];
   return {mesh.vertices[a], mesh.vertices[flipped ? c : b], mesh.vertices[flipped ? b : c]};
 }
 
-/// How many cells along its side the picture of a triangle may have, so that rounding leaves its points where they are.
+/// Most cells along a side of a triangle's distribution; with more, rounding would move points to other cells.
 double finest(const std::array<Vec3f, 3>& corners) noexcept {
   const Vec3d e1 = Vec3d(corners[1]) - Vec3d(corners[0]), e2 = Vec3d(corners[2]) - Vec3d(corners[0]);
   const double longest = std::sqrt(std::max({length_squared(e1), length_squared(e2), length_squared(e2 - e1)}));
@@ -83,41 +84,42 @@ void AreaLightBuilder::add_rectangle(Surface& surface, std::size_t shape, const 
 void AreaLightBuilder::add_triangles(std::size_t shape, const TriangleMesh& mesh, Surface& surface, bool flipped) {
   if (surface.radiance.is_black()) return;
   surface.light_per_primitive = true;
-  std::vector<TriangleEmission> shines;
-  if (surface.emission != kNone) shines = shines_of(shape, mesh, surface, flipped);
+  std::vector<TriangleEmission> emissions;
+  if (surface.emission != kNone) emissions = triangle_emissions(shape, mesh, surface, flipped);
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const auto [a, b, c] = corners_of(mesh, i, flipped);
-    if (shines.empty()) {
+    if (emissions.empty()) {
       add(surface, shape, i, TriangleLight(a, b, c, surface.radiance));
       continue;
     }
-    const TriangleLight light(a, b, c, Spectrum(static_cast<float>(shines[i].mean)));
-    if (shines[i].picture)
-      add(surface, shape, i, TexturedTriangle(light, shines[i].picture));
+    const TriangleLight light(a, b, c, Spectrum(static_cast<float>(emissions[i].mean)));
+    if (emissions[i].distribution)
+      add(surface, shape, i, TexturedTriangle(light, emissions[i].distribution));
     else
       add(surface, shape, i, light);
   }
 }
 
-std::vector<TriangleEmission> AreaLightBuilder::shines_of(std::size_t shape, const TriangleMesh& mesh,
-                                                          const Surface& surface, bool flipped) const {
-  const TrianglePictures pictures(textures[surface.emission], surface.radiance, mesh.triangles.size(), pictured_meshes);
+std::vector<TriangleEmission> AreaLightBuilder::triangle_emissions(std::size_t shape, const TriangleMesh& mesh,
+                                                                   const Surface& surface, bool flipped) const {
+  const MeshEmission mesh_emission(textures[surface.emission], surface.radiance, mesh.triangles.size(),
+                                   textured_emitters);
   const Point2f* uvs = surface.uvs.empty() ? nullptr : surface.uvs.data();
-  std::vector<TriangleEmission> shines;
+  std::vector<TriangleEmission> emissions;
   double total = 0;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    const auto place = [&](float u, float v) {
+    const auto coords = [&](float u, float v) {
       return on_triangle({u, v}, static_cast<std::uint32_t>(shape), static_cast<std::uint32_t>(i), mesh.triangles[i],
                          uvs);
     };
-    const TextureCoords second = place(1, 0), third = place(0, 1);
-    shines.push_back(pictures.of({place(0, 0), flipped ? third : second, flipped ? second : third},
-                                 finest(corners_of(mesh, i, flipped))));
-    total += shines.back().mean;
+    const TextureCoords second = coords(1, 0), third = coords(0, 1);
+    emissions.push_back(mesh_emission.of({coords(0, 0), flipped ? third : second, flipped ? second : third},
+                                         finest(corners_of(mesh, i, flipped))));
+    total += emissions.back().mean;
   }
-  const double least = kDarkest * (total > 0 ? total / static_cast<double>(shines.size()) : 1);
-  for (TriangleEmission& shine : shines) shine.mean = std::max(shine.mean, least);
-  return shines;
+  const double least = kDarkest * (total > 0 ? total / static_cast<double>(emissions.size()) : 1);
+  for (TriangleEmission& of_one : emissions) of_one.mean = std::max(of_one.mean, least);
+  return emissions;
 }
 
 }  // namespace equaltime

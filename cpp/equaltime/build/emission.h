@@ -1,5 +1,4 @@
-// Emission of surfaces, as scenes are built: the area lights, each with what it sends on the average where a texture
-// says how much that is.
+// Makes the area lights of a scene. A light whose emission has a texture gets its mean radiance.
 #pragma once
 
 #include <vector>
@@ -13,29 +12,29 @@
 
 namespace equaltime {
 
-/// The mean of a texture over the unit square, roughly, and no less than a little: what shines at all must have a
-/// chance to be picked.
+/// Estimate of a texture's mean over the unit square. It is positive for every texture, so that light sampling can pick
+/// every emitter.
 [[nodiscard]] Spectrum mean_over_square(const Texture& texture) noexcept;
 
 struct AreaLightBuilder {
   const std::vector<Texture>& textures;
-  std::size_t pictured_meshes = 1;  // meshes of the scene whose triangles may have pictures
+  std::size_t textured_emitters = 1;  // surfaces of the scene that emit by a texture
   std::vector<AreaLight> lights = {};
-  std::vector<Emitter> emitters = {};  // one a light
+  std::vector<Emitter> emitters = {};  // one per light
 
-  /// Lets the surface of a shape shine by a texture. Throws std::invalid_argument if there is none of that number.
+  /// Sets the texture of a surface's emission. Throws std::invalid_argument if the texture does not exist.
   void set_emission(Surface& surface, std::size_t shape, std::uint32_t texture) const;
-  /// The mean over a rectangle, a sphere, a disk or a cylinder, roughly.
+  /// Estimate of the mean radiance of a rectangle, sphere, disk or cylinder.
   [[nodiscard]] Spectrum mean_radiance(const Surface& surface) const noexcept;
   void add(Surface& surface, std::size_t shape, std::size_t primitive, const AreaLight& light);
-  /// A rectangle, by its texture if it has one.
+  /// Adds a rectangle, with the distribution of its texture if it has one.
   void add_rectangle(Surface& surface, std::size_t shape, const Vec3f& corner, const Vec3d& edge_x, const Vec3d& edge_y,
                      bool flipped);
-  /// One light a triangle.
+  /// Adds one light per triangle.
   void add_triangles(std::size_t shape, const TriangleMesh& mesh, Surface& surface, bool flipped);
-  /// How bright the texture of a mesh makes each triangle: none so little that it would never be picked.
-  [[nodiscard]] std::vector<TriangleEmission> shines_of(std::size_t shape, const TriangleMesh& mesh,
-                                                        const Surface& surface, bool flipped) const;
+  /// Mean and distribution of each triangle's emission. Every mean is large enough for light sampling to pick it.
+  [[nodiscard]] std::vector<TriangleEmission> triangle_emissions(std::size_t shape, const TriangleMesh& mesh,
+                                                                 const Surface& surface, bool flipped) const;
 };
 
 }  // namespace equaltime

@@ -33,7 +33,7 @@ constexpr float kNearestSquared = 0x1p-74F;
 constexpr std::int64_t kDark = -1;
 
 float probability(std::int64_t places) noexcept {
-  return static_cast<float>(places) / static_cast<float>(LightTree::kPlaces);
+  return static_cast<float>(places) / static_cast<float>(LightTree::kUnits);
 }
 
 }  // namespace
@@ -97,7 +97,7 @@ bool LightTree::may_light(const LightSampleContext& receiver) const noexcept {
 Optional<SampledLight> LightTree::pick(const LightSampleContext& receiver, std::int64_t place) const noexcept {
   if (empty()) return std::nullopt;
   if (nodes_.empty()) return SampledLight{first_, 1};
-  std::int64_t places = kPlaces;
+  std::int64_t places = kUnits;
   std::uint32_t index = 0;
   for (;;) {
     const Node& node = nodes_[index];
@@ -120,7 +120,7 @@ float LightTree::pmf(const LightSampleContext& receiver, std::uint32_t light) co
   std::uint64_t trail = trails_[light];
   if (trail == kNoTrail) return 0;
   if (nodes_.empty()) return 1;
-  std::int64_t places = kPlaces;
+  std::int64_t places = kUnits;
   for (std::uint32_t index = 0;; trail >>= 1) {
     const Node& node = nodes_[index];
     const std::int64_t left = left_places(node, receiver, places);

@@ -18,8 +18,8 @@ class LightTree {
  public:
   /// Places at the leaves' disposal: a light's probability is a whole number of them, at least one if its clusters may
   /// be seen. Probabilities are so the exact ones of the choice, and sum to 1 exactly.
-  static constexpr int kPlaceBits = 62;
-  static constexpr std::int64_t kPlaces = std::int64_t{1} << kPlaceBits;
+  static constexpr int kUnitBits = 62;
+  static constexpr std::int64_t kUnits = std::int64_t{1} << kUnitBits;
 
   LightTree() = default;
   /// Lights keep their index; those of intensity 0 are never picked.
@@ -29,7 +29,7 @@ class LightTree {
   /// Whether any light may reach the receiver. If not, nothing can be picked; if so, nothing may be picked all the
   /// same, because smaller clusters are bounded more tightly.
   [[nodiscard]] bool may_light(const LightSampleContext& receiver) const noexcept;
-  /// `place` is one of [0, kPlaces), all equally likely.
+  /// `place` is one of [0, kUnits), all equally likely.
   [[nodiscard]] Optional<SampledLight> pick(const LightSampleContext& receiver, std::int64_t place) const noexcept;
   /// Probability with which `pick` gives the light, to the last bit.
   [[nodiscard]] float pmf(const LightSampleContext& receiver, std::uint32_t light) const noexcept;

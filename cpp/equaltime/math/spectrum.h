@@ -40,7 +40,10 @@ using Spectrum = Rgb<float>;
 
 template <class Real>
 constexpr Rgb<Real> select(Mask<Real> first, const Rgb<Real>& a, const Rgb<Real>& b) noexcept {
-  return {select(first, a.r, b.r), select(first, a.g, b.g), select(first, a.b, b.b)};
+  if constexpr (LaneTraits<Real>::width == 1)
+    return first ? a : b;  // a choice of an address
+  else
+    return {select(first, a.r, b.r), select(first, a.g, b.g), select(first, a.b, b.b)};
 }
 
 [[nodiscard]] constexpr Spectrum spectrum(const Vec3d& v) noexcept {

@@ -1,5 +1,5 @@
 // Phase functions that Henyey and Greenstein's alone is not: Rayleigh's (1871), 3/(16π)·(1 + cos²θ), which is that of
-// what is much smaller than the light's waves, and sums of both kinds, each with its share.
+// what is much smaller than the light's waves, and sums of both kinds, each with its weight.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 namespace equaltime {
 
 struct PhaseLobe {
-  float share = 0;  // of all that is scattered; those of a blend add up to 1
+  float weight = 0;  // of all that is scattered; those of a blend add up to 1
   float g = 0;
   bool rayleigh = false;  // instead of g's law
 };
@@ -33,8 +33,8 @@ struct BlendedPhase {
   [[nodiscard]] BsdfValue<float> eval(const Vec3f& wo, const Vec3f& wi, bool front) const noexcept {
     float pdf = 0;
     for (std::uint32_t i = 0; i < count; ++i) {
-      const auto& [share, g, rayleigh] = lobes[i];
-      pdf += share * (rayleigh ? rayleigh_pdf(wi.z) : HenyeyGreenstein{g, {}}.eval(wo, wi, front).pdf);
+      const auto& [weight, g, rayleigh] = lobes[i];
+      pdf += weight * (rayleigh ? rayleigh_pdf(wi.z) : HenyeyGreenstein{g, {}}.eval(wo, wi, front).pdf);
     }
     return {Spectrum(pdf), pdf};
   }
@@ -42,7 +42,7 @@ struct BlendedPhase {
   [[nodiscard]] Optional<BsdfSample<float>> sample(const Vec3f& wo, bool front, double u_lobe,
                                                    Point2f u) const noexcept {
     std::uint32_t picked = 0;
-    for (; picked + 1 < count && u_lobe >= lobes[picked].share; ++picked) u_lobe -= lobes[picked].share;
+    for (; picked + 1 < count && u_lobe >= lobes[picked].weight; ++picked) u_lobe -= lobes[picked].weight;
     const PhaseLobe& lobe = lobes[picked];
     const Vec3f wi = lobe.rayleigh ? rayleigh_direction(u) : HenyeyGreenstein{lobe.g, {}}.sample(wo, front, 0, u)->wi;
     return BsdfSample<float>{wi, Spectrum(1), eval(wo, wi, front).pdf};

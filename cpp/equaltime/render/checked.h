@@ -6,7 +6,7 @@
 #include <string>
 
 #include "equaltime/base/floating_point.h"
-#include "equaltime/transport/kernels.h"
+#include "equaltime/transport/kernel.h"
 
 namespace equaltime {
 

@@ -80,7 +80,8 @@ Renderer::Renderer(std::shared_ptr<const Scene> scene, const Settings& settings,
       threads_(thread_count(options.threads)),
       need_(both(derive_effects(*scene_), options.also)),
       kernel_(&choose_kernel(both(need_, effects_of(settings)))),
-      film_(scene_->film.crop_width, scene_->film.crop_height, std::max(1U, options.replicates), sharing(options)),
+      film_(scene_->camera.film.crop_width, scene_->camera.film.crop_height, std::max(1U, options.replicates),
+            sharing(options)),
       blocks_(blocks()) {
   if (options.nets != 1 && options.nets != film_.replicates())
     throw std::invalid_argument("one net, or as many as replicates");
@@ -110,43 +111,43 @@ bool Renderer::advance(std::uint64_t samples, std::stop_token cancel, std::optio
 }
 
 bool Renderer::advance_until(std::uint64_t samples, const StopWhen& when) {
-  Stop stop(when);  // what is learnt is a part of the time, but has no deadline: half of it would be lost
-  if (Stop asked({.poll = when.poll, .cancel = when.cancel}); !learn(asked)) {
+  Stop stop(when);  // counts the pilot's time, but never cuts the pilot: half of one decides nothing
+  if (Stop asked({.poll = when.poll, .cancel = when.cancel}); !run_pilot(asked)) {
     asked.rethrow();
     return false;
   }
   const std::uint64_t pixels = std::uint64_t{film_.width()} * film_.height();
   const std::uint64_t pass = std::max(kPassSamples, kPassPaths / std::max<std::uint64_t>(pixels, 1));
-  while (at_.done < samples) {
-    if (at_.target <= at_.done) at_.target = std::min(samples, at_.done + pass);
+  while (position_.done < samples) {
+    if (position_.target <= position_.done) position_.target = std::min(samples, position_.done + pass);
     run_pass(stop);
-    const bool complete = at_.next_block == blocks_.size() && cancelled_blocks_.empty();
+    const bool complete = position_.next_block == blocks_.size() && cancelled_blocks_.empty();
     if (complete) {
-      at_.done = at_.target;
-      at_.next_block = 0;
+      position_.done = position_.target;
+      position_.next_block = 0;
     }
     const bool stopped = stop.now() || stop.pauses();
     stop.rethrow();
-    if (!complete || (stopped && at_.done < samples)) return false;
+    if (!complete || (stopped && position_.done < samples)) return false;
   }
   return true;
 }
 
 const Settings& Renderer::settings() {
   Stop never;
-  (void)learn(never);
+  (void)run_pilot(never);
   never.rethrow();
   return settings_;
 }
 
-bool Renderer::learn(Stop& stop) {
+bool Renderer::run_pilot(Stop& stop) {
   if (decision_ || !is_undecided(settings_)) return true;
   RouletteDecision decision = decide_roulette(*scene_, settings_, threads_, stop);
   if (stop.requested()) return false;
   decision_ = std::move(decision);
   settings_ = decision_->applied(settings_);
   kernel_ = &choose_kernel(both(need_, effects_of(settings_)));
-  if (!taken_up_) {  // or an earlier render has counted them
+  if (!resumed_) {  // or an earlier render has counted them
     counters_.rays += decision_->rays;
     counters_.shadow_rays += decision_->shadow_rays;
   }
@@ -168,7 +169,7 @@ bool Renderer::has_samples(const PixelBlock& block, std::uint64_t average) const
 
 void Renderer::set_sample_rates(std::uint64_t pilot, std::vector<float> rates) {
   if (rates.size() != std::size_t{film_.width()} * film_.height()) throw std::invalid_argument("a rate for each pixel");
-  if (at_.done != 0 && (at_.done != pilot || at_.next_block != 0))
+  if (position_.done != 0 && (position_.done != pilot || position_.next_block != 0))
     throw std::invalid_argument("the pixels do not have the pilot's samples");
   schedule_ = SampleSchedule(pilot, std::move(rates), film_.replicates());
 }
@@ -186,7 +187,7 @@ void Renderer::limit_to(const PixelBlock& window) {
     throw std::invalid_argument("the window does not consist of whole blocks of the film");
   blocks_ = std::move(inside);
   schedule_ = {};
-  at_ = {};
+  position_ = {};
   cancelled_blocks_.clear();
   counters_ = {};
   nonfinite_ = {};
@@ -203,9 +204,9 @@ void Renderer::resume(const Counters& so_far, const Position& position) {
     if (i < position.next_block) again.push_back(i);
   }
   cancelled_blocks_ = std::move(again);
-  at_ = position;
+  position_ = position;
   counters_ = so_far;
-  taken_up_ = true;
+  resumed_ = true;
 }
 
 /// One thread's share of a pass: it works on block after block, and adds what it counted to the renderer in the end.
@@ -268,8 +269,8 @@ BlockTask Renderer::task(std::size_t block) noexcept {
           settings_,
           options_.seed,
           blocks_[block],
-          at_.done,
-          at_.target,
+          position_.done,
+          position_.target,
           options_.nets,
           &schedule_,
           options_.pixel_rays ? pixel_rays_.data() : nullptr,
@@ -279,18 +280,18 @@ BlockTask Renderer::task(std::size_t block) noexcept {
 void Renderer::run_pass(Stop& stop) {
   std::vector<std::size_t> unfinished;
   unfinished.reserve(cancelled_blocks_.size() + blocks_.size() -
-                     at_.next_block);  // a block that fails must not need memory
+                     position_.next_block);  // a block that fails must not need memory
   const std::vector<std::size_t> again = std::exchange(cancelled_blocks_, std::move(unfinished));
-  const std::size_t tasks = again.size() + blocks_.size() - at_.next_block;
+  const std::size_t tasks = again.size() + blocks_.size() - position_.next_block;
   std::mutex merge;
   const std::size_t begun = run_blocks(tasks, threads_, stop, [&] {
     return [&, worker = std::make_unique<Worker>(*this, stop, merge)](std::size_t n) {
-      worker->add_samples(n < again.size() ? again[n] : at_.next_block + n - again.size());
+      worker->add_samples(n < again.size() ? again[n] : position_.next_block + n - again.size());
     };
   });
   for (std::size_t n = begun; n < again.size(); ++n) cancelled_blocks_.push_back(again[n]);
   std::sort(cancelled_blocks_.begin(), cancelled_blocks_.end());
-  at_.next_block += begun - std::min(begun, again.size());
+  position_.next_block += begun - std::min(begun, again.size());
 }
 
 }  // namespace equaltime

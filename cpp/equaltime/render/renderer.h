@@ -13,7 +13,7 @@
 #include "equaltime/base/stop.h"
 #include "equaltime/render/checked.h"
 #include "equaltime/render/splitting.h"
-#include "equaltime/transport/kernels.h"
+#include "equaltime/transport/kernel.h"
 
 namespace equaltime {
 
@@ -53,7 +53,7 @@ class Renderer {
     std::uint64_t done = 0, target = 0;
     std::size_t next_block = 0;
   };
-  [[nodiscard]] const Position& position() const noexcept { return at_; }
+  [[nodiscard]] const Position& position() const noexcept { return position_; }
 
   /// From here on, samples are averages: each pixel's own number grows at its rate. Call when every pixel has `pilot`
   /// samples, or before `resume`. Throws std::invalid_argument if some have others, or for rates that cannot be.
@@ -81,7 +81,7 @@ class Renderer {
   [[nodiscard]] const SampleLog<FaultySample>& faulty() const noexcept { return faulty_; }
   /// Rays of every pixel since this was made, row-major; empty unless they are counted.
   [[nodiscard]] const std::vector<std::uint64_t>& pixel_rays() const noexcept { return pixel_rays_; }
-  [[nodiscard]] const KernelRow& kernel() const noexcept { return *kernel_; }
+  [[nodiscard]] const Kernel& kernel() const noexcept { return *kernel_; }
   [[nodiscard]] unsigned threads() const noexcept { return threads_; }
   /// The block of each number, in the order in which they are begun.
   [[nodiscard]] std::vector<PixelBlock> blocks() const;
@@ -89,8 +89,8 @@ class Renderer {
  private:
   class Worker;
   bool advance_until(std::uint64_t samples, const StopWhen& when);
-  /// Learns what a pilot decides. Returns false if it was stopped, and then knows nothing.
-  [[nodiscard]] bool learn(Stop& stop);
+  /// Renders the pilot if roulette or splitting is undecided. Returns false, and changes nothing, if it was stopped.
+  [[nodiscard]] bool run_pilot(Stop& stop);
   void run_pass(Stop& stop);
   /// Returns the task of a block in the current pass.
   [[nodiscard]] BlockTask task(std::size_t block) noexcept;
@@ -102,15 +102,15 @@ class Renderer {
   RenderOptions options_;
   unsigned threads_;
   Effects need_;  // of the scene and of whoever made this
-  const KernelRow* kernel_;
+  const Kernel* kernel_;
   std::optional<RouletteDecision> decision_;  // holds what the settings point to, in every copy
-  bool taken_up_ = false;
+  bool resumed_ = false;
   Film film_;
   SecondNets second_;
   std::vector<PixelBlock> blocks_;
   SampleSchedule schedule_;
   std::vector<std::uint64_t> pixel_rays_;
-  Position at_;
+  Position position_;
   Counters counters_;
   SampleLog<NonFinite> nonfinite_;
   SampleLog<FaultySample> faulty_;

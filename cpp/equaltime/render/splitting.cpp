@@ -151,9 +151,9 @@ std::vector<std::uint32_t> worthwhile_copies(const std::vector<Seen>& blocks, co
 struct Judged {
   double variance = 0, saved = 0, least = 0, rays = 0, rays_split = 0;
 
-  void add(const PilotPixel& p, const SplittingMap& efficiency) noexcept {
+  void add(const PilotPixel& p, const SplittingMap& map) noexcept {
     const Seen s(p);
-    const double copies = 1U << efficiency.log2_copies(p.x, p.y);
+    const double copies = 1U << map.log2_copies(p.x, p.y);
     variance += s.variance, saved += s.own * (1 - 1 / copies);
     least += p.seen + p.all * std::min(1.0, kCopies / copies);
     rays += s.rays_shared + s.rays_copy, rays_split += s.rays_shared + s.rays_copy * copies;
@@ -187,7 +187,7 @@ struct Parts {
 
 }  // namespace
 
-Splitting learn_splitting(const Scene& scene, const Settings& settings, unsigned threads, Stop& stop) {
+Splitting estimate_splitting(const Scene& scene, const Settings& settings, unsigned threads, Stop& stop) {
   const SplittingPilot pilot = render_splitting_pilot(scene, settings, threads, stop);
   Splitting splitting;
   splitting.rays = pilot.rays, splitting.shadow_rays = pilot.shadow_rays;
@@ -195,24 +195,24 @@ Splitting learn_splitting(const Scene& scene, const Settings& settings, unsigned
   if (parts.pixels.empty()) return splitting;
   Judged judged;
   for (std::size_t own = 0; own < kParts; ++own) {
-    const SplittingMap by_others = parts.fitted(scene.film, own);
+    const SplittingMap by_others = parts.fitted(scene.camera.film, own);
     for (std::size_t i = 0; i < parts.pixels.size(); ++i)
       if (parts.part[i] == own) judged.add(parts.pixels[i], by_others);
   }
   splitting.log_ratio = judged.log_ratio();
-  splitting.efficiency = parts.fitted(scene.film, kParts);
+  splitting.splitting_map = parts.fitted(scene.camera.film, kParts);
   return splitting;
 }
 
 Settings RouletteDecision::applied(Settings settings) const noexcept {
   settings.roulette = roulette;
-  if (efficiency) settings.efficiency = efficiency.get();
+  if (splitting_map) settings.splitting_map = splitting_map.get();
   return settings;
 }
 
 bool is_undecided(const Settings& settings) noexcept {
   return settings.roulette == Roulette::automatic ||
-         (settings.roulette == Roulette::efficiency && settings.efficiency == nullptr);
+         (settings.roulette == Roulette::efficiency && settings.splitting_map == nullptr);
 }
 
 RouletteDecision decide_roulette(const Scene& scene, const Settings& settings, unsigned threads, Stop& stop) {
@@ -220,14 +220,14 @@ RouletteDecision decide_roulette(const Scene& scene, const Settings& settings, u
   decision.roulette = settings.roulette == Roulette::automatic ? Roulette::throughput : settings.roulette;
   const bool fixed = settings.roulette != Roulette::automatic;
   const bool can_pay = !uses_one_direction(settings.technique) &&
-                       std::uint64_t{scene.film.width} * scene.film.height >= kLeastFilmPixels;
+                       std::uint64_t{scene.camera.film.width} * scene.camera.film.height >= kLeastFilmPixels;
   if (!is_undecided(settings) || !(fixed || can_pay)) return decision;
-  Splitting found = learn_splitting(scene, settings, threads, stop);
+  Splitting found = estimate_splitting(scene, settings, threads, stop);
   decision.log_ratio = found.log_ratio, decision.rays = found.rays, decision.shadow_rays = found.shadow_rays;
   const double more = settings.sampler == SamplerKind::lattice ? kForkingRay * kLattice : kForkingRay;
   if (!fixed && found.log_ratio + elementary::log(more) >= 0) return decision;
   decision.roulette = Roulette::efficiency;
-  decision.efficiency = std::make_shared<const SplittingMap>(std::move(found.efficiency));
+  decision.splitting_map = std::make_shared<const SplittingMap>(std::move(found.splitting_map));
   return decision;
 }
 

@@ -17,26 +17,27 @@ namespace equaltime {
 
 struct Scene;
 
-/// What a pilot says of splitting.
+/// Numbers of copies that a pilot chose, and what they gain.
 struct Splitting {
-  SplittingMap efficiency = SplittingMap::uniform(0);
+  SplittingMap splitting_map = SplittingMap::uniform(0);
   /// Logarithm of variance × rays with these copies over that without, every part of the pilot judging copies that the
   /// other parts chose; 0 where the pilot says nothing.
   double log_ratio = 0;
   std::uint64_t rays = 0, shadow_rays = 0;  // of the pilot
 };
 
-/// Learns it from a pilot: the same for any number of threads. Means nothing if `stop` ended the pilot.
-[[nodiscard]] Splitting learn_splitting(const Scene& scene, const Settings& settings, unsigned threads, Stop& stop);
+/// Renders a pilot and chooses the numbers of copies. The result does not depend on the number of threads. It has no
+/// meaning if `stop` ended the pilot.
+[[nodiscard]] Splitting estimate_splitting(const Scene& scene, const Settings& settings, unsigned threads, Stop& stop);
 
 /// The roulette of a render.
 struct RouletteDecision {
-  Roulette roulette = Roulette::throughput;        // never automatic
-  std::shared_ptr<const SplittingMap> efficiency;  // null unless it is that of efficiency
-  std::optional<double> log_ratio;                 // as in Splitting; none without a pilot
-  std::uint64_t rays = 0, shadow_rays = 0;         // of the pilot
+  Roulette roulette = Roulette::throughput;           // never automatic
+  std::shared_ptr<const SplittingMap> splitting_map;  // null unless the roulette is `efficiency`
+  std::optional<double> log_ratio;                    // as in Splitting; none without a pilot
+  std::uint64_t rays = 0, shadow_rays = 0;            // of the pilot
 
-  /// The settings with this roulette. They point to `efficiency`, which must outlive them.
+  /// The settings with this roulette. They point to `splitting_map`, which must outlive them.
   [[nodiscard]] Settings applied(Settings settings) const noexcept;
 };
 

@@ -35,7 +35,7 @@ class PilotObserver : public PathObserver {
   }
   void on(const event::RayTraced&) noexcept { ++rays; }
   void on(const event::ShadowRayTraced&) noexcept { ++shadow_rays; }
-  void on(const event::ShadowRayMet&) noexcept { ++shadow_rays; }
+  void on(const event::ShadowRayHit&) noexcept { ++shadow_rays; }
   void on(const event::EmissionAdded& added) noexcept { added.depth == 1 ? void(seen_ += added.L) : add(added.L); }
   void on(const event::DirectLightAdded& added) noexcept { add(added.L); }
   void on(const event::PathSplit&) noexcept { forked_ = true, at_fork_ = rays + shadow_rays; }
@@ -157,8 +157,8 @@ SplittingPilot render_splitting_pilot(const Scene& scene, const Settings& given,
   const SplittingMap copies = SplittingMap::uniform(SplittingPilot::kLog2Copies);
   Settings plain = given, split = given;
   plain.roulette = split.roulette = Roulette::efficiency;
-  plain.efficiency = nullptr, split.efficiency = &copies;
-  const std::uint64_t width = scene.film.width, height = scene.film.height;
+  plain.splitting_map = nullptr, split.splitting_map = &copies;
+  const std::uint64_t width = scene.camera.film.width, height = scene.camera.film.height;
   const std::uint64_t wide = (width + kSide - 1) / kSide, high = (height + kSide - 1) / kSide;
   std::vector<std::vector<RawPixel>> squares(std::clamp(width * height / kFilmPixels, kLeastPixels, kMostPixels) /
                                              (kSide * kSide));

@@ -5,11 +5,11 @@
 namespace equaltime {
 
 std::array<Vec3f, 3> DeformingMesh::normals_of(std::uint32_t primitive, float time) const noexcept {
-  const auto [before, share] = between(time, mesh->later.size());
+  const auto [before, fraction] = between(time, mesh->later.size());
   const std::vector<Vec3f>& a = before == 0 ? surface->normals : surface->later_normals[before - 1];
   const std::vector<Vec3f>& b = surface->later_normals[before];
   const auto& [i, j, k] = mesh->triangles[primitive];
-  return {mixed(a[i], b[i], share), mixed(a[j], b[j], share), mixed(a[k], b[k], share)};
+  return {mixed(a[i], b[i], fraction), mixed(a[j], b[j], fraction), mixed(a[k], b[k], fraction)};
 }
 
 Vec3f DeformingMesh::tangent(std::uint32_t primitive, const std::array<Vec3f, 3>& corners) const noexcept {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "equaltime/base/effects.h"
-#include "equaltime/scene/meeting.h"
+#include "equaltime/scene/recompute_hit.h"
 
 namespace equaltime {
 

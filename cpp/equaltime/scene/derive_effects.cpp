@@ -10,9 +10,9 @@ namespace {
 
 /// What a material calls for, and its parts.
 void add_material(Effects& e, const Scene& scene, std::uint32_t index) noexcept {
-  const Material& material = scene.materials[index];
-  e.textures = e.textures || !material.bindings.empty() || material.bend;
-  e.normal_maps = e.normal_maps || material.bend;
+  const Material& material = scene.appearance.materials[index];
+  e.textures = e.textures || !material.bindings.empty() || material.normal_map;
+  e.normal_maps = e.normal_maps || material.normal_map;
   if (material.kind != Material::Kind::leaf) {
     e.masks = true;
     if (material.kind == Material::Kind::mixture)
@@ -21,7 +21,7 @@ void add_material(Effects& e, const Scene& scene, std::uint32_t index) noexcept 
   }
   const Bsdf& bsdf = material.bsdf;
   e.anisotropy = e.anisotropy || material.anisotropic;
-  if (!scene.count_null_interfaces && std::holds_alternative<ThinDielectric<float>>(bsdf)) e.masks = true;
+  if (!scene.rules.count_null_interfaces && std::holds_alternative<ThinDielectric<float>>(bsdf)) e.masks = true;
   visit<kAllEffects>(bsdf, [&]<class Model>(const Model&) noexcept {
     if constexpr (requires { Model::needs; }) e.*Model::needs = true;
   });
@@ -30,21 +30,24 @@ void add_material(Effects& e, const Scene& scene, std::uint32_t index) noexcept 
 }  // namespace
 
 Effects derive_effects(const Scene& scene) noexcept {
+  const SceneGeometry& geometry = scene.geometry;
+  const Volumes& volumes = scene.volumes;
   Effects e;
-  e.analytic_shapes = !scene.sphere_shapes.empty() || !scene.disk_shapes.empty() || !scene.cylinder_shapes.empty();
+  e.analytic_shapes =
+      !geometry.sphere_shapes.empty() || !geometry.disk_shapes.empty() || !geometry.cylinder_shapes.empty();
   e.point_lights = scene.lights.has_deltas();
   e.environment = scene.lights.environment().has_value();
-  e.instances = !scene.instances.empty();
-  const bool nests = !scene.nesting.bodies.empty();
-  e.media = !scene.media.empty() || nests;
-  e.phase_blends = std::any_of(scene.phases.begin(), scene.phases.end(),
+  e.instances = !geometry.instances.empty();
+  const bool nests = !volumes.nesting.dielectrics.empty();
+  e.media = !volumes.media.empty() || nests;
+  e.phase_blends = std::any_of(volumes.phases.begin(), volumes.phases.end(),
                                [](const PhaseFunction& phase) { return std::holds_alternative<BlendedPhase>(phase); });
   e.specular = nests;  // where rough surfaces stand between equal indices
-  e.motion = scene.moves() || scene.camera_motion;
-  e.hidden_emitters = scene.hides_emitters && scene.lights.size() > 0;
-  e.lens = !std::holds_alternative<PerspectiveCamera>(scene.sensor);
+  e.motion = geometry.moves() || scene.camera.motion;
+  e.hidden_emitters = scene.rules.hides_emitters && scene.lights.size() > 0;
+  e.lens = !std::holds_alternative<PerspectiveCamera>(scene.camera.sensor);
   e.textures = scene.lights.any_projects();
-  for (const Surface& surface : scene.surfaces) {
+  for (const Surface& surface : geometry.surfaces) {
     e.smooth_normals = e.smooth_normals || !surface.normals.empty();
     e.textures = e.textures || surface.emission != kNone;
     for (const std::uint32_t side : surface.bsdf)

@@ -7,9 +7,10 @@ namespace equaltime {
 namespace {
 
 /// Texture coordinates of a point of an area light, in the local space of its shape range.
-TextureCoords place_of(const Scene& scene, const Geometries& all, const Emitter& emitter, const Vec3d& p) noexcept {
+TextureCoords place_of(const SceneGeometry& geometry, const Geometries& all, const Emitter& emitter,
+                       const Vec3d& p) noexcept {
   const auto [shape, primitive] = emitter;
-  const Surface& surface = scene.surfaces[shape];
+  const Surface& surface = geometry.surfaces[shape];
   if (surface.kind == SurfaceKind::sphere)
     return {detail::sphere_uv(surface, Vec3f(normalize(p - all.spheres[primitive].center)))};
   if (surface.kind == SurfaceKind::disk) return {detail::disk_uv(all.disks[primitive], p)};
@@ -18,11 +19,11 @@ TextureCoords place_of(const Scene& scene, const Geometries& all, const Emitter&
     const double height = dot(p - tube.base, tube.axis);
     return {detail::cylinder_uv(surface, Vec3f(normalize(p - tube.base - tube.axis * height)), height / tube.length)};
   }
-  const MeshView& mesh = scene.meshes[surface.mesh];
+  const MeshView& mesh = geometry.meshes[surface.mesh];
   const auto& [a, b, c] = mesh.triangles[primitive];
   if (surface.light_per_primitive) {
     const auto [u, v] = barycentric(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c], p);
-    return scene.place(shape, primitive, {u, v});
+    return geometry.texture_coords(shape, primitive, {u, v});
   }
   // A rectangle, whose first triangle has its first edge from corner to corner and its second along the diagonal.
   const Vec3d corner(mesh.vertices[a]), x = Vec3d(mesh.vertices[b]) - corner, y = Vec3d(mesh.vertices[c]) - corner - x;
@@ -33,33 +34,33 @@ TextureCoords place_of(const Scene& scene, const Geometries& all, const Emitter&
 }  // namespace
 
 const Emitter* Scene::textured_emitter(const LightSample<float>& sample) const noexcept {
-  if (emitters.empty() || sample.infinite || sample.delta) return nullptr;
-  const Emitter& emitter = emitters[sample.light];
-  return surfaces[emitter.shape].emission == kNone ? nullptr : &emitter;
+  if (geometry.emitters.empty() || sample.infinite || sample.delta) return nullptr;
+  const Emitter& emitter = geometry.emitters[sample.light];
+  return geometry.surfaces[emitter.shape].emission == kNone ? nullptr : &emitter;
 }
 
 Spectrum Scene::projected(const LightSample<float>& sample) const noexcept {
   const SpotLight* spot = lights.projector(sample);
   if (spot == nullptr) return sample.radiance;
-  return sample.radiance * eval(textures[spot->slide()->texture], spot->place_on_slide(sample.wi));
+  return sample.radiance * eval(appearance.textures[spot->slide()->texture], spot->place_on_slide(sample.wi));
 }
 
 Spectrum Scene::radiance_of(const LightSample<float>& sample) const noexcept {
   const Emitter* emitter = textured_emitter(sample);
   if (emitter == nullptr) return projected(sample);
-  const Surface& surface = surfaces[emitter->shape];
-  const TextureCoords place = place_of(*this, accel.geometries(), *emitter, Vec3d(sample.target.p));
-  return surface.radiance * eval(textures[surface.emission], place);
+  const Surface& surface = geometry.surfaces[emitter->shape];
+  const TextureCoords place = place_of(geometry, geometry.accel.geometries(), *emitter, Vec3d(sample.target.p));
+  return surface.radiance * eval(appearance.textures[surface.emission], place);
 }
 
 Spectrum Scene::radiance_of(const LightSample<float>& sample, float time) const noexcept {
   const Emitter* emitter = textured_emitter(sample);
   const MovingInstanceGeometry* carrier = emitter == nullptr ? nullptr : lights.moving_instance(sample.light);
   if (carrier == nullptr) return radiance_of(sample);
-  const Surface& surface = surfaces[emitter->shape];
+  const Surface& surface = geometry.surfaces[emitter->shape];
   const Vec3d local = carrier->to_world.at(static_cast<double>(time)).local_point(Vec3d(sample.target.p));
-  const TextureCoords place = place_of(*this, accel.groups()[carrier->group], *emitter, local);
-  return surface.radiance * eval(textures[surface.emission], place);
+  const TextureCoords place = place_of(geometry, geometry.accel.groups()[carrier->group], *emitter, local);
+  return surface.radiance * eval(appearance.textures[surface.emission], place);
 }
 
 }  // namespace equaltime

@@ -33,7 +33,7 @@ Instance::Instance(const InstanceGeometry& geometry) noexcept
     const Vec3d &a = columns_[(i + 1) % 3], &b = columns_[(i + 2) % 3];
     rows_[i] = cross(a, b) / determinant;
     const double of_determinant = 4 * size / std::abs(determinant) + 4;
-    doubt_[i] = (cross_of_sizes(a, b) * (3 / std::abs(determinant)) + abs(rows_[i]) * (of_determinant + 4)) * kRounding;
+    error_[i] = (cross_of_sizes(a, b) * (3 / std::abs(determinant)) + abs(rows_[i]) * (of_determinant + 4)) * kRounding;
   }
 }
 
@@ -48,7 +48,7 @@ Instance::Instance(std::uint32_t group, const AffineMap& now) noexcept
   const double cancelled = dot(abs(columns_[0]), cross_of_sizes(columns_[1], columns_[2])) * inverse;
   for (std::size_t i = 0; i < 3; ++i) {
     const Vec3d sizes = cross_of_sizes(columns_[(i + 1) % 3], columns_[(i + 2) % 3]);
-    doubt_[i] = sizes * (kExact * inverse) + abs(rows_[i]) * (kExact * cancelled + 4 * kRounding);
+    error_[i] = sizes * (kExact * inverse) + abs(rows_[i]) * (kExact * cancelled + 4 * kRounding);
   }
 }
 
@@ -63,10 +63,10 @@ Vec3f Instance::to_world(const Vec3f& v) const noexcept {
 
 double Instance::magnification() const noexcept { return std::abs(dot(columns_[0], cross(columns_[1], columns_[2]))); }
 
-float Instance::doubt(const Vec3f& p, const Vec3f& normal) const noexcept {
+float Instance::position_error(const Vec3f& p, const Vec3f& normal) const noexcept {
   const Vec3d n(normal), local{dot(columns_[0], n), dot(columns_[1], n), dot(columns_[2], n)};
   const Vec3d back = rows_[0] * local.x + rows_[1] * local.y + rows_[2] * local.z;
-  return static_cast<float>(dot(abs(local), combined(doubt_, abs(Vec3d(p)) + abs(origin_))) / length(back));
+  return static_cast<float>(dot(abs(local), combined(error_, abs(Vec3d(p)) + abs(origin_))) / length(back));
 }
 
 Bounds Instance::placed(const Bounds& local) const noexcept {
@@ -85,7 +85,7 @@ detail::SurfacePoint Instance::placed(const detail::SurfacePoint& local) const n
   const Vec3d n = normal(local.n);
   const double stretch = length(n);  // local distances from the plane are as many times as large
   point.n = n / stretch;
-  const Vec3d off = combined(doubt_, abs(point.p) + abs(origin_));
+  const Vec3d off = combined(error_, abs(point.p) + abs(origin_));
   const double local_offset = static_cast<double>(local.offset) + dot(abs(local.n), off);
   point.offset =
       static_cast<float>(local_offset / stretch * (1 + 4 * kRounding)) + point_offset(Vec3f(point.p), Vec3f(point.n));

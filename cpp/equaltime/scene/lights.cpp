@@ -91,7 +91,7 @@ void Lights::prepare(LightSelection selection, EnvironmentSampling environment) 
 // reach the receiver. By its power it would get all but none of them indoors, or leave none to a lamp under the sky.
 
 Optional<SampledLight> Lights::pick_by_tree(const LightSampleContext& receiver, std::uint64_t bits) const noexcept {
-  constexpr int kSpare = 64 - LightTree::kPlaceBits;
+  constexpr int kSpare = 64 - LightTree::kUnitBits;
   if (distant_.empty()) return tree().pick(receiver, static_cast<std::int64_t>(bits >> kSpare));
   const bool may_be_near = tree().may_light(receiver);
   const float half = may_be_near ? 0.5F : 1.0F;

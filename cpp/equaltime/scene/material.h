@@ -16,7 +16,7 @@ namespace equaltime {
 /// See NormalMapDescription; the scale is of normalised lengths.
 struct NormalMap {
   std::uint32_t texture;
-  bool bump, flip_invalid, shadowing, turned;
+  bool bump, flip_invalid, shadowing, negate_back;
   float scale;
 };
 
@@ -31,7 +31,7 @@ struct Material {
 
   Bsdf bsdf;  // of a leaf, as it is where no texture speaks
   std::vector<Binding> bindings = {};
-  std::optional<NormalMap> bend = {};
+  std::optional<NormalMap> normal_map = {};
   Kind kind = Kind::leaf;
   // Of the material or any part of it:
   bool textured = false;
@@ -44,14 +44,14 @@ struct Material {
   /// The leaf as the textures make it at a place, which is put in `made`.
   const Bsdf& at(const std::vector<Texture>& textures, const TextureCoords& place,
                  std::optional<Bsdf>& made) const noexcept;
-  /// The share of the second part at a place.
+  /// Weight of the second part of a mixture at a point.
   [[nodiscard]] float weight_at(const std::vector<Texture>& textures, const TextureCoords& place) const noexcept;
 };
 
 /// The material itself, or the only part of a mixture that is ever picked.
 [[nodiscard]] std::uint32_t resolve_constant_blend(const std::vector<Material>& materials,
                                                    std::uint32_t index) noexcept;
-/// The share of the second part of a mixture, by what its weight is; the cutoff is that of MixtureDescription.
+/// Weight of the second part of a mixture: `value` clamped to [0, 1], or 0 or 1 by the cutoff.
 [[nodiscard]] float as_weight(float value, std::optional<float> cutoff) noexcept;
 /// Gives the model what textures say about its parameters, at a place.
 template <class Model>

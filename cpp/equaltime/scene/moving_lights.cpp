@@ -18,7 +18,7 @@ Optional<LightSample<float>> MovingLights::with_offset(Optional<LightSample<floa
   if (!sample) return sample;
   OffsetPoint<float>& target = sample->target;
   const Instance now(instance.group, instance.to_world.at(static_cast<double>(time)));
-  target.offset += now.doubt(target.p, target.n);
+  target.offset += now.position_error(target.p, target.n);
   return sample;
 }
 

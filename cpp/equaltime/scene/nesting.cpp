@@ -25,8 +25,8 @@ Bsdf with_exterior_ior(const Bsdf& bsdf, float outside) noexcept {
   return clear;
 }
 
-void ClosedShape::look(CameraMedium& beginning, const Surface& surface, const Vec3d& camera, const Instance* in,
-                       float time) const noexcept {
+void ClosedShape::include_if_inside(CameraMedium& state, const Surface& surface, const Vec3d& camera,
+                                    const Instance* in, float time) const noexcept {
   const bool ranked = surface.rank != kNoRank;
   const Vec3d place = in != nullptr ? in->to_local({camera, {0, 0, 1}, 1}).origin : camera;
   const auto found = index             ? index->enclosure(place, time)
@@ -35,21 +35,22 @@ void ClosedShape::look(CameraMedium& beginning, const Surface& surface, const Ve
   const bool turned = mesh != nullptr && surface.flipped;
   if (!found || found->behind == turned) return;
   if (ranked) {
-    beginning.bodies |= only(surface.rank);
+    state.dielectrics |= dielectric_bit(surface.rank);
     return;
   }
-  // Each group's space has a unit of its own, so that volumes compare in the scene's alone. They are finite there: its
-  // unit is made for all that is placed in it.
+  // Each group's space has a unit of its own, so volumes are compared in the scene's space. They are finite there: its
+  // unit suits everything that is placed in it.
   const double volume = in != nullptr ? found->volume * in->magnification() : found->volume;
-  if (!(volume < beginning.smallest)) return;
-  beginning.smallest = volume;
-  beginning.medium = surface.media[1];
+  if (!(volume < state.smallest)) return;
+  state.smallest = volume;
+  state.medium = surface.media[1];
 }
 
-/// Shapes that are seen in several instances share their index, so that each has a part of it.
+/// Instances of a shape share its index. Each counts an equal part of it.
 std::size_t Nesting::memory_bytes() const noexcept {
-  std::size_t bytes = bodies.capacity() * sizeof(Body) + sometimes.capacity() * sizeof(ClosedShape);
-  for (const ClosedShape& closed : sometimes)
+  std::size_t bytes =
+      dielectrics.capacity() * sizeof(NestedDielectric) + time_dependent.capacity() * sizeof(ClosedShape);
+  for (const ClosedShape& closed : time_dependent)
     if (closed.index) bytes += closed.index->memory_bytes() / static_cast<std::size_t>(closed.index.use_count());
   return bytes;
 }

@@ -1,7 +1,7 @@
-// Nesting: which bodies a point is in, for shapes with a priority, and which medium. Where bodies overlap, the one of
-// the highest priority is there, and the surfaces of the others are not (Schmidt & Budge 2002, "Simple nested
-// dielectrics in ray traced images"). A path keeps the set of bodies that it is in; it begins with those that the
-// camera is in, by the winding numbers of closed shapes round it, never by counting the hits of rays.
+// Nesting: the dielectrics and the medium that hold a point, for shapes with a priority. Where dielectrics overlap, the
+// one of the highest priority fills the space, and the surfaces of the others are ignored there (Schmidt & Budge 2002,
+// "Simple nested dielectrics in ray traced images"). A path carries the set of dielectrics that hold it. The set at the
+// camera follows from the winding numbers of closed shapes around it, never from counting the hits of rays.
 #pragma once
 
 #include <bit>
@@ -18,58 +18,58 @@
 
 namespace equaltime {
 
-/// What fills a shape with a priority.
-struct Body {
+/// The interior of a shape with a priority.
+struct NestedDielectric {
   std::uint32_t medium;  // kNone: vacuum
-  float ior;             // over that of what is round all bodies
+  float ior;             // relative to the space outside all dielectrics
 };
 
 class ClosedMesh;
 class Instance;
 
-/// A set of bodies by their ranks: the higher, the higher the priority.
+/// A set of nested dielectrics, one bit for each rank. A higher priority has a higher rank.
 using DielectricSet = std::uint64_t;
-inline constexpr std::size_t kMostBodies = 64;
+inline constexpr std::size_t kMaxDielectrics = 64;
 
-[[nodiscard]] constexpr DielectricSet only(std::uint8_t rank) noexcept { return DielectricSet{1} << rank; }
-/// Where a path begins.
+[[nodiscard]] constexpr DielectricSet dielectric_bit(std::uint8_t rank) noexcept { return DielectricSet{1} << rank; }
+/// Rank of the dielectric that fills the space; the set must not be empty.
+[[nodiscard]] constexpr int top_rank(DielectricSet dielectrics) noexcept {
+  return static_cast<int>(std::bit_width(dielectrics)) - 1;
+}
+
+/// Initial state of camera paths.
 struct CameraMedium {
-  DielectricSet bodies = 0;      // those that the camera is in
-  std::uint32_t medium = kNone;  // what is round it where no body is
-  double smallest = kNowhere;    // the volume, in the scene's space, of the shape that has it
+  DielectricSet dielectrics = 0;  // that hold the camera
+  std::uint32_t medium = kNone;   // at the camera if no dielectric holds it; kNone: vacuum
+  double smallest = kNowhere;     // volume, in the scene's space, of the shape that bounds this medium
 
   static constexpr double kNowhere = static_cast<double>(kInfinity);
 };
 
-/// What may be closed.
+/// A mesh or a sphere, which may be closed and hold the camera.
 struct ClosedShape {
   std::uint32_t shape = kNone;
-  const TriangleMesh* mesh = nullptr;  // the accel's own, as the sphere
-  const SphereGeometry* sphere = nullptr;
-  std::shared_ptr<ClosedMesh> index = {};  // of the mesh, where many points or times are asked about
-  std::uint32_t instance = kNone;          // that it is seen in, by its number, if any
+  const TriangleMesh* mesh = nullptr;      // Accel owns it, and the sphere
+  const SphereGeometry* sphere = nullptr;  // null for a mesh
+  std::shared_ptr<ClosedMesh> index = {};  // speeds up tests of a mesh at many points or times
+  std::uint32_t instance = kNone;          // number of the instance that shows the shape; kNone: the scene itself
 
-  /// Notes whether the camera, at this place in the scene's space, is in it at a time. `in` is the instance as it is
-  /// then; null if the shape is in none.
-  void look(CameraMedium& beginning, const Surface& surface, const Vec3d& camera, const Instance* in,
-            float time) const noexcept;
+  /// Updates `state` if the shape holds the camera at a time. `camera` is in the scene's space. `in` is the instance at
+  /// that time; null if the shape is in none.
+  void include_if_inside(CameraMedium& state, const Surface& surface, const Vec3d& camera, const Instance* in,
+                         float time) const noexcept;
 };
 
-/// The rank of the body that is there; of a set that is not empty.
-[[nodiscard]] constexpr int highest(DielectricSet bodies) noexcept {
-  return static_cast<int>(std::bit_width(bodies)) - 1;
-}
-
 struct Nesting {
-  std::vector<Body> bodies = {};            // by rank; empty where none overlap
-  CameraMedium always = {};                 // by all shapes that the camera is in always or never
-  std::vector<ClosedShape> sometimes = {};  // the others
-  Vec3d camera = {};                        // if it does not move
+  std::vector<NestedDielectric> dielectrics = {};  // by rank; empty if none overlap
+  CameraMedium fixed = {};                         // by shapes that hold the camera at all times or never
+  std::vector<ClosedShape> time_dependent = {};    // other shapes: tested for each path
+  Vec3d camera = {};                               // position of the camera if it does not move
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 };
 
-/// The BSDF of a body's surface, inside another body of so large an index.
+/// The BSDF of a dielectric's surface with its index relative to an exterior dielectric of index `outside`.
 [[nodiscard]] Bsdf with_exterior_ior(const Bsdf& bsdf, float outside) noexcept;
 
 }  // namespace equaltime

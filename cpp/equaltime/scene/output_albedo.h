@@ -15,12 +15,13 @@ namespace equaltime {
 template <Effects E>
 [[nodiscard]] Spectrum output_albedo(const Scene& scene, std::uint32_t material, const Interaction& it) noexcept {
   if (material == kNone) return {};
-  const Material& m = scene.materials[material];
+  const Material& m = scene.appearance.materials[material];
   if (m.kind == Material::Kind::nothing) return {};
   if (m.kind == Material::Kind::mixture) {
     const auto part = [&](int i) noexcept { return output_albedo<E>(scene, m.parts[i], it); };
-    if (scene.materials[m.parts[0]].kind == Material::Kind::nothing) return part(1);  // a mask hides nothing of it
-    const float w = m.weight_at(scene.textures, scene.place(it));
+    if (scene.appearance.materials[m.parts[0]].kind == Material::Kind::nothing)
+      return part(1);  // a mask hides nothing of it
+    const float w = m.weight_at(scene.appearance.textures, scene.geometry.texture_coords(it));
     return part(0) * (1 - w) + part(1) * w;
   }
   Interaction at = it;
@@ -36,8 +37,8 @@ template <Effects E>
     else
       return albedo<E>(at, bsdf);
   });
-  const auto share = [](float value) noexcept { return std::clamp(value, 0.0F, 1.0F); };
-  return {share(found.r), share(found.g), share(found.b)};
+  const auto clamped = [](float value) noexcept { return std::clamp(value, 0.0F, 1.0F); };
+  return {clamped(found.r), clamped(found.g), clamped(found.b)};
 }
 
 }  // namespace equaltime

@@ -42,13 +42,13 @@ template <Effects E, class F>
 }
 
 /// The value of a BSDF for a pair of directions, and on which side of the surface the second is.
-struct Scattered {
+struct ScatterValue {
   BsdfValue<float> value;
   bool above = false;
 };
 
 /// A sampled direction in world space, with the rest of BsdfSample.
-struct Scattering {
+struct ScatterSample {
   Vec3f wi;
   bool above;  // on the side of the geometric normal
   Spectrum weight;
@@ -66,14 +66,14 @@ template <Effects E>
   return true;
 }
 
-/// What a bent normal lets through of the light of a direction, so that it darkens softly towards where the surface
-/// ends it (Conty Estevez et al. 2019, section 4).
+/// What a perturbed normal lets through of the light of a direction, so that it darkens softly towards where the
+/// surface ends it (Conty Estevez et al. 2019, section 4).
 template <Effects E>
 [[nodiscard]] EQUALTIME_INLINE Spectrum shadowed(const Interaction& it, const Vec3f& wi, const Spectrum& f) noexcept {
   if constexpr (E.normal_maps) {
-    if (it.shadowing == 0) return f;
-    const float cos2 = square(dot(it.unbent, wi));
-    return f * (2 / (1 + std::sqrt(1 + it.shadowing * (1 - cos2) / cos2)));
+    if (it.terminator_alpha2 == 0) return f;
+    const float cos2 = square(dot(it.unperturbed_normal, wi));
+    return f * (2 / (1 + std::sqrt(1 + it.terminator_alpha2 * (1 - cos2) / cos2)));
   }
   return f;
 }
@@ -81,7 +81,7 @@ template <Effects E>
 
 /// f(wo, wi)·|cosθi| and pdf of wi.
 template <Effects E>
-[[nodiscard]] EQUALTIME_INLINE Scattered eval_bsdf(const Interaction& it, Scatterer bsdf, const Vec3f& wi) noexcept {
+[[nodiscard]] EQUALTIME_INLINE ScatterValue eval_bsdf(const Interaction& it, Scatterer bsdf, const Vec3f& wi) noexcept {
   Vec3f wo = it.frame.to_local(it.wo);
   Vec3f local = it.frame.to_local(wi);
   if (!(wo.z > 0) || !detail::same_side<E>(it, wi, local)) return {};
@@ -91,9 +91,9 @@ template <Effects E>
 
 /// A direction drawn from the BSDF; u is for the place within a lobe, the number that picks one is taken if needed.
 template <Effects E>
-[[nodiscard]] EQUALTIME_INLINE Optional<Scattering> sample_bsdf(const Interaction& it, Scatterer bsdf,
-                                                                const Sampler& sampler, std::uint32_t bounce,
-                                                                Point2f u) noexcept {
+[[nodiscard]] EQUALTIME_INLINE Optional<ScatterSample> sample_bsdf(const Interaction& it, Scatterer bsdf,
+                                                                   const Sampler& sampler, std::uint32_t bounce,
+                                                                   Point2f u) noexcept {
   Vec3f wo = it.frame.to_local(it.wo);
   if (!(wo.z > 0)) return std::nullopt;
   auto s = visit<E>(bsdf, [&](const auto& model) noexcept {
@@ -105,7 +105,7 @@ template <Effects E>
   if (!s) return std::nullopt;
   Vec3f wi = it.frame.to_world(s->wi);
   if (!detail::same_side<E>(it, wi, s->wi)) return std::nullopt;
-  return Scattering{wi, s->wi.z > 0, detail::shadowed<E>(it, wi, s->weight), s->pdf, s->delta, s->eta_scale};
+  return ScatterSample{wi, s->wi.z > 0, detail::shadowed<E>(it, wi, s->weight), s->pdf, s->delta, s->eta_scale};
 }
 
 /// What the BSDF lets go straight on towards -wo: of glass without thickness, what its samples bring on the mean. None
@@ -140,8 +140,8 @@ template <Effects E>
 /// the BSDF transmits. It never meets discrete directions: a BSDF that has some beside others draws those itself, and
 /// one that has no others must not come here.
 template <Effects E>
-[[nodiscard]] Optional<Scattering> sample_uniform(const Interaction& it, Scatterer bsdf, const Sampler& sampler,
-                                                  std::uint32_t bounce, Point2f u) noexcept {
+[[nodiscard]] Optional<ScatterSample> sample_uniform(const Interaction& it, Scatterer bsdf, const Sampler& sampler,
+                                                     std::uint32_t bounce, Point2f u) noexcept {
   const float discrete = delta_probability<E>(it, bsdf);
   if (discrete > 0 && sampler.get_1d_precise(slot(BounceDimension::bsdf_lobe, bounce)) < discrete)
     return sample_bsdf<E>(it, bsdf, sampler, bounce, u);
@@ -150,7 +150,7 @@ template <Effects E>
   const float pdf = (sphere ? kUniformSpherePdf : kUniformHemispherePdf) * (1 - discrete);
   const auto [value, above] = eval_bsdf<E>(it, bsdf, wi);
   if (value.f.is_black()) return std::nullopt;
-  return Scattering{wi, above, value.f * (1 / pdf), pdf, false, 1};
+  return ScatterSample{wi, above, value.f * (1 / pdf), pdf, false, 1};
 }
 
 /// The share of light that the BSDF scatters, by colour; radiance's compression by refraction is not in it.

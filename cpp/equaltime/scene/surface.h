@@ -24,7 +24,7 @@ struct Surface {
   std::uint32_t emission = kNone;           // the texture that multiplies it
   std::uint32_t media[2] = {kNone, kNone};  // before the front, behind it; kNone: vacuum
   bool bounds_media = false;                // a path that leaves it is in one of these; otherwise where it was
-  std::uint8_t rank = kNoRank;              // of the body that it is the surface of
+  std::uint8_t rank = kNoRank;              // of the dielectric inside
   bool flipped = false;                     // front is against the geometric normal (spheres, disks)
   std::vector<TrianglePlane> planes;        // of each triangle (meshes)
   std::vector<Vec3f> normals;               // one a vertex, or none (meshes)

@@ -29,9 +29,9 @@ Optional<double> intersect_disk(const DiskGeometry& disk, const RayD& ray) noexc
 Optional<double> intersect_cylinder(const CylinderGeometry& cylinder, const RayD& ray) noexcept {
   const Vec3d &d = ray.direction, oc = ray.origin - cylinder.base;
   const double rise = dot(d, cylinder.axis), start = dot(oc, cylinder.axis);
-  const auto meetings = detail::meet_ball(oc - cylinder.axis * start, d - cylinder.axis * rise, cylinder.radius);
-  if (!meetings) return std::nullopt;
-  for (const double t : {meetings->first, meetings->second}) {
+  const auto roots = detail::ball_roots(oc - cylinder.axis * start, d - cylinder.axis * rise, cylinder.radius);
+  if (!roots) return std::nullopt;
+  for (const double t : {roots->first, roots->second}) {
     const double height = start + rise * t;
     if (t > 0 && t < ray.t_max && height >= 0 && height <= cylinder.length) return t;
   }
@@ -39,10 +39,10 @@ Optional<double> intersect_cylinder(const CylinderGeometry& cylinder, const RayD
 }
 
 std::array<Vec3f, 3> corners_at(const TriangleMesh& mesh, std::uint32_t triangle, float time) noexcept {
-  const auto [before, share] = between(time, mesh.later.size());
+  const auto [before, fraction] = between(time, mesh.later.size());
   const std::vector<Vec3f>&a = vertices_at(mesh, before), &b = vertices_at(mesh, before + 1);
   const auto& [i, j, k] = mesh.triangles[triangle];
-  return {mixed(a[i], b[i], share), mixed(a[j], b[j], share), mixed(a[k], b[k], share)};
+  return {mixed(a[i], b[i], fraction), mixed(a[j], b[j], fraction), mixed(a[k], b[k], fraction)};
 }
 
 }  // namespace equaltime

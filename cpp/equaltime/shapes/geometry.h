@@ -28,7 +28,7 @@ struct TriangleMesh {
 /// A place in a list that is evenly spaced over times from 0 to 1: between two, and how far.
 struct Between {
   std::size_t before;
-  double share;
+  double fraction;
 };
 [[nodiscard]] inline Between between(float time, std::size_t parts) noexcept {
   const double at = static_cast<double>(time) * static_cast<double>(parts);
@@ -36,9 +36,9 @@ struct Between {
   return {before, at - static_cast<double>(before)};
 }
 
-/// Between two points or normals, at a share of the way.
-[[nodiscard]] inline Vec3f mixed(const Vec3f& a, const Vec3f& b, double share) noexcept {
-  return Vec3f(Vec3d(a) * (1 - share) + Vec3d(b) * share);
+/// Between two points or normals, `fraction` of the way from a to b.
+[[nodiscard]] inline Vec3f mixed(const Vec3f& a, const Vec3f& b, double fraction) noexcept {
+  return Vec3f(Vec3d(a) * (1 - fraction) + Vec3d(b) * fraction);
 }
 /// The vertices of a mesh that deforms, at one of its times.
 [[nodiscard]] inline const std::vector<Vec3f>& vertices_at(const TriangleMesh& mesh, std::size_t step) noexcept {
@@ -74,10 +74,10 @@ struct Barycentric {
 namespace detail {
 /// The t, in ascending order, at which oc + t·d, in any number of dimensions, is at the distance `radius` from 0. None
 /// if d is 0 or misses, or if both are surely below 0.
-struct Meetings {
+struct Roots {
   double first, second;
 };
-[[nodiscard]] inline Optional<Meetings> meet_ball(const Vec3d& oc, const Vec3d& d, double radius) noexcept {
+[[nodiscard]] inline Optional<Roots> ball_roots(const Vec3d& oc, const Vec3d& d, double radius) noexcept {
   const double b = -dot(oc, d), distance_squared = length_squared(oc), radius_squared = square(radius);
   // Outside and on the way out, as rays mostly are that the ball's box stands round: the roots below keep their signs
   // when they are rounded, because the root of a square is the number itself. No root, no quotient for these.
@@ -91,14 +91,14 @@ struct Meetings {
   const double c = (distance - radius) * (distance + radius);
   const double q = b + std::copysign(std::sqrt(a * discriminant), b);
   const double t0 = q != 0 ? c / q : 0.0, t1 = q / a;
-  return t0 > t1 ? Meetings{t1, t0} : Meetings{t0, t1};
+  return t0 > t1 ? Roots{t1, t0} : Roots{t0, t1};
 }
 }  // namespace detail
 
 /// Nearest t in (0, t_max) at which the ray meets the sphere, with float64 accuracy for any ratio of distance and
 /// radius (Haines, Günther & Akenine-Möller 2019: discriminant from the point of closest approach).
 [[nodiscard]] inline Optional<double> intersect_sphere(const SphereGeometry& sphere, const RayD& ray) noexcept {
-  const auto t = detail::meet_ball(ray.origin - sphere.center, ray.direction, sphere.radius);
+  const auto t = detail::ball_roots(ray.origin - sphere.center, ray.direction, sphere.radius);
   if (!t) return std::nullopt;
   if (t->first > 0) return t->first < ray.t_max ? Optional(t->first) : std::nullopt;
   if (t->second > 0 && t->second < ray.t_max) return t->second;

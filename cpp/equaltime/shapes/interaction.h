@@ -1,4 +1,4 @@
-// Interaction: a point where a ray met a surface, with what leaving it again needs. Normalised space.
+// Interaction: a point where a ray hits a surface, and the rays that leave it. Normalised space.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@
 
 namespace equaltime {
 
-/// A point on a surface with its normal and the distance along the normal that surely clears the surface.
-/// The distance bounds the rounding of the point and the error of Embree's plane equation: it is relative to both.
+/// A point on a surface with its normal. A ray from the point, moved by `offset` along the normal, cannot hit the same
+/// surface again: `offset` bounds the rounding of the point and the error of Embree's plane equation.
 template <class Real>
 struct OffsetPoint {
   Vec3<Real> p;
@@ -37,15 +37,15 @@ struct Interaction {
   std::uint32_t primitive;
   bool front;  // the ray came from the front side of the surface
 
-  bool smooth;    // the shading normal is interpolated, so that it may differ from the geometric one
-  Point2f place;  // on a textured surface: barycentric on a triangle, uv elsewhere
+  bool smooth;      // the shading normal is interpolated, so that it may differ from the geometric one
+  Point2f prim_uv;  // of textured surfaces only: barycentric on a triangle, uv elsewhere
 
   std::uint32_t instance;  // that the surface is seen in, or kNone
 
-  Vec3f unbent;     // the shading normal before a texture bent it
-  float shadowing;  // by a bent normal: the squared roughness of its model; 0 if there is none
+  Vec3f unperturbed_normal;  // the shading normal before a normal or bump map
+  float terminator_alpha2;   // squared roughness of the perturbed normal's shadowing; 0: none
 
-  /// The ray that leaves in a direction of which it is known whether it is above the surface.
+  /// The ray that leaves in direction wi. `above`: wi is on the side of the geometric normal.
   [[nodiscard]] EQUALTIME_INLINE Ray spawn(const Vec3f& wi, bool above) const noexcept {
     return {anchor.moved(above), wi};
   }
@@ -58,21 +58,20 @@ struct Interaction {
   }
 };
 
-/// What a ray meets, if anything, with the point as it was before it was rounded to float32: in dense media, that loses
-/// many mean free paths.
-struct ExactMeeting {
+/// A hit with its point in float64, or none. In dense media, float32 would lose many mean free paths.
+struct ExactIntersection {
   Optional<Interaction> it;
   Vec3d point;
 };
 
-/// The result of a ray in kernels for these effects: with the exact point where there are media.
+/// The nearest hit of a ray, if any; with the exact point in kernels with media.
 template <Effects E>
-using MeetingOf = std::conditional_t<E.media, ExactMeeting, Optional<Interaction>>;
+using SurfaceIntersection = std::conditional_t<E.media, ExactIntersection, Optional<Interaction>>;
 
-/// The interaction of a meeting.
-[[nodiscard]] inline Optional<Interaction>& surface(Optional<Interaction>& it) noexcept { return it; }
-[[nodiscard]] inline Optional<Interaction>& surface(ExactMeeting& meeting) noexcept { return meeting.it; }
-[[nodiscard]] inline const Optional<Interaction>& surface(const Optional<Interaction>& it) noexcept { return it; }
-[[nodiscard]] inline const Optional<Interaction>& surface(const ExactMeeting& meeting) noexcept { return meeting.it; }
+/// The interaction at the nearest hit; nothing if there is none.
+[[nodiscard]] inline Optional<Interaction>& interaction(Optional<Interaction>& it) noexcept { return it; }
+[[nodiscard]] inline Optional<Interaction>& interaction(ExactIntersection& hit) noexcept { return hit.it; }
+[[nodiscard]] inline const Optional<Interaction>& interaction(const Optional<Interaction>& it) noexcept { return it; }
+[[nodiscard]] inline const Optional<Interaction>& interaction(const ExactIntersection& hit) noexcept { return hit.it; }
 
 }  // namespace equaltime

@@ -127,9 +127,9 @@ bool ClosedMesh::closed_from_outside() const noexcept {
 /// Between two times at which vertices are given they move evenly, so that the volume is a cubic polynomial.
 double ClosedMesh::volume(float time) const noexcept {
   if (volumes_.size() == 1) return volumes_[0];
-  const auto [part, share] = between(time, volumes_.size() / 3);
+  const auto [part, fraction] = between(time, volumes_.size() / 3);
   const double* v = &volumes_[3 * part];
-  const double x = 3 * share, a = x - 1, b = x - 2, c = x - 3;
+  const double x = 3 * fraction, a = x - 1, b = x - 2, c = x - 3;
   return (-v[0] * a * b * c + 3 * v[1] * x * b * c - 3 * v[2] * x * a * c + v[3] * x * a * b) / 6;
 }
 

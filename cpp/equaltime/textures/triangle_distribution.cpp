@@ -12,8 +12,8 @@ constexpr double kPieces = 0x1p24, kScenePieces = 0x1p25;
 /// Largest number of points, where a triangle has more pieces than its share: a small part of a second.
 constexpr double kCoarsePieces = 0x1p19;
 constexpr double kFewestPieces = 16;                // of a triangle
-constexpr double kCells = 0x1p20, kMostCells = 64;  // of all pictures; along a side of one
-constexpr double kEven = 1.1;                       // a contrast that is not worth a picture
+constexpr double kCells = 0x1p20, kMostCells = 64;  // of all distributions of a scene; along a side of one
+constexpr double kEven = 1.1;                       // a contrast that is not worth a distribution
 constexpr double kMissed = 1e-3;                    // of what is typical, where points may miss something
 constexpr int kLooks = 16;                          // along a side of the texture, for what is typical
 constexpr double kWhole = 1 - 1e-9;
@@ -30,8 +30,8 @@ double doubled_area(Point2d a, Point2d b, Point2d c) noexcept {
   return std::abs((b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y));
 }
 
-/// One triangle's share of the pieces of a mesh.
-double share(double pieces, std::size_t triangles) noexcept {
+/// Pieces of one triangle of a mesh.
+double pieces_each(double pieces, std::size_t triangles) noexcept {
   return std::max(kFewestPieces, pieces / static_cast<double>(triangles));
 }
 
@@ -84,8 +84,8 @@ double over_piece(const Polygon& piece, bool same, F&& value) noexcept {
   double area = 0, of_cell = 0, sum = 0;
   Corner middle{};
   for (std::size_t i = 0; i < piece.count; ++i) {
-    const double share = 1 / static_cast<double>(piece.count);
-    middle.at.x += piece.corners[i].at.x * share, middle.at.y += piece.corners[i].at.y * share;
+    const double weight = 1 / static_cast<double>(piece.count);
+    middle.at.x += piece.corners[i].at.x * weight, middle.at.y += piece.corners[i].at.y * weight;
   }
   const Corner& a = piece.corners[0];
   for (std::size_t i = 1; i + 1 < piece.count; ++i) {
@@ -103,7 +103,7 @@ double over_piece(const Polygon& piece, bool same, F&& value) noexcept {
 
 }  // namespace
 
-struct TrianglePictures::Footprint {
+struct MeshEmission::Footprint {
   std::array<Point2d, 3> uv, cell;  // of the corners
   double pieces;                    // about how many there are
   double lines;                     // between columns and between rows of cells that cross it
@@ -124,13 +124,12 @@ struct TrianglePictures::Footprint {
   }
 };
 
-TrianglePictures::TrianglePictures(const Texture& texture, const Spectrum& color, std::size_t triangles,
-                                   std::size_t meshes)
+MeshEmission::MeshEmission(const Texture& texture, const Spectrum& color, std::size_t triangles, std::size_t meshes)
     : texture_(texture),
       color_(color),
       lattice_(std::visit([](const auto& t) { return t.lattice(); }, texture)),
-      most_pieces_(share(std::min(kPieces, kScenePieces / static_cast<double>(meshes)), triangles)),
-      coarse_pieces_(share(kCoarsePieces / static_cast<double>(meshes), triangles)),
+      most_pieces_(pieces_each(std::min(kPieces, kScenePieces / static_cast<double>(meshes)), triangles)),
+      coarse_pieces_(pieces_each(kCoarsePieces / static_cast<double>(meshes), triangles)),
       most_cells_(std::min(kMostCells, std::sqrt(kCells / static_cast<double>(triangles)))),
       typical_(0) {
   constexpr float kStep = 1.0F / kLooks;
@@ -140,12 +139,12 @@ TrianglePictures::TrianglePictures(const Texture& texture, const Spectrum& color
   typical_ /= kLooks * kLooks;
 }
 
-double TrianglePictures::bright(const TextureCoords& at) const noexcept {
+double MeshEmission::bright(const TextureCoords& at) const noexcept {
   const Spectrum shines = color_ * eval(texture_, at);
   return static_cast<double>(Spectrum(std::abs(shines.r), std::abs(shines.g), std::abs(shines.b)).mean());
 }
 
-TrianglePictures::Footprint TrianglePictures::footprint(const std::array<TextureCoords, 3>& corners) const noexcept {
+MeshEmission::Footprint MeshEmission::footprint(const std::array<TextureCoords, 3>& corners) const noexcept {
   Footprint f{{}, {}, 0, 0, lattice_->steps, false};
   const std::array<double, 6>& m = lattice_->from_uv;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -162,7 +161,7 @@ TrianglePictures::Footprint TrianglePictures::footprint(const std::array<Texture
   f.lines = (right - left) + (bottom - top);
   f.pieces = 0.5 * doubled_area(f.cell[0], f.cell[1], f.cell[2]) + f.lines + 1;
   if (f.pieces > most_pieces_) {
-    // A line may cross a whole row of the picture's cells, and parts each of them.
+    // A line may cross a whole row of the distribution's cells, and parts each of them.
     const double factor = std::max(std::sqrt(f.pieces / coarse_pieces_), f.lines * most_cells_ / coarse_pieces_);
     for (Point2d& cell : f.cell) cell = {cell.x / factor, cell.y / factor};
     f.lines /= factor;
@@ -171,8 +170,8 @@ TrianglePictures::Footprint TrianglePictures::footprint(const std::array<Texture
   return f;
 }
 
-double TrianglePictures::integral(const Footprint& f, std::size_t column, std::size_t row,
-                                  std::size_t cells) const noexcept {
+double MeshEmission::integral(const Footprint& f, std::size_t column, std::size_t row,
+                              std::size_t cells) const noexcept {
   const auto line = [&](std::size_t i) { return static_cast<double>(i) / static_cast<double>(cells); };
   const double near = std::sqrt(line(column)), far = std::sqrt(line(column + 1));
   Polygon cell;
@@ -188,7 +187,7 @@ double TrianglePictures::integral(const Footprint& f, std::size_t column, std::s
   return 2 * sum;
 }
 
-TriangleEmission TrianglePictures::of(const std::array<TextureCoords, 3>& corners, double finest) const {
+TriangleEmission MeshEmission::of(const std::array<TextureCoords, 3>& corners, double finest) const {
   const double of_corners = (bright(corners[0]) + bright(corners[1]) + bright(corners[2])) / 3;
   if (!lattice_) return {of_corners, nullptr};
   const Footprint f = footprint(corners);
@@ -203,9 +202,9 @@ TriangleEmission TrianglePictures::of(const std::array<TextureCoords, 3>& corner
     for (std::size_t column = 0; column < cells; ++column)
       mean += weights.emplace_back(integral(f, column, row, cells));
   if (!(mean > 0)) return {missed, nullptr};
-  auto picture = std::make_shared<const ImageDistribution>(cells, std::move(weights));
-  if (picture->contrast() < kEven) picture.reset();
-  return {mean + missed, std::move(picture)};
+  auto distribution = std::make_shared<const ImageDistribution>(cells, std::move(weights));
+  if (distribution->contrast() < kEven) distribution.reset();
+  return {mean + missed, std::move(distribution)};
 }
 
 }  // namespace equaltime

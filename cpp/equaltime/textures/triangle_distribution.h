@@ -1,6 +1,7 @@
-// TrianglePictures: how bright a texture makes the triangles of a mesh, and where on each it is how bright. Integrals
-// are exact, in float64: a triangle is cut along the lines where the texture's interpolation changes. Where these are
-// too many, pieces are looked at in one point each, and a little is added for what that may miss.
+// MeshEmission: the mean emission of each triangle of a mesh with an emission texture, and its distribution over the
+// triangle. Integrals are exact, in float64: a triangle is cut along the lines where the texture's interpolation
+// changes. If that makes too many pieces, each is sampled at one point, and a small constant covers what such points
+// may miss.
 #pragma once
 
 #include <array>
@@ -12,25 +13,25 @@
 namespace equaltime {
 
 struct TriangleEmission {
-  double mean;  // of the mean of the colours, over the triangle
-  std::shared_ptr<const ImageDistribution>
-      picture;  // over the square of TexturedTriangle; null if it is about the same all over
+  double mean;  // over the triangle, of the mean of the channels
+  /// Over the square of TexturedTriangle; null if the emission is nearly constant.
+  std::shared_ptr<const ImageDistribution> distribution;
 };
 
-class TrianglePictures {
+class MeshEmission {
  public:
-  /// Pictures of a texture times a colour on one of the `meshes` of a scene that have pictures. They share the work
-  /// that a scene may take, and the triangles of the mesh share its part.
-  TrianglePictures(const Texture& texture, const Spectrum& color, std::size_t triangles, std::size_t meshes);
+  /// Emission of a texture times a colour on a mesh of that many triangles. `meshes` such meshes of the scene share the
+  /// limit of work per scene equally, as the triangles share the limit of their mesh.
+  MeshEmission(const Texture& texture, const Spectrum& color, std::size_t triangles, std::size_t meshes);
 
-  /// Of a triangle whose corners are looked up there, in its light's order; `finest`: the most cells along a side of
-  /// its picture that points can be told apart in.
+  /// Emission of the triangle with these corners, in the order of its light. `finest`: most cells along a side of its
+  /// distribution.
   [[nodiscard]] TriangleEmission of(const std::array<TextureCoords, 3>& corners, double finest) const;
 
  private:
   struct Footprint;
   [[nodiscard]] Footprint footprint(const std::array<TextureCoords, 3>& corners) const noexcept;
-  /// The brightness of a colour, of any sign.
+  /// Mean of the absolute channels at a point.
   [[nodiscard]] double bright(const TextureCoords& at) const noexcept;
   [[nodiscard]] double integral(const Footprint& footprint, std::size_t column, std::size_t row,
                                 std::size_t cells) const noexcept;

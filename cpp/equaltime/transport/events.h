@@ -26,7 +26,7 @@ struct RayTraced {
 };
 
 /// The ray has met this surface, or nothing.
-struct RayMet {
+struct RayHit {
   const Ray& ray;
   const Interaction* it;  // null: nothing
 };
@@ -40,7 +40,7 @@ struct DistanceSampled {
 };
 
 /// The ray has met a surface that emits towards it; light sampling has this density for its direction.
-struct EmitterMet {
+struct EmitterHit {
   std::uint32_t light;
   float light_pdf;
 };
@@ -76,15 +76,15 @@ struct ShadowRayTraced {
 };
 
 /// The nearest surface on a ray to a light, which may let it pass.
-struct ShadowRayMet {
+struct ShadowRayHit {
   const Ray& ray;
   float time;
   const Interaction* it;  // null: nothing
 };
 
-/// The sampled light's weight in MIS, and the share of it that nothing blocks.
+/// MIS weight of the sampled light, and the fraction of it that reaches the vertex.
 struct LightReceived {
-  float weight, share;
+  float weight, visibility;
 };
 
 /// What the path gathers from the sampled light, which would be its depth-th vertex if the way crosses no surface.
@@ -101,11 +101,11 @@ struct CopyResumed {
 };
 
 /// How the path goes on from a vertex; nothing, if it ends there.
-struct Scattered {
+struct DirectionSampled {
   const Interaction& it;
   std::uint32_t material;
   Scatterer bsdf;
-  const Optional<Scattering>& scattered;
+  const Optional<ScatterSample>& scattered;
 };
 
 /// Roulette lets the path live with this probability.

@@ -1,4 +1,5 @@
-// What a path gathers: the emitters that its rays meet, and the light of sampled points, each with its weight.
+// Radiance that a path gathers: emission of surfaces and environment that its rays hit, and light of sampled points,
+// each with its MIS weight.
 #pragma once
 
 #include "equaltime/base/effects.h"
@@ -19,7 +20,7 @@ struct OneSampleMis {
   float pdf_sum = 0;             // the BSDF's and the picked light's, added
 };
 
-/// How the ray to the current vertex was made: what the MIS weight of an emitter that it meets depends on.
+/// How the ray to the current vertex was sampled. The MIS weight of an emitter that the ray hits depends on it.
 struct PreviousVertex {
   LightSampleContext from{};    // the vertex that it left
   float pdf = 0;                // of the BSDF, per solid angle
@@ -27,7 +28,7 @@ struct PreviousVertex {
   OneSampleMis mixed{};         // of `mixture` alone
 };
 
-/// The weight of an emitter met by a scattered ray, given the density of light sampling for the same direction.
+/// MIS weight of emission that a scattered ray hits. `light_pdf`: density of light sampling for the ray's direction.
 [[nodiscard]] EQUALTIME_INLINE float emission_mis_weight(const Settings& s, const PreviousVertex& ray,
                                                          std::uint32_t light, float light_pdf) noexcept {
   if (ray.specular_bounce || !aims_at_lights(s.technique)) return 1;
@@ -35,7 +36,7 @@ struct PreviousVertex {
   if (s.technique == Technique::mis) [[likely]]
     return mis_weight(s.heuristic, ray.pdf, light_pdf);
   if (ray.mixed.light != OneSampleMis::kEvery && ray.mixed.light != light) return 0;
-  // Half of all rays are the BSDF's, half the lights': of those, the part that picked this one.
+  // The ray's density is the mean of both pdfs, because each technique is chosen with probability 1/2.
   const float pdf_sum = ray.pdf + light_pdf;
   return pdf_sum > 0 ? ray.mixed.pdf_sum / pdf_sum : 0.0F;
 }
@@ -46,12 +47,12 @@ template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE Spectrum surface_emission(const Scene& scene, const Settings& settings,
                                                          const Interaction& it, PreviousVertex ray, float time,
                                                          O& observer) noexcept(!O::allocates) {
-  if (scene.surfaces[it.shape].first_light == kNone || !it.front) return {};
-  const std::uint32_t light = scene.light_of(it);
+  if (!scene.geometry.emits(it) || !it.front) return {};
+  const std::uint32_t light = scene.geometry.light_of(it);
   float light_pdf = 0;
   if (!ray.specular_bounce && aims_at_lights(settings.technique))
     light_pdf = scene.lights.area_pdf<E>(settings.lights, light, ray.from, -it.wo, it.anchor.p, time);
-  tell<event::EmitterMet>(observer, light, light_pdf);
+  tell<event::EmitterHit>(observer, light, light_pdf);
   return scene.radiance<E>(it) * emission_mis_weight(settings, ray, light, light_pdf);
 }
 
@@ -67,47 +68,61 @@ template <Effects E>
   return {};
 }
 
-/// Light that reaches the vertex, the path's depth-th, straight from a sampled light, scattered towards wo.
+/// A vertex while light and directions are sampled there: nothing of it changes meanwhile. Pass it by value: a
+/// reference would force the path's state into memory.
+template <Effects E>
+struct VertexContext {
+  const Scene& scene;
+  const Settings& settings;
+  const Interaction& it;
+  Scatterer scatterer;
+  MediumStack<E> media;
+  const Sampler& sampler;
+  std::uint32_t bounce;  // index of the vertex's random numbers
+  int depth;             // of the vertex, as max_depth counts it
+  float time;
+};
+
+/// Radiance that the vertex scatters towards wo, of the light of one light sample.
 template <Effects E, Observer O>
-[[nodiscard]] EQUALTIME_INLINE Spectrum direct_light_from(const Scene& scene, const Settings& settings,
-                                                          const Interaction& it, Scatterer bsdf, MediumStack<E> media,
-                                                          const LightSample<float>& light, int depth, float time,
+[[nodiscard]] EQUALTIME_INLINE Spectrum direct_light_from(VertexContext<E> at, const LightSample<float>& light,
                                                           O& observer) noexcept(!O::allocates) {
-  auto [value, above] = eval_bsdf<E>(it, bsdf, light.wi);
+  auto [value, above] = eval_bsdf<E>(at.it, at.scatterer, light.wi);
   tell<event::LightSampled>(observer, light, value);
   if (value.f.is_black()) return {};
-  const bool shared = settings.technique != Technique::light && !light.delta;
-  const float weight = shared ? mis_weight(settings.heuristic, light.pdf, value.pdf) : 1.0F;
+  const bool shared = at.settings.technique != Technique::light && !light.delta;
+  const float weight = shared ? mis_weight(at.settings.heuristic, light.pdf, value.pdf) : 1.0F;
   Spectrum radiance = light.radiance;
-  if constexpr (E.textures) radiance = E.motion ? scene.radiance_of(light, time) : scene.radiance_of(light);
+  if constexpr (E.textures) radiance = E.motion ? at.scene.radiance_of(light, at.time) : at.scene.radiance_of(light);
   Spectrum unoccluded = value.f * radiance * (weight / light.pdf);
   if constexpr (E.masks || E.media) {
-    const int crossings = scene.count_null_interfaces ? settings.max_depth - depth - 1 : kUnlimitedDepth;
-    const Spectrum left = shadow_transmittance<E>(scene, it, above, media, light, crossings, time, observer);
-    tell<event::LightReceived>(observer, weight, left.max_component());
-    return left.is_black() ? Spectrum() : unoccluded * left;
+    const int crossings = at.scene.rules.count_null_interfaces ? at.settings.max_depth - at.depth - 1 : kUnlimitedDepth;
+    const Spectrum transmittance =
+        shadow_transmittance<E>(at.scene, at.it, above, at.media, light, crossings, at.time, observer);
+    tell<event::LightReceived>(observer, weight, transmittance.max_component());
+    return transmittance.is_black() ? Spectrum() : unoccluded * transmittance;
   }
-  const float share = visibility<E>(scene, it, above, light, time, observer);
-  tell<event::LightReceived>(observer, weight, share);
-  return share > 0 ? unoccluded * share : Spectrum();
+  const float visible = visibility<E>(at.scene.geometry, at.it, above, light, at.time, observer);
+  tell<event::LightReceived>(observer, weight, visible);
+  return visible > 0 ? unoccluded * visible : Spectrum();
 }
 
-/// The same from one light, picked and sampled by the strategy.
+/// Estimate of the direct light that the vertex scatters towards wo, by one light that the strategy picks. `u` samples
+/// a point on it.
 template <Effects E, Observer O>
-[[nodiscard]] EQUALTIME_INLINE Spectrum direct_light(const Scene& scene, const Settings& settings,
-                                                     const Interaction& it, Scatterer bsdf, MediumStack<E> media,
-                                                     const Sampler& sampler, std::uint32_t bounce, int depth, Point2f u,
-                                                     float time, O& observer) noexcept(!O::allocates) {
-  // Where only scattered rays look for light, all that they cannot find are point lights.
-  const bool aims = aims_at_lights(settings.technique);
+[[nodiscard]] EQUALTIME_INLINE Spectrum direct_light(VertexContext<E> at, Point2f u,
+                                                     O& observer) noexcept(!O::allocates) {
+  // Techniques that find light by scattered rays alone still sample delta lights, which no scattered ray can hit.
+  const bool aims = aims_at_lights(at.settings.technique);
   if (!E.point_lights && !aims) return {};
-  const LightSampleContext receiver = receiver_at<E>(it, bsdf);
-  const auto picked = scene.lights.pick(settings.lights, receiver, sampler, bounce);
+  const Lights& lights = at.scene.lights;
+  const LightSampleContext receiver = receiver_at<E>(at.it, at.scatterer);
+  const auto picked = lights.pick(at.settings.lights, receiver, at.sampler, at.bounce);
   tell<event::LightPicked>(observer, picked);
   if (!picked) return {};
-  auto light = scene.lights.sample<E>(*picked, settings.environment, receiver, sampler, bounce, u, time);
+  auto light = lights.sample<E>(*picked, at.settings.environment, receiver, at.sampler, at.bounce, u, at.time);
   if (!light || (!aims && !light->delta)) return {};
-  return direct_light_from<E>(scene, settings, it, bsdf, media, *light, depth, time, observer);
+  return direct_light_from<E>(at, *light, observer);
 }
 
 }  // namespace equaltime

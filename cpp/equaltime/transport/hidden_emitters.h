@@ -24,10 +24,11 @@ requires(E.hidden_emitters) class HiddenEmitters<E> {
   /// Whether the path goes on as if the surface were not there. `depth`: of the vertex that it would be, from 1. Where
   /// crossings are no vertices, thin glass is none either.
   [[nodiscard]] bool skips(const Scene& scene, const Interaction& it, int depth) const noexcept {
-    return sees_no_environment(scene) && (depth == 1 || !scene.count_null_interfaces) &&
-           scene.surfaces[it.shape].first_light != kNone;
+    return sees_no_environment(scene) && (depth == 1 || !scene.rules.count_null_interfaces) && scene.geometry.emits(it);
   }
-  [[nodiscard]] bool sees_no_environment(const Scene& scene) const noexcept { return so_far_ && scene.hides_emitters; }
+  [[nodiscard]] bool sees_no_environment(const Scene& scene) const noexcept {
+    return so_far_ && scene.rules.hides_emitters;
+  }
   /// The path leaves a vertex, above its surface or below.
   void scatters(Scatterer bsdf, bool above) noexcept { so_far_ = so_far_ && !above && bsdf.is_thin(); }
 

@@ -12,7 +12,7 @@ namespace equaltime {
 
 /// Where the ray from a place meets the plane of the surface that Embree says it hits, in units of the direction.
 [[nodiscard]] EQUALTIME_INLINE double distance_along(const Vec3d& from, const Vec3f& direction,
-                                                     const ExactMeeting& to) noexcept {
+                                                     const ExactIntersection& to) noexcept {
   const Vec3d d(direction), n(to.it->anchor.n), way = to.point - from;
   const double slope = dot(n, d);
   return std::max(0.0, slope != 0 ? dot(n, way) / slope : dot(way, d));
@@ -30,7 +30,7 @@ class NearbySurfaces {
   void clear() noexcept { count_ = 0; }
   /// Returns a safe origin of rays from a vertex in a medium. `height` is the vertex's distance to the surface ahead,
   /// along its normal, if there is one.
-  [[nodiscard]] EQUALTIME_INLINE Vec3f begin(Vec3d vertex, const ExactMeeting& ahead, float height) noexcept {
+  [[nodiscard]] EQUALTIME_INLINE Vec3f begin(Vec3d vertex, const ExactIntersection& ahead, float height) noexcept {
     if (count_ != 0) forget_far(vertex);
     if (ahead.it && height < ahead.it->anchor.offset) leave(ahead.point, ahead.it->anchor.n, ahead.it->anchor.offset);
     if (count_ != 0) vertex = clear_of(vertex);

@@ -12,7 +12,7 @@
 #include "equaltime/base/floating_point.h"
 #include "equaltime/base/stop.h"
 #include "equaltime/film/counters.h"
-#include "equaltime/scene/scene.h"
+#include "equaltime/scene/scene_geometry.h"
 #include "equaltime/transport/events.h"
 
 namespace equaltime {
@@ -43,17 +43,19 @@ EQUALTIME_INLINE void tell(O& observer, Parts&&... parts) noexcept(!O::allocates
 
 /// The nearest surface that a ray meets.
 template <Effects E, Observer O>
-[[nodiscard]] EQUALTIME_INLINE MeetingOf<E> closest(const Scene& scene, const Ray& ray, float time, O&) noexcept {
-  return scene.closest<E, typename O::Guard>(ray, time);
+[[nodiscard]] EQUALTIME_INLINE SurfaceIntersection<E> closest(const SceneGeometry& geometry, const Ray& ray, float time,
+                                                              O&) noexcept {
+  return geometry.closest<E, typename O::Guard>(ray, time);
 }
 
 /// Whether anything stands on a shadow ray.
 template <Effects E, Observer O>
-[[nodiscard]] bool occluded(const Scene& scene, const Ray& ray, float time, O& observer) noexcept(!O::allocates) {
+[[nodiscard]] bool occluded(const SceneGeometry& geometry, const Ray& ray, float time,
+                            O& observer) noexcept(!O::allocates) {
   if constexpr (!O::sees_shadows) return false;
   const bool blocked = [&]() noexcept {
     [[maybe_unused]] const typename O::Guard guard;
-    return scene.occluded<E>(ray, time);
+    return geometry.occluded<E>(ray, time);
   }();
   tell<event::ShadowRayTraced>(observer, ray, time, blocked);
   return blocked;
@@ -61,13 +63,13 @@ template <Effects E, Observer O>
 
 /// The nearest surface on a shadow ray, where surfaces may let it pass.
 template <Effects E, Observer O>
-[[nodiscard]] MeetingOf<E> closest_occluder(const Scene& scene, const Ray& ray, float time,
-                                            O& observer) noexcept(!O::allocates) {
+[[nodiscard]] SurfaceIntersection<E> closest_occluder(const SceneGeometry& geometry, const Ray& ray, float time,
+                                                      O& observer) noexcept(!O::allocates) {
   if constexpr (!O::sees_shadows) return {};
-  auto meeting = scene.closest<E, typename O::Guard>(ray, time);
-  const Optional<Interaction>& it = surface(meeting);
-  tell<event::ShadowRayMet>(observer, ray, time, it ? &*it : nullptr);
-  return meeting;
+  auto hit = geometry.closest<E, typename O::Guard>(ray, time);
+  const Optional<Interaction>& it = interaction(hit);
+  tell<event::ShadowRayHit>(observer, ray, time, it ? &*it : nullptr);
+  return hit;
 }
 
 /// Counts paths and rays.
@@ -76,7 +78,7 @@ class RayCounter : public PathObserver {
   EQUALTIME_INLINE void on(const event::PathStarted&) noexcept { ++counters.paths; }
   EQUALTIME_INLINE void on(const event::RayTraced&) noexcept { ++counters.rays; }
   EQUALTIME_INLINE void on(const event::ShadowRayTraced&) noexcept { ++counters.shadow_rays; }
-  EQUALTIME_INLINE void on(const event::ShadowRayMet&) noexcept { ++counters.shadow_rays; }
+  EQUALTIME_INLINE void on(const event::ShadowRayHit&) noexcept { ++counters.shadow_rays; }
 
   /// Whether a long path is to be given up, because the render ends: what has come of it counts for nothing then.
   [[gnu::noinline]] bool cancelled() noexcept {
@@ -102,7 +104,7 @@ class RayRecorder : public PathObserver {
 
   void on(const event::RayTraced& traced) { rays.push_back({traced.ray, false, traced.time}); }
   void on(const event::ShadowRayTraced& traced) { rays.push_back({traced.ray, true, traced.time}); }
-  void on(const event::ShadowRayMet& met) { rays.push_back({met.ray, false, met.time}); }
+  void on(const event::ShadowRayHit& hit) { rays.push_back({hit.ray, false, hit.time}); }
 
   std::vector<RecordedRay> rays;
 };

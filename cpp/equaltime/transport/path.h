@@ -27,16 +27,16 @@ template <Effects E, Observer O>
     const VertexNumbers u = path.sampler.vertex(path.segment());  // made while the ray is on its way
     const Ray ray = path.ray;  // a copy: by reference it would hold all of the path in memory
     tell<event::RayTraced>(observer, ray, path.time, path.previous, path.beta, path.L);
-    auto meeting = closest<E>(scene, ray, path.time, observer);
-    tell<event::RayMet>(observer, ray, surface(meeting) ? &*surface(meeting) : nullptr);
+    auto hit = closest<E>(scene.geometry, ray, path.time, observer);
+    tell<event::RayHit>(observer, ray, interaction(hit) ? &*interaction(hit) : nullptr);
     Vertex v;
-    const Arrival arrival = arrive<E>(scene, settings, path, meeting, v, own, observer);
+    const Arrival arrival = arrive<E>(scene, settings, path, hit, v, own, observer);
     bool goes_on = arrival == Arrival::crosses;
     if (arrival == Arrival::scatters) [[likely]] {
-      const Interaction& it = *surface(meeting);
+      const Interaction& it = *interaction(hit);
       tell<event::VertexReached>(observer, v.scatterer);
-      const Optional<Scattering> scattered = scatter<E>(scene, settings, path, it, v, u, copies, observer);
-      tell<event::Scattered>(observer, it, v.material, v.scatterer, scattered);
+      const Optional<ScatterSample> scattered = scatter<E>(scene, settings, path, it, v, u, copies, observer);
+      tell<event::DirectionSampled>(observer, it, v.material, v.scatterer, scattered);
       goes_on = scattered && !observer.leaves() && depart<E>(scene, settings, path, it, v, *scattered, observer);
     }
     if (!goes_on && !copies.pop(path, observer)) return path.L;

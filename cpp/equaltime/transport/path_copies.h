@@ -29,7 +29,7 @@ requires(E.splitting) class PathCopies<E> {
  public:
   /// Of a path through this pixel of the full film.
   PathCopies(const Settings& settings, std::uint64_t x, std::uint64_t y) noexcept
-      : log2_copies_(settings.efficiency != nullptr ? settings.efficiency->log2_copies(x, y) : 0) {}
+      : log2_copies_(settings.splitting_map != nullptr ? settings.splitting_map->log2_copies(x, y) : 0) {}
 
   /// Whether the path is split where it is scattered now.
   [[nodiscard]] bool due() const noexcept { return log2_copies_ > 0 && !split_; }
@@ -40,9 +40,9 @@ requires(E.splitting) class PathCopies<E> {
     if (bsdf.bsdf != nullptr) own_.emplace(*bsdf.bsdf);
     scatterer_ = bsdf.bsdf != nullptr ? Scatterer(*own_) : bsdf;
     const std::uint32_t segment = path.segment();
-    const float share = 1 / static_cast<float>(1U << log2_copies_);
-    path.beta *= share;
-    path.eta_scale *= share;  // a share is no reason to end a path
+    const float fraction = 1 / static_cast<float>(1U << log2_copies_);
+    path.beta *= fraction;
+    path.eta_scale *= fraction;  // roulette ignores the split
     const Sampler whole = path.sampler;
     for (std::uint32_t copy = (1U << log2_copies_) - 1; copy > 0; --copy) {
       path.sampler = whole.copy(copy, log2_copies_);
@@ -65,7 +65,7 @@ requires(E.splitting) class PathCopies<E> {
   }
 
  private:
-  void keep(const Scene& scene, const Interaction& it, const Scattering& s, const PathState<E>& path) noexcept {
+  void keep(const Scene& scene, const Interaction& it, const ScatterSample& s, const PathState<E>& path) noexcept {
     PathState<E>& copy = copies_[waiting_++].emplace(path);
     copy.weaken(s);
     copy.leave(scene, it, scatterer_, s);

@@ -20,7 +20,7 @@ struct PathState {
   Ray ray;     // to be traced next
   float time;  // of all of the path, from 0 to 1, where anything moves
   NumbersOf<E> sampler;
-  PathMediumStack<E> media;                 // the media and bodies that the ray is in
+  PathMediumStack<E> media;                 // the media and dielectrics that hold the ray
   HiddenEmitters<E> hidden_emitters{true};  // so far
   Spectrum L{}, beta{1};                    // radiance gathered; throughput
   float eta_scale = 1;                      // the part of beta that is refraction's: no reason to end a path
@@ -32,13 +32,13 @@ struct PathState {
   [[nodiscard]] std::uint32_t segment() const noexcept { return static_cast<std::uint32_t>(depth - 1) + crossed; }
 
   /// Takes up the weight of a scattered direction.
-  EQUALTIME_INLINE void weaken(const Scattering& s) noexcept {
+  EQUALTIME_INLINE void weaken(const ScatterSample& s) noexcept {
     beta *= s.weight;
     eta_scale *= s.eta_scale;
   }
   /// Leaves a vertex in a scattered direction.
   EQUALTIME_INLINE void leave(const Scene& scene, const Interaction& it, Scatterer scatterer,
-                              const Scattering& s) noexcept {
+                              const ScatterSample& s) noexcept {
     previous.from = receiver_at<E>(it, scatterer);
     previous.pdf = s.pdf, previous.specular_bounce = s.delta;
     ray = it.spawn(s.wi, s.above);

@@ -21,7 +21,7 @@ EQUALTIME_INLINE void add_emission(const Scene& scene, const Settings& settings,
   if (!it && path.hidden_emitters.sees_no_environment(scene)) return;
   const Spectrum L = path.beta * (it ? surface_emission<E>(scene, settings, *it, path.previous, path.time, observer)
                                      : environment_emission<E>(scene, settings, path.ray.direction, path.previous));
-  tell<event::EmissionAdded>(observer, L, it ? scene.light_of(*it) : scene.lights.last(), path.depth);
+  tell<event::EmissionAdded>(observer, L, it ? scene.geometry.light_of(*it) : scene.lights.last(), path.depth);
   path.L += L;
 }
 
@@ -29,31 +29,32 @@ EQUALTIME_INLINE void add_emission(const Scene& scene, const Settings& settings,
 /// where that is no other's.
 template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE Arrival arrive(const Scene& scene, const Settings& settings, PathState<E>& path,
-                                              MeetingOf<E>& meeting, Vertex& v, std::optional<Bsdf>& own,
+                                              SurfaceIntersection<E>& hit, Vertex& v, std::optional<Bsdf>& own,
                                               O& observer) noexcept(!O::allocates) {
   const std::uint32_t segment = path.segment();
-  const PhaseFunction* phase = path.media.sample_distance(scene, path.ray, path.sampler, segment, path.beta, meeting);
-  Optional<Interaction>& it = surface(meeting);
+  const PhaseFunction* phase = path.media.sample_distance(scene, path.ray, path.sampler, segment, path.beta, hit);
+  Optional<Interaction>& it = interaction(hit);
   tell<event::DistanceSampled>(observer, it ? &*it : nullptr, phase != nullptr, path.beta);
   if constexpr (E.media || E.hidden_emitters)
     if (phase == nullptr && it &&
-        (path.media.here().hides(scene, *it) || path.hidden_emitters.skips(scene, *it, path.depth))) {
+        (path.media.here().hides(scene.geometry, *it) || path.hidden_emitters.skips(scene, *it, path.depth))) {
       path.cross(scene, *it, false);
       return Arrival::crosses;
     }
   if (phase == nullptr) {
     add_emission<E>(scene, settings, path, it, observer);
     if (!it) return Arrival::ends;
-    v.material = scene.material(*it);
+    v.material = scene.geometry.material(*it);
   }
-  const bool crosses = E.masks && !scene.count_null_interfaces;  // null surfaces are crossed even beyond max_depth
+  const bool crosses =
+      E.masks && !scene.rules.count_null_interfaces;  // null surfaces are crossed even beyond max_depth
   if ((path.depth >= settings.max_depth && !crosses) || (phase == nullptr && v.material == kNone)) return Arrival::ends;
   if constexpr (E.masks) {
     if (phase == nullptr)
       v.material = scene.choose_component(v.material, *it,
                                           path.sampler.get_1d_precise(slot(BounceDimension::material, segment)));
-    if (phase == nullptr && scene.materials[v.material].kind == Material::Kind::nothing) {
-      path.cross(scene, *it, scene.count_null_interfaces);
+    if (phase == nullptr && scene.appearance.materials[v.material].kind == Material::Kind::nothing) {
+      path.cross(scene, *it, scene.rules.count_null_interfaces);
       return Arrival::crosses;
     }
   }
@@ -76,24 +77,28 @@ EQUALTIME_INLINE void add_direct_light(PathState<E>& path, const Spectrum& direc
 /// Adds the light that reaches the vertex from a sampled light, and draws the direction in which the path goes on, if
 /// it does.
 template <Effects E, Observer O>
-[[nodiscard]] EQUALTIME_INLINE Optional<Scattering> scatter(const Scene& scene, const Settings& settings,
-                                                            PathState<E>& path, const Interaction& it, const Vertex& v,
-                                                            VertexNumbers u, PathCopies<E>& copies,
-                                                            O& observer) noexcept(!O::allocates) {
+[[nodiscard]] EQUALTIME_INLINE Optional<ScatterSample> scatter(const Scene& scene, const Settings& settings,
+                                                               PathState<E>& path, const Interaction& it,
+                                                               const Vertex& v, VertexNumbers u, PathCopies<E>& copies,
+                                                               O& observer) noexcept(!O::allocates) {
   const std::uint32_t segment = path.segment();
-  Optional<Scattering> scattered;
+  Optional<ScatterSample> scattered;
   if (is_delta<E>(v.scatterer)) {
     scattered = sample_bsdf<E>(it, v.scatterer, path.sampler, segment, {});
   } else if (uses_one_direction(settings.technique)) [[unlikely]] {
-    const OneSampleVertex turned = sample_one_direction<E>(scene, settings, it, v.scatterer, path.media.here(),
-                                                           path.sampler, segment, path.depth, u, path.time, observer);
-    add_direct_light<E>(path, turned.direct, observer);
-    path.previous.mixed = turned.mixed;
-    scattered = turned.scattered;
+    const Interaction it_copy = it;
+    const Sampler sampler_copy = path.sampler;
+    const OneSampleVertex vertex = sample_one_direction<E>(
+        {scene, settings, it_copy, v.scatterer, path.media.here(), sampler_copy, segment, path.depth, path.time}, u,
+        observer);
+    add_direct_light<E>(path, vertex.direct, observer);
+    path.previous.mixed = vertex.mixed;
+    scattered = vertex.scattered;
   } else {
     if constexpr (!E.splitting) scattered = sample_bsdf<E>(it, v.scatterer, path.sampler, segment, u.bsdf_direction);
-    const Spectrum direct = direct_light<E>(scene, settings, it, v.scatterer, path.media.here(), path.sampler, segment,
-                                            path.depth, u.light_point, path.time, observer);
+    const VertexContext<E> at{scene,        settings, it,         v.scatterer, path.media.here(),
+                              path.sampler, segment,  path.depth, path.time};
+    const Spectrum direct = direct_light<E>(at, u.light_point, observer);
     add_direct_light<E>(path, direct, observer);
     if constexpr (E.splitting) {
       if (copies.due()) {
@@ -126,7 +131,7 @@ template <Effects E, Observer O>
 /// Leaves the vertex in the drawn direction; false if the path ends all the same.
 template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE bool depart(const Scene& scene, const Settings& settings, PathState<E>& path,
-                                           const Interaction& it, const Vertex& v, const Scattering& scattered,
+                                           const Interaction& it, const Vertex& v, const ScatterSample& scattered,
                                            O& observer) noexcept(!O::allocates) {
   if (v.may_cross && !scattered.above) --path.depth, ++path.crossed;
   if (E.masks && path.depth >= settings.max_depth) return false;

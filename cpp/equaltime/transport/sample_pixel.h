@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "equaltime/base/effects.h"
-#include "equaltime/transport/kernels.h"
+#include "equaltime/transport/kernel.h"
 #include "equaltime/transport/path.h"
 
 namespace equaltime {
@@ -15,8 +15,9 @@ struct FilmSample {
   PixelFilter::Offset offset;
 
   EQUALTIME_INLINE FilmSample(const BlockTask& task, std::uint64_t px, std::uint64_t py, std::uint64_t index) noexcept
-      : sampler(Sampler::at(task.settings.sampler, task.seed, py * task.scene.film.width + px, index, task.nets)),
-        offset(task.scene.filter.sample(sampler.get_2d(slot(CameraDimension::pixel)))) {}
+      : sampler(
+            Sampler::at(task.settings.sampler, task.seed, py * task.scene.camera.film.width + px, index, task.nets)),
+        offset(task.scene.camera.filter.sample(sampler.get_2d(slot(CameraDimension::pixel)))) {}
 
   /// When the sample is taken, in shares of the shutter's opening; 0 if nothing moves.
   template <Effects E>
@@ -27,7 +28,7 @@ struct FilmSample {
   [[nodiscard]] EQUALTIME_INLINE Ray ray(const Scene& scene, std::uint64_t px, std::uint64_t py,
                                          float time) const noexcept {
     return camera_ray<E>(
-        scene.sensor, scene.camera_motion, static_cast<double>(px) + 0.5 + offset.x,
+        scene.camera.sensor, scene.camera.motion, static_cast<double>(px) + 0.5 + offset.x,
         static_cast<double>(py) + 0.5 + offset.y,
         [&]() noexcept { return sampler.get_2d(slot(CameraDimension::lens)); }, time);
   }
@@ -53,7 +54,8 @@ EQUALTIME_INLINE Spectrum sample_film_pixel(const BlockTask& task, std::uint64_t
 template <Effects E, Observer O>
 EQUALTIME_INLINE Spectrum sample_pixel(const BlockTask& task, std::uint32_t x, std::uint32_t y, std::uint64_t index,
                                        O& observer) {
-  return sample_film_pixel<E>(task, x + task.scene.film.crop_x, y + task.scene.film.crop_y, index, observer);
+  return sample_film_pixel<E>(task, x + task.scene.camera.film.crop_x, y + task.scene.camera.film.crop_y, index,
+                              observer);
 }
 
 /// Adds the samples of a block, made by `sample(x, y, index)`, to the film: finite ones, in ascending order. Then those

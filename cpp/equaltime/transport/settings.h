@@ -32,10 +32,10 @@ struct Settings {
   EnvironmentSampling environment = EnvironmentSampling::plain;
   Roulette roulette = Roulette::throughput;
   SamplerKind sampler = SamplerKind::lattice;
-  float survival = 0.75F;                    // of the constant roulette, in (0, 1)
-  int roulette_depth = 5;                    // the first depth at which a path may be ended at random
-  int max_depth = kUnlimitedDepth;           // Mitsuba's: 1 sees emission only, 2 direct light too
-  const SplittingMap* efficiency = nullptr;  // that the roulette goes by: none yet, or another's
+  float survival = 0.75F;                       // of the constant roulette, in (0, 1)
+  int roulette_depth = 5;                       // the first depth at which a path may be ended at random
+  int max_depth = kUnlimitedDepth;              // Mitsuba's: 1 sees emission only, 2 direct light too
+  const SplittingMap* splitting_map = nullptr;  // numbers of copies, for the roulette `efficiency`
 };
 
 }  // namespace equaltime

@@ -18,38 +18,38 @@ namespace equaltime {
 
 /// 1 if the light reaches the vertex, 0 if not; `above` tells on which side of the vertex the light is.
 template <Effects E, Observer O>
-[[nodiscard]] EQUALTIME_INLINE float visibility(const Scene& scene, const Interaction& vertex, bool above,
+[[nodiscard]] EQUALTIME_INLINE float visibility(const SceneGeometry& geometry, const Interaction& vertex, bool above,
                                                 const LightSample<float>& light, float time,
                                                 O& observer) noexcept(!O::allocates) {
-  return occluded<E>(scene, shadow_ray(vertex, above, light), time, observer) ? 0.0F : 1.0F;
+  return occluded<E>(geometry, shadow_ray(vertex, above, light), time, observer) ? 0.0F : 1.0F;
 }
 
 /// Whether a shadow ray to this light may cross thin glass. Only delta lights qualify: scattered rays already find all
 /// other lights through the glass. If crossings count as vertices, thin glass blocks, as other glass does.
 [[nodiscard]] inline bool shines_through_glass(const Scene& scene, const LightSample<float>& light) noexcept {
-  return light.delta && !scene.count_null_interfaces;
+  return light.delta && !scene.rules.count_null_interfaces;
 }
 
 /// What a material lets pass straight on at the point, by colour.
 template <Effects E>
 [[nodiscard]] Spectrum surface_transmittance(const Scene& scene, std::uint32_t index, const Interaction& it,
                                              bool glass_passes, float time) noexcept {
-  const Material& material = scene.materials[index];
+  const Material& material = scene.appearance.materials[index];
   if (!material.passes) return {};
   if (material.kind == Material::Kind::nothing) return Spectrum(1);
   if (material.kind == Material::Kind::mixture) {
     const auto part = [&](int i) noexcept {
       return surface_transmittance<E>(scene, material.parts[i], it, glass_passes, time);
     };
-    const float w = material.weight_at(scene.textures, scene.place(it));
+    const float w = material.weight_at(scene.appearance.textures, scene.geometry.texture_coords(it));
     return (1 - w) * part(0) + w * part(1);
   }
   if (!glass_passes) return {};
-  Interaction bent = it;
-  bent.wo = normalize(it.wo);  // of a ray that is as long as its way to the light
+  Interaction perturbed = it;
+  perturbed.wo = normalize(it.wo);  // the direction of a shadow ray is not unit
   std::optional<Bsdf> own;
-  const Bsdf& bsdf = scene.bsdf<E>(index, bent, own, time);
-  return straight_through<E>(bent, bsdf);
+  const Bsdf& bsdf = scene.bsdf<E>(index, perturbed, own, time);
+  return straight_through<E>(perturbed, bsdf);
 }
 
 }  // namespace equaltime

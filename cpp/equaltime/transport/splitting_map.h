@@ -1,5 +1,5 @@
-// SplittingMap: into how many copies the paths of each pixel are split where they are scattered first; plain values,
-// for the kernels. Which numbers are worth their rays is learnt by render/splitting.h.
+// SplittingMap: the number of copies into which each pixel's paths are split at their first vertex; plain values,
+// for the kernels. render/splitting.h chooses the numbers.
 #pragma once
 
 #include <cstdint>

@@ -7,10 +7,10 @@
 
 namespace equaltime {
 
-/// What a vertex sends back by itself, and how the path goes on.
+/// Direct light of a vertex, and the direction in which the path goes on.
 struct OneSampleVertex {
   Spectrum direct;
-  Optional<Scattering> scattered;
+  Optional<ScatterSample> scattered;
   OneSampleMis mixed{};
 };
 
@@ -18,38 +18,36 @@ struct OneSampleVertex {
 /// therefore unbiased by itself, and no other light's pdf is needed. `emission_mis_weight` says which emitters count
 /// that the ray then meets. A delta light is sampled as ever, and the BSDF draws every direction.
 template <Effects E, Observer O>
-[[nodiscard]] OneSampleVertex mixture_vertex(const Scene& scene, const Settings& settings, const Interaction& it,
-                                             Scatterer bsdf, MediumStack<E> media, const Sampler& sampler,
-                                             std::uint32_t bounce, int depth, VertexNumbers u, float time,
+[[nodiscard]] OneSampleVertex mixture_vertex(VertexContext<E> at, VertexNumbers u,
                                              O& observer) noexcept(!O::allocates) {
-  const LightSampleContext receiver = receiver_at<E>(it, bsdf);
-  const auto picked = scene.lights.pick(settings.lights, receiver, sampler, bounce);
+  const Lights& lights = at.scene.lights;
+  const LightSampleContext receiver = receiver_at<E>(at.it, at.scatterer);
+  const auto picked = lights.pick(at.settings.lights, receiver, at.sampler, at.bounce);
   tell<event::LightPicked>(observer, picked);
-  const bool has_directions = picked && scene.lights.has_directions<E>(picked->light, receiver, time);
-  const bool from_light = sampler.get_1d(slot(BounceDimension::technique, bounce)) < 0.5F;
+  const auto sample_light = [&](SampledLight pick) noexcept {
+    return lights.sample<E>(pick, at.settings.environment, receiver, at.sampler, at.bounce, u.light_point, at.time);
+  };
+  const bool has_directions = picked && lights.has_directions<E>(picked->light, receiver, at.time);
+  const bool from_light = at.sampler.get_1d(slot(BounceDimension::technique, at.bounce)) < 0.5F;
   OneSampleVertex vertex;
   if (from_light && has_directions) {
-    const auto light = scene.lights.sample<E>(SampledLight{picked->light, 1}, settings.environment, receiver, sampler,
-                                              bounce, u.light_point, time);
+    const auto light = sample_light({picked->light, 1});
     if (!light) return vertex;
-    const auto [value, above] = eval_bsdf<E>(it, bsdf, light->wi);
+    const auto [value, above] = eval_bsdf<E>(at.it, at.scatterer, light->wi);
     vertex.mixed = {picked->light, value.pdf + light->pdf};
     const Spectrum weight = value.f * (2 / vertex.mixed.pdf_sum);
-    if (!value.f.is_black()) vertex.scattered = Scattering{light->wi, above, weight, value.pdf, false, 1};
+    if (!value.f.is_black()) vertex.scattered = ScatterSample{light->wi, above, weight, value.pdf, false, 1};
     return vertex;
   }
-  if (picked && !has_directions) {
-    const auto point =
-        scene.lights.sample<E>(*picked, settings.environment, receiver, sampler, bounce, u.light_point, time);
-    if (point) vertex.direct = direct_light_from<E>(scene, settings, it, bsdf, media, *point, depth, time, observer);
-  }
-  auto scattered = sample_bsdf<E>(it, bsdf, sampler, bounce, u.bsdf_direction);
+  if (picked && !has_directions)
+    if (const auto point = sample_light(*picked)) vertex.direct = direct_light_from<E>(at, *point, observer);
+  auto scattered = sample_bsdf<E>(at.it, at.scatterer, at.sampler, at.bounce, u.bsdf_direction);
   if (!scattered) return vertex;
-  float light_pdf = scattered->pdf;  // where both turns are the BSDF's
+  float light_pdf = scattered->pdf;  // without a light to aim at, the BSDF draws every direction
   if (has_directions) {
     light_pdf = scattered->delta
                     ? 0.0F
-                    : scene.lights.pdf_direction<E>(picked->light, settings.environment, receiver, scattered->wi, time);
+                    : lights.pdf_direction<E>(picked->light, at.settings.environment, receiver, scattered->wi, at.time);
     scattered->weight *= scattered->delta ? 2.0F : 2 * mis_weight(Heuristic::balance, scattered->pdf, light_pdf);
   }
   vertex.scattered = scattered;
@@ -57,18 +55,14 @@ template <Effects E, Observer O>
   return vertex;
 }
 
-/// Out of line, and given copies: inlined, what others do not use cost them 4 %, and by reference it held their values
-/// in memory, at 6 %.
+/// Out of line: inlined, it costs the other techniques 4 %. The context must refer to copies of the interaction and the
+/// sampler: references to the path's own would hold them in memory, at 6 %.
 template <Effects E, Observer O>
-[[nodiscard, gnu::noinline]] OneSampleVertex sample_one_direction(const Scene& scene, const Settings& settings,
-                                                                  Interaction it, Scatterer bsdf, MediumStack<E> media,
-                                                                  Sampler sampler, std::uint32_t bounce, int depth,
-                                                                  VertexNumbers u, float time,
+[[nodiscard, gnu::noinline]] OneSampleVertex sample_one_direction(VertexContext<E> at, VertexNumbers u,
                                                                   O& observer) noexcept(!O::allocates) {
-  if (settings.technique == Technique::mixture)
-    return mixture_vertex<E>(scene, settings, it, bsdf, media, sampler, bounce, depth, u, time, observer);
-  return {direct_light<E>(scene, settings, it, bsdf, media, sampler, bounce, depth, u.light_point, time, observer),
-          sample_uniform<E>(it, bsdf, sampler, bounce, u.bsdf_direction)};
+  if (at.settings.technique == Technique::mixture) return mixture_vertex<E>(at, u, observer);
+  return {direct_light<E>(at, u.light_point, observer),
+          sample_uniform<E>(at.it, at.scatterer, at.sampler, at.bounce, u.bsdf_direction)};
 }
 
 }  // namespace equaltime

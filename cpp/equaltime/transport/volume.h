@@ -1,9 +1,8 @@
-// What becomes of a path between surfaces: where a medium scatters it, and how much of a light's radiance reaches a
-// vertex through media and through surfaces that let it pass. Which medium a ray is in is said by the surface that it
-// left last, if that bounds any; otherwise it is still the one in which it came there, as in Mitsuba. Where shapes have
-// priorities, it is that of the highest of those that the ray is in (scene/nesting.h). Distances are those of float64,
-// from where the path is and not from where Embree's ray begins: in a dense medium the difference is many mean free
-// paths.
+// Media along a path: where a medium scatters it, and the transmittance of shadow rays through media and null surfaces.
+// A surface that bounds media sets the ray's medium. Other surfaces leave it unchanged, as in Mitsuba. Among
+// dielectrics with priorities, the one of the highest priority sets it (scene/nesting.h). Distances are computed in
+// float64 from the path's own position. The origin of Embree's ray is offset from it, in a dense medium by many mean
+// free paths.
 #pragma once
 
 #include <limits>
@@ -17,7 +16,7 @@
 namespace equaltime {
 
 namespace detail {
-/// A vertex in a medium, on a ray; the next begins at `p`.
+/// A vertex in a medium. Rays from it begin at `p`.
 [[nodiscard]] EQUALTIME_INLINE Interaction vertex_in_medium(const Ray& ray, const Vec3f& p) noexcept {
   Interaction it{};
   it.anchor = {p, -ray.direction, 0};
@@ -33,8 +32,8 @@ namespace detail {
 template <Effects E>
 class MediumStack {
  public:
-  void leave(const Scene&, const Interaction&, bool) const noexcept {}
-  [[nodiscard]] static constexpr bool hides(const Scene&, const Interaction&) noexcept { return false; }
+  void leave(const SceneGeometry&, const Interaction&, bool) const noexcept {}
+  [[nodiscard]] static constexpr bool hides(const SceneGeometry&, const Interaction&) noexcept { return false; }
   [[nodiscard]] static const Bsdf& with_exterior(const Scene&, const Interaction&, const Bsdf& bsdf,
                                                  std::optional<Bsdf>&) noexcept {
     return bsdf;
@@ -44,90 +43,96 @@ class MediumStack {
 template <Effects E>
 requires(E.media) class MediumStack<E> {
  public:
-  /// Of a path that begins with a ray, at a time if anything moves.
+  /// State at the origin of a camera ray.
   MediumStack(const Scene& scene, const Ray& camera_ray, [[maybe_unused]] float time) noexcept
-      : bodies_(scene.nesting.always.bodies), around_(scene.nesting.always.medium), place_(camera_ray.origin) {
+      : dielectrics_(scene.volumes.nesting.fixed.dielectrics),
+        exterior_medium_(scene.volumes.nesting.fixed.medium),
+        position_(camera_ray.origin) {
     if constexpr (E.motion)
-      if (!scene.nesting.sometimes.empty()) {
-        const CameraMedium now = scene.beginning(time);
-        bodies_ = now.bodies, around_ = now.medium;
+      if (!scene.volumes.nesting.time_dependent.empty()) {
+        const CameraMedium now = scene.camera_medium(time);
+        dielectrics_ = now.dielectrics, exterior_medium_ = now.medium;
       }
   }
 
-  /// The path goes on to a side of a vertex.
-  void leave(const Scene& scene, const Interaction& it, bool above) noexcept {
+  /// Updates the state as the path leaves a vertex. `above`: on the side of the geometric normal.
+  void leave(const SceneGeometry& geometry, const Interaction& it, bool above) noexcept {
     if (it.shape == kNone) return;
-    const Surface& surface = scene.surfaces[it.shape];
+    const Surface& surface = geometry.surfaces[it.shape];
     const bool before = above == it.front;
     if (surface.rank != kNoRank) {
-      bodies_ = before ? others(surface) : bodies_ | only(surface.rank);
-      if (!before || bodies_ != 0) return;
+      dielectrics_ = before ? others(surface) : dielectrics_ | dielectric_bit(surface.rank);
+      if (!before || dielectrics_ != 0) return;
     }
-    if (surface.bounds_media) around_ = surface.media[before ? 0 : 1];
+    if (surface.bounds_media) exterior_medium_ = surface.media[before ? 0 : 1];
   }
   /// Whether a dielectric of higher priority holds the point, and hides the surface.
-  [[nodiscard]] bool hides(const Scene& scene, const Interaction& it) const noexcept {
-    return hides(scene.surfaces[it.shape]);
+  [[nodiscard]] bool hides(const SceneGeometry& geometry, const Interaction& it) const noexcept {
+    return hides(geometry.surfaces[it.shape]);
   }
   [[nodiscard]] bool hides(const Surface& surface) const noexcept {
-    return surface.rank != kNoRank && others(surface) != 0 && highest(others(surface)) > surface.rank;
+    return surface.rank != kNoRank && others(surface) != 0 && top_rank(others(surface)) > surface.rank;
   }
-  /// The BSDF of a body's surface with what is beyond it: in `own`, if that is another body.
+  /// The surface's BSDF, with its index relative to the exterior dielectric if there is one. `own` stores such a BSDF.
   [[nodiscard]] const Bsdf& with_exterior(const Scene& scene, const Interaction& it, const Bsdf& bsdf,
                                           std::optional<Bsdf>& own) const noexcept {
-    const Surface& surface = scene.surfaces[it.shape];
+    const Surface& surface = scene.geometry.surfaces[it.shape];
     if (surface.rank == kNoRank || others(surface) == 0) return bsdf;
-    const Bsdf changed = with_exterior_ior(bsdf, scene.nesting.bodies[index(others(surface))].ior);
+    const Bsdf changed = with_exterior_ior(bsdf, scene.volumes.nesting.dielectrics[index(others(surface))].ior);
     return own.emplace(changed);
   }
-  /// Follows a shadow ray to the surface that it meets, or else to the light: what is left of its light.
-  [[nodiscard]] Spectrum transmittance_along(const Scene& scene, const Ray& shadow, const ExactMeeting& meeting,
+  /// Transmittance of the medium along a shadow ray, up to the surface that it hits or else the light. Moves the path's
+  /// position to that surface.
+  [[nodiscard]] Spectrum transmittance_along(const Scene& scene, const Ray& shadow, const ExactIntersection& hit,
                                              const LightSample<float>& light, float time) noexcept {
-    const std::uint32_t here = medium_at(scene);
-    const Vec3d from = place_;
-    if (meeting.it) place_ = meeting.point;
+    const std::uint32_t here = medium_index(scene.volumes);
+    const Vec3d from = position_;
+    if (hit.it) position_ = hit.point;
     if (here == kNone) return Spectrum(1);
-    const Medium& medium = scene.media[here];
-    if (meeting.it)
-      return medium.transmittance(distance_along(from, shadow.direction, meeting) * length(Vec3d(shadow.direction)));
+    const Medium& medium = scene.volumes.media[here];
+    if (hit.it)
+      return medium.transmittance(distance_along(from, shadow.direction, hit) * length(Vec3d(shadow.direction)));
     if (light.infinite) return medium.transmittance(std::numeric_limits<double>::infinity());
-    return medium.transmittance(distance_to(scene, medium, from, shadow, light, time));
+    return medium.transmittance(distance_to(scene.geometry, medium, from, shadow, light, time));
   }
 
-  /// The medium that the path is in; kNone: vacuum.
-  [[nodiscard]] std::uint32_t medium_at(const Scene& scene) const noexcept {
-    return bodies_ == 0 ? around_ : scene.nesting.bodies[index(bodies_)].medium;
+  /// Index of the medium at the path's position; kNone: vacuum.
+  [[nodiscard]] std::uint32_t medium_index(const Volumes& volumes) const noexcept {
+    return dielectrics_ == 0 ? exterior_medium_ : volumes.nesting.dielectrics[index(dielectrics_)].medium;
   }
-  [[nodiscard]] const Vec3d& place() const noexcept { return place_; }
-  void move_to(const Vec3d& place) noexcept { place_ = place; }
+  [[nodiscard]] const Vec3d& position() const noexcept { return position_; }
+  void move_to(const Vec3d& position) noexcept { position_ = position; }
 
  private:
-  /// How much of a mean free path the place of a lamp may be off.
-  static constexpr float kFarOff = 1e-4F;
+  /// Largest error of an emitter's distance, in mean free paths: transmittance is then off by 0.01 %.
+  static constexpr float kMaxError = 1e-4F;
 
   /// The distance of a light sample that nothing occludes. In dense media its rounded point is not good enough, and a
   /// ray finds the exact one.
-  [[nodiscard, gnu::noinline]] static double distance_to(const Scene& scene, const Medium& medium, const Vec3d& from,
-                                                         const Ray& shadow, const LightSample<float>& light,
+  [[nodiscard, gnu::noinline]] static double distance_to(const SceneGeometry& geometry, const Medium& medium,
+                                                         const Vec3d& from, const Ray& shadow,
+                                                         const LightSample<float>& light,
                                                          [[maybe_unused]] float time) noexcept {
-    if (!light.delta && medium.sigma_t.max_component() * light.target.offset > kFarOff) {
-      const ExactMeeting lamp = scene.closest<E, ScopedFpEnvironment>({shadow.origin, light.wi}, time);
-      if (lamp.it && scene.surfaces[lamp.it->shape].first_light != kNone && scene.light_of(*lamp.it) == light.light)
-        return distance_along(from, light.wi, lamp);
+    if (!light.delta && medium.sigma_t.max_component() * light.target.offset > kMaxError) {
+      const ExactIntersection emitter = geometry.closest<E, ScopedFpEnvironment>({shadow.origin, light.wi}, time);
+      if (emitter.it && geometry.emits(*emitter.it) && geometry.light_of(*emitter.it) == light.light)
+        return distance_along(from, light.wi, emitter);
     }
     return length(Vec3d(light.target.p) - from);
   }
-  [[nodiscard]] static std::size_t index(DielectricSet bodies) noexcept {
-    return static_cast<std::size_t>(highest(bodies));
+  [[nodiscard]] static std::size_t index(DielectricSet dielectrics) noexcept {
+    return static_cast<std::size_t>(top_rank(dielectrics));
   }
-  [[nodiscard]] DielectricSet others(const Surface& surface) const noexcept { return bodies_ & ~only(surface.rank); }
+  [[nodiscard]] DielectricSet others(const Surface& surface) const noexcept {
+    return dielectrics_ & ~dielectric_bit(surface.rank);
+  }
 
-  DielectricSet bodies_;  // that the path is in
-  std::uint32_t around_;  // the medium where no body is; kNone: vacuum
-  Vec3d place_;           // of the path: its last vertex, or the camera
+  DielectricSet dielectrics_;      // that hold the path
+  std::uint32_t exterior_medium_;  // outside all dielectrics; kNone: vacuum
+  Vec3d position_;                 // last vertex of the path, or the camera
 };
 
-/// The surroundings of a path that media scatter, and the surfaces that it is close to.
+/// The media of a path, with the surfaces close to its position.
 template <Effects E>
 class PathMediumStack {
  public:
@@ -143,7 +148,7 @@ class PathMediumStack {
 template <Effects E>
 requires(E.media) class PathMediumStack<E> {
  public:
-  /// Of a path that begins with a ray, at a time if anything moves.
+  /// State at the origin of a camera ray.
   PathMediumStack(const Scene& scene, const Ray& camera_ray, float time) noexcept : here_(scene, camera_ray, time) {}
 
   [[nodiscard]] const MediumStack<E>& here() const noexcept { return here_; }
@@ -152,13 +157,14 @@ requires(E.media) class PathMediumStack<E> {
   /// vertex there, and its phase function is returned; null otherwise.
   [[nodiscard]] EQUALTIME_INLINE const PhaseFunction* sample_distance(const Scene& scene, const Ray& ray,
                                                                       const Sampler& sampler, std::uint32_t bounce,
-                                                                      Spectrum& beta, ExactMeeting& ahead) noexcept {
-    const std::uint32_t medium_here = here_.medium_at(scene);
-    const Vec3d from = here_.place();
+                                                                      Spectrum& beta,
+                                                                      ExactIntersection& ahead) noexcept {
+    const std::uint32_t medium_here = here_.medium_index(scene.volumes);
+    const Vec3d from = here_.position();
     Optional<Interaction>& it = ahead.it;
     if (it) here_.move_to(ahead.point);
     if (medium_here == kNone || beta.is_black()) return nullptr;
-    const Medium& medium = scene.media[medium_here];
+    const Medium& medium = scene.volumes.media[medium_here];
     const Point2d u = sampler.get_2d_precise(slot(BounceDimension::medium, bounce));
     const double free = it ? distance_along(from, ray.direction, ahead) : std::numeric_limits<double>::infinity();
     const DistanceSample flight = medium.sample(beta, free, u);
@@ -168,16 +174,16 @@ requires(E.media) class PathMediumStack<E> {
     const float height = it ? static_cast<float>(flight.distance - free) * dot(ray.direction, it->anchor.n) : 0;
     here_.move_to(vertex);
     it = detail::vertex_in_medium(ray, nearby_.begin(vertex, ahead, height));
-    return &scene.phases[medium_here];
+    return &scene.volumes.phases[medium_here];
   }
-  /// The path goes on to a side of a vertex.
+  /// Updates the state as the path leaves a vertex. `above`: on the side of the geometric normal.
   void leave(const Scene& scene, const Interaction& it, bool above) noexcept {
     if (it.shape == kNone) return;
-    here_.leave(scene, it, above);
-    if (here_.medium_at(scene) == kNone)
+    here_.leave(scene.geometry, it, above);
+    if (here_.medium_index(scene.volumes) == kNone)
       nearby_.clear();
     else
-      nearby_.leave(here_.place(), above ? it.anchor.n : -it.anchor.n, it.anchor.offset);
+      nearby_.leave(here_.position(), above ? it.anchor.n : -it.anchor.n, it.anchor.offset);
   }
 
  private:
@@ -185,36 +191,36 @@ requires(E.media) class PathMediumStack<E> {
   NearbySurfaces nearby_;
 };
 
-/// The part of a light's radiance that gets through to the vertex, by colour, with at most so many surfaces crossed;
-/// `above` tells on which side of the vertex the light is.
+/// Fraction of a light's radiance that reaches the vertex through media and at most `crossings` surfaces. `above`: the
+/// light is on the side of the vertex's geometric normal.
 template <Effects E, Observer O>
 [[nodiscard]] Spectrum shadow_transmittance(const Scene& scene, const Interaction& vertex, bool above,
                                             MediumStack<E> media, const LightSample<float>& light, int crossings,
                                             float time, O& observer) noexcept(!O::allocates) {
   const bool glass_passes = shines_through_glass(scene, light);
-  // within media it also counts how far surfaces are, to more digits than Embree tells
-  const bool may_pass = scene.lets_light_pass || (E.media && !scene.media.empty());
-  Spectrum share(1);
+  // In media, the exact distance to the surface matters too.
+  const bool may_pass = scene.appearance.lets_light_pass || (E.media && !scene.volumes.media.empty());
+  Spectrum transmittance(1);
   Interaction from = vertex;
   for (;;) {
-    media.leave(scene, from, above);
+    media.leave(scene.geometry, from, above);
     const Ray shadow = shadow_ray(from, above, light);
-    if (!may_pass && occluded<E>(scene, shadow, time, observer)) return {};
-    auto meeting = may_pass ? closest_occluder<E>(scene, shadow, time, observer) : MeetingOf<E>();
-    const Optional<Interaction>& it = surface(meeting);
+    if (!may_pass && occluded<E>(scene.geometry, shadow, time, observer)) return {};
+    auto hit = may_pass ? closest_occluder<E>(scene.geometry, shadow, time, observer) : SurfaceIntersection<E>();
+    const Optional<Interaction>& it = interaction(hit);
     if constexpr (E.media) {
-      share *= media.transmittance_along(scene, shadow, meeting, light, time);
-      if (!it && !scene.nesting.bodies.empty() && !light.infinite && !light.delta)
-        if (media.hides(scene.surfaces[scene.emitters[light.light].shape])) return {};
+      transmittance *= media.transmittance_along(scene, shadow, hit, light, time);
+      if (!it && !scene.volumes.nesting.dielectrics.empty() && !light.infinite && !light.delta)
+        if (media.hides(scene.geometry.surfaces[scene.geometry.emitters[light.light].shape])) return {};
     }
-    if (!it || share.is_black()) return share;
+    if (!it || transmittance.is_black()) return transmittance;
     from = *it;
     above = false;
-    if (media.hides(scene, *it)) continue;
-    const std::uint32_t material = scene.material(*it);
+    if (media.hides(scene.geometry, *it)) continue;
+    const std::uint32_t material = scene.geometry.material(*it);
     if (crossings-- <= 0 || material == kNone) return {};
-    share *= surface_transmittance<E>(scene, material, *it, glass_passes, time);
-    if (share.is_black()) return {};
+    transmittance *= surface_transmittance<E>(scene, material, *it, glass_passes, time);
+    if (transmittance.is_black()) return {};
   }
 }
 

@@ -112,14 +112,14 @@ TEST("a light's probability is exactly its share of the numbers, for powers over
     LightSampleContext receiver = random_receiver(random);
     receiver.opaque = false;
     std::size_t found = 0;
-    for (std::int64_t begin = 0; begin < LightTree::kPlaces; ++found) {
+    for (std::int64_t begin = 0; begin < LightTree::kUnits; ++found) {
       const auto pick = tree.pick(receiver, begin);
-      std::int64_t low = begin, high = LightTree::kPlaces;  // this light at low, another at high
+      std::int64_t low = begin, high = LightTree::kUnits;  // this light at low, another at high
       while (high - low > 1) {
         const std::int64_t middle = low + (high - low) / 2;
         (tree.pick(receiver, middle)->light == pick->light ? low : high) = middle;
       }
-      CHECK(pick->pmf == static_cast<float>(high - begin) / static_cast<float>(LightTree::kPlaces));
+      CHECK(pick->pmf == static_cast<float>(high - begin) / static_cast<float>(LightTree::kUnits));
       begin = high;
     }
     CHECK(found == lights.size());  // the dimmest have a place of their own too

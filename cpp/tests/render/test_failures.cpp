@@ -101,7 +101,7 @@ std::shared_ptr<const Scene> with_a_bad_reflectance() {
   d.shapes = {SphereDescription{{0, 1, 0}, 10, true, {0, {}, Vec3d{1, 1, 1}}}};
   Scene scene = build_scene(std::move(d));
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  scene.materials[0].bsdf = Diffuse<float>(DiffuseDescription{{nan, 1, 1}});
+  scene.appearance.materials[0].bsdf = Diffuse<float>(DiffuseDescription{{nan, 1, 1}});
   return std::make_shared<const Scene>(std::move(scene));
 }
 

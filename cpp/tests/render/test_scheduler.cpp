@@ -343,7 +343,7 @@ TEST("renderers that ask for the light tree at the same time share the one that 
 TEST("samples that are not numbers are counted and logged, and do not enter the film") {
   Scene bad_wall = build_scene(room());
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  bad_wall.materials[1].bsdf = Diffuse<float>(DiffuseDescription{{nan, 0.5, 0.5}});
+  bad_wall.appearance.materials[1].bsdf = Diffuse<float>(DiffuseDescription{{nan, 0.5, 0.5}});
   Renderer renderer(std::make_shared<const Scene>(std::move(bad_wall)), shallow(), kMany);
   CHECK(renderer.advance(kSamples));
   const std::uint64_t bad = renderer.counters().nonfinite;

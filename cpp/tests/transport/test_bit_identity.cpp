@@ -81,13 +81,13 @@ TEST("every kernel that covers a scene gives the same bits") {
         settings.lights = lights, settings.technique = technique;
         const Moments reference = rendered(scene, 6, settings);
         int covering = 0;
-        for (const KernelRow& row : kernel_rows()) {
-          if (!row.effects.covers(derive_effects(*scene))) continue;
+        for (const Kernel& kernel : compiled_kernels()) {
+          if (!kernel.effects.covers(derive_effects(*scene))) continue;
           ++covering;
-          Film film(scene->film.crop_width, scene->film.crop_height, 2);
+          Film film(scene->camera.film.crop_width, scene->camera.film.crop_height, 2);
           RayCounter probe;
           SampleLog<NonFinite> nonfinite;
-          row.render({*scene, settings, 0, {0, 0, film.width(), film.height()}, 0, 6}, film, probe, nonfinite);
+          kernel.render({*scene, settings, 0, {0, 0, film.width(), film.height()}, 0, 6}, film, probe, nonfinite);
           CHECK(same_bits(film.moments(), reference));
         }
         CHECK(covering >= 1);
@@ -118,7 +118,7 @@ TEST("replays of all samples are the film, bit by bit, and what they list sums u
         const auto scene = built(description);
         Settings settings = deep();
         settings.lights = lights, settings.technique = technique;
-        Film film(scene->film.crop_width, scene->film.crop_height, 2);
+        Film film(scene->camera.film.crop_width, scene->camera.film.crop_height, 2);
         const double scale = scene->normalization.world_radiance_scale();
         for (std::uint32_t y = 0; y < film.height(); ++y)
           for (std::uint32_t x = 0; x < film.width(); ++x)

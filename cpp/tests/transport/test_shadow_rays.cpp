@@ -11,7 +11,7 @@ struct QueryCounter : PathObserver {
   int nearest = 0, any = 0;
 
   void on(const event::ShadowRayTraced&) noexcept { ++any; }
-  void on(const event::ShadowRayMet&) noexcept { ++nearest; }
+  void on(const event::ShadowRayHit&) noexcept { ++nearest; }
 };
 
 QueryCounter queries_of(SceneDescription description) {

@@ -1,5 +1,5 @@
-// The sets of effects for which kernels are compiled, cheapest first. CMake makes a translation unit of each, so that
-// the compiler inlines into one as it would if there were no others.
+// The table of kernels: one set of effects per kernel, cheapest first. CMake compiles each in a translation unit of its
+// own, so that inlining in one kernel does not depend on the others.
 #pragma once
 
 #include <cstddef>
@@ -7,7 +7,7 @@
 #include <iterator>
 
 #include "equaltime/base/effects.h"
-#include "equaltime/transport/kernels.h"
+#include "equaltime/transport/kernel.h"
 
 namespace equaltime {
 
@@ -24,17 +24,17 @@ constexpr Effects without(Effects e, Fields fields) noexcept {
 }
 constexpr Effects with_splitting(Effects e) noexcept { return with(e, {&Effects::splitting}); }
 
-/// What no scene calls for, but a strategy, left out.
+/// All effects of scenes. Only a strategy needs splitting.
 inline constexpr Effects kAllButSplitting = without(kAllEffects, {&Effects::splitting});
 inline constexpr Effects kAllButMedia = without(kAllButSplitting, {&Effects::media, &Effects::phase_blends});
 inline constexpr Effects kAllButMediaAndMotion = without(kAllButMedia, {&Effects::motion});
-/// All but what few scenes call for.
+/// Effects that many scenes have.
 inline constexpr Effects kCommonEffects =
     without(kAllButMediaAndMotion, {&Effects::anisotropy, &Effects::normal_maps, &Effects::masks, &Effects::lens,
                                     &Effects::instances, &Effects::hidden_emitters});
 }  // namespace detail
 
-inline constexpr std::size_t kKernelRows = 14;
+inline constexpr std::size_t kKernelCount = 14;
 inline constexpr Effects kKernelEffects[] = {
     Effects{},
     Effects{.smooth_normals = true, .environment = true},
@@ -51,11 +51,11 @@ inline constexpr Effects kKernelEffects[] = {
     detail::with_splitting(detail::kCommonEffects),
     kAllEffects,
 };
-static_assert(std::size(kKernelEffects) == kKernelRows, "CMake reads how many rows there are");
-static_assert(kKernelEffects[kKernelRows - 1] == kAllEffects, "the last covers everything");
+static_assert(std::size(kKernelEffects) == kKernelCount, "CMake reads this number");
+static_assert(kKernelEffects[kKernelCount - 1] == kAllEffects, "the last covers everything");
 
-/// The kernel for the effects of a row; each is compiled by itself (kernel_row.h).
+/// The kernel for a row of the table; compile_kernel.h defines it.
 template <std::size_t Row>
-[[nodiscard]] KernelRow kernel_row();
+[[nodiscard]] Kernel make_kernel();
 
 }  // namespace equaltime

@@ -1,7 +1,7 @@
-// One compiled kernel: a file that CMake makes of each row (CMakeLists.txt) includes this and instantiates kernel_row.
+// Compiles one kernel. CMake makes a file per row of kernel_effects.h that includes this and instantiates make_kernel.
 #pragma once
 
-#include "equaltime/transport/kernel_rows.h"
+#include "equaltime/transport/kernel_effects.h"
 #include "equaltime/transport/sample_pixel.h"
 
 namespace equaltime {
@@ -25,7 +25,7 @@ void record_block(const BlockTask& task, RayRecorder& recorder) {
 }  // namespace detail
 
 template <std::size_t Row>
-KernelRow kernel_row() {
+Kernel make_kernel() {
   constexpr Effects kEffects = kKernelEffects[Row];
   return {kEffects, detail::render_block<kEffects>, detail::record_block<kEffects>};
 }

@@ -1,5 +1,5 @@
-// Meeting: where exactly a ray meets a primitive that Embree says it hits, in the primitive's own space, in float64;
-// and the interaction that this makes.
+// Recomputes, in float64, where a ray hits the primitive that Embree found, and makes the interaction there. Rays and
+// points are in the primitive's own space.
 #pragma once
 
 #include "equaltime/accel/accel.h"
@@ -9,7 +9,7 @@
 
 namespace equaltime {
 
-/// All that shading needs of one of the accel's meshes, one step away: views into the scene's own arrays.
+/// One mesh as shading reads it: views into the arrays of Accel and Surface.
 struct MeshView {
   const Triangle* triangles;
   const Vec3f* vertices;
@@ -24,7 +24,7 @@ struct MeshView {
 
 namespace detail {
 
-/// A point met by a ray, before it is known from which side.
+/// A hit point, before the side of the surface is known.
 struct SurfacePoint {
   Vec3d p, n;    // n: unit, geometric
   float offset;  // as in OffsetPoint
@@ -32,7 +32,7 @@ struct SurfacePoint {
   Vec3f tangent;  // of any length; zero where none matters
   std::uint32_t shape, primitive;
   bool flipped, smooth;
-  Point2f place;
+  Point2f prim_uv;
 };
 
 /// The interaction on the side that the ray, whose direction is unit, came from.
@@ -54,14 +54,15 @@ template <Effects E>
           point.primitive,
           (side > 0) != point.flipped,
           point.smooth,
-          point.place,
+          point.prim_uv,
           kNone,
           {},
           0};
 }
-/// The same with all that the kernel needs of it.
+/// The interaction, with the exact point in kernels with media.
 template <Effects E>
-[[nodiscard]] EQUALTIME_INLINE MeetingOf<E> make_meeting(const SurfacePoint& point, const Ray& ray) noexcept {
+[[nodiscard]] EQUALTIME_INLINE SurfaceIntersection<E> make_intersection(const SurfacePoint& point,
+                                                                        const Ray& ray) noexcept {
   if constexpr (E.media)
     return {make_interaction<E>(point, ray), point.p};
   else
@@ -75,7 +76,7 @@ template <Effects E>
 /// Distance from the centre, in radii, and azimuth, in turns.
 [[nodiscard]] Point2f disk_uv(const DiskGeometry& disk, const Vec3d& point) noexcept;
 
-/// Where a line comes nearest to a place: for rays that hit by float32, and graze past by float64.
+/// Parameter of the ray at its point nearest to `to`. Used if Embree reports a hit in float32 that misses in float64.
 [[nodiscard]] inline double nearest(const RayD& ray, const Vec3d& to) noexcept {
   return dot(to - ray.origin, ray.direction) / length_squared(ray.direction);
 }
@@ -92,7 +93,7 @@ template <Effects E>
   if constexpr (E.anisotropy)
     if (surface.tangential) point.tangent = cross(surface.pole, nf);
   if constexpr (E.textures)
-    if (surface.textured) point.place = sphere_uv(surface, nf);
+    if (surface.textured) point.prim_uv = sphere_uv(surface, nf);
   return point;
 }
 
@@ -107,7 +108,7 @@ template <Effects E>
   if constexpr (E.anisotropy)
     if (surface.tangential) point.tangent = Vec3f(p - disk.center);
   if constexpr (E.textures)
-    if (surface.textured) point.place = disk_uv(disk, p);
+    if (surface.textured) point.prim_uv = disk_uv(disk, p);
   return point;
 }
 
@@ -125,7 +126,7 @@ template <Effects E>
   if constexpr (E.anisotropy)
     if (surface.tangential) point.tangent = Vec3f(cross(cylinder.axis, n));
   if constexpr (E.textures)
-    if (surface.textured) point.place = cylinder_uv(surface, nf, height / cylinder.length);
+    if (surface.textured) point.prim_uv = cylinder_uv(surface, nf, height / cylinder.length);
   return point;
 }
 
@@ -137,7 +138,7 @@ template <Effects E>
   const bool smooth = E.smooth_normals && mesh.normals != nullptr;
   const bool textured = E.textures && mesh.textured;
   Vec3f ns(plane.n);
-  Point2f place{};
+  Point2f prim_uv{};
   if (smooth || textured) {
     const Triangle& t = mesh.triangles[primitive];
     const Vec3f &v0 = mesh.vertices[t[0]], &v1 = mesh.vertices[t[1]], &v2 = mesh.vertices[t[2]];
@@ -146,12 +147,12 @@ template <Effects E>
       const Vec3f sum = mesh.normals[t[0]] * (1 - u - v) + mesh.normals[t[1]] * u + mesh.normals[t[2]] * v;
       if (length_squared(sum) > 0) ns = normalize(sum);
     }
-    if (textured) place = {u, v};
+    if (textured) prim_uv = {u, v};
   }
   Vec3f tangent;
   if constexpr (E.anisotropy)
     if (mesh.tangents != nullptr) tangent = mesh.tangents[primitive];
-  return {p, plane.n, plane.offset, ns, tangent, mesh.shape, primitive, mesh.flipped, smooth, place};
+  return {p, plane.n, plane.offset, ns, tangent, mesh.shape, primitive, mesh.flipped, smooth, prim_uv};
 }
 
 }  // namespace detail

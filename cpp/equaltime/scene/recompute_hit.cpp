@@ -1,0 +1,40 @@
+#include "equaltime/scene/recompute_hit.h"
+
+#include <numbers>
+
+#include "equaltime/math/elementary.h"
+
+namespace equaltime {
+
+namespace {
+
+/// Azimuth of (x, y), in turns from 0 to 1.
+double azimuth(double x, double y) noexcept {
+  const double turns = elementary::atan2(y, x) * (0.5 * std::numbers::inv_pi);
+  return turns < 0 ? turns + 1 : turns;
+}
+
+}  // namespace
+
+namespace detail {
+
+Point2f sphere_uv(const Surface& surface, const Vec3f& n) noexcept {
+  const auto x = static_cast<double>(dot(surface.azimuth[0], n)), y = static_cast<double>(dot(surface.azimuth[1], n));
+  const double polar = elementary::atan2(elementary::hypot(x, y), static_cast<double>(dot(surface.pole, n)));
+  return {static_cast<float>(azimuth(x, y)), static_cast<float>(polar * std::numbers::inv_pi)};
+}
+
+Point2f cylinder_uv(const Surface& surface, const Vec3f& n, double height) noexcept {
+  const auto x = static_cast<double>(dot(surface.azimuth[0], n)), y = static_cast<double>(dot(surface.azimuth[1], n));
+  return {static_cast<float>(azimuth(x, y)), static_cast<float>(height)};
+}
+
+Point2f disk_uv(const DiskGeometry& disk, const Vec3d& point) noexcept {
+  const Vec3d r = point - disk.center;
+  const double x = dot(disk.inv_u, r), y = dot(disk.inv_v, r);
+  return {static_cast<float>(elementary::hypot(x, y)), static_cast<float>(azimuth(x, y))};
+}
+
+}  // namespace detail
+
+}  // namespace equaltime

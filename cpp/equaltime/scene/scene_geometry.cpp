@@ -1,0 +1,100 @@
+#include "equaltime/scene/scene_geometry.h"
+
+#include "equaltime/math/elementary.h"
+#include "equaltime/scene/held_bytes.h"
+
+namespace equaltime {
+
+namespace {
+
+constexpr float kTurn = 2 * kPi;
+
+/// How the point of a triangle moves with u and v: along its edges with barycentric ones. Where uvs do not tell, as
+/// Frame makes it of the normal, as long as the author's unit. All as in Mitsuba.
+Derivatives on_mesh(const MeshView& mesh, std::uint32_t primitive, const std::array<Vec3f, 3>& corners, const Vec3d& n,
+                    float unit) noexcept {
+  const Vec3d v0(corners[0]);
+  const Vec3d e1 = Vec3d(corners[1]) - v0, e2 = Vec3d(corners[2]) - v0;
+  if (mesh.uvs == nullptr) return {Vec3f(e1), Vec3f(e2)};
+  const auto& [a, b, c] = mesh.triangles[primitive];
+  const double u1 = mesh.uvs[b].x - mesh.uvs[a].x, w1 = mesh.uvs[b].y - mesh.uvs[a].y;
+  const double u2 = mesh.uvs[c].x - mesh.uvs[a].x, w2 = mesh.uvs[c].y - mesh.uvs[a].y;
+  const double determinant = u1 * w2 - u2 * w1;
+  if (determinant != 0) return {Vec3f((e1 * w2 - e2 * w1) / determinant), Vec3f((e2 * u1 - e1 * u2) / determinant)};
+  const FrameD frame = FrameD::from_normal(n);
+  return {Vec3f(frame.s) * unit, Vec3f(frame.t) * unit};
+}
+
+std::size_t held_by(const Geometries& all) noexcept {
+  std::size_t bytes = held(all.meshes) + held(all.spheres) + held(all.disks) + held(all.cylinders);
+  for (const TriangleMesh& mesh : all.meshes) {
+    bytes += held(mesh.vertices) + held(mesh.triangles) + held(mesh.later);
+    for (const std::vector<Vec3f>& later : mesh.later) bytes += held(later);
+  }
+  return bytes;
+}
+
+std::size_t held_by(const Surface& surface) noexcept {
+  std::size_t bytes = held(surface.planes) + held(surface.normals) + held(surface.tangents) + held(surface.uvs) +
+                      held(surface.later_normals);
+  for (const std::vector<Vec3f>& later : surface.later_normals) bytes += held(later);
+  return bytes;
+}
+
+}  // namespace
+
+TextureCoords SceneGeometry::texture_coords(std::uint32_t shape, std::uint32_t primitive,
+                                            Point2f on_primitive) const noexcept {
+  const std::uint32_t mesh = surfaces[shape].mesh;
+  if (mesh == kNone) return {on_primitive, shape, primitive};
+  return on_triangle(on_primitive, shape, primitive, meshes[mesh].triangles[primitive], meshes[mesh].uvs);
+}
+
+std::array<Vec3f, 3> SceneGeometry::corners(std::uint32_t mesh, std::uint32_t primitive, float time) const noexcept {
+  if (!deforming.empty() && deforming[mesh]) return deforming[mesh]->corners(primitive, time);
+  const auto& [a, b, c] = meshes[mesh].triangles[primitive];
+  const Vec3f* vertices = meshes[mesh].vertices;
+  return {vertices[a], vertices[b], vertices[c]};
+}
+
+Derivatives SceneGeometry::derivatives(const Interaction& it, float time) const noexcept {
+  if (it.instance != kNone) {
+    Interaction local = it;
+    local.instance = kNone;
+    const auto [du, dv] = derivatives(local, time);
+    const Instance instance = instance_at(it.instance, time);
+    return {instance.to_world(du), instance.to_world(dv)};
+  }
+  const Surface& s = surfaces[it.shape];
+  if (s.mesh != kNone) {
+    const bool deforms = !deforming.empty() && deforming[s.mesh];
+    const Vec3d n = deforms ? deforming[s.mesh]->plane(it.primitive, time).n : meshes[s.mesh].planes[it.primitive].n;
+    return on_mesh(meshes[s.mesh], it.primitive, corners(s.mesh, it.primitive, time), n, s.size);
+  }
+  const float turns = kTurn * (s.kind == SurfaceKind::disk ? it.prim_uv.y : it.prim_uv.x);
+  const auto [sin_turns, cos_turns] = sin_cos(turns);
+  const Vec3f outward = s.azimuth[0] * cos_turns + s.azimuth[1] * sin_turns;
+  const Vec3f around = s.azimuth[1] * cos_turns - s.azimuth[0] * sin_turns;
+  if (s.kind == SurfaceKind::disk) return {outward, around * (kTurn * it.prim_uv.x)};
+  if (s.kind == SurfaceKind::cylinder) return {around * (kTurn * s.size), s.pole};
+  const auto [sin_polar, cos_polar] = sin_cos(kPi * it.prim_uv.y);
+  return {around * (kTurn * s.size * sin_polar), (outward * cos_polar - s.pole * sin_polar) * (kPi * s.size)};
+}
+
+std::size_t SceneGeometry::triangle_count() const noexcept {
+  std::size_t n = 0;
+  for (const Surface& surface : surfaces) n += surface.planes.size();
+  return n;
+}
+
+std::size_t SceneGeometry::memory_bytes() const noexcept {
+  std::size_t bytes = accel.memory_bytes() + held_by(accel.geometries()) + held(accel.groups());
+  for (const Geometries& group : accel.groups()) bytes += held_by(group);
+  bytes += held(surfaces) + held(groups) + held(instances) + held(moving) + held(deforming) + held(meshes) +
+           held(sphere_shapes) + held(disk_shapes) + held(cylinder_shapes) + held(emitters);
+  for (const MovingInstanceGeometry& instance : moving) bytes += instance.to_world.memory_bytes();
+  for (const Surface& surface : surfaces) bytes += held_by(surface);
+  return bytes;
+}
+
+}  // namespace equaltime
