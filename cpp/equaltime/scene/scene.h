@@ -81,9 +81,9 @@ struct Scene {
     return surface.radiance;
   }
   /// Radiance of a light sample at a time, times the emitter's or projector's texture if there is one.
-  [[nodiscard]] Spectrum radiance_of(const LightSample& sample, float time) const noexcept;
+  [[nodiscard]] Spectrum radiance_of(const LightSample<float>& sample, float time) const noexcept;
   /// Radiance of a light sample of a scene in which nothing moves.
-  [[nodiscard]] Spectrum radiance_of(const LightSample& sample) const noexcept;
+  [[nodiscard]] Spectrum radiance_of(const LightSample<float>& sample) const noexcept;
   /// Radiance of a light sample, times the texture that a spot light projects if it has one.
   [[nodiscard]] Spectrum projected(const LightSample<float>& sample) const noexcept;
   /// The emitter of a light sample if its emission has a texture; null otherwise.
