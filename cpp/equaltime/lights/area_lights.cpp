@@ -62,8 +62,9 @@ Vec3f NearView<SphericalRectangle>::point(const SphericalRectangle& view, const 
 }
 
 template <class View>
-ViewPoint<float> NearView<View>::sample(const Vec3f& corner, const Vec3f& edge_x, const Vec3f& edge_y, Vec3f receiver,
-                                        Point2f u, ViewPoint<float> otherwise) noexcept {
+ViewPoint<float> NearView<View>::sample(bool near, const Vec3f& corner, const Vec3f& edge_x, const Vec3f& edge_y,
+                                        Vec3f receiver, Point2f u, ViewPoint<float> otherwise) noexcept {
+  if (!near) return otherwise;
   const auto view = of(corner, edge_x, edge_y, receiver);
   if (!view) return otherwise;
   return {point(*view, corner, edge_x, edge_y, receiver, u), static_cast<float>(view->solid_angle())};

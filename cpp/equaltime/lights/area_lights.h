@@ -1,7 +1,7 @@
 // Lights that are surfaces: triangles, rectangles, spheres, disks.
 // Near a light its solid angle is sampled; further away, where the two hardly differ in variance, its area, which costs
 // less. One function of shape and receiver decides which, for `sample` and `pdf` alike.
-// A light of lanes is one light a lane. What scenes ask of lights when they are made is for single lights alone.
+// Lanes have a light each. The functions of loading (power, bounds, placed) exist for single lights only.
 #pragma once
 
 #include <optional>
@@ -48,7 +48,7 @@ struct ViewPoint {
   Real solid_angle;
 };
 
-/// A flat light, given by a corner and two edges, as one path sees it from a near receiver: by its solid angle.
+/// The solid angle of a flat light, given by a corner and two edges, for one path with a near receiver.
 template <class View>
 struct NearView {
   /// Nothing if the view is too small for float64: then the area is sampled.
@@ -57,8 +57,8 @@ struct NearView {
   /// A point of the light, uniform over the view.
   [[nodiscard]] static Vec3f point(const View& view, const Vec3f& corner, const Vec3f& edge_x, const Vec3f& edge_y,
                                    Vec3f receiver, Point2f u) noexcept;
-  /// Such a point, or the other one if there is no view.
-  [[nodiscard]] static ViewPoint<float> sample(const Vec3f& corner, const Vec3f& edge_x, const Vec3f& edge_y,
+  /// Such a point; the other one if the receiver is not near, or if there is no view.
+  [[nodiscard]] static ViewPoint<float> sample(bool near, const Vec3f& corner, const Vec3f& edge_x, const Vec3f& edge_y,
                                                Vec3f receiver, Point2f u, ViewPoint<float> otherwise) noexcept;
   /// Density of these points; 0 if there is no view.
   [[nodiscard]] static float pdf(const Vec3f& corner, const Vec3f& edge_x, const Vec3f& edge_y,
@@ -84,9 +84,8 @@ class TriangleLight {
     if (none(front)) return std::nullopt;
     const Real s = sqrt(u.x);
     ViewPoint<Real> v{v0_ + e1_ * (1 - s) + e2_ * (s * u.y), 0};
-    v = where(
-        is_near(receiver), [&] { return for_each_lane<Real>(NearView<View>::sample, v0_, e1_, e2_, receiver, u, v); },
-        [&] { return v; });
+    if (Mask<Real> near = is_near(receiver); any(near))
+      v = for_each_lane<Real>(NearView<View>::sample, near, v0_, e1_, e2_, receiver, u, v);
     return {flat_sample(receiver, {v.point, normal_, offset_}, height, radiance_, area_, v.solid_angle, pmf), front};
   }
   [[nodiscard]] Real pdf(Vec3<Real> receiver, Vec3<Real> wi, Vec3<Real> point) const noexcept;
@@ -101,6 +100,7 @@ class TriangleLight {
   template <class Flat>
   friend class TexturedAreaLight;
   using View = SphericalTriangle;
+  // For the textured light, which takes one path at a time.
   [[nodiscard]] std::optional<View> near_view(Vec3f receiver) const noexcept {
     return NearView<View>::of(v0_, e1_, e2_, receiver);
   }
@@ -134,10 +134,8 @@ class RectangleLight {
     const Mask<Real> front = height > offset_;
     if (none(front)) return std::nullopt;
     ViewPoint<Real> v{corner_ + edge_x_ * u.x + edge_y_ * u.y, 0};
-    v = where(
-        is_near(receiver),
-        [&] { return for_each_lane<Real>(NearView<View>::sample, corner_, edge_x_, edge_y_, receiver, u, v); },
-        [&] { return v; });
+    if (Mask<Real> near = is_near(receiver); any(near))
+      v = for_each_lane<Real>(NearView<View>::sample, near, corner_, edge_x_, edge_y_, receiver, u, v);
     return {flat_sample(receiver, {v.point, normal_, offset_}, height, radiance_, area_, v.solid_angle, pmf), front};
   }
   [[nodiscard]] Real pdf(Vec3<Real> receiver, Vec3<Real> wi, Vec3<Real> point) const noexcept;
@@ -150,6 +148,7 @@ class RectangleLight {
   template <class Flat>
   friend class TexturedAreaLight;
   using View = SphericalRectangle;
+  // For the textured light, which takes one path at a time.
   [[nodiscard]] std::optional<View> near_view(Vec3f receiver) const noexcept {
     return NearView<View>::of(corner_, edge_x_, edge_y_, receiver);
   }
@@ -421,8 +420,9 @@ Optional<LightSample<Real>> SphereLight<Real>::sample(Vec3<Real> receiver, Point
       });
   const Vec3<Double<Real>> direction = BasicFrame<Double<Real>>::from_normal(axis).to_world(drawn.local);
   const Vec3<Double<Real>> outward = normalize(direction * drawn.along - to_center);
-  const Vec3<Real> normal(outward * select(inward_, Double<Real>(-1), Double<Real>(1)));
-  const Vec3<Real> point(center_ + outward * radius_);
+  const Double<Real> side = where(
+      inward_, [] { return Double<Real>(-1); }, [] { return Double<Real>(1); });
+  const Vec3<Real> normal(outward * side), point(center_ + outward * radius_);
   return {{Vec3<Real>(direction),
            radiance_,
            drawn.pdf * pmf,
