@@ -14,7 +14,7 @@ namespace equaltime {
 
 namespace {
 
-/// What a camera ray is stopped by, from 0 to 1. Where media may scatter it, that is sampled.
+/// Fraction of a camera ray's light that is stopped, in [0, 1]. Scattering in media is sampled.
 template <Effects E>
 double opacity(const Scene& scene, Ray ray, const Sampler& sampler, float time) noexcept {
   Spectrum through(1);

@@ -1,5 +1,5 @@
-// How opaque each pixel is: the share of its paths that meet something. Light from all around is nothing, and so are
-// emitters that the scene hides; masks and surfaces that are nothing count for what they do not let through.
+// Alpha of each pixel: the fraction of its camera rays that a surface or medium stops. The environment and hidden
+// emitters stop none. Masks and null surfaces stop the fraction that they do not transmit.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
-// Where the light of an image comes from: the very paths of a render, each contribution to their radiance also added to
-// what brought it. Four ways to part the whole, each of which adds up to it: by the length of the path; by how the
-// light was found; by the last BSDF that scattered it; by the light.
+// Breakdown of an image's light. It traces the paths of a render, and groups each contribution four times: by the
+// length of the path, by the sampling technique, by the last BSDF, and by the light. Each grouping adds up to the
+// image.
 #pragma once
 
 #include <functional>
@@ -36,7 +36,7 @@ class BreakdownParts {
   [[nodiscard]] std::uint32_t light(std::uint32_t number) const noexcept { return light_part_[number]; }
   [[nodiscard]] std::uint32_t count() const noexcept { return static_cast<std::uint32_t>(names_.size()); }
 
-  /// What a part is, such as {"length", "3"}, {"light", "shape 12"}: lights by their shape, others by their order.
+  /// Names of a part, such as {"length", "3"}, {"light", "shape 12"}: lights by their shape, others by their order.
   struct Name {
     std::string kind, what;
   };

@@ -1,4 +1,4 @@
-// Replay: one sample of a render once more, through the same estimator, keeping every factor of it. Everything is in
+// Replay: traces one sample of a render again with the same estimator, and keeps every factor of it. Everything is in
 // normalised space and units (math/normalization.h).
 #pragma once
 
@@ -22,7 +22,7 @@ struct TracedLight {
   Spectrum radiance = {};  // of the sample
 };
 
-/// The emitter that a ray has met.
+/// The emitter that a ray hit.
 struct TracedEmitter {
   std::uint32_t light;
   Spectrum radiance;
@@ -30,7 +30,7 @@ struct TracedEmitter {
   Spectrum gathered;
 };
 
-/// How a path goes on.
+/// The sampled direction in which a path goes on.
 struct TracedScattering {
   const char* bsdf;  // in Mitsuba's words
   Interaction it;    // with the frame after normal mapping
@@ -49,8 +49,8 @@ struct TracedVertex {
   std::optional<TracedEmitter> emitter;
   std::optional<TracedLight> light;
   std::optional<TracedScattering> scattering;  // none where nothing is scattered: the path ends or passes straight on
-  Spectrum left = {};                          // of the throughput, by the medium that the ray came through
-  bool in_medium = false;                      // where it was scattered, so that there is no surface
+  Spectrum left = {};                          // transmittance weight of the medium that the ray crossed
+  bool in_medium = false;                      // the medium scattered the path here; there is no surface
   int faults = 0;          // floating-point ones from the ray's sending on, of <cfenv>; the first's, also before
   std::size_t length = 1;  // of the path, in rays
   std::optional<std::size_t> from = {};  // the vertex that the ray left; none at the camera

@@ -1,6 +1,6 @@
-// What specular surfaces do to light, found before a render knows it: which lamps pixels see in mirrors and through
-// glass, and how small the lamps are that such surfaces may focus. Chains of specular vertices alone are followed: a
-// vertex is specular if the direction that its BSDF draws is discrete, or nearly so.
+// Effects of specular surfaces, measured before a render: the emitters that pixels see in mirrors and through glass,
+// and the smallest emitters that such surfaces may focus. Chains of specular vertices alone are followed: a vertex is
+// specular if the direction that its BSDF draws is discrete, or nearly so.
 #pragma once
 
 #include <cstdint>

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kChunk = 64;  // pixels that a worker takes at once
 
-/// Sees surfaces where rays meet them, but nothing on the way to a light.
+/// Traces no shadow rays: every light is visible.
 struct WithoutShadows : PathObserver {
   static constexpr bool sees_shadows = false;
 };

@@ -1,5 +1,5 @@
-// What a pixel whose samples were all black could have received: its paths once more, with nothing between a vertex and
-// the light that it aims at. Zero means that no light faces what the path met; more is a bound of what may be hidden.
+// Unoccluded direct light of pixels whose samples were all black: their paths are traced again without shadow rays.
+// Zero means that no light faces any vertex. A positive value estimates how much light occluders may hide.
 #pragma once
 
 #include <cstdint>

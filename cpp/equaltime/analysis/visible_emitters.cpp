@@ -13,7 +13,7 @@ namespace {
 /// In pixels: what reaches further spreads a lamp so thin that it is no small one.
 constexpr double kWidestFilter = 16;
 
-/// A point of a lamp as a ray through the film meets it.
+/// A point of an emitter, connected to the camera.
 struct CameraConnection {
   FilmPoint place;
   Spectrum radiance;
@@ -59,7 +59,7 @@ bool is_near(const Window& window, const Scene& scene, const FilmPoint& place) n
   return within(place.x, window.x, window.width) && within(place.y, window.y, window.height);
 }
 
-/// What the ray through the place sees if nothing is before the light of a sample.
+/// Radiance of the light sample along the camera ray through a film position; black if it is occluded.
 Spectrum seen(const Scene& scene, const FilmPoint& place, Point2f lens, const LightSample<float>& light,
               float time) noexcept {
   const Ray ray = camera_ray<kAllEffects>(

@@ -9,7 +9,7 @@
 
 namespace equaltime {
 
-/// What samples of a pixel see of lamps themselves.
+/// Radiance that a pixel sees directly from emitters.
 struct LampsOfPixel {
   double mean[3] = {}, mean_square[3] = {};  // of each channel, in the user's units
   std::uint32_t points = 0;                  // of lamps, of which these are made

@@ -31,6 +31,8 @@ struct Field {
   Value Description::*value;
   Range range = {};
 };
+template <class Description, class Value>
+Field(const char*, Value Description::*, Range = {}) -> Field<Description, Value>;  // Clang 14 needs to be told
 
 /// A parameter that a texture may give: `set` is a member of the model, or a function of it and the value.
 template <class Value, class Set>

@@ -14,8 +14,7 @@ namespace equaltime {
 
 namespace {
 
-/// The model that a description is of; one of what is no model is never asked for its light: nothing passes all
-/// through, and of a mixture one part is picked.
+/// The model of a description. Null materials and mixtures get a placeholder that is never evaluated.
 Bsdf make_bsdf(const BsdfDescription& description, BsdfTables& tables) {
   std::optional<Bsdf> made;
   const auto make = [&]<class Model>(std::type_identity<Model>) {
@@ -35,7 +34,7 @@ Bsdf make_bsdf(const BsdfDescription& description, BsdfTables& tables) {
   return made.value_or(Diffuse<float>({}));
 }
 
-/// Where a model has a parameter that textures may give.
+/// Slot of a model's parameter that may have a texture.
 struct Slot {
   std::uint32_t index;
   bool azimuthal;
@@ -93,7 +92,7 @@ bool is_flat(const NormalMapDescription& b, const Texture& texture) noexcept {
   return color && 2 * color->r - 1 == 0 && 2 * color->g - 1 == 0 && 2 * color->b - 1 > 0;
 }
 
-/// What a material takes from its parts, which come before it.
+/// Sets the flags that a material takes from its parts. Parts come before it.
 void complete(std::vector<Material>& materials, std::uint32_t index) {
   Material& m = materials[index];
   m.textured = !m.bindings.empty() || m.normal_map;

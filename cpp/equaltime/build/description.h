@@ -71,7 +71,7 @@ struct PhaseLobeDescription {
   double g = 0;
   bool rayleigh = false;  // instead of g's law
 };
-/// What is between surfaces, the same everywhere; scatters by Henyey and Greenstein's law if nothing else is said.
+/// A homogeneous medium. Its phase function is Henyey and Greenstein's unless `lobes` says otherwise.
 struct MediumDescription {
   Vec3d sigma_t{1, 1, 1};                        // extinction per unit of length; where there is none, vacuum
   Vec3d albedo{0.75, 0.75, 0.75};                // the part of it that is scattering
@@ -81,13 +81,13 @@ struct MediumDescription {
 
 // --- Shapes -------------------------------------------------------------------------------------------------------
 
-/// What all shapes share. A side without a BSDF absorbs what reaches it; radiance leaves from the front side only.
+/// Surface properties of every shape. A side without a BSDF absorbs all light. Only the front side emits.
 struct SurfaceDescription {
   std::optional<std::uint32_t> front = {}, back = {};  // indices into SceneDescription::bsdfs
   std::optional<Vec3d> radiance = {};
   std::optional<std::uint32_t> exterior = {}, interior = {};  // into its media: what is before the front, and behind
-  std::optional<int> priority = {};  // of what is inside: where bodies that have one overlap, the highest is there
-  std::optional<std::uint32_t> emission = {};  // of the textures, the one that multiplies the radiance, point by point
+  std::optional<int> priority = {};  // of the interior: where such shapes overlap, the highest priority fills the space
+  std::optional<std::uint32_t> emission = {};  // index of a texture that multiplies the radiance
 };
 struct MeshDescription {
   std::vector<Vec3d> vertices;
@@ -177,15 +177,15 @@ struct SceneDescription {
   std::optional<EnvironmentDescription> environment = {};
   std::vector<MediumDescription> media = {};
   std::optional<std::uint32_t> camera_medium = {};  // where the sensor stands; vacuum if not given
-  bool count_null_interfaces = true;  // of paths: going through a surface of nothing is as long as a bounce
-  bool hides_emitters = false;        // from the camera: see transport/hidden_emitters.h
+  bool count_null_interfaces = true;                // whether a null interface counts as a vertex for max_depth
+  bool hides_emitters = false;                      // from the camera: see transport/hidden_emitters.h
   SensorDescription sensor = PerspectiveDescription{};
   std::vector<MotionKey> sensor_keys = {};  // stand for the sensor's to_world, and make it move
   FilmDescription film = {};
   bool keeps_uvs = false;  // of surfaces without textures too
 };
 
-/// Whether all keys say the same.
+/// Whether all keys are equal.
 [[nodiscard]] inline bool stays(const std::vector<MotionKey>& keys) noexcept {
   return std::all_of(keys.begin(), keys.end(),
                      [&](const MotionKey& key) { return key.to_world.m == keys.front().to_world.m; });

@@ -91,7 +91,7 @@ bool stands_in_medium(const SceneDescription& d) noexcept {
   return max_component(d.media[*d.camera_medium].sigma_t) > 0;
 }
 
-/// Where camera rays begin: in a medium, the way to the geometry matters too.
+/// The camera belongs to the bounds: in a medium, its distance to the geometry matters.
 void include_film(Bounds& b, const SceneDescription& d) {
   const Transform& t = placement(d.sensor);
   Bounds film;

@@ -1,6 +1,6 @@
-// Checked samples: the same bits as any kernel's, watched for floating-point faults in our own code. Embree, which
-// raises them on good rays, is left out, and with it the first look at spheres, disks and cylinders, which runs inside
-// it.
+// Checked samples: the same bits as a kernel's, watched for floating-point faults in our own code. Embree is not
+// watched, because it raises faults on good rays; nor are the intersections of spheres, disks and cylinders that Embree
+// calls.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@
 
 namespace equaltime {
 
-/// What becomes of faults: nothing; they are noted, with the sample; or the first ends the process where it happens
-/// (SIGFPE), for a debugger to show.
+/// Handling of floating-point faults: ignore them; check for them and log the samples; or stop the process at the first
+/// one (SIGFPE), for a debugger to show.
 enum class Traps : std::uint8_t { ignore, check, stop };
 
 /// A sample that raised faults, whatever its value; x, y within the crop.
@@ -21,11 +21,11 @@ struct FaultySample {
   int faults;  // of <cfenv>
 };
 
-/// As the kernels that do not look; slower than these.
+/// Renders a block like Kernel::render, but slower.
 void render_checked(const BlockTask& task, Traps traps, Film& film, RayCounter& counter,
                     SampleLog<NonFinite>& nonfinite, SampleLog<FaultySample>& faulty);
 
-/// In words, joined with commas.
+/// Names of the faults, joined with commas.
 [[nodiscard]] std::string fault_names(int faults);
 
 }  // namespace equaltime

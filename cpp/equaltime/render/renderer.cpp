@@ -13,13 +13,13 @@ namespace equaltime {
 
 namespace {
 
-/// A pass adds at most so many samples to a pixel, so that a block is short and a stop is prompt.
+/// Most samples that a pass adds to a pixel: blocks stay short, and a stop is prompt.
 constexpr std::uint64_t kPassSamples = 16;
-/// But a small film takes more, up to so many paths in all: starting thousands of passes takes longer than they do.
+/// Paths of a pass over a small film, which adds more samples to a pixel: starting passes must not dominate the time.
 constexpr std::uint64_t kPassPaths = 4096;
 
-/// A copy of a block of the film and of its ray counts, to be put back where a path is given up or an exception ends
-/// the block.
+/// A copy of a block of the film and its ray counts. It is put back if a path is given up or an exception ends the
+/// block.
 class BlockSnapshot {
  public:
   void keep(const PixelBlock& block, Film& film, SecondNets& second, const std::uint64_t* rays) {
@@ -56,7 +56,7 @@ class BlockSnapshot {
   std::vector<std::uint64_t> rays_;
 };
 
-/// What a strategy calls for, whatever the scene.
+/// Effects of a strategy, whatever the scene.
 Effects effects_of(const Settings& settings) noexcept {
   return {.splitting = settings.roulette == Roulette::efficiency};
 }
@@ -209,7 +209,7 @@ void Renderer::resume(const Counters& so_far, const Position& position) {
   resumed_ = true;
 }
 
-/// One thread's share of a pass: it works on block after block, and adds what it counted to the renderer in the end.
+/// One thread's part of a pass. It renders blocks, and adds its counters and logs to the renderer at the end.
 class Renderer::Worker {
  public:
   Worker(Renderer& renderer, Stop& stop, std::mutex& merge) noexcept : renderer_(renderer), merge_(merge) {
@@ -224,8 +224,8 @@ class Renderer::Worker {
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
 
-  /// Brings a block to the pass's samples. Where a path is given up, or by an exception, which is thrown on, the block,
-  /// the counters and the logs are as they were, and the block is to be done again.
+  /// Renders the pass's samples of a block. If a path is given up or an exception is thrown, restores the block, the
+  /// counters and the logs, and queues the block again. Rethrows the exception.
   void add_samples(std::size_t block) {
     const BlockTask task = renderer_.task(block);
     const Counters counters = counter_.counters;

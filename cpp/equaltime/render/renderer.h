@@ -1,7 +1,7 @@
-// Renderer: brings the film to a number of samples, in passes of ordered blocks over a fixed set of threads.
-// A worker owns a block, hence its pixels, for a pass; what is in the film never depends on who did it or when.
-// A Renderer has one caller at a time: nothing of it may be called, and its film not be read, while `advance` runs on
-// another thread. Requesting a stop by the token is the exception. Any number of Renderers may share a scene.
+// Renderer: renders samples into a film, in passes over ordered blocks of pixels, with a fixed set of threads. One
+// thread owns a block during a pass. The film never depends on which thread rendered a block, or when. A Renderer has
+// one caller at a time: while `advance` runs, no other thread may call it or read its film. Only requesting a stop by
+// the token is allowed. Any number of Renderers may share a scene.
 #pragma once
 
 #include <memory>
@@ -22,8 +22,8 @@ struct RenderOptions {
   unsigned threads = 0;          // 0: as many as the machine has
   std::uint32_t tile = 16;       // pixels along a block's side
   std::uint32_t replicates = 2;  // of the film
-  std::uint32_t nets = 2;        // of each pixel: as many as replicates, or one, whose halves are the replicates then
-  std::uint32_t second_net = 0;  // with one net, one of so many pixels has a second one (`SecondNets`); 0: none has
+  std::uint32_t nets = 2;        // per pixel: one per replicate, or 1: then its halves are the replicates
+  std::uint32_t second_net = 0;  // with one net: one of this many pixels has a second net (`SecondNets`); 0: none
   bool pixel_rays = false;       // count the rays of every pixel
   Effects also = {};             // further effects for the kernel to support, to measure what they cost
   Traps traps = Traps::ignore;   // of floating-point faults
@@ -35,11 +35,11 @@ class Renderer {
 
   /// Brings every pixel to `samples`. Returns whether every pixel has its samples.
   ///
-  /// Ends early, between blocks, when `seconds` have passed, or when `poll` (called about every 50 ms by the calling
-  /// thread) returns false or throws, which is thrown on. A path of a thousand segments is not waited for: its block
-  /// begins anew then. After `pause` seconds the call ends early too, but every worker has finished a block then, so
-  /// that a caller who goes on comes to the end. An exception of a worker, such as std::bad_alloc, is thrown on. In
-  /// each of these cases the next call takes up where this one ended; no sample is lost or counted twice.
+  /// Ends early, between blocks, when `seconds` have passed, or when `poll` returns false or throws; the calling thread
+  /// calls it about every 50 ms. A path of 1024 or more segments is abandoned, and its block is rendered again later.
+  /// After `pause` seconds the call ends early too, but every worker has finished a block by then: repeated calls make
+  /// progress. Exceptions of `poll` and of workers, such as std::bad_alloc, are rethrown. In each of these cases the
+  /// next call continues where this one ended; no sample is lost or counted twice.
   bool advance(std::uint64_t samples, std::optional<double> seconds = {}, const Poll& poll = {},
                std::optional<double> pause = {});
 
@@ -47,8 +47,8 @@ class Renderer {
   /// was requested before the call renders nothing.
   bool advance(std::uint64_t samples, std::stop_token cancel, std::optional<double> seconds = {});
 
-  /// Where the passes stand: every pixel has `done` samples, and in the blocks before `next_block` it has `target`, but
-  /// for those that were given up.
+  /// Progress of the passes: every pixel has `done` samples. In blocks before `next_block` it has `target` samples,
+  /// unless the block was given up.
   struct Position {
     std::uint64_t done = 0, target = 0;
     std::size_t next_block = 0;
@@ -70,7 +70,7 @@ class Renderer {
 
   /// The settings with the roulette and the splitting map that a pilot chose. The first call renders the pilot.
   [[nodiscard]] const Settings& settings();
-  /// What was decided; null until then, or where there was nothing to decide.
+  /// The pilot's decision; null before it is made, or if none was needed.
   [[nodiscard]] const RouletteDecision* decision() const noexcept { return decision_ ? &*decision_ : nullptr; }
   [[nodiscard]] Film& film() noexcept { return film_; }
   [[nodiscard]] SecondNets& second_nets() noexcept { return second_; }
@@ -101,7 +101,7 @@ class Renderer {
   Settings settings_;
   RenderOptions options_;
   unsigned threads_;
-  Effects need_;  // of the scene and of whoever made this
+  Effects need_;  // effects of the scene and of RenderOptions
   const Kernel* kernel_;
   std::optional<RouletteDecision> decision_;  // holds what the settings point to, in every copy
   bool resumed_ = false;

@@ -13,22 +13,23 @@ namespace equaltime {
 
 namespace {
 
-constexpr double kPixelsABlock = 2;  // of the pilot, on average
-constexpr double kImagePixels = 4;   // as many pilot pixels as the whole picture counts for in a block
-constexpr double kMostShare = 0.05;  // of a sum over the pilot that one of its pixels makes up
-constexpr std::size_t kParts = 8;    // of the pilot; each is judged by copies that the others chose
+constexpr double kPixelsABlock = 2;  // mean number of pilot pixels per block
+constexpr double kImagePixels = 4;   // weight of the whole image in a block's mean, in pilot pixels
+constexpr double kMostShare = 0.05;  // largest fraction of a sum over the pilot that one pixel may contribute
+constexpr std::size_t kParts = 8;    // of the pilot; each part is judged with the copies that the others chose
 constexpr double kCopies = SplittingPilot::kCopies;
-/// Pixels of the smallest film for which splitting is decided automatically: the pilot of a smaller one meets too few
-/// of the pixels that make most of the noise, such as the edges of lamps.
+/// Pixels of the smallest film for which splitting is decided automatically. The pilot of a smaller film contains too
+/// few of the noisiest pixels, such as the edges of lamps.
 constexpr std::uint64_t kLeastFilmPixels = 65536;
-/// Time of a ray in kernels that fork over that in the others: the median of 13 scenes (1.02 to 1.24).
+/// Time per ray of kernels with splitting, relative to kernels without: median of 13 scenes (1.02 to 1.24).
 constexpr double kForkingRay = 1.1;
-/// Variance times rays that splitting leaves with the lattice over what the pilot tells, whose few samples fill none:
-/// the median of 5 scenes (0.87 to 1.01), at 64 samples a pixel.
+/// Variance × rays with splitting and the lattice, relative to the pilot's prediction: median of 5 scenes (0.87
+/// to 1.01) at 64 samples a pixel. The pilot cannot see the lattice's gain, because its few samples do not fill a
+/// lattice.
 constexpr double kLattice = 0.92;
 
-/// The largest number t such that no value, cut off at t, is more than kMostShare of the sum of all that are, and of
-/// what stands `beside` them: a rare bright path in one pixel of the pilot must not speak for the picture.
+/// Largest t such that min(value, t) of any pixel is at most kMostShare × (`beside` + the sum of min(value, t)). The
+/// bound keeps a rare bright path in one pilot pixel from deciding for the whole image.
 double bound_of(const std::vector<PilotPixel>& pixels, double PilotPixel::*value, double beside) {
   double t = 0;
   for (const PilotPixel& p : pixels) t = std::max(t, p.*value);
@@ -45,8 +46,8 @@ void bound(std::vector<PilotPixel>& pixels, double PilotPixel::*value, double be
   for (PilotPixel& p : pixels) p.*value = std::min(p.*value, most);
 }
 
-/// Cuts off what single pixels say of each quantity. The light of emitters that the camera sees is noise in few pixels,
-/// at their edges, so that it is measured by the whole variance: by itself nothing would be left of it.
+/// Bounds each quantity of each pixel. Emitters that the camera sees are noisy in few pixels, at their edges, so their
+/// variance is bounded relative to the whole variance. Relative to its own sum, almost nothing of it would remain.
 void bound(std::vector<PilotPixel>& pixels) {
   for (const auto value : {&PilotPixel::one, &PilotPixel::all, &PilotPixel::within}) bound(pixels, value);
   double scattered = 0;
@@ -57,8 +58,8 @@ void bound(std::vector<PilotPixel>& pixels) {
 /// Sums over pixels.
 struct Seen {
   double pixels = 0, variance = 0;  // with one copy
-  double scattered = 0, own = 0;    // of it: what is scattered, and what each copy has by itself
-  double deviation = 0;             // among the copies: of roots, since a few pixels hold most of the squares
+  double scattered = 0, own = 0;    // part of `variance`: of scattered light; removed by infinitely many copies
+  double deviation = 0;             // among copies; a few pixels would dominate a sum of variances
   double rays_shared = 0, rays_copy = 0;
 
   Seen() = default;
@@ -111,8 +112,8 @@ class Blocks {
   std::vector<Seen> seen_;
 };
 
-/// Variance of a copy by itself in each block: in proportion to the square of the deviation among copies. A sampler
-/// that fills its strata leaves less of it than copies show, hence the sum is what splitting takes away.
+/// Variance of a single copy in each block, in proportion to the squared deviation among copies. A stratified sampler
+/// leaves less variance than copies show, so the sum is scaled to the variance that splitting removes.
 std::vector<double> variances_of_copy(const std::vector<Seen>& blocks, const Seen& image) {
   std::vector<double> variances;
   double sum = 0;
@@ -122,8 +123,9 @@ std::vector<double> variances_of_copy(const std::vector<Seen>& blocks, const See
   return variances;
 }
 
-/// The numbers of copies for which a block's variance of a copy, over its rays, is as many squares of the copies as the
-/// image's variance over its rays, which the copies make: a fixed point.
+/// Returns each block's number of copies n = sqrt((v / r) / (V / R)), as a power of two. v and r are the variance and
+/// rays of one copy in the block. V and R are those of the image; they depend on all n, so the loop iterates to a fixed
+/// point.
 std::vector<std::uint32_t> worthwhile_copies(const std::vector<Seen>& blocks, const Seen& image) {
   const std::vector<double> of_copy = variances_of_copy(blocks, image);
   double shared = image.variance / image.pixels * static_cast<double>(blocks.size());
@@ -146,8 +148,8 @@ std::vector<std::uint32_t> worthwhile_copies(const std::vector<Seen>& blocks, co
   return log2_copies;
 }
 
-/// Variance and rays over pixels, as they are and with copies. More copies than the pilot's own cannot leave less than
-/// their share of what those left: differences of noisy sums could.
+/// Sums of variance and rays, without and with splitting. The variance predicted for more copies than the pilot's has a
+/// lower bound, because it is a difference of noisy sums.
 struct Judged {
   double variance = 0, saved = 0, least = 0, rays = 0, rays_split = 0;
 
@@ -164,7 +166,7 @@ struct Judged {
   }
 };
 
-/// Pixels of a pilot, bounded, with the numbers of their parts: squares stay whole, as their pixels know each other.
+/// Bounded pixels of a pilot with their parts. A square stays in one part, because its pixels share their mean.
 struct Parts {
   std::vector<PilotPixel> pixels;
   std::vector<std::size_t> part;
@@ -174,7 +176,7 @@ struct Parts {
       for (const PilotPixel& p : pilot.squares[i]) pixels.push_back(p), part.push_back(i % kParts);
     bound(pixels);
   }
-  /// Copies by all parts but one; by all if that is none of them.
+  /// Numbers of copies chosen from all parts but `left_out`; from all parts if it is kParts.
   [[nodiscard]] SplittingMap fitted(const FilmDescription& film, std::size_t left_out) const {
     Seen image;
     Blocks blocks(film, pixels.size());

@@ -1,6 +1,6 @@
-// Splitting pilot: pixels rendered with one copy of each path and with four, to see what splitting does to the noise
-// and to the rays of an image. Its pixels and numbers are its own: none of its samples is in an image, and it depends
-// on the scene and the strategy alone, not on the crop, the seed, the threads or what was rendered before.
+// Splitting pilot: pixels rendered with one copy of each path and with four, to measure how splitting changes noise and
+// ray counts. No image contains the pilot's samples. The pilot depends on the scene and the strategy, never on crop,
+// seed, threads or earlier renders.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,8 @@ struct Scene;
 struct Settings;
 class Stop;
 
-/// One pixel of the pilot. Variances are those of the mean of its samples, averaged over RGB and divided by the square
-/// of the pixel and of a tenth of the picture's mean, as in the error of an image.
+/// One pixel of the pilot. Each variance is the variance of the mean of the pixel's samples, averaged over RGB. It is
+/// divided by (mean around the pixel)² + (a tenth of the image's mean)², as in the error of an image.
 struct PilotPixel {
   std::uint32_t x = 0, y = 0;             // in the full film
   double seen = 0;                        // of the light of emitters that the camera sees, which splitting leaves alone

@@ -22,8 +22,8 @@ Vec3f DeformingMesh::tangent(std::uint32_t primitive, const std::array<Vec3f, 3>
   return triangle_tangent(corners, uvs);
 }
 
-/// Embree interpolates in float32: four roundings of what is as large as the larger of both vertices, and one of the
-/// time for each part of the shutter, times how far they are apart.
+/// The offset covers Embree's interpolation in float32: four roundings of a coordinate as large as the larger vertex,
+/// and per part of the shutter one rounding of the time, times the vertex's motion.
 TrianglePlane DeformingMesh::plane(std::uint32_t primitive, float time) const noexcept {
   const auto [v0, v1, v2] = corners(primitive, time);
   TrianglePlane plane = triangle_plane(v0, v1, v2);

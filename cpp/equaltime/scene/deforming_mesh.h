@@ -1,5 +1,5 @@
-// DeformingMesh: a mesh whose vertices and normals change evenly between evenly spaced times. Embree finds the
-// triangle; here it is made anew, as it is at the time, in float64.
+// DeformingMesh: a mesh whose vertices and normals change linearly between evenly spaced times. Embree finds the
+// triangle; DeformingMesh interpolates it at the ray's time, in float64.
 #pragma once
 
 #include <array>
@@ -20,13 +20,13 @@ struct DeformingMesh {
   }
   /// The normals of its vertices, of any length.
   [[nodiscard]] std::array<Vec3f, 3> normals_of(std::uint32_t primitive, float time) const noexcept;
-  /// How the point moves with u on a triangle that has these corners.
+  /// Derivative of the point by u on a triangle with these corners.
   [[nodiscard]] Vec3f tangent(std::uint32_t primitive, const std::array<Vec3f, 3>& corners) const noexcept;
-  /// The plane of its corners, which lie as far from those of Embree, at the most, as its offset allows for.
+  /// The plane of the corners at a time. Its offset bounds the distance to Embree's own interpolated corners.
   [[nodiscard]] TrianglePlane plane(std::uint32_t primitive, float time) const noexcept;
 };
 
-/// Where a ray meets a triangle at a time. `mesh` is the view of the same mesh at time 0.
+/// Recomputes the hit of a ray on a triangle at a time. `mesh` views the same mesh at time 0.
 template <Effects E>
 [[nodiscard]] detail::SurfacePoint recompute_deforming_hit(const DeformingMesh& deforming, const MeshView& mesh,
                                                            const RayD& ray, std::uint32_t primitive,

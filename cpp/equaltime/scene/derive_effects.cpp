@@ -8,7 +8,7 @@ namespace equaltime {
 
 namespace {
 
-/// What a material calls for, and its parts.
+/// Adds the effects of a material and its parts.
 void add_material(Effects& e, const Scene& scene, std::uint32_t index) noexcept {
   const Material& material = scene.appearance.materials[index];
   e.textures = e.textures || !material.bindings.empty() || material.normal_map;
@@ -42,7 +42,7 @@ Effects derive_effects(const Scene& scene) noexcept {
   e.media = !volumes.media.empty() || nests;
   e.phase_blends = std::any_of(volumes.phases.begin(), volumes.phases.end(),
                                [](const PhaseFunction& phase) { return std::holds_alternative<BlendedPhase>(phase); });
-  e.specular = nests;  // where rough surfaces stand between equal indices
+  e.specular = nests;  // rough surfaces between equal indices are replaced by smooth ones
   e.motion = geometry.moves() || scene.camera.motion;
   e.hidden_emitters = scene.rules.hides_emitters && scene.lights.size() > 0;
   e.lens = !std::holds_alternative<PerspectiveCamera>(scene.camera.sensor);

@@ -1,11 +1,11 @@
-// Where in a scene an area light is.
+// Emitter: the shape and primitive of an area light.
 #pragma once
 
 #include <cstdint>
 
 namespace equaltime {
 
-/// The place of an area light; primitive: a triangle, or the number among spheres, disks or cylinders.
+/// `primitive`: the triangle of a mesh, or the number among all spheres, disks or cylinders.
 struct Emitter {
   std::uint32_t shape, primitive;
 };

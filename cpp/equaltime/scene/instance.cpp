@@ -12,7 +12,7 @@ Vec3d to_vec(const std::array<float, 12>& m, std::size_t column) noexcept {
 Vec3d combined(const Vec3d (&rows)[3], const Vec3d& v) noexcept {
   return {dot(rows[0], v), dot(rows[1], v), dot(rows[2], v)};
 }
-/// |a|×|b| as if no term cancelled another.
+/// |a|×|b| with all terms added, so that none cancels another.
 Vec3d cross_of_sizes(const Vec3d& a, const Vec3d& b) noexcept {
   const Vec3d x = abs(a), y = abs(b);
   return {x.y * y.z + x.z * y.y, x.z * y.x + x.x * y.z, x.x * y.y + x.y * y.x};
@@ -37,7 +37,7 @@ Instance::Instance(const InstanceGeometry& geometry) noexcept
   }
 }
 
-/// What float64 leaves of the same terms, eight of its units each, beside the rounding of the ray to float32.
+/// The same error terms in float64, eight units each, and the rounding of the ray to float32.
 Instance::Instance(std::uint32_t group, const AffineMap& now) noexcept
     : group_(group),
       columns_{now.columns[0], now.columns[1], now.columns[2]},

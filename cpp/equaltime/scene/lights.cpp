@@ -40,7 +40,7 @@ Lights::Lights(std::vector<AreaLight> area, std::vector<DeltaLight> deltas, std:
   }
   tables_[static_cast<std::size_t>(LightSelection::power)] = AliasTable(power);
   distant_ = AliasTable(std::span(power).subspan(distant_begin_));
-  // Uniform among what shines at all: a dark light is never picked.
+  // Uniform among lights of positive power: a dark light is never picked.
   for (double& p : power) p = p > 0 ? 1 : 0;
   tables_[static_cast<std::size_t>(LightSelection::uniform)] = AliasTable(power);
 }
@@ -87,8 +87,8 @@ void Lights::prepare(LightSelection selection, EnvironmentSampling environment) 
   });
 }
 
-// What is infinitely far away stands beside the tree: it gets half of all picks, or every one where no other light may
-// reach the receiver. By its power it would get all but none of them indoors, or leave none to a lamp under the sky.
+// The tree holds finite lights only. Infinite lights get probability 1/2, or 1 if no finite light can reach the
+// receiver. Probabilities by power would starve one side: indoors the infinite lights, under a bright sky the lamps.
 
 Optional<SampledLight> Lights::pick_by_tree(const LightSampleContext& receiver, std::uint64_t bits) const noexcept {
   constexpr int kSpare = 64 - LightTree::kUnitBits;

@@ -1,4 +1,4 @@
-// Lights: all that emits, and how one of it is picked. An emissive triangle is a light of its own.
+// Lights: all emitters, and how one of them is picked. Each emissive triangle is a light of its own.
 #pragma once
 
 #include <algorithm>
@@ -23,15 +23,15 @@
 
 namespace equaltime {
 
-/// Lights that no ray meets: only light sampling finds them.
+/// Lights that no ray can hit: only light sampling finds them.
 using DeltaLight = std::variant<PointLight<float>, SpotLight, DirectionalLight<float>>;
 using Environment = std::variant<ConstantEnvironment, ImageEnvironment>;
 
-/// How a light is picked: all alike; by power; or by the light tree, which looks at the receiver too.
+/// Probability of a light: equal for all, by power, or by the light tree, which also depends on the receiver.
 enum class LightSelection : std::uint8_t { uniform, power, tree };
 
-/// The lights of a scene, numbered: first area lights, then point and spot lights, then what is infinitely far away:
-/// directional lights, and last the environment.
+/// The lights of a scene. Their numbers are in this order: area lights, point and spot lights, directional lights, and
+/// last the environment.
 class Lights {
  public:
   Lights() = default;
@@ -41,11 +41,11 @@ class Lights {
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
   /// The number of the environment, if there is one.
   [[nodiscard]] std::uint32_t last() const noexcept { return size_ - 1; }
-  /// The number of the first that no ray meets: points, spots and directions.
+  /// Number of the first point, spot or directional light: no ray can hit these.
   [[nodiscard]] std::uint32_t first_delta() const noexcept { return deltas_begin_; }
   [[nodiscard]] bool any_power() const noexcept { return !tables_[0].empty(); }
   [[nodiscard]] const std::optional<Environment>& environment() const noexcept { return environment_; }
-  /// What an area light moves with; null if it stays where it is.
+  /// The moving instance that carries an area light; null if the light does not move.
   [[nodiscard]] const MovingInstanceGeometry* moving_instance(std::uint32_t light) const noexcept {
     const MovingLights* lights = moving(light);
     return lights == nullptr ? nullptr : &lights->instance;
@@ -60,11 +60,11 @@ class Lights {
   [[nodiscard]] bool has_deltas() const noexcept { return !deltas_.empty(); }
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
-  /// To be called before the selection is used: makes the tree, once, whoever asks first. Any number of threads may.
+  /// Prepares the tables that a selection needs, once. Call it before `pick`; any number of threads may.
   void prepare(LightSelection selection, EnvironmentSampling environment) const;
 
-  /// One light, picked, then sampled at u as seen from the receiver, as it is at the path's time; pdf includes the
-  /// pick. Nothing if that light shows the receiver no front, which is a sample of value 0.
+  /// Picks one light and samples it at u as seen from the receiver, at the path's time. The pdf includes the pick's
+  /// probability. Nothing if the light's front does not face the receiver: a sample of value 0.
   template <Effects E>
   [[nodiscard]] EQUALTIME_INLINE Optional<LightSample<float>> sample(LightSelection selection,
                                                                      EnvironmentSampling environment,

@@ -21,7 +21,7 @@ std::optional<Spectrum> constant(const Texture& texture) noexcept {
 
 const Bsdf& Material::at(const std::vector<Texture>& textures, const TextureCoords& place,
                          std::optional<Bsdf>& made) const noexcept {
-  // The model alone is copied: a Bsdf is as large as the largest of them, which is mostly another.
+  // Copies the model, not the variant, which is as large as its largest model.
   return visit<kAllEffects>(bsdf, [&](auto model) noexcept -> const Bsdf& {
     give(model, bindings, textures, place);
     return made.emplace(model);

@@ -1,6 +1,6 @@
-// Material: what a side of a surface is made of: a leaf, with what textures say about it; nothing; or a mixture of two.
-// Made at a point: one part of a mixture is picked, its leaf copied and its bound parameters set. A leaf without
-// textures costs no copy.
+// Material of one side of a surface: a leaf (a BSDF with its textures), a null material, or a mixture of two materials.
+// At a point, one part of a mixture is picked. The BSDF of a leaf with textures is copied, and its parameters are set
+// from them; a leaf without textures is not copied.
 #pragma once
 
 #include <optional>
@@ -29,31 +29,31 @@ struct Material {
 
   enum class Kind : std::uint8_t { leaf, nothing, mixture };
 
-  Bsdf bsdf;  // of a leaf, as it is where no texture speaks
+  Bsdf bsdf;  // of a leaf, before its textures are applied
   std::vector<Binding> bindings = {};
   std::optional<NormalMap> normal_map = {};
   Kind kind = Kind::leaf;
-  // Of the material or any part of it:
+  // True if it holds for the material or any part of it:
   bool textured = false;
-  bool anisotropic = false;          // looks at the azimuth of directions, so that the shading frame's tangent matters
-  bool passes = false;               // may let light pass straight on: nothing, and glass without thickness
+  bool anisotropic = false;          // the BSDF depends on the shading frame's tangent
+  bool passes = false;               // null material or thin glass: light may pass straight through
   std::uint32_t parts[2] = {0, 0};   // of a mixture
-  float weight = 0;                  // of the second part, where no texture speaks
+  float weight = 0;                  // of the second part, if no texture gives it
   std::optional<float> cutoff = {};  // see MixtureDescription
 
-  /// The leaf as the textures make it at a place, which is put in `made`.
+  /// The leaf's BSDF with its textures looked up at a point; `made` stores it.
   const Bsdf& at(const std::vector<Texture>& textures, const TextureCoords& place,
                  std::optional<Bsdf>& made) const noexcept;
   /// Weight of the second part of a mixture at a point.
   [[nodiscard]] float weight_at(const std::vector<Texture>& textures, const TextureCoords& place) const noexcept;
 };
 
-/// The material itself, or the only part of a mixture that is ever picked.
+/// Index of the material itself or, if a mixture always picks the same part, of that part.
 [[nodiscard]] std::uint32_t resolve_constant_blend(const std::vector<Material>& materials,
                                                    std::uint32_t index) noexcept;
 /// Weight of the second part of a mixture: `value` clamped to [0, 1], or 0 or 1 by the cutoff.
 [[nodiscard]] float as_weight(float value, std::optional<float> cutoff) noexcept;
-/// Gives the model what textures say about its parameters, at a place.
+/// Sets the parameters of a model that have textures, at a point.
 template <class Model>
 void give(Model& model, std::span<const Material::Binding> bindings, const std::vector<Texture>& textures,
           const TextureCoords& at) noexcept {
@@ -72,6 +72,6 @@ void give(Model& model, std::span<const Material::Binding> bindings, const std::
   if constexpr (requires { model.derive(); }) model.derive();
 }
 
-/// The colour of a texture that has one only.
+/// The colour of a texture that is constant; nothing for others.
 [[nodiscard]] std::optional<Spectrum> constant(const Texture& texture) noexcept;
 }  // namespace equaltime

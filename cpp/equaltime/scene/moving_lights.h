@@ -17,8 +17,8 @@ using AreaLights = TypeList<TriangleLight<float>, SphereLight<float>, DiskLight<
 using AreaLight = AreaLights::Variant;
 
 struct MovingLights {
-  std::uint32_t first;           // of them among all lights; the others follow
-  std::vector<AreaLight> local;  // no rectangles, which may become parallelograms
+  std::uint32_t first;           // number of the first of these lights; the others follow
+  std::vector<AreaLight> local;  // in the instance's space; no rectangles: motion may make parallelograms of them
   MovingInstanceGeometry instance;
 
   /// Shutter time at which light selection sees a moving light: it does not know the time of a path.
@@ -26,7 +26,7 @@ struct MovingLights {
 
   [[nodiscard]] bool has(std::uint32_t light) const noexcept { return light - first < local.size(); }
   [[nodiscard]] AreaLight at(std::uint32_t light, float time) const noexcept;
-  /// The sample with the distance from its surface that a ray to what moves needs.
+  /// The sample with its offset enlarged for the error of a moving instance's transform.
   [[nodiscard]] Optional<LightSample<float>> with_offset(Optional<LightSample<float>> sample,
                                                          float time) const noexcept;
   /// Bounds of a light over the whole shutter.

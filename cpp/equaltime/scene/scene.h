@@ -26,14 +26,14 @@ struct Appearance {
   bool lets_light_pass = false;  // shadow rays may pass straight through some surface
 };
 
-/// What fills space: participating media, and dielectrics that overlap.
+/// Participating media, and dielectrics that overlap.
 struct Volumes {
   std::vector<Medium> media;          // those with extinction
   std::vector<PhaseFunction> phases;  // one per medium
   Nesting nesting;
 };
 
-/// What turns a film position into a ray, and how wide a pixel looks.
+/// The sensor that makes rays, with its motion, pixel filter and film.
 struct Camera {
   Sensor sensor;
   std::optional<CameraMotion> motion;

@@ -9,8 +9,8 @@ namespace {
 
 constexpr float kTurn = 2 * kPi;
 
-/// How the point of a triangle moves with u and v: along its edges with barycentric ones. Where uvs do not tell, as
-/// Frame makes it of the normal, as long as the author's unit. All as in Mitsuba.
+/// Derivatives of a triangle's point by u and v, as in Mitsuba. Without texture coordinates they are the edges. If the
+/// coordinates are degenerate, they are tangents of length `unit`.
 Derivatives on_mesh(const MeshView& mesh, std::uint32_t primitive, const std::array<Vec3f, 3>& corners, const Vec3d& n,
                     float unit) noexcept {
   const Vec3d v0(corners[0]);

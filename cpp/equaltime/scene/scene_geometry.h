@@ -18,7 +18,7 @@
 
 namespace equaltime {
 
-/// How a point moves with its texture coordinates.
+/// Derivatives of a surface point by its texture coordinates.
 struct Derivatives {
   Vec3f du, dv;
 };
@@ -74,8 +74,8 @@ struct SceneGeometry {
   /// The corners of a triangle of a mesh, in the mesh's own space.
   [[nodiscard]] std::array<Vec3f, 3> corners(std::uint32_t mesh, std::uint32_t primitive, float time) const noexcept;
   [[nodiscard]] Derivatives derivatives(const Interaction& it, float time) const noexcept;
-  /// Where textures are looked up for a point of a textured surface. A mesh without texture coordinates uses the
-  /// barycentric coordinates of its triangles.
+  /// Texture coordinates of a point of a textured surface. A mesh without any uses the barycentric coordinates of its
+  /// triangles.
   [[nodiscard]] TextureCoords texture_coords(const Interaction& it) const noexcept {
     return texture_coords(it.shape, it.primitive, it.prim_uv);
   }

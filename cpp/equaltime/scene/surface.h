@@ -1,4 +1,4 @@
-// What a surface is made of, as the path loop reads it: one record a shape.
+// Surface: materials, emission, media and attributes of a shape, as the path loop reads them.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace equaltime {
 
-/// Of a shape without a priority; see scene/nesting.h.
+/// Rank of a surface without a priority; see scene/nesting.h.
 inline constexpr std::uint8_t kNoRank = 255;
 
 enum class SurfaceKind : std::uint8_t { mesh, sphere, disk, cylinder };
@@ -23,7 +23,7 @@ struct Surface {
   Spectrum radiance;                        // leaving the front side, normalised
   std::uint32_t emission = kNone;           // the texture that multiplies it
   std::uint32_t media[2] = {kNone, kNone};  // before the front, behind it; kNone: vacuum
-  bool bounds_media = false;                // a path that leaves it is in one of these; otherwise where it was
+  bool bounds_media = false;                // leaving the surface sets the medium; otherwise it stays unchanged
   std::uint8_t rank = kNoRank;              // of the dielectric inside
   bool flipped = false;                     // front is against the geometric normal (spheres, disks)
   std::vector<TrianglePlane> planes;        // of each triangle (meshes)
@@ -34,13 +34,11 @@ struct Surface {
   bool tangential = false;     // a BSDF looks at the azimuth of directions
   std::uint32_t mesh = kNone;  // its number among the scene's meshes, if it is one
   std::vector<Point2f> uvs;    // one a vertex, or none; of textured meshes only
-  // Of spheres, cylinders and disks: the axis round which azimuth is counted, as long as a cylinder; across it, where
-  // azimuth is 0 and a quarter turn, as long as a disk's radii; and the radius of what is round. The size of a mesh is
-  // its author's unit, in its own space.
-  Vec3f pole, azimuth[2];
-  float size = 0;
-  std::vector<std::vector<Vec3f>> later_normals;  // of a mesh that deforms, as its later vertices
-  std::uint32_t source_shape = kNone;             // another shape, which is how its author knows it: one that moves
+  Vec3f pole;                  // axis of the azimuth; a cylinder's has the cylinder's length
+  Vec3f azimuth[2];            // directions of azimuth 0° and 90°; for a disk, their lengths are its radii
+  float size = 0;              // radius; for a mesh, the length of the author's unit in the mesh's space
+  std::vector<std::vector<Vec3f>> later_normals;  // of a deforming mesh, at the times of its later vertices
+  std::uint32_t source_shape = kNone;             // shape of the description that a moving group's shape stands for
 };
 
 }  // namespace equaltime

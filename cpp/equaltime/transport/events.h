@@ -6,7 +6,7 @@
 
 namespace equaltime {
 
-/// How the ray to the current vertex was made; see transport/gather.h.
+/// Sampling of the ray to the current vertex; see transport/gather.h.
 struct PreviousVertex;
 
 namespace event {
@@ -16,8 +16,7 @@ struct PathStarted {
   float filter_weight;
 };
 
-/// A ray of the path is about to be traced, at a time from 0 to 1, with the throughput that it carries and what the
-/// path has gathered so far.
+/// A ray of the path is about to be traced. `time` is in [0, 1]; `beta` is the throughput, `L` the radiance so far.
 struct RayTraced {
   const Ray& ray;
   float time;
@@ -25,27 +24,27 @@ struct RayTraced {
   Spectrum beta, L;
 };
 
-/// The ray has met this surface, or nothing.
+/// The nearest hit of the ray is known.
 struct RayHit {
   const Ray& ray;
   const Interaction* it;  // null: nothing
 };
 
-/// The ray has come through its medium, which leaves this of its throughput, to the surface that it met or, if the
-/// medium scattered it, to a vertex before.
+/// A distance was sampled in the ray's medium. `beta` is the throughput after it. If `scattered`, the medium scattered
+/// the ray before a surface, and `it` is the vertex there.
 struct DistanceSampled {
-  const Interaction* it;  // null: met nothing
+  const Interaction* it;  // null: no hit
   bool scattered;
   Spectrum beta;
 };
 
-/// The ray has met a surface that emits towards it; light sampling has this density for its direction.
+/// The ray has hit the emitting side of a surface. `light_pdf`: density of light sampling for the ray's direction.
 struct EmitterHit {
   std::uint32_t light;
   float light_pdf;
 };
 
-/// What the path gathers from the emitter that its ray met, the path's depth-th vertex.
+/// Emission added to the path's radiance. The emitter is the path's depth-th vertex.
 struct EmissionAdded {
   Spectrum L;
   std::uint32_t light;
@@ -57,25 +56,25 @@ struct VertexReached {
   Scatterer bsdf;
 };
 
-/// A light was picked, or none may reach the vertex.
+/// A light was picked; nothing if no light can reach the vertex.
 struct LightPicked {
   Optional<SampledLight> pick;
 };
 
-/// A point or a direction of it was sampled, towards which the BSDF has this value.
+/// A point or a direction of the light was sampled. `bsdf`: the BSDF's value towards it.
 struct LightSampled {
   const LightSample<float>& light;
   BsdfValue<float> bsdf;
 };
 
-/// Whether anything stands on a ray to a light.
+/// A shadow ray was traced; `blocked` if it hit any surface.
 struct ShadowRayTraced {
   const Ray& ray;
   float time;
   bool blocked;
 };
 
-/// The nearest surface on a ray to a light, which may let it pass.
+/// The nearest hit of a shadow ray is known; its surface may transmit light.
 struct ShadowRayHit {
   const Ray& ray;
   float time;
@@ -87,7 +86,8 @@ struct LightReceived {
   float weight, visibility;
 };
 
-/// What the path gathers from the sampled light, which would be its depth-th vertex if the way crosses no surface.
+/// Light of the sampled light added to the path's radiance. `depth`: of the light as a vertex, if the shadow ray
+/// crosses no surface.
 struct DirectLightAdded {
   Spectrum L;
   int depth;
@@ -100,7 +100,7 @@ struct CopyResumed {
   Scatterer bsdf;
 };
 
-/// How the path goes on from a vertex; nothing, if it ends there.
+/// A direction was sampled at a vertex; nothing if the path ends there.
 struct DirectionSampled {
   const Interaction& it;
   std::uint32_t material;

@@ -1,7 +1,6 @@
-// Nearby surfaces: where rays may begin that leave a vertex in a medium. In a dense medium most vertices are closer to
-// a surface than float32 and Embree can tell, so that a ray from there would be on either side of it. How far the
-// vertex is from the surface is computed in float64; the ray that Embree is given begins where it surely is on the
-// right side.
+// Nearby surfaces: safe origins of rays from vertices in a medium. In a dense medium, most vertices are so close to a
+// surface that float32 and Embree cannot tell their side of it. So distances to surfaces are computed in float64, and
+// Embree's rays begin at points that are surely on the right side.
 #pragma once
 
 #include <array>
@@ -10,7 +9,7 @@
 
 namespace equaltime {
 
-/// Where the ray from a place meets the plane of the surface that Embree says it hits, in units of the direction.
+/// Ray parameter of the hit surface's plane on the ray from a point, in float64.
 [[nodiscard]] EQUALTIME_INLINE double distance_along(const Vec3d& from, const Vec3f& direction,
                                                      const ExactIntersection& to) noexcept {
   const Vec3d d(direction), n(to.it->anchor.n), way = to.point - from;
@@ -18,15 +17,15 @@ namespace equaltime {
   return std::max(0.0, slope != 0 ? dot(n, way) / slope : dot(way, d));
 }
 
-/// The surfaces that a path in a medium is closer to than the offset of rays that leave them, up to two: a third
-/// matters in the corners of three alone. A path that comes closer to another one is on the way to it.
+/// Up to two surfaces whose distance from the path is below the offset of rays that leave them. A third one would
+/// matter only in a corner of three surfaces. Other surfaces get close only when the path's ray is about to hit them.
 class NearbySurfaces {
  public:
-  /// The path leaves a surface, at a point of it, to the side of the normal.
+  /// Adds the surface that the path leaves. `normal` is on the side that the path goes to.
   void leave(const Vec3d& point, const Vec3f& normal, float offset) noexcept {
     add({Vec3d(normal), dot(Vec3d(normal), point), static_cast<double>(offset)});
   }
-  /// The path is nowhere near a medium.
+  /// Forgets all surfaces: the path is outside all media.
   void clear() noexcept { count_ = 0; }
   /// Returns a safe origin of rays from a vertex in a medium. `height` is the vertex's distance to the surface ahead,
   /// along its normal, if there is one.

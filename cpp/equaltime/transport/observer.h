@@ -1,6 +1,5 @@
-// Observers: who watches a path while it is traced. An observer has `on(event)` for every event that it asks for; the
-// others are not even made, so that a kernel holds no instruction of them. It changes nothing of the path but what its
-// constants say.
+// Observers watch a path while it is traced. An observer has `on(event)` for every event that it wants. Kernels contain
+// no code for other events. An observer changes a path only by the constants of PathObserver.
 #pragma once
 
 #include <concepts>
@@ -17,11 +16,11 @@
 
 namespace equaltime {
 
-/// What an observer is unless it says otherwise.
+/// Defaults of an observer.
 struct PathObserver {
-  static constexpr bool allocates = false;    // memory while it watches: the estimator may throw std::bad_alloc
-  static constexpr bool sees_shadows = true;  // if not, nothing stands between vertices and lights
-  using Guard = Unguarded;                    // lives while Embree searches
+  static constexpr bool allocates = false;    // its functions may throw std::bad_alloc
+  static constexpr bool sees_shadows = true;  // if false, shadow rays are not traced: every light is visible
+  using Guard = Unguarded;                    // an object of this class lives while Embree searches
   static constexpr bool leaves() noexcept { return false; }     // whether the path ends here for it
   static constexpr bool cancelled() noexcept { return false; }  // whether a long path is to be given up
 };
@@ -80,7 +79,7 @@ class RayCounter : public PathObserver {
   EQUALTIME_INLINE void on(const event::ShadowRayTraced&) noexcept { ++counters.shadow_rays; }
   EQUALTIME_INLINE void on(const event::ShadowRayHit&) noexcept { ++counters.shadow_rays; }
 
-  /// Whether a long path is to be given up, because the render ends: what has come of it counts for nothing then.
+  /// Whether to abandon a long path because the render ends. Its sample is then discarded.
   [[gnu::noinline]] bool cancelled() noexcept {
     gave_up = gave_up || (stop && stop->now());
     return gave_up;

@@ -12,15 +12,15 @@
 
 namespace equaltime {
 
-/// A path of so many segments, or of a multiple, asks its observer whether to go on.
+/// Number of segments after which a path asks its observer whether to go on, again and again.
 inline constexpr std::uint32_t kCancelInterval = 1024;
 
-/// The radiance of a path that begins with a camera ray, at a time from 0 to 1, and of all its copies.
+/// Radiance of a path that begins with a camera ray, its copies after splitting included. `time` is in [0, 1].
 template <Effects E, Observer O>
 [[nodiscard]] Spectrum trace_path(const Scene& scene, const Settings& settings, const Ray& camera_ray, float time,
                                   const Sampler& sampler, PathCopies<E> copies, O& observer) noexcept(!O::allocates) {
   PathState<E> path{camera_ray, time, sampler, PathMediumStack<E>(scene, camera_ray, time)};
-  std::optional<Bsdf> own;  // of the vertex; here, since it is large and is cleared where it is made
+  std::optional<Bsdf> own;  // BSDF that textures make at the vertex; declared once, because it is large
   for (;;) {
     if (path.segment() % kCancelInterval == kCancelInterval - 1 && observer.cancelled()) [[unlikely]]
       return path.L;

@@ -27,11 +27,11 @@ class PathCopies {
 template <Effects E>
 requires(E.splitting) class PathCopies<E> {
  public:
-  /// Of a path through this pixel of the full film.
+  /// No copies yet of a path through pixel (x, y) of the full film.
   PathCopies(const Settings& settings, std::uint64_t x, std::uint64_t y) noexcept
       : log2_copies_(settings.splitting_map != nullptr ? settings.splitting_map->log2_copies(x, y) : 0) {}
 
-  /// Whether the path is split where it is scattered now.
+  /// Whether to split the path at the current vertex.
   [[nodiscard]] bool due() const noexcept { return log2_copies_ > 0 && !split_; }
 
   /// Splits: `path` becomes the first copy, still at the vertex, and the others are kept. No roulette ends them here.
@@ -73,8 +73,8 @@ requires(E.splitting) class PathCopies<E> {
 
   std::uint32_t log2_copies_, waiting_ = 0;
   bool split_ = false;
-  std::optional<Bsdf> own_;  // that of the vertex may be gone when copies go on
-  Scatterer scatterer_;      // where the path was split
+  std::optional<Bsdf> own_;  // copy of the vertex's BSDF, which later copies of the path outlive
+  Scatterer scatterer_;      // of the vertex at which the path was split
   std::array<std::optional<PathState<E>>, (1U << SplittingMap::kMostLog2) - 1> copies_;
 };
 

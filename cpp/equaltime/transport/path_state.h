@@ -18,20 +18,20 @@ using NumbersOf = std::conditional_t<E.splitting, Sampler, const Sampler&>;
 template <Effects E>
 struct PathState {
   Ray ray;     // to be traced next
-  float time;  // of all of the path, from 0 to 1, where anything moves
+  float time;  // of the whole path, in [0, 1]; 0 if nothing moves
   NumbersOf<E> sampler;
   PathMediumStack<E> media;                 // the media and dielectrics that hold the ray
   HiddenEmitters<E> hidden_emitters{true};  // so far
   Spectrum L{}, beta{1};                    // radiance gathered; throughput
-  float eta_scale = 1;                      // the part of beta that is refraction's: no reason to end a path
+  float eta_scale = 1;                      // product of the 1/eta² factors in beta; roulette divides by it
   PreviousVertex previous{};
   int depth = 1;              // of the vertex that the ray goes to, as max_depth counts them
-  std::uint32_t crossed = 0;  // surfaces so far that do not count
+  std::uint32_t crossed = 0;  // surfaces crossed so far that do not count
 
-  /// The number of the ray, which is that of its random numbers.
+  /// Index of the ray, and of the random numbers at its end.
   [[nodiscard]] std::uint32_t segment() const noexcept { return static_cast<std::uint32_t>(depth - 1) + crossed; }
 
-  /// Takes up the weight of a scattered direction.
+  /// Multiplies the throughput by the weight of a sampled direction.
   EQUALTIME_INLINE void weaken(const ScatterSample& s) noexcept {
     beta *= s.weight;
     eta_scale *= s.eta_scale;
@@ -46,7 +46,7 @@ struct PathState {
     hidden_emitters.scatters(scatterer, s.above);
     ++depth;
   }
-  /// Goes straight on through a surface, which counts as a vertex or not.
+  /// Goes straight on through a surface. `counts`: the surface is a vertex for max_depth.
   EQUALTIME_INLINE void cross(const Scene& scene, const Interaction& it, bool counts) noexcept {
     ray = it.spawn(-it.wo, false);
     media.leave(scene, it, false);
@@ -54,7 +54,7 @@ struct PathState {
   }
 };
 
-/// What scatters a path where its ray has come to.
+/// The scatterer at the end of a ray.
 struct Vertex {
   Scatterer scatterer;
   std::uint32_t material = kNone;  // kNone in a medium

@@ -11,10 +11,10 @@
 
 namespace equaltime {
 
-/// What a path does where its ray has come to.
+/// How a path goes on at the end of a ray: it ends, crosses a surface that does not scatter, or scatters.
 enum class Arrival : std::uint8_t { ends, crosses, scatters };
 
-/// Adds what the ray has met that shines: a surface, or the environment if it has met nothing.
+/// Adds the emission of the surface that the ray hits, or of the environment if there is no hit.
 template <Effects E, Observer O>
 EQUALTIME_INLINE void add_emission(const Scene& scene, const Settings& settings, PathState<E>& path,
                                    const Optional<Interaction>& it, O& observer) noexcept(!O::allocates) {
@@ -25,8 +25,8 @@ EQUALTIME_INLINE void add_emission(const Scene& scene, const Settings& settings,
   path.L += L;
 }
 
-/// Follows the ray through its medium to the next vertex, and adds what shines there. `own` keeps the vertex's BSDF
-/// where that is no other's.
+/// Samples the distance to the next vertex, adds the emission there, and finds what scatters. `own` stores a BSDF that
+/// textures or an exterior dielectric make.
 template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE Arrival arrive(const Scene& scene, const Settings& settings, PathState<E>& path,
                                               SurfaceIntersection<E>& hit, Vertex& v, std::optional<Bsdf>& own,
@@ -112,7 +112,7 @@ template <Effects E, Observer O>
   return scattered;
 }
 
-/// Whether Russian roulette lets the path live at the vertex.
+/// Applies Russian roulette; returns whether the path survives.
 template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE bool survives(const Settings& settings, PathState<E>& path, const Interaction& it,
                                              Scatterer bsdf, O& observer) noexcept(!O::allocates) {
@@ -128,7 +128,7 @@ template <Effects E, Observer O>
   return true;
 }
 
-/// Leaves the vertex in the drawn direction; false if the path ends all the same.
+/// Applies throughput and roulette, and leaves the vertex in the sampled direction. Returns false if the path ends.
 template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE bool depart(const Scene& scene, const Settings& settings, PathState<E>& path,
                                            const Interaction& it, const Vertex& v, const ScatterSample& scattered,

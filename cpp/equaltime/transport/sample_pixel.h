@@ -1,4 +1,4 @@
-// One sample of a pixel: what every kernel does, whoever takes its radiance.
+// Samples of a pixel: camera ray, path, and weight of the pixel filter.
 #pragma once
 
 #include <limits>
@@ -19,7 +19,7 @@ struct FilmSample {
             Sampler::at(task.settings.sampler, task.seed, py * task.scene.camera.film.width + px, index, task.nets)),
         offset(task.scene.camera.filter.sample(sampler.get_2d(slot(CameraDimension::pixel)))) {}
 
-  /// When the sample is taken, in shares of the shutter's opening; 0 if nothing moves.
+  /// Time of the sample in [0, 1], from the opening of the shutter to its closing; 0 if nothing moves.
   template <Effects E>
   [[nodiscard]] EQUALTIME_INLINE float time() const noexcept {
     return E.motion ? sampler.get_1d(slot(CameraDimension::time)) : 0.0F;
@@ -34,8 +34,8 @@ struct FilmSample {
   }
 };
 
-/// One sample of a pixel of the full film: its path's radiance with the weight. It is NaN if Embree refused one of the
-/// path's rays: such a ray met nothing, so that whatever was made of it must not count.
+/// One sample of a pixel of the full film: the path's radiance times the filter's weight. NaN if Embree refused a ray
+/// of the path: a refused ray reports no hit, so the radiance would be wrong.
 template <Effects E, Observer O>
 EQUALTIME_INLINE Spectrum sample_film_pixel(const BlockTask& task, std::uint64_t px, std::uint64_t py,
                                             std::uint64_t index, O& observer) {
@@ -50,7 +50,7 @@ EQUALTIME_INLINE Spectrum sample_film_pixel(const BlockTask& task, std::uint64_t
   return L * begin.offset.weight;
 }
 
-/// The same of a pixel of the crop.
+/// One sample of a pixel of the crop.
 template <Effects E, Observer O>
 EQUALTIME_INLINE Spectrum sample_pixel(const BlockTask& task, std::uint32_t x, std::uint32_t y, std::uint64_t index,
                                        O& observer) {
@@ -58,8 +58,8 @@ EQUALTIME_INLINE Spectrum sample_pixel(const BlockTask& task, std::uint32_t x, s
                               observer);
 }
 
-/// Adds the samples of a block, made by `sample(x, y, index)`, to the film: finite ones, in ascending order. Then those
-/// of the second net, where a pixel has one, to a film of their own. Ends early where a path was given up.
+/// Adds the finite samples of a block, made by `sample(x, y, index)`, to the film, in ascending order. Samples of a
+/// pixel's second net go to a film of their own. Ends early if a path was given up.
 template <class Sample>
 EQUALTIME_INLINE void render_samples(const BlockTask& task, Film& film, RayCounter& counter,
                                      SampleLog<NonFinite>& nonfinite, Sample&& sample) {

@@ -10,13 +10,13 @@
 
 namespace equaltime {
 
-/// How light is found: by scattered rays alone, in directions that are uniform or the BSDF's; or also by rays sent to
-/// lights, which then find all direct light (light), or share it with the scattered rays: with both rays at every
-/// vertex (mis), or with one that goes either way at random and is what the path follows (mixture).
+/// Sampling of direct light. `uniform` and `bsdf` use scattered rays only: uniform directions, or the BSDF's. `light`
+/// uses shadow rays only. `mis` combines a shadow ray and the BSDF's ray at every vertex. `mixture` draws one direction
+/// by either technique, and the path follows it.
 enum class Technique : std::uint8_t { uniform, bsdf, light, mis, mixture };
 
 [[nodiscard]] constexpr bool aims_at_lights(Technique technique) noexcept { return technique >= Technique::light; }
-/// Whether a vertex does anything else than looking for direct light and going on by the BSDF.
+/// Whether a vertex draws the path's next direction by other means than the BSDF alone.
 [[nodiscard]] constexpr bool uses_one_direction(Technique technique) noexcept {
   return technique == Technique::uniform || technique == Technique::mixture;
 }

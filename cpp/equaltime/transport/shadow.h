@@ -16,7 +16,7 @@ namespace equaltime {
   return light.infinite ? from.spawn(light.wi, above) : from.spawn_to(light.target, light.distance, above);
 }
 
-/// 1 if the light reaches the vertex, 0 if not; `above` tells on which side of the vertex the light is.
+/// 1 if the light reaches the vertex, 0 if not. `above`: the light is on the side of the geometric normal.
 template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE float visibility(const SceneGeometry& geometry, const Interaction& vertex, bool above,
                                                 const LightSample<float>& light, float time,
@@ -30,7 +30,7 @@ template <Effects E, Observer O>
   return light.delta && !scene.rules.count_null_interfaces;
 }
 
-/// What a material lets pass straight on at the point, by colour.
+/// Transmittance straight through a material at the point, per channel.
 template <Effects E>
 [[nodiscard]] Spectrum surface_transmittance(const Scene& scene, std::uint32_t index, const Interaction& it,
                                              bool glass_passes, float time) noexcept {

@@ -12,7 +12,7 @@ class SplittingMap {
  public:
   static constexpr std::uint32_t kMostLog2 = 4;
 
-  /// The same for all pixels of a film of this width.
+  /// One number for all pixels.
   static SplittingMap uniform(std::uint32_t log2_copies) { return {~std::uint64_t{0}, 1, {log2_copies}}; }
   /// One number for each square block of the full film, row-major.
   SplittingMap(std::uint64_t block, std::uint64_t blocks_wide, std::vector<std::uint32_t> log2_copies)

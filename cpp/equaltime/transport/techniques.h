@@ -24,14 +24,12 @@ template <Effects E, Observer O>
   const LightSampleContext receiver = receiver_at<E>(at.it, at.scatterer);
   const auto picked = lights.pick(at.settings.lights, receiver, at.sampler, at.bounce);
   tell<event::LightPicked>(observer, picked);
-  const auto sample_light = [&](SampledLight pick) noexcept {
-    return lights.sample<E>(pick, at.settings.environment, receiver, at.sampler, at.bounce, u.light_point, at.time);
-  };
   const bool has_directions = picked && lights.has_directions<E>(picked->light, receiver, at.time);
   const bool from_light = at.sampler.get_1d(slot(BounceDimension::technique, at.bounce)) < 0.5F;
   OneSampleVertex vertex;
   if (from_light && has_directions) {
-    const auto light = sample_light({picked->light, 1});
+    const auto light = lights.sample<E>(SampledLight{picked->light, 1}, at.settings.environment, receiver, at.sampler,
+                                        at.bounce, u.light_point, at.time);
     if (!light) return vertex;
     const auto [value, above] = eval_bsdf<E>(at.it, at.scatterer, light->wi);
     vertex.mixed = {picked->light, value.pdf + light->pdf};
@@ -39,8 +37,11 @@ template <Effects E, Observer O>
     if (!value.f.is_black()) vertex.scattered = ScatterSample{light->wi, above, weight, value.pdf, false, 1};
     return vertex;
   }
-  if (picked && !has_directions)
-    if (const auto point = sample_light(*picked)) vertex.direct = direct_light_from<E>(at, *point, observer);
+  if (picked && !has_directions) {
+    const auto point =
+        lights.sample<E>(*picked, at.settings.environment, receiver, at.sampler, at.bounce, u.light_point, at.time);
+    if (point) vertex.direct = direct_light_from<E>(at, *point, observer);
+  }
   auto scattered = sample_bsdf<E>(at.it, at.scatterer, at.sampler, at.bounce, u.bsdf_direction);
   if (!scattered) return vertex;
   float light_pdf = scattered->pdf;  // without a light to aim at, the BSDF draws every direction
