@@ -43,14 +43,18 @@ struct Dielectric {
   [[nodiscard]] static BsdfValue<Real> eval(const Vec3<Real>&, const Vec3<Real>&, Mask<Real>) noexcept { return {}; }
   [[nodiscard]] Optional<BsdfSample<Real>> sample(const Vec3<Real>& wo, Mask<Real> front, Double<Real> u_lobe,
                                                   Point2<Real>) const noexcept {
-    const Real eta = relative_ior(front);
-    const auto [reflectance, cos_transmitted] = fresnel_dielectric(wo.z, eta);
-    const Mask<Real> mirrors = u_lobe < Double<Real>(reflectance);
-    const Real inv = select(mirrors, Real(1), 1 / eta);
-    const Vec3<Real> wi{-wo.x * inv, -wo.y * inv, select(mirrors, wo.z, -cos_transmitted)};
+    const Real eta = relative_ior(front), inv = 1 / eta;
+    const DielectricFresnel<Real> interface = fresnel_dielectric(wo.z, eta);
     const Real compression = inv * inv;  // radiance is carried per solid angle, which refraction narrows by eta²
-    return BsdfSample<Real>{wi, select(mirrors, specular_reflectance, specular_transmittance) * compression, 0, true,
-                            compression};
+    return where(
+        u_lobe < Double<Real>(interface.reflectance),
+        [&] {
+          return BsdfSample<Real>{{-wo.x, -wo.y, wo.z}, specular_reflectance, 0, true};
+        },
+        [&] {
+          const Vec3<Real> wi{-wo.x * inv, -wo.y * inv, -interface.cos_transmitted};
+          return BsdfSample<Real>{wi, specular_transmittance * compression, 0, true, compression};
+        });
   }
   [[nodiscard]] Rgb<Real> albedo(const Vec3<Real>& wo, Mask<Real> front) const noexcept {
     const Real reflectance = fresnel_dielectric(wo.z, relative_ior(front)).reflectance;

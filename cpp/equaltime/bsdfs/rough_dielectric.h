@@ -68,15 +68,16 @@ struct RoughDielectric {
     const Real eta = relative_ior(front);
     const Vec3<Real> m = distribution.sample(wo, u);
     const Real c = min(Real(1), dot(wo, m));
-    const auto [reflectance, cos_transmitted] = fresnel_dielectric(c, eta);
-    const Mask<Real> mirrors = u_lobe < Double<Real>(reflectance);
+    const DielectricFresnel<Real> interface = fresnel_dielectric(c, eta);
+    const Mask<Real> mirrors = u_lobe < Double<Real>(interface.reflectance);
     const Vec3<Real> wi = where(
-        mirrors, [&] { return m * (2 * c) - wo; }, [&] { return m * (c / eta - cos_transmitted) - wo * (1 / eta); });
+        mirrors, [&] { return m * (2 * c) - wo; },
+        [&] { return m * (c / eta - interface.cos_transmitted) - wo * (1 / eta); });
     const Mask<Real> leaves = (mirrors && wi.z > 0) || (!mirrors && wi.z < 0);
     if (none(leaves)) return std::nullopt;
     const Real eta_scale = where(
         mirrors, [] { return Real(1); }, [&] { return 1 / square(eta); });
-    return sample_of(wi, eval_at(wo, wi, m, eta, reflectance), leaves, eta_scale);
+    return sample_of(wi, eval_at(wo, wi, m, eta, interface.reflectance), leaves, eta_scale);
   }
   /// Nearly that of the smooth dielectric. Where that one reflects all, facets that lean still refract.
   [[nodiscard]] Rgb<Real> albedo(const Vec3<Real>& wo, Mask<Real> front) const noexcept {
