@@ -85,7 +85,7 @@ std::optional<Environment> make_environment(SceneDescription& d, const Normaliza
     environment = ImageEnvironment(std::move(std::get<ImageEnvironmentDescription>(*d.environment)),
                                    normalization.radiance_scale());
   // A black environment is none: it lights nothing and calls for nothing.
-  if (!(std::visit([](const auto& e) { return e.total(); }, *environment) > 0)) environment.reset();
+  if (!(visit<kAllEffects>(*environment, [](const auto& e) { return e.total(); }) > 0)) environment.reset();
   return environment;
 }
 

@@ -9,10 +9,11 @@ namespace equaltime {
 
 template <class Real>
 struct DirectionalLight {
+  static constexpr const char* name = "directional";
   Vec3<Real> towards;  // unit, to where the light comes from
   Rgb<Real> irradiance;
 
-  [[nodiscard]] LightSample<Real> sample(Real pmf) const noexcept {
+  [[nodiscard]] LightSample<Real> sample(Vec3<Real>, Real pmf) const noexcept {
     return {towards, irradiance, pmf, 0, {}, true, true};
   }
   /// What falls on a scene of that radius, as for an environment.

@@ -28,6 +28,8 @@ struct EnvironmentSample {
 
 class ConstantEnvironment {
  public:
+  static constexpr const char* name = "constant";
+
   explicit ConstantEnvironment(const Spectrum& radiance) noexcept : radiance_(radiance) {}
 
   void prepare(EnvironmentSampling) const noexcept {}
@@ -56,6 +58,8 @@ struct ImageEnvironmentDescription {
 
 class ImageEnvironment {
  public:
+  static constexpr const char* name = "image";
+
   /// `radiance_scale` takes the user's radiance to the normalised one.
   ImageEnvironment(ImageEnvironmentDescription description, double radiance_scale);
 

@@ -9,6 +9,7 @@ namespace equaltime {
 
 template <class Real>
 struct PointLight {
+  static constexpr const char* name = "point";
   Vec3<Real> position;
   Rgb<Real> intensity;
 
@@ -19,7 +20,9 @@ struct PointLight {
     const Vec3<Real> wi = to_light * inv;
     return {wi, intensity * (inv * inv), pmf, distance, {position, -wi, 0}, false, true};
   }
-  [[nodiscard]] double power() const noexcept { return 4 * std::numbers::pi * static_cast<double>(intensity.mean()); }
+  [[nodiscard]] double power(double) const noexcept {
+    return 4 * std::numbers::pi * static_cast<double>(intensity.mean());
+  }
   [[nodiscard]] EmitterBounds bounds() const noexcept {
     return {{Vec3d(position), Vec3d(position)}, 0, {}, static_cast<double>(intensity.mean())};
   }

@@ -34,7 +34,7 @@ TextureCoords SpotLight::place_on_slide(const Vec3f& wi) const noexcept {
 }
 
 /// ∫ falloff dω = 2π(1 - (sin c - sin b) / (c - b)), as a sum of what is never negative.
-double SpotLight::power() const noexcept {
+double SpotLight::power(double) const noexcept {
   const double middle = 0.5 * (cutoff_ + beam_), half = 0.5 * (cutoff_ - beam_);
   const double sinc = half > 0 ? std::min(1.0, elementary::sin(half) / half) : 1.0;
   const double share = 2 * square(elementary::sin(0.5 * middle)) * sinc + (1 - sinc);

@@ -21,6 +21,8 @@ struct ProjectedTexture {
 
 class SpotLight {
  public:
+  static constexpr const char* name = "spot";
+
   /// `axis` is unit; `cutoff` and `beam` are half angles in radians, 0 <= beam <= cutoff <= π and 0 < cutoff;
   /// `intensity` is that of the axis, but for the slide.
   SpotLight(const Vec3f& position, const Vec3d& axis, const Spectrum& intensity, double cutoff, double beam,
@@ -29,7 +31,7 @@ class SpotLight {
 
   /// Nothing outside the cone. Without what the slide does to it.
   [[nodiscard]] Optional<LightSample<float>> sample(Vec3f receiver, float pmf) const noexcept;
-  [[nodiscard]] double power() const noexcept;
+  [[nodiscard]] double power(double scene_radius) const noexcept;
   [[nodiscard]] EmitterBounds bounds() const noexcept;
   [[nodiscard]] const std::optional<ProjectedTexture>& slide() const noexcept { return slide_; }
   /// Where the slide is looked up for the light that comes from wi.

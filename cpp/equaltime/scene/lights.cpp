@@ -9,12 +9,17 @@ namespace equaltime {
 
 namespace {
 
-bool is_distant(const DeltaLight& light) noexcept { return std::holds_alternative<DirectionalLight<float>>(light); }
+/// Calls f with a light or an environment, of any type.
+template <class Variant, class F>
+decltype(auto) of(const Variant& light, F&& f) {
+  return visit<kAllEffects>(light, f);
+}
 
-double power_of(const DeltaLight& light, double scene_radius) noexcept {
-  if (const auto* directional = std::get_if<DirectionalLight<float>>(&light)) return directional->power(scene_radius);
-  if (const auto* spot = std::get_if<SpotLight>(&light)) return spot->power();
-  return std::get<PointLight<float>>(light).power();
+/// A light that is infinitely far away has no bounds.
+bool is_distant(const DeltaLight& light) {
+  return of(light, [](const auto& l) {
+    return !requires { l.bounds(); };
+  });
 }
 
 }  // namespace
@@ -32,10 +37,11 @@ Lights::Lights(std::vector<AreaLight> area, std::vector<DeltaLight> deltas, std:
   size_ = environment_begin_ + (environment_ ? 1 : 0);
   std::vector<double> power;
   power.reserve(size_);
-  for (const AreaLight& light : area_) power.push_back(std::visit([](const auto& l) { return l.power(); }, light));
-  for (const DeltaLight& light : deltas_) power.push_back(power_of(light, scene_radius));
+  for (const AreaLight& light : area_) power.push_back(of(light, [](const auto& l) { return l.power(); }));
+  for (const DeltaLight& light : deltas_)
+    power.push_back(of(light, [=](const auto& l) { return l.power(scene_radius); }));
   if (environment_) {
-    const double total = std::visit([](const auto& e) { return e.total(); }, *environment_);
+    const double total = of(*environment_, [](const auto& e) { return e.total(); });
     power.push_back(total * std::numbers::pi * scene_radius * scene_radius);
   }
   tables_[static_cast<std::size_t>(LightSelection::power)] = AliasTable(power);
@@ -54,34 +60,32 @@ bool Lights::any_projects() const noexcept {
 
 Optional<LightSample<float>> Lights::sample_delta(const SampledLight& pick, Vec3f receiver) const noexcept {
   const DeltaLight& light = deltas_[pick.light - deltas_begin_];
-  if (const auto* directional = std::get_if<DirectionalLight<float>>(&light)) return directional->sample(pick.pmf);
-  if (const auto* spot = std::get_if<SpotLight>(&light)) return spot->sample(receiver, pick.pmf);
-  return std::get_if<PointLight<float>>(&light)->sample(receiver, pick.pmf);
+  return of(light,
+            [&](const auto& l) noexcept -> Optional<LightSample<float>> { return l.sample(receiver, pick.pmf); });
 }
 
 Optional<LightSample<float>> Lights::sample_environment(EnvironmentSampling sampling, const Sampler& sampler,
                                                         std::uint32_t bounce, float pmf) const noexcept {
   const Point2d u = sampler.get_2d_precise(slot(BounceDimension::light_point, bounce));
-  const EnvironmentSample e =
-      std::visit([&](const auto& env) noexcept { return env.sample(u, sampling); }, *environment_);
+  const EnvironmentSample e = of(*environment_, [&](const auto& env) noexcept { return env.sample(u, sampling); });
   if (!(e.value.pdf > 0)) return std::nullopt;
   return LightSample<float>{e.wi, e.value.radiance, e.value.pdf * pmf, 0, {}, true};
 }
 
 void Lights::prepare(LightSelection selection, EnvironmentSampling environment) const {
-  if (environment_) std::visit([environment](const auto& e) { e.prepare(environment); }, *environment_);
+  if (environment_) of(*environment_, [environment](const auto& e) { e.prepare(environment); });
   if (selection != LightSelection::tree) return;
   std::call_once(lazy_tree_->once, [this] {
     std::vector<EmitterBounds> bounds;
     bounds.reserve(distant_begin_);
-    for (const AreaLight& light : area_) bounds.push_back(std::visit([](const auto& l) { return l.bounds(); }, light));
+    for (const AreaLight& light : area_) bounds.push_back(of(light, [](const auto& l) { return l.bounds(); }));
     for (const MovingLights& lights : moving_)
       for (std::uint32_t i = 0; i < lights.local.size(); ++i)
         bounds[lights.first + i] = lights.bounds(lights.first + i);
-    for (const DeltaLight& light : std::span(deltas_).first(distant_begin_ - deltas_begin_)) {
-      const auto* spot = std::get_if<SpotLight>(&light);
-      bounds.push_back(spot ? spot->bounds() : std::get<PointLight<float>>(light).bounds());
-    }
+    for (const DeltaLight& light : deltas_)
+      of(light, [&](const auto& l) {
+        if constexpr (requires { l.bounds(); }) bounds.push_back(l.bounds());
+      });
     lazy_tree_->tree = LightTree(bounds);
     lazy_tree_->made.store(&lazy_tree_->tree, std::memory_order_release);
   });
@@ -115,16 +119,14 @@ std::size_t Lights::memory_bytes() const noexcept {
   for (const AliasTable& table : tables_) bytes += table.memory_bytes();
   bytes += distant_.memory_bytes();
   for (const AreaLight& light : area_)
-    bytes += std::visit(
-        [](const auto& l) -> std::size_t {
-          if constexpr (requires { l.memory_bytes(); })
-            return l.memory_bytes();
-          else
-            return 0;
-        },
-        light);
+    bytes += of(light, [](const auto& l) -> std::size_t {
+      if constexpr (requires { l.memory_bytes(); })
+        return l.memory_bytes();
+      else
+        return 0;
+    });
   if (const LightTree* made = lazy_tree_->made.load(std::memory_order_acquire)) bytes += made->memory_bytes();
-  if (environment_) bytes += std::visit([](const auto& e) { return e.memory_bytes(); }, *environment_);
+  if (environment_) bytes += of(*environment_, [](const auto& e) { return e.memory_bytes(); });
   return bytes;
 }
 

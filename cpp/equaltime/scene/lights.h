@@ -7,11 +7,11 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <variant>
 #include <vector>
 
 #include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
+#include "equaltime/base/type_list.h"
 #include "equaltime/lights/directional_light.h"
 #include "equaltime/lights/environment.h"
 #include "equaltime/lights/light_tree.h"
@@ -24,8 +24,10 @@
 namespace equaltime {
 
 /// Lights that no ray can hit: only light sampling finds them.
-using DeltaLight = std::variant<PointLight<float>, SpotLight, DirectionalLight<float>>;
-using Environment = std::variant<ConstantEnvironment, ImageEnvironment>;
+using DeltaLights = TypeList<PointLight<float>, SpotLight, DirectionalLight<float>>;
+using DeltaLight = DeltaLights::Variant;
+using Environments = TypeList<ConstantEnvironment, ImageEnvironment>;
+using Environment = Environments::Variant;
 
 /// Probability of a light: equal for all, by power, or by the light tree, which also depends on the receiver.
 enum class LightSelection : std::uint8_t { uniform, power, tree };
@@ -104,7 +106,8 @@ class Lights {
   /// The environment towards wi, with the density (pick included) of `sample`. Call only with an environment.
   [[nodiscard]] LightValue<float> environment_towards(LightSelection selection, EnvironmentSampling sampling,
                                                       const LightSampleContext& receiver, Vec3f wi) const noexcept {
-    LightValue<float> value = std::visit([&](const auto& e) noexcept { return e.eval(wi, sampling); }, *environment_);
+    LightValue<float> value =
+        visit<kAllEffects>(*environment_, [&](const auto& e) noexcept { return e.eval(wi, sampling); });
     value.pdf *= pick_pmf(selection, size_ - 1, receiver);
     return value;
   }
@@ -203,7 +206,7 @@ float Lights::pdf_direction(std::uint32_t light, EnvironmentSampling environment
                             Vec3f wi, float time) const noexcept {
   if constexpr (E.environment)
     if (light >= environment_begin_)
-      return std::visit([&](const auto& e) noexcept { return e.eval(wi, environment).pdf; }, *environment_);
+      return visit<kAllEffects>(*environment_, [&](const auto& e) noexcept { return e.eval(wi, environment).pdf; });
   return visit_at<E>(light, time, [&](const auto& l) noexcept { return l.pdf_direction(receiver.p, wi); });
 }
 
