@@ -47,9 +47,8 @@ void BreakdownParts::name_lights(const Scene& scene) {
 }
 
 void BreakdownObserver::add(const Spectrum& L, int depth, std::uint32_t way, std::uint32_t light) {
-  added_.push_back({L,
-                    {BreakdownParts::length(depth), BreakdownParts::way(way), BreakdownParts::bsdf(bsdf_),
-                     light == kNone ? parts_.count() - 1 : parts_.light(light)}});
+  added_.push_back(
+      {L, {BreakdownParts::length(depth), BreakdownParts::way(way), BreakdownParts::bsdf(bsdf_), parts_.light(light)}});
 }
 
 void BreakdownObserver::add_to(std::span<double> pixel) const noexcept {

@@ -67,7 +67,7 @@ class BreakdownObserver : public PathObserver {
   void on(const event::VertexReached& at) noexcept { bsdf_ = BreakdownParts::number(at.bsdf); }
   void on(const event::CopyResumed& at) noexcept { bsdf_ = BreakdownParts::number(at.bsdf); }
   void on(const event::LightSampled& sampled) noexcept {
-    aimed_at_ = sampled.light.infinite && !sampled.light.delta ? kNone : sampled.light.light;
+    aimed_at_ = sampled.light.light;
     crossed_ = -1;
   }
   void on(const event::ShadowRayHit&) noexcept {
@@ -92,7 +92,7 @@ class BreakdownObserver : public PathObserver {
   std::vector<Contribution> added_;  // by the last path
   bool count_null_interfaces_;
   double weight_ = 1;
-  std::uint32_t bsdf_ = 0, aimed_at_ = kNone;  // kNone: the environment
+  std::uint32_t bsdf_ = 0, aimed_at_ = 0;
   int crossed_ = 0;
 };
 

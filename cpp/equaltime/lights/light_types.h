@@ -29,7 +29,7 @@ struct LightSample {
   OffsetPoint<Real> target;     // its normal towards the receiver
   Mask<Real> infinite = false;  // the light is a direction: target has no meaning
   Mask<Real> delta = false;     // no other technique can find it
-  Bits<Real> light = 0;         // its number, but for the environment
+  Bits<Real> light = 0;         // its number
 };
 
 /// Radiance and density of a light that a scattered ray has met.

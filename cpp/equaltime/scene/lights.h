@@ -128,6 +128,11 @@ class Lights {
       }
     return visit<E>(area_[light], f);
   }
+  /// The sample without its light's number.
+  template <Effects E>
+  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample<float>> sample_picked(
+      SampledLight pick, EnvironmentSampling environment, const LightSampleContext& receiver, const Sampler& sampler,
+      std::uint32_t bounce, Point2f u, float time) const noexcept;
   [[nodiscard]] Optional<LightSample<float>> sample_delta(const SampledLight& pick, Vec3f receiver) const noexcept;
   [[nodiscard]] Optional<LightSample<float>> sample_environment(EnvironmentSampling sampling, const Sampler& sampler,
                                                                 std::uint32_t bounce, float pmf) const noexcept;
@@ -173,16 +178,22 @@ template <Effects E>
 EQUALTIME_INLINE Optional<LightSample<float>> Lights::sample(SampledLight pick, EnvironmentSampling environment,
                                                              const LightSampleContext& receiver, const Sampler& sampler,
                                                              std::uint32_t bounce, Point2f u,
-                                                             [[maybe_unused]] float time) const noexcept {
+                                                             float time) const noexcept {
+  auto sample = sample_picked<E>(pick, environment, receiver, sampler, bounce, u, time);
+  sample->light = pick.light;
+  return sample;
+}
+
+template <Effects E>
+EQUALTIME_INLINE Optional<LightSample<float>> Lights::sample_picked(SampledLight pick, EnvironmentSampling environment,
+                                                                    const LightSampleContext& receiver,
+                                                                    const Sampler& sampler, std::uint32_t bounce,
+                                                                    Point2f u,
+                                                                    [[maybe_unused]] float time) const noexcept {
   if constexpr (E.environment)
     if (pick.light >= environment_begin_) return sample_environment(environment, sampler, bounce, pick.pmf);
   if constexpr (E.point_lights)
-    if (pick.light >= deltas_begin_) {
-      auto sample = sample_delta(pick, receiver.p);
-      if constexpr (E.textures)
-        if (sample) sample->light = pick.light;
-      return sample;
-    }
+    if (pick.light >= deltas_begin_) return sample_delta(pick, receiver.p);
   auto sample = visit_at<E>(pick.light, time, [&](const auto& l) noexcept {
     if constexpr (requires { l.sample(receiver.p, Point2d{}, pick.pmf); })
       return l.sample(receiver.p, sampler.get_2d_precise(slot(BounceDimension::light_point, bounce)), pick.pmf);
@@ -191,7 +202,6 @@ EQUALTIME_INLINE Optional<LightSample<float>> Lights::sample(SampledLight pick, 
   });
   if constexpr (E.motion)
     if (const MovingLights* lights = moving(pick.light)) sample = lights->with_offset(sample, time);
-  if constexpr (E.textures || E.media) sample->light = pick.light;
   return sample;
 }
 
