@@ -26,7 +26,8 @@ struct MeshView {
 namespace detail {
 
 /// The exact hit, with what shading asks for.
-struct SurfacePoint : ShapeHit<float> {
+struct SurfacePoint {
+  ShapeHit<float> hit;
   Vec3f shading_normal;
   Vec3f tangent;  // of any length; zero where none matters
   std::uint32_t shape, primitive;
@@ -37,7 +38,7 @@ struct SurfacePoint : ShapeHit<float> {
 /// The interaction on the side that the ray, whose direction is unit, came from. An Interaction is that of one path.
 template <Effects E>
 [[nodiscard]] EQUALTIME_INLINE Interaction make_interaction(const SurfacePoint& point, const Ray& ray) noexcept {
-  const Vec3f n(point.n);
+  const Vec3f n(point.hit.n);
   const float side = dot(ray.direction, n) > 0 ? -1.0F : 1.0F;
   const Vec3f ns = point.shading_normal * side;
   Frame frame;
@@ -45,7 +46,7 @@ template <Effects E>
     frame = Frame::from_tangent(ns, point.tangent);
   else
     frame = Frame::from_normal(ns);
-  OffsetPoint<float> anchor{Vec3f(point.p), n * side, point.offset};
+  OffsetPoint<float> anchor{Vec3f(point.hit.p), n * side, point.hit.offset};
   return {anchor,
           frame,
           -ray.direction,
@@ -63,7 +64,7 @@ template <Effects E>
 [[nodiscard]] EQUALTIME_INLINE SurfaceIntersection<E> make_intersection(const SurfacePoint& point,
                                                                         const Ray& ray) noexcept {
   if constexpr (E.media)
-    return {make_interaction<E>(point, ray), point.p};
+    return {make_interaction<E>(point, ray), point.hit.p};
   else
     return make_interaction<E>(point, ray);
 }
@@ -76,7 +77,7 @@ template <Effects E>
 [[nodiscard]] Point2f disk_uv(const DiskGeometry<float>& disk, const Vec3d& point) noexcept;
 
 /// A point of a sphere, disk or cylinder: its shading normal is the geometric one.
-[[nodiscard]] EQUALTIME_INLINE SurfacePoint point_of(const ShapeHit<float>& hit, const Surface& surface,
+[[nodiscard]] EQUALTIME_INLINE SurfacePoint point_of(ShapeHit<float> hit, const Surface& surface,
                                                      std::uint32_t shape) noexcept {
   return {hit, Vec3f(hit.n), {}, shape, 0, surface.flipped, false, {}};
 }
@@ -97,21 +98,21 @@ template <Effects E>
                                          std::uint32_t shape) noexcept {
   SurfacePoint point = point_of(exact_hit(disk, ray), surface, shape);
   if constexpr (E.anisotropy)
-    if (surface.tangential) point.tangent = Vec3f(point.p - disk.center);
+    if (surface.tangential) point.tangent = Vec3f(point.hit.p - disk.center);
   if constexpr (E.textures)
-    if (surface.textured) point.prim_uv = disk_uv(disk, point.p);
+    if (surface.textured) point.prim_uv = disk_uv(disk, point.hit.p);
   return point;
 }
 
 template <Effects E>
 [[nodiscard]] SurfacePoint recompute_hit(const CylinderGeometry<float>& cylinder, const Surface& surface,
                                          const RayD& ray, std::uint32_t shape) noexcept {
-  const CylinderHit<float> hit = exact_hit(cylinder, ray);
+  const auto [hit, height] = exact_hit(cylinder, ray);
   SurfacePoint point = point_of(hit, surface, shape);
   if constexpr (E.anisotropy)
     if (surface.tangential) point.tangent = Vec3f(cross(cylinder.axis, hit.n));
   if constexpr (E.textures)
-    if (surface.textured) point.prim_uv = cylinder_uv(surface, point.shading_normal, hit.height / cylinder.length);
+    if (surface.textured) point.prim_uv = cylinder_uv(surface, point.shading_normal, height / cylinder.length);
   return point;
 }
 

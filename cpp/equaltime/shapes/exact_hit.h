@@ -17,7 +17,8 @@ struct ShapeHit {
 };
 
 template <class Real>
-struct CylinderHit : ShapeHit<Real> {
+struct CylinderHit {
+  ShapeHit<Real> hit;
   Double<Real> height;  // above the base, along the axis
 };
 
@@ -37,7 +38,8 @@ template <class Real>
 }  // namespace detail
 
 template <class Real>
-[[nodiscard]] inline ShapeHit<Real> exact_hit(const SphereGeometry<Real>& sphere, const BasicRayD<Real>& ray) noexcept {
+[[nodiscard]] EQUALTIME_INLINE ShapeHit<Real> exact_hit(const SphereGeometry<Real>& sphere,
+                                                        const BasicRayD<Real>& ray) noexcept {
   const auto hit = intersect_sphere(sphere, ray);
   const Double<Real> t = where(
       hit.has_value(), [&] { return *hit; }, [&] { return detail::nearest(ray, sphere.center); });
@@ -46,7 +48,8 @@ template <class Real>
 }
 
 template <class Real>
-[[nodiscard]] inline ShapeHit<Real> exact_hit(const DiskGeometry<Real>& disk, const BasicRayD<Real>& ray) noexcept {
+[[nodiscard]] EQUALTIME_INLINE ShapeHit<Real> exact_hit(const DiskGeometry<Real>& disk,
+                                                        const BasicRayD<Real>& ray) noexcept {
   const Double<Real> slope = dot(disk.normal, ray.direction);
   const Double<Real> t = where(
       slope != 0, [&] { return dot(disk.normal, disk.center - ray.origin) / slope; },
@@ -55,8 +58,8 @@ template <class Real>
 }
 
 template <class Real>
-[[nodiscard]] inline CylinderHit<Real> exact_hit(const CylinderGeometry<Real>& cylinder,
-                                                 const BasicRayD<Real>& ray) noexcept {
+[[nodiscard]] EQUALTIME_INLINE CylinderHit<Real> exact_hit(const CylinderGeometry<Real>& cylinder,
+                                                           const BasicRayD<Real>& ray) noexcept {
   const auto hit = intersect_cylinder(cylinder, ray);
   const Double<Real> t = where(
       hit.has_value(), [&] { return *hit; },

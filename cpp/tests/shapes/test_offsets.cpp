@@ -181,8 +181,8 @@ int instanced_self_hits(double scale_of_offset) {
     const Accel accel({}, Intersection::robust, std::move(groups), {geometry});
     for (int r = 0; r < 1000; ++r) {
       const double s = std::sqrt(random.uniform(0, 1)), u = 1 - s, v = s * random.uniform(0, 1);
-      const detail::SurfacePoint met =
-          instance.placed({v0 + e1 * u + e2 * v, plane.n, plane.offset, {}, {}, 0, 0, false, false, {}});
+      const ShapeHit<float> local{v0 + e1 * u + e2 * v, plane.n, plane.offset};
+      const ShapeHit<float> met = instance.placed({local, {}, {}, 0, 0, false, false, {}}).hit;
       const Vec3f n(met.n);
       Vec3d d = random.direction();
       if (r % 2 == 0) d = d - met.n * (dot(met.n, d) * (1 - random.log_uniform(-5, -3)));
