@@ -228,6 +228,7 @@ auto where(const Truths& mask, First&& first) noexcept {
 // --- Equal bits ---------------------------------------------------------------------------------------------------
 
 inline bool same(float a, float b) { return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b); }
+inline bool same(double a, double b) { return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b); }
 inline bool same(const Spectrum& a, const Spectrum& b) { return same(a.r, b.r) && same(a.g, b.g) && same(a.b, b.b); }
 inline bool same(const Vec3f& a, const Vec3f& b) { return same(a.x, b.x) && same(a.y, b.y) && same(a.z, b.z); }
 

@@ -49,11 +49,11 @@ void check(RTCDevice device, const char* during) {
     throw std::runtime_error(std::string("Embree failed while ") + during + ", error " + std::to_string(error));
 }
 
-RTCBounds bounds_of(const SphereGeometry& s) noexcept {
+RTCBounds bounds_of(const SphereGeometry<float>& s) noexcept {
   return bounds_around(s.center, {s.radius, s.radius, s.radius});
 }
 
-RTCBounds bounds_of(const DiskGeometry& d) noexcept {
+RTCBounds bounds_of(const DiskGeometry<float>& d) noexcept {
   // The axes are the duals of inv_u, inv_v within the plane; the ellipse reaches sqrt(u² + v²) along each coordinate.
   const double volume = dot(d.normal, cross(d.inv_u, d.inv_v));
   const Vec3d u = cross(d.inv_v, d.normal) / volume;
@@ -62,16 +62,20 @@ RTCBounds bounds_of(const DiskGeometry& d) noexcept {
   return bounds_around(d.center, half);
 }
 
-RTCBounds bounds_of(const CylinderGeometry& c) noexcept {
+RTCBounds bounds_of(const CylinderGeometry<float>& c) noexcept {
   const auto half = [&](double a) {
     return 0.5 * c.length * std::abs(a) + c.radius * std::sqrt(std::max(0.0, 1 - a * a));
   };
   return bounds_around(c.base + c.axis * (0.5 * c.length), {half(c.axis.x), half(c.axis.y), half(c.axis.z)});
 }
 
-Optional<double> intersect_primitive(const SphereGeometry& s, const RayD& r) noexcept { return intersect_sphere(s, r); }
-Optional<double> intersect_primitive(const DiskGeometry& d, const RayD& r) noexcept { return intersect_disk(d, r); }
-Optional<double> intersect_primitive(const CylinderGeometry& c, const RayD& r) noexcept {
+Optional<double> intersect_primitive(const SphereGeometry<float>& s, const RayD& r) noexcept {
+  return intersect_sphere(s, r);
+}
+Optional<double> intersect_primitive(const DiskGeometry<float>& d, const RayD& r) noexcept {
+  return intersect_disk(d, r);
+}
+Optional<double> intersect_primitive(const CylinderGeometry<float>& c, const RayD& r) noexcept {
   return intersect_cylinder(c, r);
 }
 
@@ -123,10 +127,10 @@ struct Accel::Impl {
   std::vector<MovingInstance> moving;
   EmbreeScene scene;  // of all but these, and what moves if that is few:
   EnclosingSpheres walls;
-  std::vector<SphereGeometry> beside_walls;  // the spheres that are no walls, if some are
-  Reach reach;                               // of the origins of rays, by the instances
+  std::vector<SphereGeometry<float>> beside_walls;  // the spheres that are no walls, if some are
+  Reach reach;                                      // of the origins of rays, by the instances
 
-  EmbreeScene build(Geometries& all, std::vector<SphereGeometry>& spheres, Intersection mode,
+  EmbreeScene build(Geometries& all, std::vector<SphereGeometry<float>>& spheres, Intersection mode,
                     const std::vector<InstanceGeometry>& instances, bool moves);
   /// What a ray meets, with Embree's own numbers, all of which are invalid if that is nothing.
   template <bool kMoves>
@@ -198,7 +202,7 @@ void Accel::Impl::add_instance(RTCScene to, const InstanceGeometry& instance) co
   attach(to, geometry);
 }
 
-EmbreeScene Accel::Impl::build(Geometries& all, std::vector<SphereGeometry>& spheres, Intersection mode,
+EmbreeScene Accel::Impl::build(Geometries& all, std::vector<SphereGeometry<float>>& spheres, Intersection mode,
                                const std::vector<InstanceGeometry>& instances, bool moves) {
   EmbreeScene made(rtcNewScene(device.get()));
   rtcSetSceneFlags(made.get(), mode == Intersection::robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
@@ -238,7 +242,7 @@ Accel::Accel(Geometries geometries, Intersection mode, std::vector<Geometries> g
     impl_->moving.emplace_back(impl_->group_scenes[group].get(), to_world,
                                static_cast<std::uint32_t>(unmoving + impl_->moving.size()));
   for (const InstanceGeometry& instance : instances) impl_->reach.limit(static_cast<float>(reach(instance)));
-  std::vector<SphereGeometry>& spheres = impl_->geometries.spheres;
+  std::vector<SphereGeometry<float>>& spheres = impl_->geometries.spheres;
   impl_->walls = EnclosingSpheres(spheres, impl_->geometries.meshes);
   if (!impl_->walls.empty()) impl_->beside_walls = impl_->walls.taken_out_of(spheres);
   impl_->scene =
@@ -367,7 +371,7 @@ const Geometries& Accel::geometries() const noexcept { return impl_->geometries;
 const std::vector<Geometries>& Accel::groups() const noexcept { return impl_->groups; }
 std::size_t Accel::memory_bytes() const noexcept {
   return static_cast<std::size_t>(std::max<std::int64_t>(0, impl_->memory.load())) +
-         impl_->beside_walls.capacity() * sizeof(SphereGeometry);
+         impl_->beside_walls.capacity() * sizeof(SphereGeometry<float>);
 }
 
 std::string Accel::version() {

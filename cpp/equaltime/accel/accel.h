@@ -28,9 +28,9 @@ struct PrimitiveId {
 /// All that rays may meet. The order of its members is that of PrimitiveId::geometry.
 struct Geometries {
   std::vector<TriangleMesh> meshes;
-  std::vector<SphereGeometry> spheres;
-  std::vector<DiskGeometry> disks;
-  std::vector<CylinderGeometry> cylinders;
+  std::vector<SphereGeometry<float>> spheres;
+  std::vector<DiskGeometry<float>> disks;
+  std::vector<CylinderGeometry<float>> cylinders;
 };
 
 /// A group of geometries that is seen once more. Its own space is taken to that of all by a 3x4 matrix, column by

@@ -9,7 +9,7 @@ namespace equaltime {
 
 namespace {
 
-Bounds box_of(const SphereGeometry& s) noexcept {
+Bounds box_of(const SphereGeometry<float>& s) noexcept {
   const Vec3d half{s.radius, s.radius, s.radius};
   return {s.center - half, s.center + half};
 }
@@ -20,7 +20,7 @@ bool holds(const Bounds& box, const Bounds& other) noexcept {
 
 }  // namespace
 
-EnclosingSpheres::EnclosingSpheres(const std::vector<SphereGeometry>& spheres,
+EnclosingSpheres::EnclosingSpheres(const std::vector<SphereGeometry<float>>& spheres,
                                    const std::vector<TriangleMesh>& meshes) {
   if (spheres.empty()) return;
   Bounds smaller;  // and no wall
@@ -41,7 +41,7 @@ EnclosingSpheres::EnclosingSpheres(const std::vector<SphereGeometry>& spheres,
   std::sort(walls.begin(), walls.end());
   if (walls.size() % 2 == 1) walls.push_back(walls.back());
   for (std::size_t i = 0; i < walls.size(); i += 2) {
-    const SphereGeometry &a = spheres[walls[i]], &b = spheres[walls[i + 1]];
+    const SphereGeometry<float>&a = spheres[walls[i]], &b = spheres[walls[i + 1]];
     const Vec3<Lanes> center(Lanes{a.center.x, b.center.x}, Lanes{a.center.y, b.center.y},
                              Lanes{a.center.z, b.center.z});
     pairs_.push_back({center, Lanes{a.radius, b.radius}, {walls[i], walls[i + 1]}});

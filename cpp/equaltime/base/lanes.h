@@ -48,7 +48,7 @@ template <LaneNumber Real>
 using Bits64 = typename LaneTraits<Real>::Bits64;
 
 namespace detail {
-/// The mask that tells which lanes have a value of a type: bool, but for templates over a number of lanes.
+/// The mask that tells which lanes have a value of a type: bool, but for numbers of lanes and templates over them.
 template <class T>
 struct MaskOf {
   using type = bool;
@@ -58,7 +58,7 @@ struct MaskOf<Real> {
   using type = Mask<Real>;
 };
 template <template <class> class Value, LaneNumber Real>
-struct MaskOf<Value<Real>> {
+requires(!LaneNumber<Value<Real>>) struct MaskOf<Value<Real>> {
   using type = Mask<Real>;
 };
 }  // namespace detail

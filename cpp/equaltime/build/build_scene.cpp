@@ -101,7 +101,7 @@ std::uint32_t Builder::add_surface(const SurfaceDescription& d, bool flipped) {
 }
 
 void Builder::add_mesh(std::size_t shape, TriangleMesh mesh) {
-  std::vector<TrianglePlane>& planes = surfaces_[shape].planes;
+  std::vector<TrianglePlane<float>>& planes = surfaces_[shape].planes;
   planes.reserve(mesh.triangles.size());
   for (const auto& [a, b, c] : mesh.triangles)
     planes.push_back(triangle_plane(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]));
@@ -189,7 +189,7 @@ void Builder::add(std::size_t index, CylinderDescription& c) {
   const double height = length(axis), radius = space_.length(c.radius);
   if (!(height > 0) || !(radius > 0) || !std::isfinite(height) || !std::isfinite(radius))
     fail(index, "a cylinder needs two finite ends that differ, and a positive radius");
-  const CylinderGeometry cylinder{base, axis / height, height, radius};
+  const CylinderGeometry<float> cylinder{base, axis / height, height, radius};
   geometries_.cylinders.push_back(cylinder);
   Surface& surface = surfaces_[add_surface(c.surface, c.flip_normals)];
   set_azimuth(surface, cylinder.axis, c.meridian, c.mirrored);

@@ -65,11 +65,6 @@ struct NearView {
                                  Vec3f receiver) noexcept;
 };
 
-/// How far from the plane of a triangle a ray must start.
-[[nodiscard]] inline float triangle_offset(const Vec3f& v0, const Vec3f& v1, const Vec3f& v2) noexcept {
-  return triangle_plane(v0, v1, v2).offset;
-}
-
 template <class Real>
 class TriangleLight {
  public:
@@ -284,7 +279,7 @@ TriangleLight<Real>::TriangleLight(const Vec3<Real>& v0, const Vec3<Real>& v1, c
       e1_(v1 - v0),
       e2_(v2 - v0),
       center_(v0 + (e1_ + e2_) * (1.0F / 3.0F)),
-      offset_(for_each_lane<Real>(triangle_offset, v0, v1, v2)),
+      offset_(triangle_plane(v0, v1, v2).offset),
       size_squared_(max(length_squared(e1_), max(length_squared(e2_), length_squared(v2 - v1)))),
       radiance_(radiance) {
   const Vec3<Double<Real>> a(v0), b(v1), c(v2), scaled_normal = cross(b - a, c - a);
@@ -328,7 +323,7 @@ RectangleLight<Real>::RectangleLight(const Vec3<Real>& corner, const Vec3<Double
       normal_(normalize(cross(edge_x, edge_y)) * select(flipped, Double<Real>(-1), Double<Real>(1))),
       center_(corner + (edge_x_ + edge_y_) * 0.5F),
       area_(Real(length(cross(edge_x, edge_y)))),
-      offset_(for_each_lane<Real>(triangle_offset, corner, corner + edge_x_, corner + edge_x_ + edge_y_)),
+      offset_(triangle_plane(corner, corner + edge_x_, corner + edge_x_ + edge_y_).offset),
       size_squared_(length_squared(edge_x_) + length_squared(edge_y_)),
       radiance_(radiance) {}
 

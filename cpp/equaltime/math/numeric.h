@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
+#include <type_traits>
 
 #include "equaltime/base/lanes.h"
 
@@ -45,6 +46,11 @@ template <class T>
 requires std::is_arithmetic_v<T>
 constexpr T max(T a, T b) noexcept { return std::max(a, b); }
 
+/// x within bounds, the bits of std::clamp.
+template <LaneNumber Real>
+constexpr Real clamp(Real x, std::type_identity_t<Real> low, std::type_identity_t<Real> high) noexcept {
+  return min(max(x, low), high);
+}
 template <LaneNumber Real>
 constexpr Real square(Real x) noexcept {
   return x * x;

@@ -7,20 +7,25 @@
 
 namespace equaltime {
 
-struct Ray {
-  Vec3f origin;
-  Vec3f direction;
-  float t_max = kInfinity;
+template <class Real>
+struct BasicRay {
+  Vec3<Real> origin;
+  Vec3<Real> direction;
+  Real t_max = kInfinity;
 };
+using Ray = BasicRay<float>;
 
 /// The same in float64: where exactly a surface is met.
-struct RayD {
-  RayD(const Vec3d& o, const Vec3d& d, double most) noexcept : origin(o), direction(d), t_max(most) {}
-  explicit RayD(const Ray& ray) noexcept
-      : origin(ray.origin), direction(ray.direction), t_max(static_cast<double>(ray.t_max)) {}
+template <class Real>
+struct BasicRayD {
+  BasicRayD(const Vec3<Double<Real>>& o, const Vec3<Double<Real>>& d, Double<Real> most) noexcept
+      : origin(o), direction(d), t_max(most) {}
+  explicit BasicRayD(const BasicRay<Real>& ray) noexcept
+      : origin(ray.origin), direction(ray.direction), t_max(Double<Real>(ray.t_max)) {}
 
-  Vec3d origin, direction;
-  double t_max;
+  Vec3<Double<Real>> origin, direction;
+  Double<Real> t_max;
 };
+using RayD = BasicRayD<float>;
 
 }  // namespace equaltime

@@ -24,9 +24,9 @@ Vec3f DeformingMesh::tangent(std::uint32_t primitive, const std::array<Vec3f, 3>
 
 /// The offset covers Embree's interpolation in float32: four roundings of a coordinate as large as the larger vertex,
 /// and per part of the shutter one rounding of the time, times the vertex's motion.
-TrianglePlane DeformingMesh::plane(std::uint32_t primitive, float time) const noexcept {
+TrianglePlane<float> DeformingMesh::plane(std::uint32_t primitive, float time) const noexcept {
   const auto [v0, v1, v2] = corners(primitive, time);
-  TrianglePlane plane = triangle_plane(v0, v1, v2);
+  TrianglePlane<float> plane = triangle_plane(v0, v1, v2);
   const std::size_t before = between(time, mesh->later.size()).before;
   const std::vector<Vec3f>&a = vertices_at(*mesh, before), &b = vertices_at(*mesh, before + 1);
   Vec3d reach, way;

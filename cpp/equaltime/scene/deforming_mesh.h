@@ -23,7 +23,7 @@ struct DeformingMesh {
   /// Derivative of the point by u on a triangle with these corners.
   [[nodiscard]] Vec3f tangent(std::uint32_t primitive, const std::array<Vec3f, 3>& corners) const noexcept;
   /// The plane of the corners at a time. Its offset bounds the distance to Embree's own interpolated corners.
-  [[nodiscard]] TrianglePlane plane(std::uint32_t primitive, float time) const noexcept;
+  [[nodiscard]] TrianglePlane<float> plane(std::uint32_t primitive, float time) const noexcept;
 };
 
 /// Recomputes the hit of a ray on a triangle at a time. `mesh` views the same mesh at time 0.
@@ -32,7 +32,7 @@ template <Effects E>
                                                            const RayD& ray, std::uint32_t primitive,
                                                            float time) noexcept {
   const std::array<Vec3f, 3> corners = deforming.corners(primitive, time);
-  const TrianglePlane plane = deforming.plane(primitive, time);
+  const TrianglePlane<float> plane = deforming.plane(primitive, time);
   std::array<Vec3f, 3> normals;
   constexpr Triangle kItself = {0, 1, 2};
   MeshView now = mesh;

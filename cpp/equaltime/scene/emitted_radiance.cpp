@@ -15,7 +15,7 @@ TextureCoords place_of(const SceneGeometry& geometry, const Geometries& all, con
     return {detail::sphere_uv(surface, Vec3f(normalize(p - all.spheres[primitive].center)))};
   if (surface.kind == SurfaceKind::disk) return {detail::disk_uv(all.disks[primitive], p)};
   if (surface.kind == SurfaceKind::cylinder) {
-    const CylinderGeometry& tube = all.cylinders[primitive];
+    const CylinderGeometry<float>& tube = all.cylinders[primitive];
     const double height = dot(p - tube.base, tube.axis);
     return {detail::cylinder_uv(surface, Vec3f(normalize(p - tube.base - tube.axis * height)), height / tube.length)};
   }

@@ -81,15 +81,16 @@ detail::SurfacePoint Instance::placed(const detail::SurfacePoint& local) const n
   // Normals go by the transposed inverse: its columns are rows_.
   const auto normal = [&](const Vec3d& v) { return rows_[0] * v.x + rows_[1] * v.y + rows_[2] * v.z; };
   detail::SurfacePoint point = local;
-  point.p = origin_ + to_world(local.p);
-  const Vec3d n = normal(local.n);
+  ShapeHit<float>& hit = point.hit;
+  hit.p = origin_ + to_world(local.hit.p);
+  const Vec3d n = normal(local.hit.n);
   const double stretch = length(n);  // local distances from the plane are as many times as large
-  point.n = n / stretch;
-  const Vec3d off = combined(error_, abs(point.p) + abs(origin_));
-  const double local_offset = static_cast<double>(local.offset) + dot(abs(local.n), off);
-  point.offset =
-      static_cast<float>(local_offset / stretch * (1 + 4 * kRounding)) + point_offset(Vec3f(point.p), Vec3f(point.n));
-  point.shading_normal = local.smooth ? Vec3f(normalize(normal(Vec3d(local.shading_normal)))) : Vec3f(point.n);
+  hit.n = n / stretch;
+  const Vec3d off = combined(error_, abs(hit.p) + abs(origin_));
+  const double local_offset = static_cast<double>(local.hit.offset) + dot(abs(local.hit.n), off);
+  hit.offset =
+      static_cast<float>(local_offset / stretch * (1 + 4 * kRounding)) + point_offset(Vec3f(hit.p), Vec3f(hit.n));
+  point.shading_normal = local.smooth ? Vec3f(normalize(normal(Vec3d(local.shading_normal)))) : Vec3f(hit.n);
   point.tangent = Vec3f(to_world(Vec3d(local.tangent)));
   return point;
 }

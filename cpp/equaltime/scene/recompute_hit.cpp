@@ -29,7 +29,7 @@ Point2f cylinder_uv(const Surface& surface, const Vec3f& n, double height) noexc
   return {static_cast<float>(azimuth(x, y)), static_cast<float>(height)};
 }
 
-Point2f disk_uv(const DiskGeometry& disk, const Vec3d& point) noexcept {
+Point2f disk_uv(const DiskGeometry<float>& disk, const Vec3d& point) noexcept {
   const Vec3d r = point - disk.center;
   const double x = dot(disk.inv_u, r), y = dot(disk.inv_v, r);
   return {static_cast<float>(elementary::hypot(x, y)), static_cast<float>(azimuth(x, y))};

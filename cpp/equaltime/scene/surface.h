@@ -17,18 +17,18 @@ inline constexpr std::uint8_t kNoRank = 255;
 enum class SurfaceKind : std::uint8_t { mesh, sphere, disk, cylinder };
 
 struct Surface {
-  std::uint32_t bsdf[2] = {kNone, kNone};   // front, back
-  std::uint32_t first_light = kNone;        // in the scene's lights
-  bool light_per_primitive = false;         // each triangle is a light of its own
-  Spectrum radiance;                        // leaving the front side, normalised
-  std::uint32_t emission = kNone;           // the texture that multiplies it
-  std::uint32_t media[2] = {kNone, kNone};  // before the front, behind it; kNone: vacuum
-  bool bounds_media = false;                // leaving the surface sets the medium; otherwise it stays unchanged
-  std::uint8_t rank = kNoRank;              // of the dielectric inside
-  bool flipped = false;                     // front is against the geometric normal (spheres, disks)
-  std::vector<TrianglePlane> planes;        // of each triangle (meshes)
-  std::vector<Vec3f> normals;               // one a vertex, or none (meshes)
-  std::vector<Vec3f> tangents;              // one a triangle if a BSDF is anisotropic, or none (meshes)
+  std::uint32_t bsdf[2] = {kNone, kNone};    // front, back
+  std::uint32_t first_light = kNone;         // in the scene's lights
+  bool light_per_primitive = false;          // each triangle is a light of its own
+  Spectrum radiance;                         // leaving the front side, normalised
+  std::uint32_t emission = kNone;            // the texture that multiplies it
+  std::uint32_t media[2] = {kNone, kNone};   // before the front, behind it; kNone: vacuum
+  bool bounds_media = false;                 // leaving the surface sets the medium; otherwise it stays unchanged
+  std::uint8_t rank = kNoRank;               // of the dielectric inside
+  bool flipped = false;                      // front is against the geometric normal (spheres, disks)
+  std::vector<TrianglePlane<float>> planes;  // of each triangle (meshes)
+  std::vector<Vec3f> normals;                // one a vertex, or none (meshes)
+  std::vector<Vec3f> tangents;               // one a triangle if a BSDF is anisotropic, or none (meshes)
   SurfaceKind kind = SurfaceKind::mesh;
   bool textured = false;       // a texture looks at where on the surface a point is
   bool tangential = false;     // a BSDF looks at the azimuth of directions

@@ -6,10 +6,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <vector>
 
+#include "equaltime/base/lanes.h"
 #include "equaltime/base/optional.h"
 #include "equaltime/math/ray.h"
 #include "equaltime/math/vector.h"
@@ -47,64 +47,94 @@ struct Between {
 /// The corners of a triangle of a mesh that deforms, at a time from 0 to 1.
 [[nodiscard]] std::array<Vec3f, 3> corners_at(const TriangleMesh& mesh, std::uint32_t triangle, float time) noexcept;
 
+template <class Real>
 struct SphereGeometry {
-  Vec3d center;
-  double radius;
+  Vec3<Double<Real>> center;
+  Double<Real> radius;
 };
 
+template <class Real>
 struct DiskGeometry {
-  Vec3d center;
-  Vec3d normal;  // unit
-  Vec3d inv_u;   // dual axes: u = inv_u·(p - center), v likewise; inside where u² + v² <= 1
-  Vec3d inv_v;
+  Vec3<Double<Real>> center;
+  Vec3<Double<Real>> normal;  // unit
+  Vec3<Double<Real>> inv_u;   // dual axes: u = inv_u·(p - center), v likewise; inside where u² + v² <= 1
+  Vec3<Double<Real>> inv_v;
 };
 
+template <class Real>
 struct CylinderGeometry {  // a tube without caps
-  Vec3d base;
-  Vec3d axis;  // unit, from the base to the other end
-  double length, radius;
+  Vec3<Double<Real>> base;
+  Vec3<Double<Real>> axis;  // unit, from the base to the other end
+  Double<Real> length, radius;
 };
-
-/// Barycentric coordinates of a point on a triangle: u, v >= 0, u + v <= 1, p = v0 + u·e1 + v·e2.
-struct Barycentric {
-  float u, v;
-};
-[[nodiscard]] Barycentric barycentric(const Vec3f& v0, const Vec3f& v1, const Vec3f& v2, const Vec3d& point) noexcept;
 
 namespace detail {
 /// The t, in ascending order, at which oc + t·d, in any number of dimensions, is at the distance `radius` from 0. None
 /// if d is 0 or misses, or if both are surely below 0.
+template <LaneNumber T>
 struct Roots {
-  double first, second;
+  T first, second;
 };
-[[nodiscard]] inline Optional<Roots> ball_roots(const Vec3d& oc, const Vec3d& d, double radius) noexcept {
-  const double b = -dot(oc, d), distance_squared = length_squared(oc), radius_squared = square(radius);
+template <LaneNumber T>
+[[nodiscard]] inline Optional<Roots<T>> ball_roots(const Vec3<T>& oc, const Vec3<T>& d, T radius) noexcept {
+  const T b = -dot(oc, d), distance_squared = length_squared(oc), radius_squared = square(radius);
   // Outside and on the way out, as rays mostly are that the ball's box stands round: the roots below keep their signs
   // when they are rounded, because the root of a square is the number itself. No root, no quotient for these.
-  if (b < 0 && distance_squared >= radius_squared) return std::nullopt;
-  const double a = length_squared(d);
-  const Vec3d closest = oc + d * (b / a);
-  const double discriminant = radius_squared - length_squared(closest);
-  if (!(discriminant >= 0)) return std::nullopt;
+  const Mask<T> ahead = !(b < 0 && distance_squared >= radius_squared);
+  if (none(ahead)) return std::nullopt;
+  const T a = length_squared(d);
+  const Vec3<T> closest = oc + d * (b / a);
+  const T discriminant = radius_squared - length_squared(closest);
+  const Mask<T> met = ahead && discriminant >= 0;
+  if (none(met)) return std::nullopt;
   // c = |oc|² - r², from |oc| - r so that an origin close to the surface keeps its side.
-  const double distance = std::sqrt(distance_squared);
-  const double c = (distance - radius) * (distance + radius);
-  const double q = b + std::copysign(std::sqrt(a * discriminant), b);
-  const double t0 = q != 0 ? c / q : 0.0, t1 = q / a;
-  return t0 > t1 ? Roots{t1, t0} : Roots{t0, t1};
+  const T distance = sqrt(distance_squared);
+  const T c = (distance - radius) * (distance + radius);
+  const T q = b + copysign(sqrt(a * discriminant), b);
+  const T t0 = where(q != 0, [&] { return c / q; }), t1 = q / a;
+  return {{min(t0, t1), max(t1, t0)}, met};
 }
 }  // namespace detail
 
 /// Nearest t in (0, t_max) at which the ray meets the sphere, with float64 accuracy for any ratio of distance and
 /// radius (Haines, Günther & Akenine-Möller 2019: discriminant from the point of closest approach).
-[[nodiscard]] inline Optional<double> intersect_sphere(const SphereGeometry& sphere, const RayD& ray) noexcept {
-  const auto t = detail::ball_roots(ray.origin - sphere.center, ray.direction, sphere.radius);
-  if (!t) return std::nullopt;
-  if (t->first > 0) return t->first < ray.t_max ? Optional(t->first) : std::nullopt;
-  if (t->second > 0 && t->second < ray.t_max) return t->second;
-  return std::nullopt;
+template <class Real>
+[[nodiscard]] inline Optional<Double<Real>> intersect_sphere(const SphereGeometry<Real>& sphere,
+                                                             const BasicRayD<Real>& ray) noexcept {
+  const auto roots = detail::ball_roots(ray.origin - sphere.center, ray.direction, sphere.radius);
+  if (none(roots.has_value())) return std::nullopt;
+  const Double<Real> t = where(
+      roots->first > 0, [&] { return roots->first; }, [&] { return roots->second; });
+  return {t, roots.has_value() && t > 0 && t < ray.t_max};
 }
-[[nodiscard]] Optional<double> intersect_disk(const DiskGeometry& disk, const RayD& ray) noexcept;
-[[nodiscard]] Optional<double> intersect_cylinder(const CylinderGeometry& cylinder, const RayD& ray) noexcept;
+
+template <class Real>
+[[nodiscard]] inline Optional<Double<Real>> intersect_disk(const DiskGeometry<Real>& disk,
+                                                           const BasicRayD<Real>& ray) noexcept {
+  const Vec3<Double<Real>> to_center = disk.center - ray.origin;
+  const Double<Real> cosine = dot(disk.normal, ray.direction);
+  const Double<Real> t = where(cosine != 0, [&] { return dot(disk.normal, to_center) / cosine; });
+  const Mask<Real> ahead = t > 0 && t < ray.t_max;
+  if (none(ahead)) return std::nullopt;
+  const Vec3<Double<Real>> r = ray.direction * t - to_center;
+  return {t, ahead && square(dot(disk.inv_u, r)) + square(dot(disk.inv_v, r)) <= 1};
+}
+
+template <class Real>
+[[nodiscard]] inline Optional<Double<Real>> intersect_cylinder(const CylinderGeometry<Real>& cylinder,
+                                                               const BasicRayD<Real>& ray) noexcept {
+  const Vec3<Double<Real>>&d = ray.direction, oc = ray.origin - cylinder.base;
+  const Double<Real> rise = dot(d, cylinder.axis), start = dot(oc, cylinder.axis);
+  const auto roots = detail::ball_roots(oc - cylinder.axis * start, d - cylinder.axis * rise, cylinder.radius);
+  if (none(roots.has_value())) return std::nullopt;
+  const auto on_tube = [&](Double<Real> t) {
+    const Double<Real> height = start + rise * t;
+    return t > 0 && t < ray.t_max && height >= 0 && height <= cylinder.length;
+  };
+  const Mask<Real> first = on_tube(roots->first);
+  const Double<Real> t = where(
+      first, [&] { return roots->first; }, [&] { return roots->second; });
+  return {t, roots.has_value() && (first || on_tube(t))};
+}
 
 }  // namespace equaltime

@@ -19,16 +19,17 @@ template <class Real>
 
 /// The plane of a triangle, and how far from it a ray must start so as not to meet the triangle. One record holds all
 /// that a flat triangle's interaction needs: neither its vertices nor their indices are read.
+template <class Real>
 struct TrianglePlane {
-  Vec3d n;   // unit geometric normal
-  double d;  // n·p of the plane's points
-  float offset;
+  Vec3<Double<Real>> n;  // unit geometric normal
+  Double<Real> d;        // n·p of the plane's points
+  Real offset;
 
   /// The point of the triangle that Embree says is hit: on the ray, and on the plane to float64.
-  [[nodiscard]] EQUALTIME_INLINE Vec3d meet(const RayD& ray) const noexcept {
-    const double slope = dot(ray.direction, n);
+  [[nodiscard]] EQUALTIME_INLINE Vec3<Double<Real>> meet(const BasicRayD<Real>& ray) const noexcept {
+    const Double<Real> slope = dot(ray.direction, n);
     // A ray within the plane meets it in no single point: its own origin, which is in the plane, stands for it.
-    const double t = slope != 0 ? (d - dot(ray.origin, n)) / slope : 0.0;
+    const Double<Real> t = where(slope != 0, [&] { return (d - dot(ray.origin, n)) / slope; });
     return ray.origin + ray.direction * t;
   }
 };
@@ -36,14 +37,17 @@ struct TrianglePlane {
 /// Embree's robust test translates the vertices to the ray's origin and forms the plane from their rounded differences;
 /// the terms of the offset bound, in order, the rounding of a point on the triangle, of the translated vertices and of
 /// the plane's normal. Tested on random triangles (tests/hard).
-[[nodiscard]] inline TrianglePlane triangle_plane(const Vec3f& v0, const Vec3f& v1, const Vec3f& v2) noexcept {
-  const Vec3d scaled_normal = cross(Vec3d(v1) - Vec3d(v0), Vec3d(v2) - Vec3d(v0));
-  const double norm = length(scaled_normal);
-  const Vec3d n = scaled_normal / norm;
-  const Vec3d reach(max(abs(v0), max(abs(v1), abs(v2))));
-  const Vec3d e(max(abs(v1 - v0), max(abs(v2 - v0), abs(v2 - v1))));
-  const double bound = dot(abs(n), reach + e) + 3 * e.x * e.y * e.z / norm;
-  return {n, dot(n, Vec3d(v0)), static_cast<float>(4 * static_cast<double>(kUnitRoundoff) * bound) + kExactOffset};
+template <class Real>
+[[nodiscard]] inline TrianglePlane<Real> triangle_plane(const Vec3<Real>& v0, const Vec3<Real>& v1,
+                                                        const Vec3<Real>& v2) noexcept {
+  using Vector = Vec3<Double<Real>>;
+  const Vector a(v0), scaled_normal = cross(Vector(v1) - a, Vector(v2) - a);
+  const Double<Real> norm = length(scaled_normal);
+  const Vector n = scaled_normal / norm;
+  const Vector reach(max(abs(v0), max(abs(v1), abs(v2))));
+  const Vector e(max(abs(v1 - v0), max(abs(v2 - v0), abs(v2 - v1))));
+  const Double<Real> bound = dot(abs(n), reach + e) + 3 * e.x * e.y * e.z / norm;
+  return {n, dot(n, a), Real(4 * static_cast<double>(kUnitRoundoff) * bound) + kExactOffset};
 }
 
 }  // namespace equaltime

@@ -52,7 +52,7 @@ struct Leaving {
 Leaving leave(Random& random, const TriangleMesh& mesh, std::uint32_t k, float scale_of_offset) {
   const Triangle& t = mesh.triangles[k];
   const Vec3f &v0 = mesh.vertices[t[0]], &v1 = mesh.vertices[t[1]], &v2 = mesh.vertices[t[2]];
-  const TrianglePlane plane = triangle_plane(v0, v1, v2);
+  const TrianglePlane<float> plane = triangle_plane(v0, v1, v2);
   double u = random.uniform(0, 1), v = random.uniform(0, 1);
   if (u + v > 1) u = 1 - u, v = 1 - v;
   const Vec3d p = Vec3d(v0) + (Vec3d(v1) - Vec3d(v0)) * u + (Vec3d(v2) - Vec3d(v0)) * v;
@@ -173,7 +173,7 @@ int instanced_self_hits(double scale_of_offset) {
     for (int k = 0; k < 3; ++k) mesh.vertices.push_back(Vec3f(random.direction() * random.log_uniform(0, 3)));
     mesh.triangles = {{0, 1, 2}};
     const Vec3d v0(mesh.vertices[0]), e1 = Vec3d(mesh.vertices[1]) - v0, e2 = Vec3d(mesh.vertices[2]) - v0;
-    const TrianglePlane plane = triangle_plane(mesh.vertices[0], mesh.vertices[1], mesh.vertices[2]);
+    const TrianglePlane<float> plane = triangle_plane(mesh.vertices[0], mesh.vertices[1], mesh.vertices[2]);
     const InstanceGeometry geometry = random_instance(random);
     const Instance instance(geometry);
     std::vector<Geometries> groups(1);
@@ -181,8 +181,8 @@ int instanced_self_hits(double scale_of_offset) {
     const Accel accel({}, Intersection::robust, std::move(groups), {geometry});
     for (int r = 0; r < 1000; ++r) {
       const double s = std::sqrt(random.uniform(0, 1)), u = 1 - s, v = s * random.uniform(0, 1);
-      const detail::SurfacePoint met =
-          instance.placed({v0 + e1 * u + e2 * v, plane.n, plane.offset, {}, {}, 0, 0, false, false, {}});
+      const ShapeHit<float> local{v0 + e1 * u + e2 * v, plane.n, plane.offset};
+      const ShapeHit<float> met = instance.placed({local, {}, {}, 0, 0, false, false, {}}).hit;
       const Vec3f n(met.n);
       Vec3d d = random.direction();
       if (r % 2 == 0) d = d - met.n * (dot(met.n, d) * (1 - random.log_uniform(-5, -3)));

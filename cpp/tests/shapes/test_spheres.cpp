@@ -17,7 +17,7 @@ using namespace equaltime;
 using random_scene::Random;
 
 /// Every root, whatever its sign.
-Optional<double> by_both_roots(const SphereGeometry& s, const RayD& ray) {
+Optional<double> by_both_roots(const SphereGeometry<float>& s, const RayD& ray) {
   const Vec3d oc = ray.origin - s.center, &d = ray.direction;
   const double a = length_squared(d), b = -dot(oc, d);
   const double discriminant = square(s.radius) - length_squared(oc + d * (b / a));
@@ -31,7 +31,7 @@ Optional<double> by_both_roots(const SphereGeometry& s, const RayD& ray) {
 }
 
 /// The power twin: takes what is a little within the sphere for outside.
-Optional<double> hasty(const SphereGeometry& s, const RayD& ray, double slack) {
+Optional<double> hasty(const SphereGeometry<float>& s, const RayD& ray, double slack) {
   const Vec3d oc = ray.origin - s.center;
   if (dot(oc, ray.direction) > 0 && length_squared(oc) >= square(s.radius) * (1 - slack)) return std::nullopt;
   return by_both_roots(s, ray);
@@ -46,7 +46,8 @@ TEST("a sphere that a ray leaves behind is refused exactly where both its roots 
   for (int i = 0; i < 4096; ++i) directions.push_back(random.direction()), decades.push_back(random.in(0, 1));
   int refused = 0, met = 0, wrong = 0, hasty_by_rounding = 0, hasty_by_much = 0;
   for (int ball = 0; ball < 100'000; ++ball) {
-    const SphereGeometry sphere{random.direction() * std::pow(10, random.in(-6, 6)), std::pow(10, random.in(-6, 6))};
+    const SphereGeometry<float> sphere{random.direction() * std::pow(10, random.in(-6, 6)),
+                                       std::pow(10, random.in(-6, 6))};
     const double scale = std::pow(10, random.in(-6, 6)), depth = std::pow(10, random.in(-17, 0));
     for (int i = 0; i < 100; ++i) {
       const std::size_t k = random.engine() % 4096;
@@ -118,7 +119,7 @@ TEST("walls are met one by one where Embree's tree finds them") {
 }
 
 TEST("a wall is a sphere whose box holds all that is smaller and no wall") {
-  const std::vector<SphereGeometry> spheres = {{{0, 0, 0}, 9}, {{1, 0, 0}, 1}, {{0, 0, 0}, 4}, {{20, 0, 0}, 2}};
+  const std::vector<SphereGeometry<float>> spheres = {{{0, 0, 0}, 9}, {{1, 0, 0}, 1}, {{0, 0, 0}, 4}, {{20, 0, 0}, 2}};
   const auto count = [&](std::size_t n) {
     const EnclosingSpheres walls({spheres.begin(), spheres.begin() + static_cast<std::ptrdiff_t>(n)}, {});
     const auto left = walls.taken_out_of(spheres);

@@ -1,0 +1,102 @@
+// Exact hits: the point and the normal in float64 at which a ray meets the primitive that Embree found.
+#pragma once
+
+#include "equaltime/base/lanes.h"
+#include "equaltime/math/ray.h"
+#include "equaltime/math/vector.h"
+#include "equaltime/shapes/geometry.h"
+#include "equaltime/shapes/triangle_plane.h"
+
+namespace equaltime {
+
+/// A point of a shape, before the side of the surface is known.
+template <class Real>
+struct ShapeHit {
+  Vec3<Double<Real>> p, n;  // n: unit, geometric
+  Real offset;              // as in OffsetPoint
+};
+
+template <class Real>
+struct CylinderHit {
+  ShapeHit<Real> hit;
+  Double<Real> height;  // above the base, along the axis
+};
+
+namespace detail {
+/// The hit at a point with a unit normal. Its offset bounds the rounding of the point to float32.
+template <class Real>
+[[nodiscard]] EQUALTIME_INLINE ShapeHit<Real> hit_at(const Vec3<Double<Real>>& p,
+                                                     const Vec3<Double<Real>>& n) noexcept {
+  return {p, n, point_offset(Vec3<Real>(p), Vec3<Real>(n))};
+}
+
+/// Parameter of the ray at its point nearest to `to`. Used if Embree reports a hit in float32 that misses in float64.
+template <class Real>
+[[nodiscard]] inline Double<Real> nearest(const BasicRayD<Real>& ray, const Vec3<Double<Real>>& to) noexcept {
+  return dot(to - ray.origin, ray.direction) / length_squared(ray.direction);
+}
+}  // namespace detail
+
+template <class Real>
+[[nodiscard]] EQUALTIME_INLINE ShapeHit<Real> exact_hit(const SphereGeometry<Real>& sphere,
+                                                        const BasicRayD<Real>& ray) noexcept {
+  const auto hit = intersect_sphere(sphere, ray);
+  const Double<Real> t = where(
+      hit.has_value(), [&] { return *hit; }, [&] { return detail::nearest(ray, sphere.center); });
+  const Vec3<Double<Real>> n = normalize(ray.origin + ray.direction * t - sphere.center);
+  return detail::hit_at<Real>(sphere.center + n * sphere.radius, n);
+}
+
+template <class Real>
+[[nodiscard]] EQUALTIME_INLINE ShapeHit<Real> exact_hit(const DiskGeometry<Real>& disk,
+                                                        const BasicRayD<Real>& ray) noexcept {
+  const Double<Real> slope = dot(disk.normal, ray.direction);
+  const Double<Real> t = where(
+      slope != 0, [&] { return dot(disk.normal, disk.center - ray.origin) / slope; },
+      [&] { return detail::nearest(ray, disk.center); });
+  return detail::hit_at<Real>(ray.origin + ray.direction * t, disk.normal);
+}
+
+template <class Real>
+[[nodiscard]] EQUALTIME_INLINE CylinderHit<Real> exact_hit(const CylinderGeometry<Real>& cylinder,
+                                                           const BasicRayD<Real>& ray) noexcept {
+  const auto hit = intersect_cylinder(cylinder, ray);
+  const Double<Real> t = where(
+      hit.has_value(), [&] { return *hit; },
+      [&] { return detail::nearest(ray, cylinder.base + cylinder.axis * (0.5 * cylinder.length)); });
+  const Vec3<Double<Real>> r = ray.origin + ray.direction * t - cylinder.base;
+  const Double<Real> along = dot(r, cylinder.axis);
+  const Double<Real> height = where(
+      hit.has_value(), [&] { return along; }, [&] { return clamp(along, 0, cylinder.length); });
+  const Vec3<Double<Real>> n = normalize(r - cylinder.axis * along);
+  return {detail::hit_at<Real>(cylinder.base + cylinder.axis * height + n * cylinder.radius, n), height};
+}
+
+/// Barycentric coordinates of a point on a triangle: u, v >= 0, u + v <= 1, p = v0 + u·e1 + v·e2.
+template <class Real>
+struct Barycentric {
+  Real u, v;
+};
+template <class Real>
+[[nodiscard]] inline Barycentric<Real> barycentric(const Vec3<Real>& v0, const Vec3<Real>& v1, const Vec3<Real>& v2,
+                                                   const Vec3<Double<Real>>& point) noexcept {
+  using Vector = Vec3<Double<Real>>;
+  const Vector a(v0), e1 = Vector(v1) - a, e2 = Vector(v2) - a, r = point - a;
+  const Vector n = cross(e1, e2);
+  const Double<Real> inv = 1 / length_squared(n);
+  const Double<Real> u = clamp(dot(cross(r, e2), n) * inv, 0, 1);
+  const Double<Real> v = clamp(dot(cross(e1, r), n) * inv, 0, 1 - u);
+  return {Real(u), Real(v)};
+}
+
+/// The unit normal between those of the corners, which have any length; that of the plane if they cancel.
+template <class Real>
+[[nodiscard]] EQUALTIME_INLINE Vec3<Real> interpolated_normal(const Vec3<Real>& n0, const Vec3<Real>& n1,
+                                                              const Vec3<Real>& n2, const Barycentric<Real>& at,
+                                                              const Vec3<Real>& plane) noexcept {
+  const Vec3<Real> sum = n0 * (1 - at.u - at.v) + n1 * at.u + n2 * at.v;
+  return where(
+      length_squared(sum) > 0, [&] { return normalize(sum); }, [&] { return plane; });
+}
+
+}  // namespace equaltime
