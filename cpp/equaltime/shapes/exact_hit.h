@@ -1,4 +1,6 @@
-// Exact hits: the point and the normal in float64 at which a ray meets the primitive that Embree found.
+// Exact hits: where a ray meets the primitive that Embree found. The point is computed from the primitive itself in
+// float64, so that it does not depend on Embree's instruction set. Each shape has one function, a template over Real
+// (base/lanes.h).
 #pragma once
 
 #include "equaltime/base/lanes.h"

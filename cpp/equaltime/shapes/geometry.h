@@ -1,7 +1,5 @@
-// The primitives that rays meet, and where exactly a ray meets them.
-// Embree (or a quadratic in float64) says which primitive is hit; the functions here recompute the point from the
-// primitive itself in float64, so that it does not depend on Embree's instruction set. All values share one space: the
-// scene's normalised space (see math/normalization.h).
+// The primitives that rays meet, and the t in float64 at which a ray meets spheres, disks and cylinders. All values
+// share one space: the scene's normalised space (see math/normalization.h).
 #pragma once
 
 #include <algorithm>
