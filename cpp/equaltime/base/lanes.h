@@ -1,12 +1,13 @@
 // Lanes: numbers of several paths that take the same steps together. A function that is a template over Real is written
-// once: with Real = float it is that of one path, with a pack of floats that of as many paths as the pack has lanes. A
-// comparison then gives a mask.
+// once: for Real = float it works on one path, for a pack of floats on one path in each lane. Comparisons of packs give
+// masks.
 //
-// Paths part in three ways. `select` takes one of two values, a lane at a time. `where` computes only what some lane
-// asks for. `none` says that no lane goes on.
+// Where paths differ, `select` takes one of two values in each lane, and `where` computes only what some lane asks for.
+// `none` tells that no lane goes on.
 //
-// A pack specialises LaneTraits, and has the operators of float, these functions of masks and the functions of
-// math/numeric.h. The core has float alone; cpp/tests/lanes.h has a pack, which holds the templates to this.
+// A pack specialises LaneTraits. It has the operators of float, these functions of masks, and the functions of
+// math/numeric.h. The core compiles float alone. Tests compare the lanes of a pack (cpp/tests/lanes.h) with single
+// paths.
 #pragma once
 
 #include <concepts>
@@ -35,9 +36,10 @@ concept LaneNumber = requires {
   LaneTraits<T>::width;
 };
 
+/// A truth for each lane.
 template <LaneNumber Real>
 using Mask = typename LaneTraits<Real>::Mask;
-/// A float64 a lane.
+/// A float64 for each lane.
 template <LaneNumber Real>
 using Double = typename LaneTraits<Real>::Double;
 template <LaneNumber Real>
@@ -68,8 +70,8 @@ using MaskOf = typename detail::MaskOf<T>::type;
 constexpr bool any(bool mask) noexcept { return mask; }
 constexpr bool none(bool mask) noexcept { return !mask; }
 
-/// first() in the lanes of the mask, second() in the others, or zero. Each is called only if a lane asks for it, so
-/// that no lane divides by 0 for nothing.
+/// first() in the lanes of the mask, and second(), or zero, in the others. A function is called only if some lane asks
+/// for it.
 template <class First, class Second>
 [[gnu::always_inline]] constexpr auto where(bool mask, First&& first, Second&& second) noexcept {
   return mask ? first() : second();
@@ -85,7 +87,7 @@ template <class Table>
   return table[index];
 }
 
-/// f of the numbers of each lane, one lane after the other: for what is rare, or parts too often.
+/// Calls f with the numbers of each lane, one lane after the other: for code that is rare or has many branches.
 template <LaneNumber Real, class F, class... Args>
 [[gnu::always_inline]] inline auto for_each_lane(F&& f, const Args&... args) noexcept {
   if constexpr (LaneTraits<Real>::width == 1)
@@ -94,7 +96,7 @@ template <LaneNumber Real, class F, class... Args>
     return LaneTraits<Real>::for_each(f, args...);
 }
 
-/// Whether a model is written for lanes: it is a template over Real. Any other takes one path at a time.
+/// Whether a model is written for lanes, as a template over Real. Any other model takes one path at a time.
 template <class Model>
 inline constexpr bool kHasLanes = false;
 template <template <class> class Model>
