@@ -204,7 +204,7 @@ Optional<T> select(const Truths& first, const Optional<T>& a, const Optional<T>&
 }
 
 template <class Table>
-constexpr Pack<std::uint32_t> gather(const Table& table, const Pack<std::uint32_t>& index) noexcept {
+constexpr Pack<std::uint32_t> lookup(const Table& table, const Pack<std::uint32_t>& index) noexcept {
   return Pack<std::uint32_t>::map([&](std::uint32_t i) -> std::uint32_t { return table[i]; }, index);
 }
 

@@ -125,7 +125,7 @@ struct Accel::Impl {
   Device device;
   std::vector<EmbreeScene> group_scenes;
   std::vector<MovingInstance> moving;
-  EmbreeScene scene;  // of all but these, and what moves if that is few:
+  EmbreeScene scene;  // everything but walls and, if they are few, moving instances
   EnclosingSpheres walls;
   std::vector<SphereGeometry<float>> beside_walls;  // the spheres that are no walls, if some are
   Reach reach;                                      // of the origins of rays, by the instances

@@ -93,9 +93,9 @@ class Accel {
   void closest(std::span<const Ray> rays, std::span<const float> times, std::span<Optional<Hit>> hits) const noexcept;
   void occluded(std::span<const Ray> rays, std::span<const float> times, std::span<bool> blocked) const noexcept;
 
-  /// Whether this thread traced a ray since it last asked that Embree does not take: one with NaN, or that begins
-  /// beyond `reach`. Such a ray meets nothing, so that whatever was made of it counts for nothing.
-  [[nodiscard]] static bool refused_ray() noexcept { return std::exchange(refused_, false); }
+  /// Returns whether Embree refused a ray of this thread since the last call: one with NaN, or one that begins beyond
+  /// `reach`. Such a ray has no nearest surface and counts as occluded, so what was made of it must not be used.
+  [[nodiscard]] static bool take_refusal() noexcept { return std::exchange(refused_, false); }
   /// The largest coordinate of an origin that is still within Embree's limits in the space of the instance's group.
   [[nodiscard]] static double reach(const InstanceGeometry& instance) noexcept;
 

@@ -71,15 +71,16 @@ inline void write(RTCRay& r, Float4 origin, Float4 direction, float t_max) noexc
   return reach.holds(origin) && reach.holds(direction);
 }
 
-/// Remembers, until `Accel::refused_ray` asks, that this thread had a ray which Embree does not take.
+/// Remembers, until `Accel::take_refusal` asks, that this thread had a ray which Embree does not take.
 [[gnu::cold, gnu::noinline]] void refuse_ray() noexcept;
 
-inline float below(double x) noexcept { return std::nextafter(static_cast<float>(x), -kInfinity); }
-inline float above(double x) noexcept { return std::nextafter(static_cast<float>(x), kInfinity); }
+inline float rounded_down(double x) noexcept { return std::nextafter(static_cast<float>(x), -kInfinity); }
+inline float rounded_up(double x) noexcept { return std::nextafter(static_cast<float>(x), kInfinity); }
 
 inline RTCBounds bounds_around(const Vec3d& center, const Vec3d& half) noexcept {
   const Vec3d lo = center - half, hi = center + half;
-  return {below(lo.x), below(lo.y), below(lo.z), 0, above(hi.x), above(hi.y), above(hi.z), 0};
+  return {rounded_down(lo.x), rounded_down(lo.y), rounded_down(lo.z), 0,
+          rounded_up(hi.x),   rounded_up(hi.y),   rounded_up(hi.z),   0};
 }
 
 }  // namespace equaltime

@@ -32,17 +32,18 @@ void BreakdownParts::name_lights(const Scene& scene) {
       starts[light] = "shape " + std::to_string(i);
   for (std::uint32_t i = scene.lights.first_delta(); i < starts.size(); ++i)
     starts[i] = "light " + std::to_string(i - scene.lights.first_delta());
-  if (scene.lights.environment()) starts.back() = "environment";
-  for (std::size_t i = 0; i < starts.size(); ++i) {
-    if (!starts[i].empty() && count() < first + kMostLights) names_.push_back({"light", starts[i]});
+  const bool has_environment = scene.lights.environment().has_value();
+  bool others = false;
+  for (std::size_t i = 0; i < starts.size() - has_environment; ++i) {
+    const bool room = count() < first + kMostLights;
+    if (!starts[i].empty() && room) names_.push_back({"light", starts[i]});
+    others = others || (!starts[i].empty() && !room);
     light_part_[i] = count() - 1;
   }
-  if (scene.lights.environment() && !starts.empty() && names_.back().what != "environment") {
-    names_.back().what = "others";
+  if (others) names_.back().what = "others";
+  if (has_environment) {
     names_.push_back({"light", "environment"});
     light_part_.back() = count() - 1;
-  } else if (count() == first + kMostLights) {
-    names_.back().what = "others";
   }
 }
 

@@ -18,9 +18,10 @@ namespace equaltime {
 /// The parts of a scene's light, numbered: lengths of paths, ways to find light, BSDFs, lights.
 class BreakdownParts {
  public:
-  static constexpr std::uint32_t kLengths = 16;     // the last has all that are longer
-  static constexpr std::uint32_t kWays = 3;         // seen by the camera, met by a scattered ray, aimed at
-  static constexpr std::uint32_t kMostLights = 24;  // told apart; the last has all the others
+  static constexpr std::uint32_t kLengths = 16;  // the last has all that are longer
+  static constexpr std::uint32_t kWays = 3;      // seen by the camera, met by a scattered ray, aimed at
+  static constexpr std::uint32_t kMostLights =
+      24;  // beside the environment; if there are more, the last part has the others
 
   explicit BreakdownParts(const Scene& scene);
 
@@ -64,8 +65,8 @@ class BreakdownObserver : public PathObserver {
     weight_ = static_cast<double>(path.filter_weight), bsdf_ = 0;
     added_.clear();
   }
-  void on(const event::VertexReached& at) noexcept { bsdf_ = BreakdownParts::number(at.bsdf); }
-  void on(const event::CopyResumed& at) noexcept { bsdf_ = BreakdownParts::number(at.bsdf); }
+  void on(const event::VertexReached& at) noexcept { bsdf_ = BreakdownParts::number(at.scatterer); }
+  void on(const event::CopyResumed& at) noexcept { bsdf_ = BreakdownParts::number(at.scatterer); }
   void on(const event::LightSampled& sampled) noexcept {
     aimed_at_ = sampled.light.light;
     crossed_ = -1;

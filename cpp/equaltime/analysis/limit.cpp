@@ -81,10 +81,11 @@ class LimitRun {
     Recording recording{begin, begin, std::vector<std::vector<RecordedRay>>(blocks_.size() - begin)};
     std::atomic<std::size_t> kept{0};
     Stop stop({.poll = poll_});
+    const Settings& settings = renderer_.settings();
     const auto work = [&](std::size_t i) {
       RayRecorder recorder;
       const PixelBlock& block = blocks_[begin + i];
-      renderer_.kernel().record({*scene_, renderer_.settings(), seed_, block, first, last, nets_}, recorder);
+      renderer_.kernel().record({*scene_, settings, seed_, block, first, last, nets_}, recorder);
       recording.rays[i].assign(recorder.rays.begin(), recorder.rays.end());  // no spare capacity
       if ((kept += recorder.rays.size() * sizeof(RecordedRay)) >= options_.memory_bytes) stop.request();
     };

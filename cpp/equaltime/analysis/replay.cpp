@@ -22,12 +22,12 @@ std::optional<Point2f> prim_uv_at(const SceneGeometry& geometry, const Interacti
 }
 
 /// Keeps what it sees. Embree is asked nothing that the render does not ask, but for what blocks a light.
-class PathTracer : public PathObserver {
+class ReplayObserver : public PathObserver {
  public:
   static constexpr bool allocates = true;
   using Guard = ScopedFpEnvironment;
 
-  PathTracer(const Scene& scene, const Settings& settings, Replay& replay)
+  ReplayObserver(const Scene& scene, const Settings& settings, Replay& replay)
       : scene_(scene), settings_(settings), replay_(replay) {}
 
   void on(const event::PathStarted& path) noexcept { replay_.filter_weight = path.filter_weight; }
@@ -39,7 +39,7 @@ class PathTracer : public PathObserver {
     if (replay_.vertices.size() == 1) early_faults_ = faults;
     const std::size_t own = replay_.vertices.size() - 1;
     if (own == 0) return;
-    current().from = resumes_ ? forked_ : own - 1;
+    current().from = resumes_ ? split_at_ : own - 1;
     current().length = replay_.vertices[*current().from].length + 1;
     resumes_ = false;
   }
@@ -50,8 +50,8 @@ class PathTracer : public PathObserver {
       vertex.it = *hit.it;
       vertex.prim_uv = prim_uv_at(scene_.geometry, *hit.it, time_);
     } else if (scene_.lights.environment()) {
-      const LightValue<float> value = scene_.lights.environment_towards(settings_.lights, settings_.environment,
-                                                                        vertex.made.from, hit.ray.direction);
+      const LightValue<float> value = scene_.lights.environment_towards(
+          settings_.light_selection, settings_.environment_sampling, vertex.made.from, hit.ray.direction);
       meets(scene_.lights.last(), value.radiance, value.pdf);
     }
   }
@@ -68,7 +68,7 @@ class PathTracer : public PathObserver {
   void on(const event::DirectLightAdded& added) noexcept {
     if (current().light) current().light->gathered = added.L;
   }
-  void on(const event::PathSplit&) noexcept { forked_ = replay_.vertices.size() - 1; }
+  void on(const event::PathSplit&) noexcept { split_at_ = replay_.vertices.size() - 1; }
   void on(const event::CopyResumed&) noexcept { resumes_ = true; }
   void on(const event::DistanceSampled& sampled) {
     TracedVertex& vertex = current();
@@ -97,7 +97,7 @@ class PathTracer : public PathObserver {
   void on(const event::DirectionSampled& at) {
     const ScopedFpEnvironment held;
     TracedScattering& scattering = current().scattering.emplace();
-    scattering = {at.bsdf.name(), at.it, albedo<kAllEffects>(at.it, at.bsdf), {}, {}};
+    scattering = {at.scatterer.name(), at.it, albedo<kAllEffects>(at.it, at.scatterer), {}, {}};
     if (at.scattered) scattering.scattered = *at.scattered;
   }
   void on(const event::RouletteSurvived& survived) { current().scattering->survival = survived.probability; }
@@ -122,10 +122,10 @@ class PathTracer : public PathObserver {
   const Scene& scene_;
   const Settings& settings_;
   Replay& replay_;
-  float time_ = 0;          // of the path
-  int early_faults_ = 0;    // before the first ray
-  std::size_t forked_ = 0;  // the vertex where the path forked
-  bool resumes_ = false;    // from there, with its next ray
+  float time_ = 0;            // of the path
+  int early_faults_ = 0;      // before the first ray
+  std::size_t split_at_ = 0;  // the vertex where the path was split
+  bool resumes_ = false;      // from there, with its next ray
 };
 
 PathEnd end_of(const std::vector<TracedVertex>& vertices, int max_depth) noexcept {
@@ -141,9 +141,9 @@ PathEnd end_of(const std::vector<TracedVertex>& vertices, int max_depth) noexcep
 
 Replay replay(const Scene& scene, const Settings& settings, std::uint64_t seed, std::uint32_t x, std::uint32_t y,
               std::uint64_t index, std::uint32_t nets) {
-  scene.lights.prepare(settings.lights, settings.environment);
+  scene.lights.prepare(settings.light_selection, settings.environment_sampling);
   Replay result{};
-  PathTracer tracer(scene, settings, result);
+  ReplayObserver tracer(scene, settings, result);
   Stop never;
   const RouletteDecision decision = decide_roulette(scene, settings, 1, never);
   never.rethrow();

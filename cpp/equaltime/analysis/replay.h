@@ -62,7 +62,7 @@ enum class PathEnd : std::uint8_t { escapes, depth, absorbed, no_direction, blac
 struct Replay {
   float filter_weight;                 // of its place under the pixel's filter
   Spectrum radiance;                   // the sample, the filter's weight included: what the render added to its film
-  std::vector<TracedVertex> vertices;  // at least one; copies of a path that forked come one after the other
+  std::vector<TracedVertex> vertices;  // at least one; copies of a path that was split come one after the other
   PathEnd end;                         // of the last copy
 };
 

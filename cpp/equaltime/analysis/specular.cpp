@@ -32,7 +32,7 @@ enum class Vertex : std::uint8_t { specular, straight, other };
 /// The kind of a vertex, by where the path goes on; thin glass that is passed straight is as good as none.
 Vertex kind_of(const event::DirectionSampled& at) noexcept {
   if (!at.scattered) return Vertex::other;
-  if (at.bsdf.is_thin() && !at.scattered->above) return Vertex::straight;
+  if (at.scatterer.is_thin() && !at.scattered->above) return Vertex::straight;
   return at.scattered->delta || at.scattered->pdf > kSpecularDensity ? Vertex::specular : Vertex::other;
 }
 
@@ -96,13 +96,13 @@ struct Chains {
   unsigned threads;
 
   Chains(const Scene& s, Settings of_render, const RenderOptions& options)
-      : scene(s), settings(of_render), seed(options.seed ^ 0x9e3779b97f4a7c15), threads(thread_count(options.threads)) {
+      : scene(s), settings(of_render), seed(options.seed ^ kGolden), threads(thread_count(options.threads)) {
     settings.technique = Technique::bsdf;
-    settings.lights = LightSelection::power;
+    settings.light_selection = LightSelection::power;
     settings.roulette = Roulette::none;
     settings.sampler = SamplerKind::sobol;
     settings.max_depth = std::min(settings.max_depth, kLongestChain);
-    scene.lights.prepare(settings.lights, settings.environment);
+    scene.lights.prepare(settings.light_selection, settings.environment_sampling);
   }
 
   [[nodiscard]] std::size_t pixels() const noexcept {
@@ -204,8 +204,9 @@ FocusedLight focused_light(const Scene& scene, const Settings& settings, const R
     if (!observer.specular()) return;
     const Sampler sampler = Sampler::at(SamplerKind::independent, chains.seed, pixel, i, 1);
     const Point2f u = sampler.get_2d(slot(BounceDimension::light_point, 0));
-    const auto light = scene.lights.sample<kAllEffects>(chains.settings.lights, chains.settings.environment,
-                                                        {observer.place(), {}, false}, sampler, 0, u, observer.time());
+    const auto light =
+        scene.lights.sample<kAllEffects>(chains.settings.light_selection, chains.settings.environment_sampling,
+                                         {observer.place(), {}, false}, sampler, 0, u, observer.time());
     seen[i].vertex = true;
     if (!light || !(light->pdf > 0)) return;
     const auto L = static_cast<double>(light->radiance.luminance()), pdf = static_cast<double>(light->pdf);

@@ -23,7 +23,7 @@ std::vector<double> unoccluded_direct_light(std::shared_ptr<const Scene> scene, 
                                             const RenderOptions& options, std::span<const std::uint32_t> pixels) {
   // Another technique or light selection may find light that the render's own hardly ever finds.
   settings.technique = Technique::mis;
-  settings.lights = LightSelection::tree;
+  settings.light_selection = LightSelection::tree;
   const Renderer renderer(scene, settings, options);  // prepares the lights
   const std::uint32_t width = scene->camera.film.crop_width;
   const double scale = scene->normalization.world_radiance_scale();

@@ -76,8 +76,8 @@ std::optional<CameraConnection> look(const Scene& scene, const Window& window, c
   const float time = sampler.get_1d(slot(CameraDimension::time));
   const LightSampleContext receiver{Vec3f(outlook.origin()), {}, false};
   const Point2f u = sampler.get_2d(slot(BounceDimension::light_point, 0));
-  const auto light =
-      scene.lights.sample<kAllEffects>(settings.lights, settings.environment, receiver, sampler, 0, u, time);
+  const auto light = scene.lights.sample<kAllEffects>(settings.light_selection, settings.environment_sampling, receiver,
+                                                      sampler, 0, u, time);
   if (!light || light->delta || !(light->pdf > 0)) return std::nullopt;
   const auto place = outlook.place(Vec3d(light->wi));
   if (!place || !is_near(window, scene, *place)) return std::nullopt;
@@ -111,8 +111,8 @@ std::map<std::uint32_t, LampsOfPixel> find_visible_emitters(const Scene& scene, 
                                                             std::uint64_t points, bool whole_film) {
   const bool none = scene.lights.first_delta() == 0 && !scene.lights.environment();
   if (none || scene.rules.hides_emitters || settings.max_depth < 1 || !LensSample::possible(scene)) return {};
-  settings.lights = LightSelection::power;
-  scene.lights.prepare(settings.lights, settings.environment);
+  settings.light_selection = LightSelection::power;
+  scene.lights.prepare(settings.light_selection, settings.environment_sampling);
   const Window window(scene.camera.film, whole_film);
   std::map<std::uint32_t, LampsOfPixel> found;
   for (std::uint64_t i = 0; i < points; ++i) {

@@ -8,6 +8,9 @@
 
 namespace equaltime {
 
+/// 2^64 over the golden ratio: an odd number without a pattern, for hashes.
+inline constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15ULL;
+
 /// Finaliser with full avalanche (Stafford's variant 13, as in SplitMix64; Steele, Lea & Flood 2014).
 /// U: 64 bits, or lanes of them.
 template <class U = std::uint64_t>

@@ -83,7 +83,7 @@ template <class First>
 
 /// The element of a table, in each lane.
 template <class Table>
-[[gnu::always_inline]] constexpr std::uint32_t gather(const Table& table, std::uint32_t index) noexcept {
+[[gnu::always_inline]] constexpr std::uint32_t lookup(const Table& table, std::uint32_t index) noexcept {
   return table[index];
 }
 

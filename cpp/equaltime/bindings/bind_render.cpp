@@ -48,12 +48,13 @@ Settings make_settings(const Word& technique, const Word& heuristic, const Word&
        {"mixture", Technique::mixture}},
       technique, "technique");
   set(s.heuristic, {{"balance", Heuristic::balance}, {"power", Heuristic::power}}, heuristic, "heuristic");
-  set(s.lights,
+  set(s.light_selection,
       {{"uniform", LightSelection::uniform}, {"power", LightSelection::power}, {"tree", LightSelection::tree}}, lights,
       "lights");
-  set(s.environment, {{"plain", EnvironmentSampling::plain}, {"compensated", EnvironmentSampling::compensated}},
-      environment, "environment");
-  if (s.environment == EnvironmentSampling::compensated && s.technique < Technique::mis)
+  set(s.environment_sampling,
+      {{"plain", EnvironmentSampling::plain}, {"compensated", EnvironmentSampling::compensated}}, environment,
+      "environment");
+  if (s.environment_sampling == EnvironmentSampling::compensated && s.technique < Technique::mis)
     throw py::value_error("a compensated environment needs BSDF sampling beside it: mis or mixture");
   set(s.roulette,
       {{"none", Roulette::none},

@@ -43,29 +43,22 @@ struct Dielectric {
   [[nodiscard]] static BsdfValue<Real> eval(const Vec3<Real>&, const Vec3<Real>&, Mask<Real>) noexcept { return {}; }
   [[nodiscard]] Optional<BsdfSample<Real>> sample(const Vec3<Real>& wo, Mask<Real> front, Double<Real> u_lobe,
                                                   Point2<Real>) const noexcept {
-    const Real eta = relative_ior(front), inv = 1 / eta;
-    const DielectricFresnel<Real> interface = fresnel_dielectric(wo.z, eta);
+    const Real eta = relative_ior(ior, front), inv = 1 / eta;
+    const DielectricFresnel<Real> fresnel = fresnel_dielectric(wo.z, eta);
     const Real compression = inv * inv;  // radiance is carried per solid angle, which refraction narrows by eta²
     return where(
-        u_lobe < Double<Real>(interface.reflectance),
+        u_lobe < Double<Real>(fresnel.reflectance),
         [&] {
           return BsdfSample<Real>{{-wo.x, -wo.y, wo.z}, specular_reflectance, 0, true};
         },
         [&] {
-          const Vec3<Real> wi{-wo.x * inv, -wo.y * inv, -interface.cos_transmitted};
+          const Vec3<Real> wi{-wo.x * inv, -wo.y * inv, -fresnel.cos_transmitted};
           return BsdfSample<Real>{wi, specular_transmittance * compression, 0, true, compression};
         });
   }
   [[nodiscard]] Rgb<Real> albedo(const Vec3<Real>& wo, Mask<Real> front) const noexcept {
-    const Real reflectance = fresnel_dielectric(wo.z, relative_ior(front)).reflectance;
+    const Real reflectance = fresnel_dielectric(wo.z, relative_ior(ior, front)).reflectance;
     return specular_reflectance * reflectance + specular_transmittance * (1 - reflectance);
-  }
-
- private:
-  /// The index of the far side over that of the side of wo.
-  [[nodiscard]] Real relative_ior(Mask<Real> front) const noexcept {
-    return where(
-        front, [&] { return ior; }, [&] { return 1 / ior; });
   }
 };
 

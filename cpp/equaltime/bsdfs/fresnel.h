@@ -39,6 +39,13 @@ template <class Real>
       [&] { return 0.919317F + x * (-3.4793F + x * (6.75335F + x * (-7.80989F + x * (4.98554F - 1.36881F * x)))); });
 }
 
+/// The index of the far side over that of the near side; `ior`: interior over exterior, `front`: seen from outside.
+template <class Real>
+[[nodiscard]] inline Real relative_ior(Real ior, Mask<Real> front) noexcept {
+  return where(
+      front, [&] { return ior; }, [&] { return 1 / ior; });
+}
+
 /// A dielectric interface seen from one side: reflectance and the cosine of the refracted direction.
 template <class Real>
 struct DielectricFresnel {

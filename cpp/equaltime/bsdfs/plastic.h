@@ -45,7 +45,7 @@ struct Plastic {
         diffuse_reflectance(spectrum(d.diffuse_reflectance)),
         specular_reflectance(spectrum(d.specular_reflectance)),
         internal_(fresnel_diffuse(1 / ior)),
-        leaving_(square(ior) * (1 - internal_)) {
+        mean_entering_(square(ior) * (1 - internal_)) {
     derive();
   }
   [[nodiscard]] static constexpr auto fields() noexcept {
@@ -62,14 +62,14 @@ struct Plastic {
   /// Of the body alone.
   [[nodiscard]] BsdfValue<Real> eval(const Vec3<Real>& wo, const Vec3<Real>& wi, Mask<Real>) const noexcept {
     return where(wi.z > 0, [&] {
-      const Real reflectance = interface(wo), cosine = cosine_hemisphere_pdf(wi.z);
-      const Real entering = (1 - reflectance) * (1 - interface(wi));
+      const Real reflectance = fresnel(wo), cosine = cosine_hemisphere_pdf(wi.z);
+      const Real entering = (1 - reflectance) * (1 - fresnel(wi));
       return BsdfValue<Real>{body_ * (entering * cosine), (1 - specular_probability(reflectance)) * cosine};
     });
   }
   [[nodiscard]] Optional<BsdfSample<Real>> sample(const Vec3<Real>& wo, Mask<Real> front, Double<Real> u_lobe,
                                                   Point2<Real> u) const noexcept {
-    const Real reflectance = interface(wo), probability = specular_probability(reflectance);
+    const Real reflectance = fresnel(wo), probability = specular_probability(reflectance);
     return where(
         u_lobe < Double<Real>(probability),
         [&] {
@@ -82,28 +82,28 @@ struct Plastic {
         });
   }
   [[nodiscard]] Real delta_probability(const Vec3<Real>& wo, Mask<Real>) const noexcept {
-    return specular_probability(interface(wo));
+    return specular_probability(fresnel(wo));
   }
   [[nodiscard]] Rgb<Real> albedo(const Vec3<Real>& wo, Mask<Real>) const noexcept {
-    const Real reflectance = interface(wo);
-    return specular_reflectance * reflectance + body_ * ((1 - reflectance) * leaving_);
+    const Real reflectance = fresnel(wo);
+    return specular_reflectance * reflectance + body_ * ((1 - reflectance) * mean_entering_);
   }
 
   /// Computes all that follows from the two colours, which textures may give.
   void derive() noexcept {
     body_ = body_reflectance(diffuse_reflectance, internal_, nonlinear, ior);
-    weights_ = {specular_reflectance.mean(), body_.mean() * leaving_};
+    weights_ = {specular_reflectance.mean(), body_.mean() * mean_entering_};
   }
 
  private:
-  [[nodiscard]] Real interface(const Vec3<Real>& v) const noexcept { return fresnel_dielectric(v.z, ior).reflectance; }
+  [[nodiscard]] Real fresnel(const Vec3<Real>& v) const noexcept { return fresnel_dielectric(v.z, ior).reflectance; }
   [[nodiscard]] Real specular_probability(Real reflectance) const noexcept {
     return weights_.specular_probability(reflectance, 1 - reflectance);
   }
 
-  Real internal_;   // the mean reflectance of the interface from within
-  Real leaving_;    // the mean transmittance of the interface from outside
-  Rgb<Real> body_;  // f·π of the body without the interface's transmittances
+  Real internal_;       // the mean reflectance of the interface from within
+  Real mean_entering_;  // the mean transmittance of the interface from outside
+  Rgb<Real> body_;      // f·π of the body without the interface's transmittances
   LobeWeights<Real> weights_;
 };
 

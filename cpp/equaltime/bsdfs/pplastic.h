@@ -35,7 +35,7 @@ struct PPlastic {
         ior(static_cast<float>(d.ior)),
         diffuse_reflectance(spectrum(d.diffuse_reflectance)),
         specular_reflectance(spectrum(d.specular_reflectance)),
-        entering_(1 - fresnel_diffuse(ior)) {
+        mean_entering_(1 - fresnel_diffuse(ior)) {
     derive();
   }
   [[nodiscard]] static constexpr auto fields() noexcept {
@@ -59,34 +59,34 @@ struct PPlastic {
   [[nodiscard]] Optional<BsdfSample<Real>> sample(const Vec3<Real>& wo, Mask<Real>, Double<Real> u_lobe,
                                                   Point2<Real> u) const noexcept {
     const auto value = [&](const Vec3<Real>& wi, const Vec3<Real>& m) noexcept { return eval_at(wo, wi, m); };
-    return sample_mirror_or_body(distribution, specular_probability(interface(wo.z)), wo, u_lobe, u, value);
+    return sample_mirror_or_body(distribution, specular_probability(fresnel(wo.z)), wo, u_lobe, u, value);
   }
   [[nodiscard]] Rgb<Real> albedo(const Vec3<Real>& wo, Mask<Real>) const noexcept {
-    const Real reflectance = interface(wo.z);
-    return specular_reflectance * reflectance + diffuse_reflectance * ((1 - reflectance) * entering_);
+    const Real reflectance = fresnel(wo.z);
+    return specular_reflectance * reflectance + diffuse_reflectance * ((1 - reflectance) * mean_entering_);
   }
 
   /// Computes all that follows from the two colours, which textures may give.
-  void derive() noexcept { weights_ = {specular_reflectance.mean(), diffuse_reflectance.mean() * entering_}; }
+  void derive() noexcept { weights_ = {specular_reflectance.mean(), diffuse_reflectance.mean() * mean_entering_}; }
 
  private:
   [[nodiscard]] BsdfValue<Real> eval_at(const Vec3<Real>& wo, const Vec3<Real>& wi,
                                         const Vec3<Real>& m) const noexcept {
-    const Real reflected = interface(wo.z), specular = specular_probability(reflected);
+    const Real reflected = fresnel(wo.z), specular = specular_probability(reflected);
     // The cosine of half the angle between them, the same from both; see RoughPlastic.
-    const Real reflectance = interface(min(Real(1), 0.5F * length(wo + wi)));
+    const Real reflectance = fresnel(min(Real(1), 0.5F * length(wo + wi)));
     const FacetLobe<Real> mirror = mirrored(distribution, wo, wi, m);
     const Real cosine = cosine_hemisphere_pdf(wi.z);
     return {specular_reflectance * (reflectance * mirror.f) +
-                diffuse_reflectance * (cosine * (1 - reflected) * (1 - interface(wi.z))),
+                diffuse_reflectance * (cosine * (1 - reflected) * (1 - fresnel(wi.z))),
             specular * mirror.pdf + (1 - specular) * cosine};
   }
-  [[nodiscard]] Real interface(Real cosine) const noexcept { return fresnel_dielectric(cosine, ior).reflectance; }
+  [[nodiscard]] Real fresnel(Real cosine) const noexcept { return fresnel_dielectric(cosine, ior).reflectance; }
   [[nodiscard]] Real specular_probability(Real reflectance) const noexcept {
     return weights_.specular_probability(reflectance, 1 - reflectance);
   }
 
-  Real entering_;  // the mean transmittance of the interface from outside
+  Real mean_entering_;  // the mean transmittance of the interface from outside
   LobeWeights<Real> weights_;
 };
 

@@ -57,7 +57,7 @@ struct RoughDielectric {
   }
 
   [[nodiscard]] BsdfValue<Real> eval(const Vec3<Real>& wo, const Vec3<Real>& wi, Mask<Real> front) const noexcept {
-    const Real eta = relative_ior(front);
+    const Real eta = relative_ior(ior, front);
     const Optional<Vec3<Real>> m = facet_between(wo, wi, eta);
     return where(m.has_value(), [&] {
       return eval_at(wo, wi, *m, eta, fresnel_dielectric(min(Real(1), dot(wo, *m)), eta).reflectance);
@@ -65,32 +65,27 @@ struct RoughDielectric {
   }
   [[nodiscard]] Optional<BsdfSample<Real>> sample(const Vec3<Real>& wo, Mask<Real> front, Double<Real> u_lobe,
                                                   Point2<Real> u) const noexcept {
-    const Real eta = relative_ior(front);
+    const Real eta = relative_ior(ior, front);
     const Vec3<Real> m = distribution.sample(wo, u);
     const Real c = min(Real(1), dot(wo, m));
-    const DielectricFresnel<Real> interface = fresnel_dielectric(c, eta);
-    const Mask<Real> mirrors = u_lobe < Double<Real>(interface.reflectance);
+    const DielectricFresnel<Real> fresnel = fresnel_dielectric(c, eta);
+    const Mask<Real> mirrors = u_lobe < Double<Real>(fresnel.reflectance);
     const Vec3<Real> wi = where(
         mirrors, [&] { return m * (2 * c) - wo; },
-        [&] { return m * (c / eta - interface.cos_transmitted) - wo * (1 / eta); });
+        [&] { return m * (c / eta - fresnel.cos_transmitted) - wo * (1 / eta); });
     const Mask<Real> leaves = (mirrors && wi.z > 0) || (!mirrors && wi.z < 0);
     if (none(leaves)) return std::nullopt;
     const Real eta_scale = where(
         mirrors, [] { return Real(1); }, [&] { return 1 / square(eta); });
-    return sample_of(wi, eval_at(wo, wi, m, eta, interface.reflectance), leaves, eta_scale);
+    return sample_of(wi, eval_at(wo, wi, m, eta, fresnel.reflectance), leaves, eta_scale);
   }
   /// Nearly that of the smooth dielectric. Where that one reflects all, facets that lean still refract.
   [[nodiscard]] Rgb<Real> albedo(const Vec3<Real>& wo, Mask<Real> front) const noexcept {
-    const Real reflectance = fresnel_dielectric(wo.z, relative_ior(front)).reflectance;
+    const Real reflectance = fresnel_dielectric(wo.z, relative_ior(ior, front)).reflectance;
     return specular_reflectance * reflectance + specular_transmittance * max(1 - reflectance, Real(0.25F));
   }
 
  private:
-  /// The index of the far side over that of the side of wo.
-  [[nodiscard]] Real relative_ior(Mask<Real> front) const noexcept {
-    return where(
-        front, [&] { return ior; }, [&] { return 1 / ior; });
-  }
   [[nodiscard]] BsdfValue<Real> eval_at(const Vec3<Real>& wo, const Vec3<Real>& wi, const Vec3<Real>& m, Real eta,
                                         Real reflectance) const noexcept {
     const Mask<Real> mirrors = wi.z > 0;

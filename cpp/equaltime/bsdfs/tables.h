@@ -32,7 +32,7 @@ class RoughTransmittance {
 
  private:
   [[nodiscard]] float at(float cosine) const noexcept {
-    const float x = std::min(cosine, 1.0F) * (kKnots - 1);
+    const float x = std::max(0.0F, std::min(cosine, 1.0F)) * (kKnots - 1);
     const auto i = std::min(static_cast<std::size_t>(x), std::size_t{kKnots - 2});
     return std::lerp(from_outside_[i], from_outside_[i + 1], x - static_cast<float>(i));
   }

@@ -8,6 +8,8 @@
 #include <limits>
 #include <vector>
 
+#include "equaltime/base/bits.h"
+
 namespace equaltime {
 
 // Numbers different corners 0, 1, 2 … in the order in which they come: open addressing over a power of two, at most
@@ -32,7 +34,7 @@ class CornerTable {
 
   static std::uint64_t hash(const Corner& corner) noexcept {
     std::uint64_t h = 0;
-    for (const std::uint32_t word : corner) h = (h ^ (h >> 32) ^ word) * 0x9e3779b97f4a7c15u;
+    for (const std::uint32_t word : corner) h = (h ^ (h >> 32) ^ word) * kGolden;
     return h ^ (h >> 32);
   }
   std::uint32_t* find(const Corner& corner, const std::vector<Corner>& corners) noexcept {

@@ -1,7 +1,8 @@
 // Lights that are surfaces: triangles, rectangles, spheres, disks.
-// Near a light its solid angle is sampled; further away, where the two hardly differ in variance, its area, which costs
-// less. One function of shape and receiver decides which, for `sample` and `pdf` alike.
-// Lanes have a light each. The functions of loading (power, bounds, placed) exist for single lights only.
+// Triangles and rectangles sample their solid angle if the receiver is near. Further away they sample their area, which
+// costs less and has hardly more variance. `is_near` decides, for `sample` and `pdf` alike. Spheres always sample their
+// solid angle, disks their area.
+// Lanes have a light each. Functions used at load (power, bounds, placed) are compiled for float alone.
 #pragma once
 
 #include <optional>
@@ -57,7 +58,7 @@ struct NearView {
   /// A point of the light, uniform over the view.
   [[nodiscard]] static Vec3f point(const View& view, const Vec3f& corner, const Vec3f& edge_x, const Vec3f& edge_y,
                                    Vec3f receiver, Point2f u) noexcept;
-  /// Such a point; the other one if the receiver is not near, or if there is no view.
+  /// A point of the light, uniform over the view; `otherwise` if the receiver is not near or there is no view.
   [[nodiscard]] static ViewPoint<float> sample(bool near, const Vec3f& corner, const Vec3f& edge_x, const Vec3f& edge_y,
                                                Vec3f receiver, Point2f u, ViewPoint<float> otherwise) noexcept;
   /// Density of these points; 0 if there is no view.

@@ -89,7 +89,7 @@ Renderer::Renderer(std::shared_ptr<const Scene> scene, const Settings& settings,
     if (options.nets != 1) throw std::invalid_argument("a second net stands beside one");
     second_ = SecondNets(options.seed, film_.width(), film_.height(), options.second_net);
   }
-  scene_->lights.prepare(settings_.lights, settings_.environment);
+  scene_->lights.prepare(settings_.light_selection, settings_.environment_sampling);
   if (options.pixel_rays) pixel_rays_.resize(std::size_t{film_.width()} * film_.height());
 }
 

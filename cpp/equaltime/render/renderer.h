@@ -22,7 +22,7 @@ struct RenderOptions {
   unsigned threads = 0;          // 0: as many as the machine has
   std::uint32_t tile = 16;       // pixels along a block's side
   std::uint32_t replicates = 2;  // of the film
-  std::uint32_t nets = 2;        // per pixel: one per replicate, or 1: then its halves are the replicates
+  std::uint32_t nets = 2;  // scrambled point sets of a pixel: one a replicate, or 1, whose halves are the replicates
   std::uint32_t second_net = 0;  // with one net: one of this many pixels has a second net (`SecondNets`); 0: none
   bool pixel_rays = false;       // count the rays of every pixel
   Effects also = {};             // further effects for the kernel to support, to measure what they cost
@@ -83,7 +83,7 @@ class Renderer {
   [[nodiscard]] const std::vector<std::uint64_t>& pixel_rays() const noexcept { return pixel_rays_; }
   [[nodiscard]] const Kernel& kernel() const noexcept { return *kernel_; }
   [[nodiscard]] unsigned threads() const noexcept { return threads_; }
-  /// The block of each number, in the order in which they are begun.
+  /// All blocks of the film, by number: the order in which they are begun. `limit_to` leaves this list as it is.
   [[nodiscard]] std::vector<PixelBlock> blocks() const;
 
  private:

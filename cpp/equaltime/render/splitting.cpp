@@ -22,7 +22,7 @@ constexpr double kCopies = SplittingPilot::kCopies;
 /// few of the noisiest pixels, such as the edges of lamps.
 constexpr std::uint64_t kLeastFilmPixels = 65536;
 /// Time per ray of kernels with splitting, relative to kernels without: median of 13 scenes (1.02 to 1.24).
-constexpr double kForkingRay = 1.1;
+constexpr double kCopyRay = 1.1;
 /// Variance × rays with splitting and the lattice, relative to the pilot's prediction: median of 5 scenes (0.87
 /// to 1.01) at 64 samples a pixel. The pilot cannot see the lattice's gain, because its few samples do not fill a
 /// lattice.
@@ -226,7 +226,7 @@ RouletteDecision decide_roulette(const Scene& scene, const Settings& settings, u
   if (!is_undecided(settings) || !(fixed || can_pay)) return decision;
   Splitting found = estimate_splitting(scene, settings, threads, stop);
   decision.log_ratio = found.log_ratio, decision.rays = found.rays, decision.shadow_rays = found.shadow_rays;
-  const double more = settings.sampler == SamplerKind::lattice ? kForkingRay * kLattice : kForkingRay;
+  const double more = settings.sampler == SamplerKind::lattice ? kCopyRay * kLattice : kCopyRay;
   if (!fixed && found.log_ratio + elementary::log(more) >= 0) return decision;
   decision.roulette = Roulette::efficiency;
   decision.splitting_map = std::make_shared<const SplittingMap>(std::move(found.splitting_map));

@@ -30,7 +30,7 @@ using Rgb = std::array<double, 3>;
 class PilotObserver : public PathObserver {
  public:
   void on(const event::PathStarted& path) noexcept {
-    weight_ = path.filter_weight, copy_ = 0, forked_ = false, seen_ = {}, before_ = {}, after_ = {};
+    weight_ = path.filter_weight, copy_ = 0, split_ = false, seen_ = {}, before_ = {}, after_ = {};
     at_begin_ = rays + shadow_rays;
   }
   void on(const event::RayTraced&) noexcept { ++rays; }
@@ -38,15 +38,15 @@ class PilotObserver : public PathObserver {
   void on(const event::ShadowRayHit&) noexcept { ++shadow_rays; }
   void on(const event::EmissionAdded& added) noexcept { added.depth == 1 ? void(seen_ += added.L) : add(added.L); }
   void on(const event::DirectLightAdded& added) noexcept { add(added.L); }
-  void on(const event::PathSplit&) noexcept { forked_ = true, at_fork_ = rays + shadow_rays; }
+  void on(const event::PathSplit&) noexcept { split_ = true, at_split_ = rays + shadow_rays; }
   void on(const event::CopyResumed&) noexcept { ++copy_; }
 
-  /// Rays of the last path before it forked, and after.
+  /// Rays of the last path before it is split, and after.
   [[nodiscard]] double rays_before() const noexcept {
-    return static_cast<double>((forked_ ? at_fork_ : rays + shadow_rays) - at_begin_);
+    return static_cast<double>((split_ ? at_split_ : rays + shadow_rays) - at_begin_);
   }
   [[nodiscard]] double rays_after() const noexcept {
-    return forked_ ? static_cast<double>(rays + shadow_rays - at_fork_) : 0.0;
+    return split_ ? static_cast<double>(rays + shadow_rays - at_split_) : 0.0;
   }
   /// What the last path brought by scattering.
   [[nodiscard]] Rgb scattered() const noexcept {
@@ -56,23 +56,23 @@ class PilotObserver : public PathObserver {
   }
   /// What the camera saw of emitters.
   [[nodiscard]] Rgb seen() const noexcept { return weighted(seen_); }
-  /// What a copy brought after the fork, as if all were like it.
+  /// What a copy brought after the split, as if all were like it.
   [[nodiscard]] Rgb alone(std::size_t copy) const noexcept { return weighted(after_[copy] * kCopies); }
 
   std::uint64_t rays = 0, shadow_rays = 0;
 
  private:
-  void add(const Spectrum& L) noexcept { (forked_ ? after_[copy_] : before_) += L; }
+  void add(const Spectrum& L) noexcept { (split_ ? after_[copy_] : before_) += L; }
   [[nodiscard]] Rgb weighted(const Spectrum& L) const noexcept {
     return {static_cast<double>(L.r) * weight_, static_cast<double>(L.g) * weight_, static_cast<double>(L.b) * weight_};
   }
 
   float weight_ = 1;
-  bool forked_ = false;
+  bool split_ = false;
   std::size_t copy_ = 0;
   Spectrum seen_, before_;
   std::array<Spectrum, kCopies> after_;
-  std::uint64_t at_begin_ = 0, at_fork_ = 0;
+  std::uint64_t at_begin_ = 0, at_split_ = 0;
 };
 
 /// A pixel before the picture's mean is known: by RGB, not yet relative.
@@ -153,7 +153,7 @@ Rgb mean_of_others(const std::vector<RawPixel>& square_of_pixels, const RawPixel
 }  // namespace
 
 SplittingPilot render_splitting_pilot(const Scene& scene, const Settings& given, unsigned threads, Stop& stop) {
-  scene.lights.prepare(given.lights, given.environment);
+  scene.lights.prepare(given.light_selection, given.environment_sampling);
   const SplittingMap copies = SplittingMap::uniform(SplittingPilot::kLog2Copies);
   Settings plain = given, split = given;
   plain.roulette = split.roulette = Roulette::efficiency;

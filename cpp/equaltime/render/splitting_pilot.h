@@ -19,7 +19,7 @@ struct PilotPixel {
   double seen = 0;                        // of the light of emitters that the camera sees, which splitting leaves alone
   double one = 0, all = 0;                // of light that is scattered, with one copy and with all
   double within = 0;                      // among the copies of a path
-  double rays_shared = 0, rays_copy = 0;  // a path, before it forks and after, of one copy
+  double rays_shared = 0, rays_copy = 0;  // a path, before it is split and after, of one copy
 };
 
 struct SplittingPilot {

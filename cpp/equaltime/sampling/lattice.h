@@ -54,15 +54,15 @@ inline constexpr auto kComponents = [] {
 /// Whether a slot has components. Others are padded: Sobol' points of their own, by `padded_index`.
 template <LaneNumber Real = float>
 [[nodiscard]] constexpr Mask<Real> has(BasicSlot<Real> s) noexcept {
-  return gather(kFirst, min(s.index, Bits<Real>(kSlots))) != 0;
+  return lookup(kFirst, min(s.index, Bits<Real>(kSlots))) != 0;
 }
 
 /// A coordinate of a point, in 32 bits: `component` counts from the first of the slot.
 template <class Real>
 [[nodiscard]] constexpr Bits<Real> coordinate(Bits<Real> reversed_index, BasicSlot<Real> s, std::uint32_t component,
                                               Bits<Real> shift) noexcept {
-  const Bits<Real> first = gather(kFirst, min(s.index, Bits<Real>(kSlots)));
-  return reversed_index * gather(kComponents, first + component) + shift;
+  const Bits<Real> first = lookup(kFirst, min(s.index, Bits<Real>(kSlots)));
+  return reversed_index * lookup(kComponents, first + component) + shift;
 }
 
 /// Permutes the samples within each 16 at random, as `hash` chooses; takes and returns a bit-reversed index. Nested

@@ -104,7 +104,6 @@ class BasicSampler {
   }
 
  private:
-  static constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15ULL;
   static constexpr std::uint64_t kCopies = std::uint64_t{1} << 40;  // beyond all slots
   using Bits2 = Point2<U32>;
 

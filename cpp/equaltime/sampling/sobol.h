@@ -69,7 +69,7 @@ constexpr Bits<Real> seed_x(Bits64<Real> hash) noexcept {
 }
 template <LaneNumber Real = float>
 constexpr Bits<Real> seed_y(Bits64<Real> hash) noexcept {
-  return Bits<Real>((hash * 0x9e3779b97f4a7c15ULL) >> 32);
+  return Bits<Real>((hash * kGolden) >> 32);
 }
 
 /// Two points of two slots, as x, y, x, y: 32-bit fractions.

@@ -1,5 +1,5 @@
 // Scene: everything that paths need, compiled from a SceneDescription, in normalised space (math/normalization.h).
-// Immutable; any number of threads may read it.
+// Any number of threads may read it. Nothing changes once it is built, but that Lights makes its tree when first asked.
 #pragma once
 
 #include <optional>

@@ -81,22 +81,24 @@ template <Effects E>
 
 /// f(wo, wi)·|cosθi| and pdf of wi.
 template <Effects E>
-[[nodiscard]] EQUALTIME_INLINE ScatterValue eval_bsdf(const Interaction& it, Scatterer bsdf, const Vec3f& wi) noexcept {
+[[nodiscard]] EQUALTIME_INLINE ScatterValue eval_bsdf(const Interaction& it, Scatterer scatterer,
+                                                      const Vec3f& wi) noexcept {
   Vec3f wo = it.frame.to_local(it.wo);
   Vec3f local = it.frame.to_local(wi);
   if (!(wo.z > 0) || !detail::same_side<E>(it, wi, local)) return {};
-  BsdfValue<float> value = visit<E>(bsdf, [&](const auto& model) noexcept { return model.eval(wo, local, it.front); });
+  BsdfValue<float> value =
+      visit<E>(scatterer, [&](const auto& model) noexcept { return model.eval(wo, local, it.front); });
   return {{detail::shadowed<E>(it, wi, value.f), value.pdf}, local.z > 0};
 }
 
 /// A direction drawn from the BSDF; u is for the place within a lobe, the number that picks one is taken if needed.
 template <Effects E>
-[[nodiscard]] EQUALTIME_INLINE Optional<ScatterSample> sample_bsdf(const Interaction& it, Scatterer bsdf,
+[[nodiscard]] EQUALTIME_INLINE Optional<ScatterSample> sample_bsdf(const Interaction& it, Scatterer scatterer,
                                                                    const Sampler& sampler, std::uint32_t bounce,
                                                                    Point2f u) noexcept {
   Vec3f wo = it.frame.to_local(it.wo);
   if (!(wo.z > 0)) return std::nullopt;
-  auto s = visit<E>(bsdf, [&](const auto& model) noexcept {
+  auto s = visit<E>(scatterer, [&](const auto& model) noexcept {
     double u_lobe = 0;
     if constexpr (std::decay_t<decltype(model)>::picks_lobe)
       u_lobe = sampler.get_1d_precise(slot(BounceDimension::bsdf_lobe, bounce));
@@ -120,15 +122,15 @@ template <Effects E>
 
 /// Whether the BSDF scatters to the other side of the surface too.
 template <Effects E>
-[[nodiscard]] EQUALTIME_INLINE bool transmits(Scatterer bsdf) noexcept {
-  return visit<E>(bsdf, [](const auto& model) noexcept { return model.transmits; });
+[[nodiscard]] EQUALTIME_INLINE bool transmits(Scatterer scatterer) noexcept {
+  return visit<E>(scatterer, [](const auto& model) noexcept { return model.transmits; });
 }
 
 /// The probability that a sample of the BSDF is a discrete direction, if it has others too.
 template <Effects E>
-[[nodiscard]] float delta_probability(const Interaction& it, Scatterer bsdf) noexcept {
+[[nodiscard]] float delta_probability(const Interaction& it, Scatterer scatterer) noexcept {
   const Vec3f wo = it.frame.to_local(it.wo);
-  return visit<E>(bsdf, [&](const auto& model) noexcept {
+  return visit<E>(scatterer, [&](const auto& model) noexcept {
     if constexpr (requires { model.delta_probability(wo, it.front); })
       return model.delta_probability(wo, it.front);
     else
@@ -140,36 +142,36 @@ template <Effects E>
 /// the BSDF transmits. It never meets discrete directions: a BSDF that has some beside others draws those itself, and
 /// one that has no others must not come here.
 template <Effects E>
-[[nodiscard]] Optional<ScatterSample> sample_uniform(const Interaction& it, Scatterer bsdf, const Sampler& sampler,
+[[nodiscard]] Optional<ScatterSample> sample_uniform(const Interaction& it, Scatterer scatterer, const Sampler& sampler,
                                                      std::uint32_t bounce, Point2f u) noexcept {
-  const float discrete = delta_probability<E>(it, bsdf);
+  const float discrete = delta_probability<E>(it, scatterer);
   if (discrete > 0 && sampler.get_1d_precise(slot(BounceDimension::bsdf_lobe, bounce)) < discrete)
-    return sample_bsdf<E>(it, bsdf, sampler, bounce, u);
-  const bool sphere = transmits<E>(bsdf);
+    return sample_bsdf<E>(it, scatterer, sampler, bounce, u);
+  const bool sphere = transmits<E>(scatterer);
   const Vec3f wi = it.frame.to_world(sphere ? square_to_uniform_sphere(u) : square_to_uniform_hemisphere(u));
   const float pdf = (sphere ? kUniformSpherePdf : kUniformHemispherePdf) * (1 - discrete);
-  const auto [value, above] = eval_bsdf<E>(it, bsdf, wi);
+  const auto [value, above] = eval_bsdf<E>(it, scatterer, wi);
   if (value.f.is_black()) return std::nullopt;
   return ScatterSample{wi, above, value.f * (1 / pdf), pdf, false, 1};
 }
 
 /// The share of light that the BSDF scatters, by colour; radiance's compression by refraction is not in it.
 template <Effects E>
-[[nodiscard]] Spectrum albedo(const Interaction& it, Scatterer bsdf) noexcept {
+[[nodiscard]] Spectrum albedo(const Interaction& it, Scatterer scatterer) noexcept {
   const Vec3f wo = it.frame.to_local(it.wo);
-  return visit<E>(bsdf, [&](const auto& model) noexcept { return model.albedo(wo, it.front); });
+  return visit<E>(scatterer, [&](const auto& model) noexcept { return model.albedo(wo, it.front); });
 }
 
 /// Whether the BSDF scatters into a discrete set of directions only.
 template <Effects E>
-[[nodiscard]] bool is_delta(Scatterer bsdf) noexcept {
-  return visit<E>(bsdf, [](const auto& model) noexcept { return model.is_delta; });
+[[nodiscard]] bool is_delta(Scatterer scatterer) noexcept {
+  return visit<E>(scatterer, [](const auto& model) noexcept { return model.is_delta; });
 }
 
 /// The point as lights see it.
 template <Effects E>
-[[nodiscard]] EQUALTIME_INLINE LightSampleContext receiver_at(const Interaction& it, Scatterer bsdf) noexcept {
-  return {it.anchor.p, it.frame.n, !transmits<E>(bsdf)};
+[[nodiscard]] EQUALTIME_INLINE LightSampleContext receiver_at(const Interaction& it, Scatterer scatterer) noexcept {
+  return {it.anchor.p, it.frame.n, !transmits<E>(scatterer)};
 }
 
 }  // namespace equaltime

@@ -51,9 +51,15 @@ struct EmissionAdded {
   int depth;
 };
 
-/// The path is scattered by this BSDF.
+/// In a dense medium, a ray has looked for the exact point of a light sample.
+struct EmitterRayTraced {
+  const Ray& ray;
+  float time;
+};
+
+/// The path is at a vertex that scatters it.
 struct VertexReached {
-  Scatterer bsdf;
+  Scatterer scatterer;
 };
 
 /// A light was picked; nothing if no light can reach the vertex.
@@ -97,14 +103,14 @@ struct DirectLightAdded {
 struct PathSplit {};
 /// The next copy leaves the vertex.
 struct CopyResumed {
-  Scatterer bsdf;
+  Scatterer scatterer;
 };
 
 /// A direction was sampled at a vertex; nothing if the path ends there.
 struct DirectionSampled {
   const Interaction& it;
   std::uint32_t material;
-  Scatterer bsdf;
+  Scatterer scatterer;
   const Optional<ScatterSample>& scattered;
 };
 

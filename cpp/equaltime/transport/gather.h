@@ -51,7 +51,7 @@ template <Effects E, Observer O>
   const std::uint32_t light = scene.geometry.light_of(it);
   float light_pdf = 0;
   if (!ray.specular_bounce && aims_at_lights(settings.technique))
-    light_pdf = scene.lights.area_pdf<E>(settings.lights, light, ray.from, -it.wo, it.anchor.p, time);
+    light_pdf = scene.lights.area_pdf<E>(settings.light_selection, light, ray.from, -it.wo, it.anchor.p, time);
   tell<event::EmitterHit>(observer, light, light_pdf);
   return scene.radiance<E>(it) * emission_mis_weight(settings, ray, light, light_pdf);
 }
@@ -62,7 +62,7 @@ template <Effects E>
   if constexpr (E.environment) {
     if (!scene.lights.environment()) return {};
     const LightValue<float> value =
-        scene.lights.environment_towards(settings.lights, settings.environment, made.from, direction);
+        scene.lights.environment_towards(settings.light_selection, settings.environment_sampling, made.from, direction);
     return value.radiance * emission_mis_weight(settings, made, scene.lights.size() - 1, value.pdf);
   }
   return {};
@@ -117,10 +117,10 @@ template <Effects E, Observer O>
   if (!E.point_lights && !aims) return {};
   const Lights& lights = at.scene.lights;
   const LightSampleContext receiver = receiver_at<E>(at.it, at.scatterer);
-  const auto picked = lights.pick(at.settings.lights, receiver, at.sampler, at.bounce);
+  const auto picked = lights.pick(at.settings.light_selection, receiver, at.sampler, at.bounce);
   tell<event::LightPicked>(observer, picked);
   if (!picked) return {};
-  auto light = lights.sample<E>(*picked, at.settings.environment, receiver, at.sampler, at.bounce, u, at.time);
+  auto light = lights.sample<E>(*picked, at.settings.environment_sampling, receiver, at.sampler, at.bounce, u, at.time);
   if (!light || (!aims && !light->delta)) return {};
   return direct_light_from<E>(at, *light, observer);
 }

@@ -78,6 +78,7 @@ class RayCounter : public PathObserver {
   EQUALTIME_INLINE void on(const event::RayTraced&) noexcept { ++counters.rays; }
   EQUALTIME_INLINE void on(const event::ShadowRayTraced&) noexcept { ++counters.shadow_rays; }
   EQUALTIME_INLINE void on(const event::ShadowRayHit&) noexcept { ++counters.shadow_rays; }
+  EQUALTIME_INLINE void on(const event::EmitterRayTraced&) noexcept { ++counters.shadow_rays; }
 
   /// Whether to abandon a long path because the render ends. Its sample is then discarded.
   [[gnu::noinline]] bool cancelled() noexcept {
@@ -104,6 +105,7 @@ class RayRecorder : public PathObserver {
   void on(const event::RayTraced& traced) { rays.push_back({traced.ray, false, traced.time}); }
   void on(const event::ShadowRayTraced& traced) { rays.push_back({traced.ray, true, traced.time}); }
   void on(const event::ShadowRayHit& hit) { rays.push_back({hit.ray, false, hit.time}); }
+  void on(const event::EmitterRayTraced& traced) { rays.push_back({traced.ray, false, traced.time}); }
 
   std::vector<RecordedRay> rays;
 };

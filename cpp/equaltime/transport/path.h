@@ -24,7 +24,7 @@ template <Effects E, Observer O>
   for (;;) {
     if (path.segment() % kCancelInterval == kCancelInterval - 1 && observer.cancelled()) [[unlikely]]
       return path.L;
-    const VertexNumbers u = path.sampler.vertex(path.segment());  // made while the ray is on its way
+    const VertexNumbers u = path.sampler.vertex(path.segment());  // before the ray is traced: both overlap then
     const Ray ray = path.ray;  // a copy: by reference it would hold all of the path in memory
     tell<event::RayTraced>(observer, ray, path.time, path.previous, path.beta, path.L);
     auto hit = closest<E>(scene.geometry, ray, path.time, observer);

@@ -35,10 +35,10 @@ requires(E.splitting) class PathCopies<E> {
   [[nodiscard]] bool due() const noexcept { return log2_copies_ > 0 && !split_; }
 
   /// Splits: `path` becomes the first copy, still at the vertex, and the others are kept. No roulette ends them here.
-  void split(const Scene& scene, const Interaction& it, Scatterer bsdf, PathState<E>& path) noexcept {
+  void split(const Scene& scene, const Interaction& it, Scatterer scatterer, PathState<E>& path) noexcept {
     split_ = true;
-    if (bsdf.bsdf != nullptr) own_.emplace(*bsdf.bsdf);
-    scatterer_ = bsdf.bsdf != nullptr ? Scatterer(*own_) : bsdf;
+    if (scatterer.bsdf != nullptr) own_.emplace(*scatterer.bsdf);
+    scatterer_ = scatterer.bsdf != nullptr ? Scatterer(*own_) : scatterer;
     const std::uint32_t segment = path.segment();
     const float fraction = 1 / static_cast<float>(1U << log2_copies_);
     path.beta *= fraction;
@@ -47,7 +47,7 @@ requires(E.splitting) class PathCopies<E> {
     for (std::uint32_t copy = (1U << log2_copies_) - 1; copy > 0; --copy) {
       path.sampler = whole.copy(copy, log2_copies_);
       if (const auto scattered =
-              sample_bsdf<E>(it, bsdf, path.sampler, segment, path.sampler.vertex(segment).bsdf_direction))
+              sample_bsdf<E>(it, scatterer, path.sampler, segment, path.sampler.vertex(segment).bsdf_direction))
         keep(scene, it, *scattered, path);
     }
     path.sampler = whole.copy(0, log2_copies_);

@@ -23,7 +23,7 @@ struct PathState {
   PathMediumStack<E> media;                 // the media and dielectrics that hold the ray
   HiddenEmitters<E> hidden_emitters{true};  // so far
   Spectrum L{}, beta{1};                    // radiance gathered; throughput
-  float eta_scale = 1;                      // product of the 1/eta² factors in beta; roulette divides by it
+  float eta_scale = 1;                      // the 1/eta² of refraction and the 1/n of splitting in beta
   PreviousVertex previous{};
   int depth = 1;              // of the vertex that the ray goes to, as max_depth counts them
   std::uint32_t crossed = 0;  // surfaces crossed so far that do not count

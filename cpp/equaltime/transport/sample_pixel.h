@@ -39,13 +39,13 @@ struct FilmSample {
 template <Effects E, Observer O>
 EQUALTIME_INLINE Spectrum sample_film_pixel(const BlockTask& task, std::uint64_t px, std::uint64_t py,
                                             std::uint64_t index, O& observer) {
-  static_cast<void>(Accel::refused_ray());  // clears the flag of earlier rays on this thread
+  static_cast<void>(Accel::take_refusal());  // clears the flag of earlier rays on this thread
   const FilmSample begin(task, px, py, index);
   tell<event::PathStarted>(observer, begin.offset.weight);
   const float time = begin.time<E>();
   const Spectrum L = trace_path<E>(task.scene, task.settings, begin.ray<E>(task.scene, px, py, time), time,
                                    begin.sampler, PathCopies<E>(task.settings, px, py), observer);
-  if (Accel::refused_ray()) [[unlikely]]
+  if (Accel::take_refusal()) [[unlikely]]
     return Spectrum(std::numeric_limits<float>::quiet_NaN());
   return L * begin.offset.weight;
 }

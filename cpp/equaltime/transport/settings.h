@@ -28,8 +28,8 @@ inline constexpr int kUnlimitedDepth = 0x7fffffff;
 struct Settings {
   Technique technique = Technique::mis;
   Heuristic heuristic = Heuristic::power;  // of mis
-  LightSelection lights = LightSelection::power;
-  EnvironmentSampling environment = EnvironmentSampling::plain;
+  LightSelection light_selection = LightSelection::power;
+  EnvironmentSampling environment_sampling = EnvironmentSampling::plain;
   Roulette roulette = Roulette::throughput;
   SamplerKind sampler = SamplerKind::lattice;
   float survival = 0.75F;                       // of the constant roulette, in (0, 1)

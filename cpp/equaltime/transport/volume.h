@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "equaltime/base/effects.h"
-#include "equaltime/base/floating_point.h"
 #include "equaltime/scene/scene.h"
 #include "equaltime/transport/nearby.h"
 #include "equaltime/transport/shadow.h"
@@ -83,8 +82,10 @@ requires(E.media) class MediumStack<E> {
   }
   /// Transmittance of the medium along a shadow ray, up to the surface that it hits or else the light. Moves the path's
   /// position to that surface.
+  template <Observer O>
   [[nodiscard]] Spectrum transmittance_along(const Scene& scene, const Ray& shadow, const ExactIntersection& hit,
-                                             const LightSample<float>& light, float time) noexcept {
+                                             const LightSample<float>& light, float time,
+                                             O& observer) noexcept(!O::allocates) {
     const std::uint32_t here = medium_index(scene.volumes);
     const Vec3d from = position_;
     if (hit.it) position_ = hit.point;
@@ -93,7 +94,7 @@ requires(E.media) class MediumStack<E> {
     if (hit.it)
       return medium.transmittance(distance_along(from, shadow.direction, hit) * length(Vec3d(shadow.direction)));
     if (light.infinite) return medium.transmittance(std::numeric_limits<double>::infinity());
-    return medium.transmittance(distance_to(scene.geometry, medium, from, shadow, light, time));
+    return medium.transmittance(distance_to(scene.geometry, medium, from, shadow, light, time, observer));
   }
 
   /// Index of the medium at the path's position; kNone: vacuum.
@@ -109,12 +110,15 @@ requires(E.media) class MediumStack<E> {
 
   /// The distance of a light sample that nothing occludes. In dense media its rounded point is not good enough, and a
   /// ray finds the exact one.
+  template <Observer O>
   [[nodiscard, gnu::noinline]] static double distance_to(const SceneGeometry& geometry, const Medium& medium,
                                                          const Vec3d& from, const Ray& shadow,
-                                                         const LightSample<float>& light,
-                                                         [[maybe_unused]] float time) noexcept {
+                                                         const LightSample<float>& light, [[maybe_unused]] float time,
+                                                         O& observer) noexcept(!O::allocates) {
     if (!light.delta && medium.sigma_t.max_component() * light.target.offset > kMaxError) {
-      const ExactIntersection emitter = geometry.closest<E, ScopedFpEnvironment>({shadow.origin, light.wi}, time);
+      const Ray ray{shadow.origin, light.wi};
+      const ExactIntersection emitter = closest<E>(geometry, ray, time, observer);
+      tell<event::EmitterRayTraced>(observer, ray, time);
       if (emitter.it && geometry.emits(*emitter.it) && geometry.light_of(*emitter.it) == light.light)
         return distance_along(from, light.wi, emitter);
     }
@@ -209,7 +213,7 @@ template <Effects E, Observer O>
     auto hit = may_pass ? closest_occluder<E>(scene.geometry, shadow, time, observer) : SurfaceIntersection<E>();
     const Optional<Interaction>& it = interaction(hit);
     if constexpr (E.media) {
-      transmittance *= media.transmittance_along(scene, shadow, hit, light, time);
+      transmittance *= media.transmittance_along(scene, shadow, hit, light, time, observer);
       if (!it && !scene.volumes.nesting.dielectrics.empty() && !light.infinite && !light.delta)
         if (media.hides(scene.geometry.surfaces[scene.geometry.emitters[light.light].shape])) return {};
     }

@@ -32,11 +32,11 @@ TEST("a ray that Embree does not take meets nothing, and is told of once") {
   const Accel plain(triangle()), instanced(triangle(), Intersection::robust, {ball()}, seen(1));
   const Accel moving(triangle(), Intersection::robust, {ball()}, {}, {{0, Motion(scenes::swing({}, {1, 0, 0}, 1))}});
   for (const Ray& ray : refused_rays()) {
-    CHECK(!plain.closest(ray) && Accel::refused_ray() && !Accel::refused_ray());
-    CHECK(!instanced.closest(ray) && Accel::refused_ray());
-    CHECK(!moving.closest(ray, 0.5F) && Accel::refused_ray());
-    CHECK(plain.occluded(ray) && Accel::refused_ray());
-    CHECK(moving.occluded(ray, 0.5F) && Accel::refused_ray());
+    CHECK(!plain.closest(ray) && Accel::take_refusal() && !Accel::take_refusal());
+    CHECK(!instanced.closest(ray) && Accel::take_refusal());
+    CHECK(!moving.closest(ray, 0.5F) && Accel::take_refusal());
+    CHECK(plain.occluded(ray) && Accel::take_refusal());
+    CHECK(moving.occluded(ray, 0.5F) && Accel::take_refusal());
   }
 }
 
@@ -44,7 +44,7 @@ TEST("rays within the limits are met as ever, and nothing is told") {
   const Accel plain(triangle()), instanced(triangle(), Intersection::robust, {ball()}, seen(1));
   for (const Ray& ray : {Ray{{0, 0, 0}, {0, 0, 1}}, Ray{{0, 0, 0}, {0, 0, 1e12F}}, Ray{{0, 0, -1e6F}, {0, 0, 1}}}) {
     CHECK(plain.closest(ray) && plain.occluded(ray) && instanced.closest(ray));
-    CHECK(!Accel::refused_ray());
+    CHECK(!Accel::take_refusal());
   }
 }
 
@@ -54,9 +54,9 @@ TEST("a group that is seen squeezed takes rays as far as its own space is within
     CHECK(reach > 1e18 * 0.5 * static_cast<double>(scale) && reach < 1.8e18 * static_cast<double>(scale));
     const Accel accel(triangle(), Intersection::robust, {ball()}, seen(scale));
     const float far = static_cast<float>(reach), z = scale;
-    CHECK(!accel.closest({{0, 0, -1.01F * far}, {0, 0, 1}}) && Accel::refused_ray());
+    CHECK(!accel.closest({{0, 0, -1.01F * far}, {0, 0, 1}}) && Accel::take_refusal());
     static_cast<void>(accel.closest({{0, 0, -0.99F * far}, {0, 0, 1}}));
-    CHECK(!Accel::refused_ray());
+    CHECK(!Accel::take_refusal());
     CHECK(accel.closest({{0, 0, -z}, {0, 0, 1}}).has_value());
   }
   for (const float scale : {0.0F, 1e-20F, 1e-38F, 1e-45F}) CHECK(Accel::reach(seen(scale)[0]) == 0);
@@ -68,7 +68,7 @@ TEST("a moving group that is squeezed to nothing ends no process") {
     const Accel accel(triangle(), Intersection::robust, {ball()}, {}, std::move(moving));
     static_cast<void>(accel.closest({{0, 0, -1}, {0, 0, 1}}, 0));
     static_cast<void>(accel.occluded({{0, 0, -1}, {0, 0, 1}}, 0));
-    static_cast<void>(Accel::refused_ray());
+    static_cast<void>(Accel::take_refusal());
   }
 }
 

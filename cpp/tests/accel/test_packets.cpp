@@ -87,9 +87,9 @@ TEST("packets refuse the rays that Embree does not take, and trace the others") 
   Rays some(random, 8);
   some.rays[3].origin.x = std::nanf("");
   std::vector<Optional<Hit>> hits(8);
-  static_cast<void>(Accel::refused_ray());
+  static_cast<void>(Accel::take_refusal());
   accel.closest(some.rays, some.times, hits);
-  CHECK(Accel::refused_ray() && !hits[3]);
+  CHECK(Accel::take_refusal() && !hits[3]);
   for (std::size_t i = 0; i < 8; ++i) CHECK(i == 3 || same(hits[i], accel.closest(some.rays[i], some.times[i])));
 }
 

@@ -322,7 +322,7 @@ TEST("scenes are built at the same time, each for itself") {
 
 TEST("renderers that ask for the light tree at the same time share the one that is made") {
   Settings by_tree = shallow();
-  by_tree.lights = LightSelection::tree;
+  by_tree.light_selection = LightSelection::tree;
   const Moments image = rendered(scene(), kSamples, by_tree, {.seed = 3, .threads = 1, .tile = 64});
   CHECK(!same_bits(image, reference()));
   const auto shared = built(full_room());

@@ -78,7 +78,7 @@ TEST("every kernel that covers a scene gives the same bits") {
             hiding(room()), hiding(in_vacuum(full_room())), hiding(in_motion(full_room()))}) {
         const auto scene = built(description);
         Settings settings = deep();
-        settings.lights = lights, settings.technique = technique;
+        settings.light_selection = lights, settings.technique = technique;
         const Moments reference = rendered(scene, 6, settings);
         int covering = 0;
         for (const Kernel& kernel : compiled_kernels()) {
@@ -117,7 +117,7 @@ TEST("replays of all samples are the film, bit by bit, and what they list sums u
            {room(), room_of_curves(), full_room(), in_motion(full_room()), hiding(in_motion(full_room()))}) {
         const auto scene = built(description);
         Settings settings = deep();
-        settings.lights = lights, settings.technique = technique;
+        settings.light_selection = lights, settings.technique = technique;
         Film film(scene->camera.film.crop_width, scene->camera.film.crop_height, 2);
         const double scale = scene->normalization.world_radiance_scale();
         for (std::uint32_t y = 0; y < film.height(); ++y)
