@@ -157,6 +157,17 @@ def test_the_time_left_is_right_again_a_pass_after_the_load_has_changed() -> Non
     assert all(p.time_left == pytest.approx(renderer.now - p.seconds) for p in seen[after:])
 
 
+def test_the_time_left_takes_no_speed_from_the_rest_of_a_pass() -> None:
+    seen: list[Progress] = []
+    renderer = FakeRenderer()
+    renderer.done = 62  # an earlier render was cut short in its pass from 56 to 64
+    run(renderer, spp=256, progress=seen.append, samples=56, begun=True)
+    assert seen[0].time_left is None
+    assert [p.seconds + p.time_left for p in seen if p.time_left is not None] == pytest.approx(
+        [0.194] * (len(seen) - 1)
+    )
+
+
 def test_the_time_left_of_a_time_limit_is_what_the_clock_says() -> None:
     seen: list[Progress] = []
     run(FakeRenderer(), seconds=0.5, progress=seen.append)
