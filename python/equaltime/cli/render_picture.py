@@ -6,7 +6,7 @@ import os
 import time as clock
 from collections.abc import Iterable, Mapping, Sequence, Set
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -102,8 +102,11 @@ def render_frames(
         for file in files.values():
             paths = check_output(file, aov=order.aov)
             check_replaceable(paths.pictures if order.resume else paths.all, source)
-    begin, done = clock.perf_counter(), 0
+    begin, done, told = clock.perf_counter(), 0, set[str]()
     for scene, (number, file) in zip(scenes, files.items(), strict=True):
+        if done and not order.quiet:  # a later frame may have a warning of its own, as that the animation is over
+            print_warnings(replace(scene, warnings=tuple(line for line in scene.warnings if line not in told)))
+        told.update(scene.warnings)
         code = render_picture(scene, changes, file, order, seed + number, first=done == 0)
         if code != 0:
             return code
