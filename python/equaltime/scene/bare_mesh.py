@@ -211,9 +211,10 @@ def _painted(
         return
     for name, mesh in parts.items():
         found = materials.of(name)
-        if found is None and name:
-            account.tell(f"the material '{shown(name)}' is in no library", path.name)
         own = _reflectance(mesh, path, place, account, used=found is None or not found[1].has_color)
+        if found is None and name:
+            instead = f"of reflectance {own:g}" if isinstance(own, float) else "of the mesh's own colours"
+            account.tell(f"the material '{shown(name)}' is in no library: its faces are matt, {instead}", path.name)
         bsdf, emitter = _both(own, place), None
         if found is not None:
             bsdf = materials.bsdf(*found, own, place, mesh)
