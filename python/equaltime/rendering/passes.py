@@ -50,9 +50,9 @@ class Progress:
     seconds: float
     """Seconds since the first sample."""
     fraction: float
-    """Fraction of the render that is done, in [0, 1], by the limit that will be met first."""
+    """Fraction of the render that is done, in [0, 1], by the limit that will be met first; 0 while it is unknown."""
     time_left: float | None
-    """Estimated seconds to the end of the render; None before the first pass has ended."""
+    """Estimated seconds to the end of the render; None before the first pass has ended, and while it is unknown."""
     error: Interval | None
     """Relative error at the latest estimate, as a fraction. None before the first estimate, and when the samples have
     doubled since the latest."""
@@ -403,10 +403,11 @@ class Passes:
     def samples_for(self, error: float | None) -> float | None:
         """Return the predicted samples per pixel at which the error falls to ``error``, such as 0.02.
 
-        The result is None if ``error`` is None, or while no estimate of the error has a finite upper limit.
+        The result is None if ``error`` is None, or while no estimate of the error has a finite upper limit. It is None
+        too while a bright path widens the limit: later samples average the path out, or meet more such paths.
         """
         looks = self._looks
-        if error is None or looks.last is None or not math.isfinite(looks.last.high):
+        if error is None or looks.last is None or not math.isfinite(looks.last.high) or looks.made[-1].widened:
             return None
         growth = math.pow(looks.made[-1].believed / error, 1.0 / _LIKELY_LAW)
         return max(looks.made[-1].samples * growth, self.samples + 1.0)

@@ -40,9 +40,9 @@ from equaltime.scene.studio import (
     strength,
     sun_angle,
     switch,
+    unused,
 )
 from equaltime.scene.tree import Child, Object, Place, add, plant
-from equaltime.words import suggestion
 
 __all__ = ["MESHES", "read_mesh"]
 
@@ -87,7 +87,7 @@ def read_mesh(
     """
     place, path = Place(file), Path(file)
     for name in sorted(set(defines) - set(DEFINITIONS)):
-        report.add(place, f"nothing in the scene uses the definition '{name}'{suggestion(name, DEFINITIONS)}")
+        report.add(place, unused(name, DEFINITIONS))
     search.note(path)
     account = Account()
     try:

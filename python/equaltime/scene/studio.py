@@ -8,7 +8,7 @@ on demand.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Final
 
 import numpy as np
@@ -43,6 +43,7 @@ __all__ = [
     "sun",
     "sun_angle",
     "switch",
+    "unused",
 ]
 
 Array = NDArray[np.float64]
@@ -255,6 +256,15 @@ def choice(given: object, name: str, among: Sequence[str]) -> str:
         found = shortened(given, 40) + (f"; did you mean '{near}'?" if near else "")
         raise ValueError(f"'{name}' must be {', '.join(among[:-1])} or {among[-1]}, found {found}")
     return str(given)
+
+
+def unused(name: str, definitions: Collection[str]) -> str:
+    """Return the error about ``name``, a definition that no model file has; ``definitions`` are those that all have."""
+    near = nearest(name, definitions)
+    *others, last = sorted(definitions)
+    known = f"did you mean '{near}'?" if near else f"expected {', '.join(others)} or {last}"
+    materials = "" if near else "; 'equaltime convert' writes a TOML file in which materials can be changed"
+    return f"nothing in the scene uses the definition {shortened(name, 40)}; {known}{materials}"
 
 
 def switch(given: object, name: str) -> bool:

@@ -43,6 +43,7 @@ from equaltime.scene.studio import (
     sun,
     sun_angle,
     switch,
+    unused,
 )
 from equaltime.scene.tree import Child, Object, Place, add, plant
 from equaltime.words import shortened, suggestion
@@ -71,7 +72,7 @@ def read_gltf(
     """
     place = Place(file)
     for name in sorted(set(defines) - set(DEFINITIONS)):
-        report.add(place, f"nothing in the scene uses the definition '{name}'{suggestion(name, DEFINITIONS)}")
+        report.add(place, unused(name, DEFINITIONS))
     folder = Path(file).parent
     try:
         document = parse(Path(file).name, content, lambda name: search.note(folder / name))
