@@ -209,7 +209,7 @@ def test_parts_of_an_obj_file_are_named_by_material(tmp_path: Path, capsys: pyte
     (tmp_path / "a.mtl").write_text("newmtl cloth\nKd 1 0 0\n")
     mesh = tmp_path / "a.obj"
     mesh.write_text("mtllib a.mtl\nv -1 0 0\nv 1 0 0\nv 0 2 0\nusemtl cloth\nf 1 2 3\n")
-    assert main(["replay", str(mesh), "--pixel", "16,8", "--size", "32x24"]) == 0
+    assert main(["replay", str(mesh), "--pixel", "16,12", "--size", "32x24"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert any("meets the front of 'cloth' (obj, " in line for line in lines)
     assert lines[-1].endswith("scenes/render/README.md, When the error is in doubt")
