@@ -280,7 +280,7 @@ class Scene(Shown):
         return bool(np.any(strength(self.defines.get("ground", float(suffix in MESHES)), "ground")))
 
     def _without_ground(self) -> Iterator[str]:
-        """Yield clauses on how to leave out the scene's grounds: one that was added, and those of its own."""
+        """Yield clauses on how to leave out the scene's grounds: one that was added, and grounds of its own."""
         added = self._has_added_ground()
         if added:
             yield _WITHOUT_ADDED
