@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from equaltime.cli.messages import MOST_LINES, once_each, print_aside, print_json, print_lines
 from equaltime.cli.options import AsJson, Define, SceneFile, Substitute, Verbose, parse_definitions
 from equaltime.scene import Scene, load_file
-from equaltime.scene.lint import Finding
+from equaltime.scene.lint import FILE_REMARKS, Finding
 from equaltime.scene.lint import lint as hazards
 
 __all__ = ["lint", "print_hazards", "summary"]
@@ -44,7 +44,7 @@ def print_hazards(scene: Scene) -> tuple[Finding, ...]:
     Prints one line to stderr if there are findings. Returns no findings for a scene that cannot be checked.
     """
     try:
-        findings = tuple(finding for finding in hazards(scene, fast=True) if finding.check != "mended-files")
+        findings = tuple(finding for finding in hazards(scene, fast=True) if finding.check != FILE_REMARKS)
     except ValueError:
         return ()  # the build of the scene reports it
     if told := summary(findings):
@@ -85,8 +85,8 @@ def _short(findings: Sequence[Finding], name: str) -> list[str]:
 
 
 def _lines(finding: Finding) -> list[str]:
-    """Return a line with the finding, its first place and what to do; a line for each kind of thing that was mended."""
-    if finding.check == "mended-files":
+    """Return a line with the finding, its first place and what to do; a line for each kind of remark on the files."""
+    if finding.check == FILE_REMARKS:
         return [f"{finding.severity}: {place}" for place in once_each(finding.where)]
     others = len(finding.where) - 1
     place = f", at {finding.where[0]}" if finding.where else ""
@@ -98,6 +98,7 @@ def _everything(findings: Sequence[Finding], name: str) -> list[str]:
     lines = [_answer(findings, name)]
     for finding in findings:
         lines += ["", f"{finding.severity}: {finding.check}: {finding.what}"]
-        lines += [f"  at {place}" for place in finding.where]
+        at = "" if finding.check == FILE_REMARKS else "at "
+        lines += [f"  {at}{place}" for place in finding.where]
         lines += [f"  equaltime {finding.becomes}", f"  you can: {finding.advice}"]
     return lines

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 import typer
 
@@ -11,10 +13,18 @@ from equaltime.cli.messages import Written, doubts, headline, print_json, print_
 from equaltime.cli.options import AsJson, ExposureStops, Overwrite, Small
 from equaltime.errors import ImageError
 from equaltime.images import preview
+from equaltime.quoting.pilot import TARGETS
 from equaltime.rendering.merge import merge as merge_files
 from equaltime.rendering.output_files import check_output, check_replaceable, check_spares
+from equaltime.rendering.result import Result
+from equaltime.statistics.in_words import about, span
+from equaltime.statistics.intervals import Interval
+from equaltime.words import percent
 
 __all__ = ["merge"]
+
+_SMALLER: Final = 0.9
+"""Largest share of the present error that is worth further renders."""
 
 
 def merge(
@@ -58,5 +68,18 @@ def merge(
         print_json({**result.record, "files": written.files, "exposure": stops})
         return 0
     wrote = "; ".join(filter(None, [f"wrote {written}", written.kept]))
-    print_lines([f"Joined {len(files)} renders: {headline(result)}", wrote, *doubts(result)])
+    print_lines([f"Joined {len(files)} renders: {headline(result)}", wrote, *doubts(result), *_needed(result)])
     return 0
+
+
+def _needed(result: Result) -> Iterator[str]:
+    """Yield how many renders like the joined ones reach the next smaller error: error² is inverse to their number."""
+    target = next((target for target in TARGETS if target < _SMALLER * result.error.value), None)
+    if target is None or not result.error.trusted or not math.isfinite(result.error.high) or result.bias is not None:
+        return
+    renders = len(result.origin.sources)
+    value, low, high = (
+        renders * (error / target) ** 2 for error in (result.error.value, result.error.low, result.error.high)
+    )
+    needed = Interval(value, low, high)
+    yield f"{percent(target)} takes about {about(needed)} {span(needed)} such renders in all, each with its own seed"

@@ -27,6 +27,7 @@ from equaltime.rendering.outputs import asked_for
 from equaltime.rendering.result import Result
 from equaltime.rendering.stated import stated
 from equaltime.scene import Scene
+from equaltime.scene.bare_mesh import MESHES
 from equaltime.scene.lint import Finding
 from equaltime.statistics.in_words import count, error_range, time_range
 from equaltime.strict_json import json_text, to_json
@@ -103,6 +104,10 @@ def selects_images(result: Result) -> bool:
     return result.stop is not None and result.stop.selects and result.focus.rare(result.spp)
 
 
+_SOFTER = "a larger sun (-D sun_angle=15) or rougher glass and metal are met sooner; both change the picture"
+
+_NUMBER = re.compile(r"[0-9][0-9.,e+]*")
+
 _PLACE = re.compile(r"^\S+\.\w+(?::\d+)?: ")
 _FILE_NAME = re.compile(r"'[^']*\.\w+'")
 """Parts of a warning by which warnings of one kind differ: its place, such as ``a.mtl:3: ``, and names of files."""
@@ -136,14 +141,19 @@ class Written:
         return f"the render that was there is kept as {kept[0]}" if kept else ""
 
 
-def doubts(result: Result, findings: Sequence[Finding] = ()) -> list[str]:
+def doubts(result: Result, findings: Sequence[Finding] = (), forecast: str = "") -> list[str]:
     """Return one line for each reason not to trust the image or its error.
 
-    ``findings`` are the results of `lint`, which searches a scene for likely mistakes.
+    ``findings`` are the results of `lint`, which searches a scene for likely mistakes. ``forecast`` is the doubt that
+    the render's quote has told already.
     """
     lines = []
     if not result.error.trusted:
-        lines.append(f"the error's upper limit cannot be trusted: {result.error.doubt}")
+        known = _NUMBER.sub("", forecast) == _NUMBER.sub("", result.error.doubt)
+        why = "for the reason told with the forecast" if known else result.error.doubt
+        lines.append(f"the error's upper limit cannot be trusted{', ' if known else ': '}{why}")
+        if result.focus.possible and _has_soft_sun(result):
+            lines.append(_SOFTER)
     elif result.error.known and math.isinf(result.error.high):
         lines.append(
             "the error has no upper limit yet, since few very bright samples make it: take more samples, or a strategy "
@@ -159,6 +169,13 @@ def doubts(result: Result, findings: Sequence[Finding] = ()) -> list[str]:
             "render them separately, or choose all lights equally often (--strategy best,lights=uniform)"
         )
     return lines
+
+
+def _has_soft_sun(result: Result) -> bool:
+    """Tell whether the scene has a sun of this program whose size ``-D sun_angle=`` sets: a mesh by itself has one."""
+    defines = result.origin.record.get("defines") or {}
+    source = result.origin.scene or ""
+    return "sun_angle" in defines or (source.lower().endswith(MESHES) and defines.get("sun") not in ("0", "0.0"))
 
 
 def ended_by_interrupt(result: Result, written: Written) -> list[str]:

@@ -78,7 +78,8 @@ class _Lines:
         words = filter(None, (describe(progress), "" if left is None else time_left(left)))
         since = now - self._begin
         ago = f"{since:.0f} s" if since < 60.0 else f"{since / 60.0:.0f} min"
-        said = ", ".join([ago, f"{100.0 * fraction:.0f} %", *words])
+        done = [f"{100.0 * fraction:.0f} %"] if fraction > 0.0 else []  # else it is unknown
+        said = ", ".join([ago, *done, *words])
         with suppress(OSError):  # nobody reads it any more
             print(said, file=sys.stderr, flush=True)
 

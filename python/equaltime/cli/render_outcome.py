@@ -33,11 +33,12 @@ _LOOKS_TOLD = 3
 """Number of looks that are told: the two that ended the render, and the one before, at which it went on."""
 
 
-def outcome(result: Result, written: Written, quote: Quote | None) -> Iterator[str]:
+def outcome(result: Result, written: Written, quote: Quote | None, first: bool = True) -> Iterator[str]:
     """Yield the answer of a finished render in one line, then up to five lines.
 
     These tell biases, doubts, looks, files and the time to a smaller error. ``quote`` is the prediction for this
     render, from which the time follows. ``quote`` is None if nothing was predicted, or if the render cannot go on.
+    ``first`` is False for later frames of an animation, which leave out why their error is better than asked for.
     """
     number, stats = stated(result.origin), result.stats
     seconds = duration_of_runs(stats.seconds, stats.runs)
@@ -52,7 +53,7 @@ def outcome(result: Result, written: Written, quote: Quote | None) -> Iterator[s
         yield missed
     if short := _too_short(result):
         yield short
-    if below := _far_below(result):
+    if first and (below := _far_below(result)):
         yield below
     if result.stopped_by == "error" and selects_images(result):
         yield _SELECTS

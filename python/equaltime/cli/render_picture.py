@@ -6,7 +6,7 @@ import os
 import time as clock
 from collections.abc import Iterable, Mapping, Sequence, Set
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -102,8 +102,11 @@ def render_frames(
         for file in files.values():
             paths = check_output(file, aov=order.aov)
             check_replaceable(paths.pictures if order.resume else paths.all, source)
-    begin, done = clock.perf_counter(), 0
+    begin, done, told = clock.perf_counter(), 0, set[str]()
     for scene, (number, file) in zip(scenes, files.items(), strict=True):
+        if done and not order.quiet:  # a later frame may have a warning of its own, as that the animation is over
+            print_warnings(replace(scene, warnings=tuple(line for line in scene.warnings if line not in told)))
+        told.update(scene.warnings)
         code = render_picture(scene, changes, file, order, seed + number, first=done == 0)
         if code != 0:
             return code
@@ -139,7 +142,7 @@ def render_picture(
     resumable = paths.exr is not None and not order.small
     old = {} if paths.exr is None else read_record(paths.exr)  # a checkpoint may replace it
     before = None if resumed is None else old.get("paths")
-    teller = _Teller({} if order.json else None, order.quiet, order.verbose, findings, resumable, before)
+    teller = _Teller({} if order.json else None, order.quiet, order.verbose, findings, resumable, before, first)
     failure: SampleError | BrightImage | None = None
     # hold back a second Ctrl-C from the last sample to the last line: it must not lose the samples that the first kept
     with ExitStack() as ending:
@@ -248,6 +251,8 @@ class _Teller:
     """Whether the saved render can be continued."""
     before: int | None
     """Paths of the saved render that is continued; None if there is none."""
+    first: bool = True
+    """Whether the render is a picture by itself, or the first of an animation's frames."""
     quote: Quote | None = None
     """Quote that the render gave of itself, once there is one."""
 
@@ -283,9 +288,10 @@ class _Teller:
             told = {"phases": phases, "files": written.files, "exposure": written.stops}
             print_json({**result.record, **told, **self.record})
         elif not self.quiet:
-            said = outcome(result, written, self.quote if self.resumable else None)
+            said = outcome(result, written, self.quote if self.resumable else None, self.first)
+            forecast = "" if self.quote is None else self.quote.error.doubt
             added = () if result.stats.paths != self.before else nothing_added(result)
-            print_lines([*said, *added, *doubts(result, self.findings)])
+            print_lines([*said, *added, *doubts(result, self.findings, forecast)])
             left = left_by_interrupt(result, scene) if self.resumable else ended_by_interrupt(result, written)
             print_lines([*left, *(details(result, phases) if self.verbose else ())])
         if not self.quiet and not reasons(self.findings) and (black := black_picture(result, scene, self.findings)):

@@ -59,6 +59,7 @@ _LEGEND: Final = (
     "off the surface that they leave, clear of its rounding error",
     "primitive: the number of the triangle in its shape, from 0 (a rectangle has two); u v: the texture coordinates",
 )
+_DOTS: Final = "what bright dots mean and what to do about them: scenes/render/README.md, When the error is in doubt"
 
 
 def replay(
@@ -192,6 +193,8 @@ def _told(path: Replay, strategy: Strategy, verbose: bool) -> Iterator[str]:
     yield "a picked light adds throughput · radiance · BSDF·cos · MIS weight · visible / pdf"
     yield "each pdf is per steradian; the pdf of a picked light contains the probability of the pick"
     yield from _LEGEND
+    if path.brightest is not None:
+        yield _DOTS
     if (found := path.first_nonfinite) is not None:
         yield f"the first number that is not finite: at vertex {found[0] + 1}, {found[1].replace('_', ' ')}"
 

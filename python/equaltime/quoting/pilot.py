@@ -196,10 +196,11 @@ class Pilot:
         self._estimating = ESTIMATE_SECONDS_A_PIXEL * session.passes.pixels
         load_quantiles()
         self._began, self._had = Processors.now(), 1.0
-        self._before = session.passes.samples
-        self._seconds[self._before] = 0.0
-        if self._before:  # the render resumes another
-            self._note(self._before)
+        self._before = session.samples_begun
+        if not session.passes.begun:  # else only the rest of a pass is timed, and its end is the first count to know
+            self._seconds[session.passes.samples] = 0.0
+            if self._before:  # the render resumes another
+                self._note(session.passes.samples)
 
     @property
     def strategy(self) -> Strategy:
@@ -276,7 +277,7 @@ class Pilot:
         if not (due or _is_noted(samples)) or not passes.has_time_for(self._estimating):
             return None
         self._note(samples)
-        if not due:
+        if not due or len(self._seconds) < 2:  # no speed is known until a pass was rendered from its beginning
             return None
         if samples < FIRST_LOOK and not self._errors[samples].high < math.inf:
             self.due = FIRST_LOOK
@@ -413,7 +414,7 @@ class Pilot:
             seconds.append(_exactly(limits.seconds))
         return _least(spps), _least(seconds)
 
-    def _seconds_for(self, law: Law, spp: Interval, before: int, error: float | None) -> Interval:
+    def _seconds_for(self, law: Law, spp: Interval, before: float, error: float | None) -> Interval:
         """Return the time from ``before`` samples per pixel on, with the looks at the error, if one is asked for."""
         looks = 0 if error is None else sum(before < n <= spp.value for n in law.looks_until(error))
         return _more(law.seconds_for(_at_least(1, _more(spp, -before))), looks * self._estimating)

@@ -50,9 +50,9 @@ class Progress:
     seconds: float
     """Seconds since the first sample."""
     fraction: float
-    """Fraction of the render that is done, in [0, 1], by the limit that will be met first."""
+    """Fraction of the render that is done, in [0, 1], by the limit that will be met first; 0 while it is unknown."""
     time_left: float | None
-    """Estimated seconds to the end of the render; None before the first pass has ended."""
+    """Estimated seconds to the end of the render; None before the first pass has ended, and while it is unknown."""
     error: Interval | None
     """Relative error at the latest estimate, as a fraction. None before the first estimate, and when the samples have
     doubled since the latest."""
@@ -247,8 +247,9 @@ class Passes:
         Function that returns the present time, in seconds.
     limits
         Limits of the render; they may be changed between passes.
-    samples, looks
-        State of a resumed render: samples per pixel already taken, and its earlier looks (estimates of the error).
+    samples, begun, looks
+        State of a resumed render: samples per pixel already taken, whether the next pass is finished in part, and
+        earlier looks (estimates of the error).
     hidden
         Light that samples may have missed, for the error's upper limit; None leaves it out.
     breadth
@@ -265,6 +266,7 @@ class Passes:
         progress: ProgressCallback | None = None,
         clock: Callable[[], float] = time.perf_counter,
         samples: int = 0,
+        begun: bool = False,
         looks: tuple[Look, ...] = (),
         hidden: Unseen | None = None,
         breadth: int = 1,
@@ -275,6 +277,8 @@ class Passes:
         """Reason why the loop ended; None while it runs."""
         self.samples = samples
         """Samples that every pixel has."""
+        self.begun = begun
+        """Whether an earlier loop, or the render that is resumed, has finished a part of the next pass."""
         self.pixels = pixels
         self.rendering = 0.0
         """Seconds spent in passes that have ended, without the work between passes or in their pauses."""
@@ -323,13 +327,16 @@ class Passes:
                 end = self._next_end()
                 complete, took = self._pass(end)
                 self.rendering += took
+                whole, self.begun = not self.begun, not complete
                 if wrong := _went_wrong(self._renderer):
                     reason = wrong
                     break
                 if not complete:
                     reason = "interrupt" if self._cancelled else "time"
                     break
-                self.samples, self._pace = end, took / (end - self.samples)
+                if whole:
+                    self._pace = took / (end - self.samples)
+                self.samples = end
                 if self._report is not None:
                     self._report.pass_ended()
                 if self._until_saving() == 0.0:
@@ -396,10 +403,11 @@ class Passes:
     def samples_for(self, error: float | None) -> float | None:
         """Return the predicted samples per pixel at which the error falls to ``error``, such as 0.02.
 
-        The result is None if ``error`` is None, or while no estimate of the error has a finite upper limit.
+        The result is None if ``error`` is None, or while no estimate of the error has a finite upper limit. It is None
+        too while a bright path widens the limit: later samples average the path out, or meet more such paths.
         """
         looks = self._looks
-        if error is None or looks.last is None or not math.isfinite(looks.last.high):
+        if error is None or looks.last is None or not math.isfinite(looks.last.high) or looks.made[-1].widened:
             return None
         growth = math.pow(looks.made[-1].believed / error, 1.0 / _LIKELY_LAW)
         return max(looks.made[-1].samples * growth, self.samples + 1.0)

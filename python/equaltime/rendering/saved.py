@@ -39,7 +39,7 @@ _SAME = ("size", "crop", "max_depth", "strategy", "without", "replicates", "nets
 """Keys of a record that must be equal in all parts of one render, beside the scene."""
 _IN_DIGEST = {"size", "crop", "max_depth", "without"}
 _BACKGROUNDS = {True: "a transparent background", False: "an opaque background"}
-_NAMES = {"max_depth": "max depth", "without": "left out"}
+_NAMES = {"max_depth": "max depth", "without": "left out", "nets": "low-discrepancy sets in a pixel"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,6 +181,8 @@ def differences(found: Mapping[str, Any], wanted: Mapping[str, Any], more: Itera
     differing = [key for key in (*_SAME, *more) if _differ(found[key], wanted[key])]
     if {"size", "crop"} <= {*differing}:
         differing.remove("crop")  # the crop mostly follows from the size
+    if "nets" in differing and not {"size", "crop", "strategy"}.isdisjoint(differing):
+        differing.remove("nets")  # the number of nets follows from these
     said = [words for key in differing for words in _difference(key, found[key], wanted[key])]
     named = [Path(each["scene"]).name for each in (found, wanted) if each["scene"] is not None]
     if found["digest"] == wanted["digest"]:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.errors import BrightImage, ImageError, RenderError
+from equaltime.film.adaptive import PILOT
 from equaltime.film.error import PixelStatistics, pixel_statistics
 from equaltime.film.lamps import Lamps
 from equaltime.film.second_nets import second_nets, statistics, statistics_so_far
@@ -129,6 +130,7 @@ class Session:
             limits,
             progress,
             samples=done,
+            begun=self._renderer.position[2] > 0,
             looks=looks,
             hidden=self._unseen,
             breadth=1 if self._spread is None else self._spread.breadth,
@@ -234,6 +236,20 @@ class Session:
         if isinstance(renderer, AdaptiveRenderer):
             return renderer.rates(samples)
         return np.ones(renderer.moments.shape[1:])
+
+    @property
+    def samples_begun(self) -> float:
+        """Samples per pixel so far, with the finished part of a pass that was cut short: a fraction of its samples."""
+        done, end, _ = self._renderer.position
+        if end <= done:
+            return float(done)
+        midway = 0.5 * (self._counts(done) + self._counts(end))
+        return done + (end - done) * float((self.statistics().samples > midway).mean())
+
+    def _counts(self, samples: int) -> NDArray[np.float64]:
+        """Return each pixel's sample count, (H, W), if the mean count is ``samples``."""
+        even = samples <= PILOT  # the first samples decide the shares of later ones
+        return samples * (np.ones(self._renderer.moments.shape[1:]) if even else self.rates(samples))
 
     @property
     def lamps(self) -> Lamps:

@@ -40,9 +40,9 @@ from equaltime.scene.studio import (
     strength,
     sun_angle,
     switch,
+    unused,
 )
 from equaltime.scene.tree import Child, Object, Place, add, plant
-from equaltime.words import suggestion
 
 __all__ = ["MESHES", "read_mesh"]
 
@@ -87,7 +87,7 @@ def read_mesh(
     """
     place, path = Place(file), Path(file)
     for name in sorted(set(defines) - set(DEFINITIONS)):
-        report.add(place, f"nothing in the scene uses the definition '{name}'{suggestion(name, DEFINITIONS)}")
+        report.add(place, unused(name, DEFINITIONS))
     search.note(path)
     account = Account()
     try:
@@ -211,9 +211,10 @@ def _painted(
         return
     for name, mesh in parts.items():
         found = materials.of(name)
-        if found is None and name:
-            account.tell(f"the material '{shown(name)}' is in no library", path.name)
         own = _reflectance(mesh, path, place, account, used=found is None or not found[1].has_color)
+        if found is None and name:
+            instead = f"of reflectance {own:g}" if isinstance(own, float) else "of the mesh's own colours"
+            account.tell(f"the material '{shown(name)}' is in no library: its faces are matt, {instead}", path.name)
         bsdf, emitter = _both(own, place), None
         if found is not None:
             bsdf = materials.bsdf(*found, own, place, mesh)

@@ -9,13 +9,21 @@ from pathlib import Path
 from equaltime.errors import Problem, SceneError
 from equaltime.examples import example_of
 from equaltime.scene.frames import Frame
-from equaltime.scene.motion import still
+from equaltime.scene.motion import still, times_of_keys
 from equaltime.scene.scene import GLTF, Scene, load_file
 
 __all__ = ["frames_of"]
 
 _OF_AN_ANIMATION = ("shutter", "time")
 """Definitions of glTF files that choose the time."""
+
+_SAME = (
+    ": all frames would be the same; if the file was converted from glTF, convert again with -D shutter=0,LAST, which "
+    "keeps the animation up to LAST seconds"
+)
+
+_JUST = 1e-9
+"""Share by which rounding may take a frame's time beyond that of a key."""
 
 
 def frames_of(
@@ -43,6 +51,20 @@ def frames_of(
         return
     scene = load_file(path, defines, substitute=substitute)
     if still(scene.model) is scene.model:
-        raise SceneError((Problem(str(path), "nothing in the scene is animated: all frames would be the same"),))
+        raise SceneError((Problem(str(path), f"nothing in the scene is animated{_SAME}"),))
+    if standing := _standing(frames, *times_of_keys(scene.model)):
+        scene = dataclasses.replace(scene, warnings=(*scene.warnings, standing))
     for frame in frames:
         yield dataclasses.replace(scene.with_(shutter=frame.shutter), frame=frame)
+
+
+def _standing(frames: Sequence[Frame], first: float, last: float) -> str:
+    """Return a warning on frames whose shutter is open only before the first key or after the last; "" without any."""
+    spans = [(frame.number, *frame.shutter) for frame in frames]
+    numbers = [n for n, opens, closes in spans if opens > last * (1.0 + _JUST) or closes < first * (1.0 - _JUST)]
+    if not numbers:
+        return ""
+    others = len(numbers) - 1
+    named = f"frame {numbers[0]}" + (f" and {others} other{'s' * (others > 1)}" if others else "")
+    stand = "stand" if others else "stands"
+    return f"the animation lasts from {first:g} s to {last:g} s: {named}, outside that time, {stand} still"

@@ -24,7 +24,19 @@ from equaltime.scene.model import (
     as_array,
 )
 
-__all__ = ["animation", "at_time", "center", "closed_shutter", "in_shutters", "moves", "pose", "posed", "span", "still"]
+__all__ = [
+    "animation",
+    "at_time",
+    "center",
+    "closed_shutter",
+    "in_shutters",
+    "moves",
+    "pose",
+    "posed",
+    "span",
+    "still",
+    "times_of_keys",
+]
 
 Array = NDArray[np.float64]
 CHANGING: Final = (Animation, Deformation)
@@ -143,6 +155,16 @@ def at_time(model: SceneModel, time: float) -> SceneModel:
         return changing if changing.held is not None else posed(changing, time)
 
     return _changed(model, at)
+
+
+def times_of_keys(model: SceneModel) -> tuple[float, float]:
+    """Return the times of the first and of the last key of an animated scene, in the units of its shutter.
+
+    Shapes, groups of shapes and the camera count. Raises ValueError if nothing is animated.
+    """
+    groups = (part for shape in model.shapes if isinstance(shape, Instance) for part in shape.shapegroup.shapes)
+    changing = [each for node in (model.sensor, *model.shapes, *groups) for each in _changing(node).values()]
+    return min(each.times[0] for each in changing), max(each.times[-1] for each in changing)
 
 
 def _changing(node: Plugin) -> dict[str, Animation | Deformation]:

@@ -20,7 +20,7 @@ __all__ = ["WORDS", "Color", "ImageMap", "Material", "read_mtl", "shown"]
 Color = tuple[float, float, float]
 Use = Literal["color", "radiance", "number", "image", "name", "silent", "told"]
 
-_DIFFUSE: Final = "surfaces are diffuse"
+_NOT_GLOSS: Final = "gloss comes from Pr and Pm alone"
 _UNMOVED: Final = "surfaces are not displaced"
 WORDS: Final[dict[str, tuple[Use, str]]] = {
     # lower-case word: its use, and the reason if it is not used
@@ -49,16 +49,16 @@ WORDS: Final[dict[str, tuple[Use, str]]] = {
     "anisor": ("silent", "counts for aniso, which is told"),
     "map_aat": ("silent", "asks for antialiasing, which is there"),
     "illum": ("told", "mirrors and glass are diffuse"),
-    "ks": ("told", _DIFFUSE),
-    "map_ks": ("told", _DIFFUSE),
-    "refl": ("told", _DIFFUSE),
-    "map_refl": ("told", _DIFFUSE),
+    "ks": ("told", _NOT_GLOSS),
+    "map_ks": ("told", _NOT_GLOSS),
+    "refl": ("told", _NOT_GLOSS),
+    "map_refl": ("told", _NOT_GLOSS),
     "tf": ("told", "surfaces that are not opaque let all colours through"),
     "map_tf": ("told", "surfaces that are not opaque let all colours through"),
-    "ps": ("told", _DIFFUSE),
-    "pc": ("told", _DIFFUSE),
-    "aniso": ("told", _DIFFUSE),
-    "map_ps": ("told", _DIFFUSE),
+    "ps": ("told", _NOT_GLOSS),
+    "pc": ("told", _NOT_GLOSS),
+    "aniso": ("told", _NOT_GLOSS),
+    "map_ps": ("told", _NOT_GLOSS),
     "disp": ("told", _UNMOVED),
     "map_disp": ("told", _UNMOVED),
     "decal": ("told", "images do not replace each other"),

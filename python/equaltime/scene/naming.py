@@ -12,6 +12,7 @@ from equaltime.scene.model import (
     Directional,
     EnvMap,
     Instance,
+    Obj,
     Plugin,
     Point,
     Shape,
@@ -33,6 +34,12 @@ class Name:
     type: str
     place: str
     """File and line, or path of keys; empty if the scene was made in memory."""
+
+    @classmethod
+    def of(cls, part: Plugin, place: str) -> Name:
+        """Return the name of an object described at ``place``; a part of an OBJ file may have its material's."""
+        material = part.material if isinstance(part, Obj) else None
+        return cls(part.id or material or None, part.title, place)
 
     def __str__(self) -> str:
         what = f"{self.type}, {self.place}" if self.place else self.type
@@ -102,4 +109,4 @@ class Names:
         return self._name(next(e for e in self._scene.model.emitters if isinstance(e, Constant | EnvMap)))
 
     def _name(self, part: Plugin, place: str | None = None) -> Name:
-        return Name(part.id, part.title, self._scene.place_of(part) if place is None else place)
+        return Name.of(part, self._scene.place_of(part) if place is None else place)

@@ -14,6 +14,8 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any, Final
 
+import numpy as np
+
 from equaltime import _core
 from equaltime.errors import Problem, RenderError, SceneError
 from equaltime.examples import example_of
@@ -30,12 +32,14 @@ from equaltime.scene.dict_reader import read_dict
 from equaltime.scene.frames import Frame
 from equaltime.scene.geometry import Surface, seen_whole
 from equaltime.scene.gltf import read_gltf
+from equaltime.scene.grounds import own_grounds
 from equaltime.scene.inert import shown
 from equaltime.scene.model import (
     Animation,
     Area,
     Bitmap,
     Deformation,
+    Disk,
     EnvMap,
     HdrFilm,
     MeshFile,
@@ -47,6 +51,7 @@ from equaltime.scene.motion import closed_shutter, in_shutters, still
 from equaltime.scene.report import Report
 from equaltime.scene.resolve import Resolved, resolve, unmerged
 from equaltime.scene.search import Search
+from equaltime.scene.studio import leaving_out, strength
 from equaltime.scene.substitutes import Substitution, substituted
 from equaltime.scene.toml_reader import read_toml
 from equaltime.scene.tree import NOWHERE, Object, Places
@@ -112,13 +117,15 @@ READERS: Final[dict[str, Reader]] = {
     **dict.fromkeys(MESHES, read_mesh),
 }
 
+_EDITED: Final = (".toml", ".xml")
+"""Suffixes of scene files that are edited by hand."""
+
 _HIDES_LAMPS: Final = (
     "the background is transparent, so the camera sees neither sky nor lamps (hide_emitters); "
     "they light the scene as before"
 )
-_KEEPS_GROUND: Final = (
-    "the ground is a surface, not background: it stays opaque and fills the picture; -D ground=0 leaves it out"
-)
+_KEEPS_GROUND: Final = "the ground is a surface, not background: it stays opaque and fills the picture; "
+_WITHOUT_ADDED: Final = "-D ground=0 leaves it out"
 _SHAPE: Final = re.compile(r"shape (\d+): (.*)", re.DOTALL)
 
 
@@ -270,7 +277,19 @@ class Scene(Shown):
         suffix = "" if self.source is None else self.source.suffix.lower()
         if suffix not in MESHES and suffix not in GLTF:
             return False
-        return float(self.defines.get("ground", suffix in MESHES)) > 0.0
+        return bool(np.any(strength(self.defines.get("ground", float(suffix in MESHES)), "ground")))
+
+    def _without_ground(self) -> Iterator[str]:
+        """Yield clauses on how to leave out the scene's grounds: one that was added, and grounds of its own."""
+        added = self._has_added_ground()
+        if added:
+            yield _WITHOUT_ADDED
+        grounds = own_grounds(self.model, self.assets)
+        own = [shape for shape in grounds if not (added and isinstance(shape, Disk))]
+        if own and self.source is not None and self.source.suffix.lower() in _EDITED:
+            yield f"to leave it out, delete it ({', '.join(map(self.place_of, own))})"
+        elif own:
+            yield leaving_out([shape.id for shape in own])
 
     def _problem(self, message: str) -> Problem:
         """Return the core's error as a problem, with the place of the shape that it names, if any."""
@@ -332,7 +351,7 @@ class Scene(Shown):
         if transparent and not self.transparent:
             model = without_sky(model)
             hides_lamps = model.integrator.hides_emitters and any(isinstance(node, Area) for node in model.nodes())
-            warnings += (_HIDES_LAMPS,) * hides_lamps + (_KEEPS_GROUND,) * self._has_added_ground()
+            warnings += (_HIDES_LAMPS,) * hides_lamps + tuple(f"{_KEEPS_GROUND}{way}" for way in self._without_ground())
         return dataclasses.replace(
             self.replaced(model),
             warnings=warnings,

@@ -8,7 +8,7 @@ on demand.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Final
 
 import numpy as np
@@ -29,11 +29,13 @@ __all__ = [
     "VIEWS",
     "Z_UP",
     "Strength",
+    "are_grounds",
     "choice",
     "default_camera",
     "film",
     "framed",
     "ground",
+    "leaving_out",
     "number_of",
     "sky",
     "soft_sun",
@@ -41,6 +43,7 @@ __all__ = [
     "sun",
     "sun_angle",
     "switch",
+    "unused",
 ]
 
 Array = NDArray[np.float64]
@@ -116,21 +119,27 @@ def default_camera(points: Array, place: Place, view: str = "front") -> Object:
 
 
 def framed(parts: Sequence[Array]) -> list[Array]:
-    """Return the parts of a model that the default camera frames: all, except a flat ground far wider than all else.
+    """Return the parts of a model that the default camera frames: all, except grounds (`are_grounds`)."""
+    return [part for part, ground in zip(parts, are_grounds(parts), strict=True) if not ground]
+
+
+def are_grounds(parts: Sequence[Array]) -> list[bool]:
+    """Tell of each part of a model whether it is a ground: flat, and far wider than all else.
 
     A part is a set of points (N, 3), such as the corners of a mesh's box. A ground lies below the middle of the parts
-    that are not flat; without such parts, all parts are framed.
+    that are not flat; without such parts, there is no ground.
     """
     boxes = np.array([[part.min(axis=0), part.max(axis=0)] for part in parts]).reshape(-1, 2, 3)
     sizes = boxes[:, 1] - boxes[:, 0]
     widths = np.hypot(sizes[:, 0], sizes[:, 2])
     flat = sizes[:, 1] <= _FLAT * widths
     if flat.all():
-        return [*parts]
+        return [False] * len(parts)
     low, high = boxes[~flat, 0].min(axis=0), boxes[~flat, 1].max(axis=0)
     below = boxes[:, 1, 1] <= 0.5 * low[1] + 0.5 * high[1]
     wide = widths > _WIDER * math.hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2])
-    return [part for part, left_out in zip(parts, flat & below & wide, strict=True) if not left_out]
+    found: list[bool] = (flat & below & wide).tolist()
+    return found
 
 
 def _nearest(x: Array, z: Array, half: float) -> tuple[float, float]:
@@ -187,6 +196,12 @@ def ground(reflectance: Strength, bounds: Array, place: Place, name: str = "grou
     return plant("shape", "disk", place, name, to_world=down @ lying, bsdf=bsdf)
 
 
+def leaving_out(grounds: Sequence[str | None]) -> str:
+    """Return a clause on how to remove a model's own grounds, which are shapes with these names, None without one."""
+    blocks = " and ".join(f"[{name}]" for name in grounds if name) or "its block"
+    return f"to leave out the file's own ground, 'equaltime convert' the file to TOML and delete {blocks} there"
+
+
 def number_of(given: object, name: str, most: float = math.inf, least: float = 0.0, other: str = "") -> float:
     """Return ``given``, the user's value of the scene variable ``name`` (command line: ``-D name=value``), as a number.
 
@@ -241,6 +256,15 @@ def choice(given: object, name: str, among: Sequence[str]) -> str:
         found = shortened(given, 40) + (f"; did you mean '{near}'?" if near else "")
         raise ValueError(f"'{name}' must be {', '.join(among[:-1])} or {among[-1]}, found {found}")
     return str(given)
+
+
+def unused(name: str, definitions: Collection[str]) -> str:
+    """Return the error about ``name``, a definition that no model file has; ``definitions`` are those that all have."""
+    near = nearest(name, definitions)
+    *others, last = sorted(definitions)
+    known = f"did you mean '{near}'?" if near else f"expected {', '.join(others)} or {last}"
+    materials = "" if near else "; 'equaltime convert' writes a TOML file in which materials can be changed"
+    return f"nothing in the scene uses the definition {shortened(name, 40)}; {known}{materials}"
 
 
 def switch(given: object, name: str) -> bool:

@@ -77,3 +77,10 @@ def test_render_says_it_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert lines == [f"lint: 1 warning (open-dielectrics); see equaltime lint {file}"]
     assert main([*words, "glass=thindielectric"]) == 0
     assert "lint: " not in capsys.readouterr().err
+
+
+def test_remarks_on_a_file_are_sentences_of_their_own(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["lint", "-v", "windmill"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert any(line.startswith("note: file-remarks: remarks while reading files: ") for line in lines)
+    assert "  of 2 cameras the first is used; -D camera=... takes another of whole, sails" in lines

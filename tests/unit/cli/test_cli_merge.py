@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shlex
 from dataclasses import replace
 from pathlib import Path
@@ -65,7 +66,7 @@ def said(parts: list[et.Result], folder: Path, capsys: pytest.CaptureFixture[str
 def test_of_an_image_without_bias_the_seeds_and_the_error_are_told(
     parts: list[et.Result], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (line,) = said(parts, tmp_path, capsys)
+    line, _ = said(parts, tmp_path, capsys)
     assert line.startswith("Joined 2 renders: 12x10, 8 spp of 2 seeds, error ")
     assert line.endswith(", unbiased")
 
@@ -191,3 +192,13 @@ def test_a_frame_of_merged_renders_is_repeated_as_a_frame(
     told = capsys.readouterr().out
     assert "-o 'part-8_####.exr' --spp 2 --frames 1 --size 8x6 --seed 7" in told
     assert "equaltime merge part-1_0001.exr part-8_0001.exr -o both.exr" in told
+
+
+def test_the_number_of_renders_that_a_smaller_error_takes_is_told(
+    parts: list[et.Result], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["merge", *saved(parts, tmp_path), "-o", str(tmp_path / "m.exr")]) == 0
+    last, error = capsys.readouterr().out.splitlines()[-1], et.read(tmp_path / "m.exr").error
+    found = re.fullmatch(r"([\d.]+) % takes about ([\d.]+) \(.+ to .+\) such renders in all, each with .*", last)
+    assert found is not None
+    assert float(found[2]) == pytest.approx(2 * (error.value / (0.01 * float(found[1]))) ** 2, rel=0.06)

@@ -18,6 +18,7 @@ from equaltime.cli.messages import Written, doubts
 from equaltime.cli.render_outcome import details, outcome
 from equaltime.rendering.budget import Look, Stop
 from equaltime.rendering.stated import samples_in_words
+from equaltime.statistics.in_words import count, error_range
 from equaltime.words import duration
 
 SCENE = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
@@ -85,6 +86,8 @@ def test_an_error_far_below_the_wanted_one_is_explained(last: float, told: bool)
         == [f"better than asked for, as a render goes on until two looks in a row find its error small: {looks}"] * told
     )
     assert (f"last looks at the error: {looks}" in details(result, {})) is not told
+    later = outcome(result, Written([Path("a.exr")]), None, first=False)
+    assert not any("better than asked for" in line for line in later)
 
 
 def test_a_look_whose_limit_a_bright_path_widened_is_told() -> None:
@@ -302,3 +305,12 @@ def test_a_finished_render_tells_how_it_goes_on(tmp_path: Path, capsys: pytest.C
     out = capsys.readouterr().out
     assert "over 2 runs" in out
     assert "nothing was added" not in out
+
+
+def test_a_picture_and_its_render_have_the_same_digits(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.exr"
+    assert main(["render", str(SCENE), "-o", str(path), "--size", "32x32", "--spp", "64"]) == 0
+    capsys.readouterr()
+    assert main(["info", str(path.with_suffix(".png"))]) == 0
+    result = et.read(path)
+    assert f"32x32, {count(result.spp)} spp, error {error_range(result.error)}," in capsys.readouterr().out

@@ -203,3 +203,13 @@ def test_a_roulette_is_told_where_it_may_end_the_path(tmp_path: Path, capsys: py
     assert not [line for line in shown(scene, capsys, "-v") if "probability of living" in line]
     words = ("--strategy", "bsdf,roulette=constant,survival=0.5,roulette_depth=1", "-v")
     assert [line for line in shown(scene, capsys, *words) if "the probability of living was 0.5" in line]
+
+
+def test_parts_of_an_obj_file_are_named_by_material(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "a.mtl").write_text("newmtl cloth\nKd 1 0 0\n")
+    mesh = tmp_path / "a.obj"
+    mesh.write_text("mtllib a.mtl\nv -1 0 0\nv 1 0 0\nv 0 2 0\nusemtl cloth\nf 1 2 3\n")
+    assert main(["replay", str(mesh), "--pixel", "16,12", "--size", "32x24"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert any("meets the front of 'cloth' (obj, " in line for line in lines)
+    assert lines[-1].endswith("scenes/render/README.md, When the error is in doubt")

@@ -1,10 +1,14 @@
 """How the command line writes numbers."""
 
 import math
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
-from equaltime.cli.messages import once_each, print_error, while_heard
+import equaltime as et
+from equaltime.cli.messages import doubts, once_each, print_error, while_heard
+from equaltime.film.focus import Focus
 from equaltime.words import duration, seconds_of
 
 
@@ -51,6 +55,35 @@ def test_a_problem_with_a_line_separator_of_unicode_is_one_line(capsys: pytest.C
 
 def test_warnings_that_differ_by_place_or_file_name_alone_are_told_once() -> None:
     lost = [f"a.mtl:{line}: the image 'lost{line}.png' is left out: no such file" for line in (3, 5, 8)]
-    other = ["a.mtl:4: 'Ks' is not used: surfaces are diffuse", "a.mtl:6: 'Ni' is not used: surfaces are diffuse"]
+    other = [
+        "a.mtl:4: 'Ks' is not used: gloss comes from Pr and Pm alone",
+        "a.mtl:6: 'Ni' is not used: surfaces are diffuse",
+    ]
     told = once_each([lost[0], other[0], *lost[1:], other[1]])
     assert told == [f"{lost[0]} (and 2 more like it: lint -v)", *other]
+
+
+RARE = "light that 12.5 samples a pixel have not met is not in the error"
+
+
+@pytest.mark.parametrize(
+    ("forecast", "line"),
+    [
+        ("", f"the error's upper limit cannot be trusted: {RARE}"),
+        (RARE.replace("12.5", "8"), "the error's upper limit cannot be trusted, for the reason told with the forecast"),
+        ("a heavy tail", f"the error's upper limit cannot be trusted: {RARE}"),
+    ],
+)
+def test_a_doubt_of_the_forecast_is_not_told_again(forecast: str, line: str) -> None:
+    result = et.render(et.load("cornell-box").with_(size=(8, 8)), spp=2)
+    assert doubts(replace(result, error=result.error.doubted(RARE)), forecast=forecast) == [line]
+
+
+def test_the_size_of_the_sun_of_a_mesh_is_named_where_its_light_is_focused(tmp_path: Path) -> None:
+    mesh = tmp_path / "a.obj"
+    mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    focus = Focus(paths=1.0, light=1e3, share=1e-4)
+    for scene, told in ((et.load(mesh), True), (et.load(mesh, sun=0), False), (et.load("cornell-box"), False)):
+        result = et.render(scene.with_(size=(8, 8)), spp=2)
+        doubtful = replace(result, error=result.error.doubted(RARE), focus=focus)
+        assert any("-D sun_angle=15" in line for line in doubts(doubtful)) == told

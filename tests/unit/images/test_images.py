@@ -95,7 +95,7 @@ def test_a_result_shows_itself_as_a_png(result: Result) -> None:
 
 
 def test_a_result_says_what_it_is(result: Result) -> None:
-    assert repr(result) == "Result(7x5, 4 spp, error 2 % (1 to 3), stopped by spp)"
+    assert repr(result) == "Result(7x5, 4 spp, error 2.0 % (1.0 to 3.0), stopped by spp)"
 
 
 @contextmanager

@@ -2,6 +2,8 @@
 
 import copy
 import time
+from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +12,12 @@ import pytest
 import equaltime as et
 from equaltime.cli import main
 from equaltime.quoting import pilot
-from equaltime.quoting.law import Law, Processors, from_start
+from equaltime.quoting.law import Law, Processors, from_start, without_start
 from equaltime.quoting.pilot import Pilot
 from equaltime.quoting.probe import Probe
 from equaltime.rendering.budget import Limits
 from equaltime.rendering.job import Job
+from equaltime.rendering.saved import SavedRender
 from equaltime.rendering.session import Session
 from equaltime.strategy import Strategy
 
@@ -95,6 +98,33 @@ def test_the_seconds_quoted_are_those_of_this_run(scene: et.Scene, tmp_path: Pat
     quote, _ = resumed_quote(scene, tmp_path / "begun.exr", spp=320, time=1e3)
     even = (320 - 256) * quote.law.seconds_per_sample
     assert quote.seconds.value == pytest.approx(from_start(even, quote.law.seconds_lost))
+
+
+@pytest.mark.parametrize("strategy", ["best,adaptive=none", "best,adaptive=error"])
+def test_the_rest_of_a_pass_that_was_cut_short_is_not_timed(scene: et.Scene, tmp_path: Path, strategy: str) -> None:
+    """Else a pass that was almost over would make samples seem many times faster than they are."""
+    job = Job(scene=scene.with_(size=(96, 96)), strategy=Strategy.parse(strategy))
+    first = Session(job)
+    while not first.passes.begun:  # cut between two passes
+        first.passes.limits = Limits(seconds=0.2)
+        first.passes.run()
+    begun = first.result("time")
+    begun.save(tmp_path / "begun.exr")
+    session = Session(replace(job, resumed=SavedRender.read(tmp_path / "begun.exr")))
+    had = session.samples_begun
+    assert session.passes.samples < had
+    assert had == pytest.approx(begun.spp, rel=0.1)
+    watch, seconds, quotes = Pilot(session, Limits(seconds=1.0)), dict[int, float](), list[et.Quote | None]()
+    session.passes.limits = Limits(seconds=1e3)
+    for samples in islice(session.passes, 2):
+        seconds[samples] = session.passes.rendering
+        quotes.append(watch.pass_ended())
+    assert quotes[0] is None
+    assert quotes[1] is not None
+    law, ((n, before), (m, after)) = quotes[1].law, seconds.items()
+    even = without_start(after, law.seconds_lost) - without_start(before, law.seconds_lost)
+    assert law.seconds_per_sample == pytest.approx(even / (m - n), rel=0.05)
+    assert quotes[1].spp.value == pytest.approx(had + 1.0 / law.seconds_per_sample, rel=0.1)
 
 
 def reasons(scene: et.Scene, **options: float) -> list[str]:

@@ -272,3 +272,11 @@ def test_a_checkpoint_that_cannot_be_written_does_not_end_the_render(scene: et.S
     assert (result.spp, result.stopped_by) == (8, "spp")
     assert len(told) == 1, "of several that failed in a row"
     assert str(nowhere) in told[0]
+
+
+def test_the_number_of_nets_is_no_difference_of_its_own(tmp_path: Path) -> None:
+    """It follows from the size: a film of 2^16 pixels has one net in a pixel, a smaller one has two."""
+    scene = et.load(SCENE)
+    et.render(scene.with_(size=(256, 256), max_depth=2), spp=2).save(tmp_path / "a.exr")
+    with pytest.raises(et.ImageError, match=r"cannot be resumed: it has size 256x256, not 200x200$"):
+        et.render(scene.with_(size=(200, 200), max_depth=2), spp=4, resume=tmp_path / "a.exr")

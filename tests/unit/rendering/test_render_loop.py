@@ -12,6 +12,7 @@ from equaltime.film.error import PixelStatistics, image_error, pixel_statistics
 from equaltime.film.unseen import Unseen, stated_error
 from equaltime.rendering.budget import Limits
 from equaltime.rendering.passes import Passes, Progress, pass_end
+from equaltime.statistics.intervals import Interval
 
 from .fake_renderer import PIXELS, FakeRenderer
 
@@ -157,6 +158,17 @@ def test_the_time_left_is_right_again_a_pass_after_the_load_has_changed() -> Non
     assert all(p.time_left == pytest.approx(renderer.now - p.seconds) for p in seen[after:])
 
 
+def test_the_time_left_takes_no_speed_from_the_rest_of_a_pass() -> None:
+    seen: list[Progress] = []
+    renderer = FakeRenderer()
+    renderer.done = 62  # an earlier render was cut short in its pass from 56 to 64
+    run(renderer, spp=256, progress=seen.append, samples=56, begun=True)
+    assert seen[0].time_left is None
+    assert [p.seconds + p.time_left for p in seen if p.time_left is not None] == pytest.approx(
+        [0.194] * (len(seen) - 1)
+    )
+
+
 def test_the_time_left_of_a_time_limit_is_what_the_clock_says() -> None:
     seen: list[Progress] = []
     run(FakeRenderer(), seconds=0.5, progress=seen.append)
@@ -247,3 +259,12 @@ def test_an_error_is_not_shown_once_the_samples_have_doubled_since() -> None:
     assert seen[0].error is not None
     stale = next(progress for progress in seen if progress.samples >= 2 * seen[0].samples)
     assert stale.error is None
+
+
+@pytest.mark.parametrize(("brightest", "known"), [(0.0, True), (1e3, False)])
+def test_no_time_left_is_told_while_a_bright_path_widens_the_limit(brightest: float, known: bool) -> None:
+    renderer = FakeRenderer()
+    renderer.done = 64
+    passes = Passes(renderer, PIXELS, Limits(error=0.02), clock=renderer.clock, samples=64)
+    passes.looks.look(Interval(0.03, 0.02, 0.2), 64, brightest)
+    assert (passes.samples_for(0.02) is not None) == known

@@ -193,3 +193,17 @@ def test_a_sample_of_a_transparent_render_is_replayed(file: Path, capsys: pytest
     assert "radiance 0.5" in capsys.readouterr().out
     assert main([*command, "--transparent"]) == 0
     assert "radiance 0\n" in capsys.readouterr().out.replace("0 0 0", "0")
+
+
+def test_the_words_say_that_the_own_ground_of_a_model_stays(tmp_path: Path) -> None:
+    told = "the ground is a surface, not background: it stays opaque and fills the picture; "
+    model = et.load("windmill")
+    way = "to leave out the file's own ground, 'equaltime convert' the file to TOML and delete [table_2] there"
+    assert f"{told}{way}" in model.with_(transparent=True).warnings
+    assert not any(told in line for line in model.warnings)
+    both = et.load("windmill", ground="#804020").with_(transparent=True).warnings
+    assert {f"{told}{way}", f"{told}-D ground=0 leaves it out"} <= {*both}
+    model.write(tmp_path / "mill.toml")
+    edited = et.load(tmp_path / "mill.toml").with_(transparent=True)
+    assert edited.warnings[-1].startswith(f"{told}to leave it out, delete it (")
+    assert edited.warnings[-1].endswith(": table_2)")

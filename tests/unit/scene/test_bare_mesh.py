@@ -75,8 +75,8 @@ def test_each_material_with_faces_is_a_shape_of_its_colour(tmp_path: Path) -> No
     assert scene.core.triangles == 4  # the ground is a disk, the sun a sphere
     assert scene.warnings == (
         "a.mtl:3: 'Kd' is cut to [0, 1]",
-        "a.mtl:4: 'Ks' is not used: surfaces are diffuse",
-        "a.obj: the material 'lost' is in no library",
+        "a.mtl:4: 'Ks' is not used: gloss comes from Pr and Pm alone",
+        "a.obj: the material 'lost' is in no library: its faces are matt, of reflectance 0.5",
         "the file is only a mesh: a camera, a sky, a sun and a ground are added; -D view=back shows its back, -D up=z "
         "if it lies on its back; also -D sky=, sun=, sun_angle=, ground=",
     )

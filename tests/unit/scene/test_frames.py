@@ -139,7 +139,9 @@ def test_a_scene_knows_its_frame_until_it_gets_another_shutter(tmp_path: Path) -
 def test_frames_of_what_stands_still_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.toml"
     path.write_text(STANDING)
-    with pytest.raises(et.SceneError, match="nothing in the scene is animated"):
+    with pytest.raises(
+        et.SceneError, match=r"nothing in the scene is animated: .* convert again with -D shutter=0,LAST"
+    ):
         next(frames_of(path, [Frame(0, 24.0, 0.0)], {}))
 
 
@@ -152,3 +154,26 @@ def test_the_frames_alone_choose_the_time(tmp_path: Path) -> None:
     path = one_triangle().gltf(tmp_path / "a.gltf")
     with pytest.raises(et.SceneError, match="the frames choose the time: leave 'time' out"):
         next(frames_of(path, [Frame(0, 24.0, 0.0)], {"time": 1}))
+
+
+def test_frames_outside_the_animation_are_told(tmp_path: Path) -> None:
+    path = tmp_path / "a.toml"
+    path.write_text(STANDING + KEYS)
+    told = "the animation lasts from 0 s to 2 s: frame 9 and 1 other, outside that time, stand still"
+    scenes = list(frames_of(path, [Frame(8, 4.0), Frame(9, 4.0), Frame(10, 4.0)], {}))
+    assert told in scenes[0].warnings
+    assert (
+        next(frames_of(path, [Frame(9, 4.0, 1.0)], {}))
+        .warnings[-1]
+        .endswith("frame 9, outside that time, stands still")
+    )
+    assert not any(
+        "animation lasts" in line for line in next(frames_of(path, [Frame(0, 4.0), Frame(8, 4.0)], {})).warnings
+    )
+
+
+def test_a_gltf_file_tells_that_its_animation_is_over(tmp_path: Path) -> None:
+    gltf = animated("translation", [0, 1], [[0, 0, 0], [4, 0, 0]]).gltf(tmp_path / "a.gltf")
+    told = "the animation ends at 1 s: later times show its end"
+    scenes = list(frames_of(gltf, [Frame(0, 4.0), Frame(4, 4.0), Frame(5, 4.0)], {}))
+    assert [told in scene.warnings for scene in scenes] == [False, False, True]

@@ -127,7 +127,7 @@ def test_a_key_that_stands_twice_is_told(tmp_path: Path) -> None:
 def test_lint_names_what_is_told(tmp_path: Path) -> None:
     builder = one_triangle(pbrMetallicRoughness={})
     builder.json["materials"][0]["sparkle"] = 1
-    (finding,) = [found for found in lint(loaded(builder, tmp_path)) if found.check == "mended-files"]
+    (finding,) = [found for found in lint(loaded(builder, tmp_path)) if found.check == "file-remarks"]
     assert "materials[].sparkle is not used (materials[0])" in finding.where
 
 

@@ -352,3 +352,19 @@ def test_a_strength_that_is_no_number_is_told_with_what_may_be_given(name: str, 
         et.SceneError, match=f"'{name}' must be a number .* or a colour such as #20c040, found '0.2,0.4,0.2'"
     ):
         loaded(one_triangle(), tmp_path, **{name: "0.2,0.4,0.2"})
+
+
+@pytest.mark.parametrize(
+    ("given", "told"), [("0", "-D ground=0 changes"), ("#804020", "-D ground= adds a ground below")]
+)
+def test_the_way_to_leave_out_the_own_ground_is_told(given: str, told: str) -> None:
+    way = "to leave out the file's own ground, 'equaltime convert' the file to TOML and delete [table_2] there"
+    assert [told in line for line in et.load("windmill", ground=given).warnings if line.endswith(way)] == [True]
+    assert not any(way in line for line in et.load("windmill").warnings)
+
+
+def test_an_unknown_definition_names_all_and_the_way_to_a_material() -> None:
+    known = "animation, camera, crease_angle, face_normals, ground, .*, sun_angle, time, up or view"
+    way = "'equaltime convert' writes a TOML file in which materials can be changed"
+    with pytest.raises(et.SceneError, match=f"uses the definition 'ball'; expected {known}; {way}"):
+        et.load("windmill", ball="#ff0000")

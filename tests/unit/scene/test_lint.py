@@ -317,7 +317,7 @@ def write(path: Path, image: np.ndarray[Any, np.dtype[np.float32]]) -> None:
 
 
 def test_what_the_readers_of_files_mended_is_a_note(obj: Callable[..., dict[str, Any]]) -> None:
-    mended = found(scene(box=obj(CUBE, [*SIDES, [1, 1, 2]])))["mended-files"]
+    mended = found(scene(box=obj(CUBE, [*SIDES, [1, 1, 2]])))["file-remarks"]
     assert (mended.severity, mended.count) == ("note", 1)
     assert "1 degenerate face was dropped" in mended.where[0]
 

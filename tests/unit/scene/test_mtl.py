@@ -88,7 +88,7 @@ def test_colours(text: str, color: tuple[float, ...]) -> None:
         ("d 1.5", "'d' is cut to [0, 1]"),
         ("d -halo 0.5", "'d' is not used: expected one number, found '-halo 0.5'"),
         ("d 0.5\nTr 0.4", "'d' and 'Tr' of a material do not add up to 1: 'd' counts"),
-        ("Ks 1 1 1", "'Ks' is not used: surfaces are diffuse"),
+        ("Ks 1 1 1", "'Ks' is not used: gloss comes from Pr and Pm alone"),
         ("illum 7", "'illum' is not used: mirrors and glass are diffuse"),
         ("disp a.png", "'disp' is not used: surfaces are not displaced"),
         ("map_Bump -bm x a.png", "'-bm' of 'map_Bump' is not used"),
@@ -110,8 +110,8 @@ def test_what_is_not_used_is_told_with_its_place(text: str, message: str) -> Non
 
 def test_what_is_told_has_a_count() -> None:
     assert read("newmtl a\nKs 1 1 1\nnewmtl b\nks 1 1 1\nKs 1 1 1\n")[1] == [
-        "a.mtl:2: 'Ks' is not used: surfaces are diffuse (first of 2)",
-        "a.mtl:4: 'ks' is not used: surfaces are diffuse",
+        "a.mtl:2: 'Ks' is not used: gloss comes from Pr and Pm alone (first of 2)",
+        "a.mtl:4: 'ks' is not used: gloss comes from Pr and Pm alone",
     ]
 
 

@@ -132,7 +132,7 @@ def test_materials_that_no_library_has_are_told(tmp_path: Path) -> None:
     left_out = "the materials of 'a.mtl' are left out: the text is in UTF-16: save it in UTF-8 or ASCII"
     assert told(utf_16) == [f"a.obj:1: {left_out}", in_none]
     missing = told(load(tmp_path, b"mtllib a.mtl\n" + SQUARE + parts, a=b"newmtl z\nKd 1 1 1\n"))
-    assert missing == ["a.obj: the material 'a' is in no library"]
+    assert missing == ["a.obj: the material 'a' is in no library: its faces are matt, of reflectance 0.5"]
 
 
 def test_of_two_definitions_the_last_counts_and_is_told(tmp_path: Path) -> None:

@@ -76,6 +76,8 @@ class Clip:
     """Times at which transforms are evaluated, in seconds, from opening to closing of the shutter."""
     number: int
     """Index of the animation in the file."""
+    ends: float
+    """Time of the animation's last key, in seconds; infinite without keys."""
     _channels: dict[tuple[int, str], _Channel]
 
     def fields(self, node: int, time: float) -> dict[str, Array]:
@@ -135,7 +137,8 @@ def played(document: Document, number: int, shutter: tuple[float, float] | None)
     if shutter is None:
         times = np.concatenate([np.zeros(1), *(channel.times for channel in channels.values())])
         shutter = float(times.min()), float(times.max())
-    return Clip(_moments(list(channels.values()), shutter), number, channels)
+    ends = max((float(channel.times[-1]) for channel in channels.values()), default=float("inf"))
+    return Clip(_moments(list(channels.values()), shutter), number, ends, channels)
 
 
 def _targets(document: Document, node: int) -> int:

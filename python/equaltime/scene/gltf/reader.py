@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.scene.gltf.account import check_account
-from equaltime.scene.gltf.animations import Clip, played
+from equaltime.scene.gltf.animations import JUST, Clip, played
 from equaltime.scene.gltf.document import NOT_USED, Document, Malformed, parse
 from equaltime.scene.gltf.extent import check_extent
 from equaltime.scene.gltf.ids import Ids
@@ -35,6 +35,7 @@ from equaltime.scene.studio import (
     default_camera,
     framed,
     ground,
+    leaving_out,
     number_of,
     sky,
     soft_sun,
@@ -42,6 +43,7 @@ from equaltime.scene.studio import (
     sun,
     sun_angle,
     switch,
+    unused,
 )
 from equaltime.scene.tree import Child, Object, Place, add, plant
 from equaltime.words import shortened, suggestion
@@ -70,7 +72,7 @@ def read_gltf(
     """
     place = Place(file)
     for name in sorted(set(defines) - set(DEFINITIONS)):
-        report.add(place, f"nothing in the scene uses the definition '{name}'{suggestion(name, DEFINITIONS)}")
+        report.add(place, unused(name, DEFINITIONS))
     folder = Path(file).parent
     try:
         document = parse(Path(file).name, content, lambda name: search.note(folder / name))
@@ -226,10 +228,15 @@ class _GltfScene:
         """Return the requested ground; none without the definition."""
         none: Strength = 0.0
         reflectance = self._defined(partial(strength, name="ground", most=1.0), "ground", none)
+        own = self._shapes.grounds() if "ground" in self._defines else []
+        leave_out = f"; {leaving_out(own)}" if own else ""
         if not np.any(reflectance):
             if "ground" in self._defines:
-                self._document.note("-D ground=0 changes nothing: none is added to glTF, and the file's own stays", "")
+                stays = "none is added to glTF, and the file's own stays"
+                self._document.note(f"-D ground=0 changes nothing: {stays}{leave_out}", "")
             return []
+        if own:
+            self._document.note(f"-D ground= adds a ground below the file's own, which hides it{leave_out}", "")
         return [ground(reflectance, self._bounds(), self._place, self._ids.take("ground"))]
 
     def _bounds(self) -> NDArray[np.float64]:
@@ -254,7 +261,10 @@ class _GltfScene:
             return None
         names = [animation.name for animation in self._gltf.animations]
         number = self._choice("animation", names) if "animation" in self._defines else 0
-        return played(self._document, number, shutter)
+        clip = played(self._document, number, shutter)
+        if clip.times[0] > clip.ends * (1.0 + JUST):
+            self._document.note(f"the animation ends at {clip.ends:g} s: later times show its end", "")
+        return clip
 
     def _shutter(self) -> tuple[float, float] | None:
         """Return when the shutter opens and closes, in seconds, by ``shutter`` or ``time``; None without either."""

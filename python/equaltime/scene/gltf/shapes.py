@@ -20,6 +20,7 @@ from equaltime.scene.gltf.primitives import NAMES, TRIANGLES, Source, box, color
 from equaltime.scene.gltf.textures import MIRRORED
 from equaltime.scene.model import Animation, Deformation, mirrors
 from equaltime.scene.motion import animation
+from equaltime.scene.studio import are_grounds
 from equaltime.scene.tree import Object, Place, Ref, add, plant
 
 __all__ = ["Asked", "GltfShapes"]
@@ -104,7 +105,7 @@ class GltfShapes:
         self._document = document
         self._place = place
         self._materials = materials
-        self._seen: list[tuple[Source, Array]] = []
+        self._seen: list[tuple[Source, Array, str | None]] = []  # with the names of their shapes
         self._parts: dict[tuple[int, int], list[_Part]] = {}
         self._groups: dict[tuple[int, bool], Object] = {}
 
@@ -130,13 +131,20 @@ class GltfShapes:
 
         Each box has eight corners.
         """
-        boxes = {source: box(self._document, source) for source in dict.fromkeys(source for source, _ in self._seen)}
-        standing = [
-            corners @ to_world[:3, :3].T + to_world[:3, 3]
-            for source, to_world in self._seen
-            if (corners := boxes[source]) is not None
-        ]
+        standing = [corners for _, corners in self._boxes()]
         return np.concatenate(standing) if standing else np.zeros((0, 3))
+
+    def grounds(self) -> list[str | None]:
+        """Return the names of the shapes made so far that are grounds: flat, below all else and far wider."""
+        names, boxes = [name for name, _ in self._boxes()], [corners for _, corners in self._boxes()]
+        return [name for name, ground in zip(names, are_grounds(boxes), strict=True) if ground]
+
+    def _boxes(self) -> Iterator[tuple[str | None, Array]]:
+        """Yield name and corners (8, 3), in world space, of each bounding box of the shapes made so far."""
+        boxes = {source: box(self._document, source) for source in dict.fromkeys(source for source, *_ in self._seen)}
+        for source, to_world, name in self._seen:
+            if (corners := boxes[source]) is not None:
+                yield name, corners @ to_world[:3, :3].T + to_world[:3, 3]
 
     def reach(self, nodes: Iterable[Placed]) -> Array:
         """Return the corners (N, 3), in world space, of the boxes of all meshes at all times of an animation.
@@ -243,7 +251,6 @@ class GltfShapes:
         drawn = list(self._drawn(copy.mesh))
         bumpy = any("normal" in self._materials.look(primitive.material).slots for _, primitive in drawn)
         turned = bumpy and mirrors(copy.to_world)
-        self._seen += [(Source("meshes", copy.mesh, p), copy.to_world) for p, _ in drawn]
         place = self._place.key("meshes").key(copy.mesh)
         if (copy.mesh, turned) not in self._groups:
             name = self._document.gltf.meshes[copy.mesh].name
@@ -254,17 +261,21 @@ class GltfShapes:
             self._groups[copy.mesh, turned] = group
         result = plant("shape", "instance", place, self._id(copy), to_world=self._where(copy))
         add(result, "shapegroup", Ref(place, str(self._groups[copy.mesh, turned].id)))
+        self._seen += [(Source("meshes", copy.mesh, p), copy.to_world, result.id) for p, _ in drawn]
         return result
 
     def _shapes(self, copy: _Copy, turned: bool, seen: bool = True) -> Iterator[Object]:
         """Yield the shapes of a copy; in a mirrored copy (`turned`), textures are seen the other way round."""
         for p, primitive in self._drawn(copy.mesh):
             source = Source("meshes", copy.mesh, p) if copy.bent is None else Source("nodes", copy.bent, p)
-            if seen:
-                self._seen.append((source, copy.to_world))
+            made = list[Object]()
             for part in self._split(copy.mesh, p):
                 variant = replace(part.variant, mirrored=part.variant.mirrored != turned)
-                yield self._shape(f"{source}{part.suffix}", primitive, variant, copy, self._place_of(copy.mesh, p))
+                place = self._place_of(copy.mesh, p)
+                made.append(self._shape(f"{source}{part.suffix}", primitive, variant, copy, place))
+            if seen:
+                self._seen.append((source, copy.to_world, made[0].id))
+            yield from made
 
     def _where(self, copy: _Copy) -> Array | Animation:
         times = () if self._clip is None else self._clip.times

@@ -2,7 +2,7 @@
 
 Each module checks one group of hazards: `surfaces` (triangles, orientation, gaps, rounding), `lights`, and
 `materials` (with media). A scene that cannot be rendered at all is refused when it is loaded: for
-example a scene with a duplicate id, or with a vertex that is not finite. Repairs made while reading files are reported,
+example a scene with a duplicate id, or with a vertex that is not finite. Remarks of the readers of files are reported,
 too.
 
 The option ``fast`` skips checks that would delay a render: meshes beyond 10 000 triangles in total, and the values of
@@ -20,7 +20,10 @@ from equaltime.scene.lint.parts import LintScene
 from equaltime.scene.lint.surfaces import check_surfaces
 from equaltime.scene.scene import Scene
 
-__all__ = ["Finding", "Severity", "lint"]
+__all__ = ["FILE_REMARKS", "Finding", "Severity", "lint"]
+
+FILE_REMARKS = "file-remarks"
+"""Name of the check that lists what the readers of files told. Its places are whole remarks."""
 
 
 def lint(scene: Scene, *, fast: bool = False) -> tuple[Finding, ...]:
@@ -35,23 +38,23 @@ def lint(scene: Scene, *, fast: bool = False) -> tuple[Finding, ...]:
             *check_lights(world),
             *check_materials(world),
             *check_media(world),
-            *_mended(scene),
+            *_remarks(scene),
         ]
     return tuple(sorted(found, key=lambda finding: finding.severity != "warning"))
 
 
-def _mended(scene: Scene) -> list[Finding]:
-    """Return a note on the repairs by the readers of files, if there are any."""
+def _remarks(scene: Scene) -> list[Finding]:
+    """Return a note with all remarks by the readers of files: on choices, additions, replacements and repairs."""
     if not scene.warnings:
         return []
     return [
         Finding(
-            "mended-files",
+            FILE_REMARKS,
             "note",
-            f"repairs and replacements while reading files: {len(scene.warnings)}",
+            f"remarks while reading files: {len(scene.warnings)}",
             first_places(scene.warnings),
             len(scene.warnings),
-            "uses the repaired data",
-            "correct the named places in the files",
+            "renders the scene as these lines say",
+            "change the files or give the named definitions, if you want something else",
         )
     ]

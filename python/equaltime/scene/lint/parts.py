@@ -113,7 +113,7 @@ class LintScene:
 
         The node can be any object of the scene except a shape.
         """
-        return str(Name(node.id, node.title, self.scene.place_of(node)))
+        return str(Name.of(node, self.scene.place_of(node)))
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:
