@@ -98,8 +98,6 @@ _SHALLOW = "shallower than -0.5, the slope of independent samples: fixed costs a
 _CLEAR = 4.0
 """Standard errors of the reference's part that a squared error must exceed to be read off the curve."""
 _TAIL_OCTAVES = 3.0
-_TELLING = 10.0
-"""A lower end of a time or an error says nothing if it is farther than this factor below the estimate."""
 _MOST_OF_ONE = 0.5
 """Largest share of one repeat in the squared errors of all for which it counts as a run like the others."""
 _STEEP = (
@@ -220,7 +218,7 @@ class Runs:
         ``unseen`` to the squared error.
         """
         if reason := join((self.tail, self.missing)):
-            return error.bounded("low", reason).telling(_TELLING)
+            return error.bounded("low", reason).telling()
         return error.widened(math.sqrt(1.0 + self.unseen) - 1.0)
 
     def judged_time(self, time: Interval) -> Interval:
@@ -229,10 +227,10 @@ class Runs:
         If a few such paths make most of the error (``tail``), the field ``note`` says so. Otherwise the upper end is
         raised by the factor 1 + ``unseen``, by which light that no repeat met may raise the squared error. The factor
         is the same for the time, because errors fall at least as fast as 1 / sqrt(time). If light may be missing
-        (``missing``), only the lower end stays valid.
+        (``missing``), only the lower end stays valid. An end far from the time is not valid (`Interval.telling`).
         """
         time = time.noted(f"{TYPICAL}; {tail}") if (tail := self.tail) else time.widened(self.unseen)
-        return time.bounded("low", self.missing).telling(_TELLING) if self.missing else time
+        return (time.bounded("low", self.missing) if self.missing else time).telling()
 
 
 def interval_of(statistic: Callable[[Floats, float], float], repeats: int) -> Interval:

@@ -15,7 +15,7 @@ from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.tables import time_table
 from equaltime.experiments.report.words import factor_cell, plain_cell, seconds_cell
 from equaltime.statistics.curves import TYPICAL
-from equaltime.statistics.intervals import UNKNOWN, Interval, product_mean
+from equaltime.statistics.intervals import TOO_WIDE, UNKNOWN, Interval, product_mean
 
 from .fake_summary import curve
 
@@ -150,6 +150,15 @@ def test_a_time_without_a_ratio_stands_alone() -> None:
         " one of naive (25 to 36), if errors go on to fall as 1/sqrt(time). There, best reaches 5 % error in 500 ms "
         "(400 to 600)."
     )
+
+
+def test_numbers_of_no_use_are_left_out_of_the_sentence() -> None:
+    useless = replace(UNKNOWN, note=TOO_WIDE)
+    assert said((useless, useless), (useless, useless)) == f"No time to a given error can be trusted: {TOO_WIDE}."
+    assert said((TIME, TIME), (useless, useless)).endswith(
+        f"How much faster it is than naive cannot be told: {TOO_WIDE}."
+    )
+    assert (str(seconds_cell(useless)), str(factor_cell(useless))) == ("cannot tell", "cannot tell")
 
 
 def test_a_renderer_of_ones_own_is_told_beside_standard_and_baseline() -> None:

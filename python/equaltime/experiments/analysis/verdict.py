@@ -145,11 +145,11 @@ def _times_as_long(
 
 
 def _quotient(time: Interval, other: Interval) -> Interval | None:
-    """Return the ratio of two times that were measured independently; None if one of the times is not trusted."""
+    """Return the ratio of two times that were measured independently; None if a time or the ratio is not trusted."""
     if not (sound(time) and sound(other)):
         return None
     square = product_mean([time, other.map(lambda seconds: 1.0 / seconds)])
-    return square.map(lambda root: root**2)
+    return found if sound(found := square.map(lambda root: root**2).telling()) else None
 
 
 def _without_ratio(scenes: Sequence[SceneResult], alone: tuple[SceneResult, StrategyResult, float] | None) -> str:
@@ -173,8 +173,8 @@ def _without_ratio(scenes: Sequence[SceneResult], alone: tuple[SceneResult, Stra
     if strategy.label == scene.baseline:
         alone_there = len(scene.strategies) == 1
         return f"On {scene.name}, {reached}{caveats}{'' if alone_there else ' It is the baseline of the comparison.'}"
-    notes = next((s.notes for s in scene.strategies if s.label == scene.baseline), ())
-    reason = f": {notes[0]}" if notes else ""
+    notes = next((s.notes for s in scene.strategies if s.label == scene.baseline), ()) or (strategy.ratio[target].note,)
+    reason = f": {notes[0]}" if notes[0] else ""
     return f"On {scene.name}, {reached}{caveats} How much faster it is than {scene.baseline} cannot be told{reason}."
 
 

@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from equaltime.experiments.model.summary import DISAGREES, SceneResult, Summary
 from equaltime.statistics.in_words import exponent, places, probability
-from equaltime.statistics.intervals import Interval
+from equaltime.statistics.intervals import TELLING, TOO_WIDE, Interval
 
 __all__ = [
     "DISAGREEING",
@@ -52,10 +52,14 @@ EXTRAPOLATED = f"{_THIN}*"
 DISAGREEING = "disagrees"
 """Text of a number that a renderer does not get, because its picture is another one."""
 
+_UNTOLD = "cannot tell"
+"""Text of a number that is not given, because both ends of its interval are far away."""
+
 _MEANINGS: Mapping[str, str] = {
     "(biased)": "the strategy may converge to another picture",
     "(another picture)": "a test found that the strategy's expected picture is not the standard's",
     DISAGREEING: "no number, since the renderer's picture is not that of the reference",
+    _UNTOLD: f"both ends of the interval are more than {TELLING:g} times off the number",
     _AT_LEAST: "at least, since the upper end of the interval cannot be trusted",
     _AT_MOST: "at most, since the lower end of the interval cannot be trusted",
     EXTRAPOLATED: "extrapolated beyond the runs",
@@ -209,7 +213,7 @@ def _cell(interval: Interval, unit: Unit) -> Cell:
     if DISAGREES in interval.note and not interval.known:
         return Cell(DISAGREEING, note=interval.note, state="untrusted")
     if not interval.known:
-        return Cell("unknown", note=interval.note, state="unknown")
+        return Cell(_UNTOLD if TOO_WIDE in interval.note else "unknown", note=interval.note, state="unknown")
     if not interval.trusted:
         end = {"low": interval.low, "high": interval.high}.get(interval.bound, math.nan) * unit.scale
         sign = _AT_LEAST if interval.bound == "low" else _AT_MOST
