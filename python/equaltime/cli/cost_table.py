@@ -16,10 +16,11 @@ from equaltime.experiments.report.words import (
     meanings,
     measured_cell,
     percent,
+    ratio_cell,
     seconds,
     seconds_cell,
 )
-from equaltime.statistics.intervals import Interval
+from equaltime.statistics.intervals import UNKNOWN, Interval
 
 __all__ = ["every_row", "in_brackets", "legend", "print_summary"]
 
@@ -50,7 +51,7 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     telling = [row for row in every if _tells(row[1])]
     few = len(every) <= _FEW_ROWS
     rows = every if verbose or few else _first(telling, MOST_LINES - _OTHER_LINES - len(caveats))
-    table = _fitting(rows, summary, console.width, len(summary.targets) if verbose else _MOST_TARGETS)
+    table = _whole(rows, summary, console.width) if verbose else _fitting(rows, summary, console.width, _MOST_TARGETS)
     if rows:
         console.print(table)
     reasons = _reasons(summary)
@@ -73,9 +74,14 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
 
 
 def every_row(summary: Summary) -> Table:
-    """Return the table of all strategies on all scenes for ``-v``: errors at equal time, and times to errors."""
+    """Return the table of all strategies on all scenes for ``-v``: errors at equal time, times to errors, speed-ups."""
     rows = [(scene, strategy) for scene in summary.scenes for strategy in scene.strategies]
-    return _fitting(rows, summary, plain_console().width, len(summary.targets))
+    return _whole(rows, summary, plain_console().width)
+
+
+def _whole(rows: Sequence[_Row], summary: Summary, width: int) -> Table:
+    """Return the table for ``-v``: times to all errors that fit the width, and speed-ups over the baseline to one."""
+    return _fitting(rows, summary, width, len(summary.targets), summary.ratio_target)
 
 
 def legend(summary: Summary, table: Table) -> list[str]:
@@ -166,22 +172,22 @@ def _first(rows: Sequence[_Row], most: int) -> list[_Row]:
     return [rows[number] for number in sorted(chosen)]
 
 
-def _fitting(rows: Sequence[_Row], summary: Summary, width: int, most: int) -> Table:
+def _fitting(rows: Sequence[_Row], summary: Summary, width: int, most: int, ratio: float | None = None) -> Table:
     """Return the table with as many columns of times as fit the width, up to ``most``.
 
-    A truncated number would mislead.
+    The last column has the speed-ups to the error ``ratio``, if it is given. A truncated number would mislead.
     """
     anywhere = plain_console()
     anywhere.width = _ANY_WIDTH
     for count in range(most, 0, -1):
-        table = _table(rows, summary, count)
+        table = _table(rows, summary, count, ratio)
         if anywhere.measure(table).maximum <= width:
             return table
     return _table(rows, summary, 0)
 
 
-def _table(rows: Sequence[_Row], summary: Summary, most: int) -> Table:
-    """Return errors at equal time, and times to up to ``most`` targets.
+def _table(rows: Sequence[_Row], summary: Summary, most: int, ratio: float | None = None) -> Table:
+    """Return errors at equal time, times to up to ``most`` targets, and speed-ups to the error ``ratio``, if any.
 
     The first target is the verdict's, then come those that most strategies have trusted times for. Of several such
     targets the smallest are chosen. If ``most`` is more than the tables of a terminal usually have, the other targets
@@ -205,15 +211,20 @@ def _table(rows: Sequence[_Row], summary: Summary, most: int) -> Table:
     table.add_column(f"error {after}", justify="right", no_wrap=True)
     for target in known:
         table.add_column(_heading(target), justify="right", no_wrap=True)
+    if ratio is not None:
+        over = "/".join(dict.fromkeys(scene.baseline for scene, _ in rows))
+        table.add_column(f"speed-up over {over} to {percent(ratio)}", justify="right", no_wrap=True)
     for number, (scene, result) in enumerate(rows):
         times = (_marked(cells[target][number], result.time_to[target]) for target in known)
         first = (scene.name,) if several else ()
-        table.add_row(*first, result.named, in_brackets(measured_cell(result.error_at_budget)), *times)
+        error = _marked(measured_cell(result.error_at_budget), result.error_at_budget)
+        faster = [] if ratio is None else [_marked(ratio_cell(scene, result, ratio), result.ratio.get(ratio, UNKNOWN))]
+        table.add_row(*first, result.named, error, *times, *faster)
     return table
 
 
-def _marked(cell: object, time: Interval) -> str:
-    return f"{in_brackets(cell)}{EXTRAPOLATED}" if time.reach > 1.0 and time.trusted else in_brackets(cell)
+def _marked(cell: object, number: Interval) -> str:
+    return f"{in_brackets(cell)}{EXTRAPOLATED}" if number.reach > 1.0 and number.trusted else in_brackets(cell)
 
 
 def in_brackets(cell: object) -> str:

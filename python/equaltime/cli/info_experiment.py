@@ -140,7 +140,8 @@ def _errors(summary: Summary) -> str:
 
 def _reached(results: Sequence[StrategyResult]) -> str:
     if len(results) == 1:
-        return in_brackets(error_cell(results[0].error_at_budget)).replace(_THIN, " ")
+        error = results[0].error_at_budget
+        return in_brackets(error_cell(error)).replace(_THIN, " ") + " extrapolated" * (error.reach > 1.0)
     known = [result.error_at_budget.value for result in results if sound(result.error_at_budget)]
     if not known:
         return "not trusted"

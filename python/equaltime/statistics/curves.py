@@ -89,6 +89,9 @@ _FARTHEST_ERROR = 2.0
 """Largest factor of time outside the runs for which an error is stated."""
 _NEAR_ENOUGH = 1.15
 """Same limit as `_FARTHEST_ERROR`, for an unknown slope: runs may end a tenth of their time early."""
+_AS_LONG = 1.05
+"""Factor of time outside the runs from which an error counts as extrapolated: runs aim at their budget with a few per
+cent."""
 _BETTER = "reference.error and reference.seconds of an experiment file ask for a better one"
 BELOW = f"the error is below what the reference can show; {_BETTER}"
 """Reason why an error is not known: the noise of the reference hides it."""
@@ -496,10 +499,9 @@ def _with_reach(
     if reach <= 1.0 + 1e-9:
         return found
     late = value > end
-    side = "beyond the longest run" if late else "before the first checkpoint"
     by = "by slope -1/2" if runs.law else "by slope -0.8" if any(steep) else "by the fitted slope"
     start = start_seconds(runs, np.ones(runs.repeats))
-    told = (f"extrapolated {reach:.3g} times {side} {by}", _STEEP if any(steep) else "", _started(start))
+    told = (f"extrapolated {reach:.3g} times {_side(late)} {by}", _STEEP if any(steep) else "", _started(start))
     noted = replace(found.widened(steep[0], "low").widened(steep[1]), reach=reach).noted(join(told))
     factor = math.exp(abs(_factor(value, end if late else begin, start)))
     if runs.law or factor <= (TRUSTED_REACH if late else 2.0):
@@ -517,8 +519,9 @@ def error_at(runs: Runs, seconds: float) -> Interval:
 
     The error is the root mean square over repeats. At the mean time of a checkpoint, the value is the error that was
     measured there. Between checkpoints, the logarithms of error and time are interpolated. The error is extrapolated by
-    the curve's slope up to twice the longest time, and down to half of the shortest. The value is NaN for times farther
-    outside, or if the error is below the reference's noise.
+    the curve's slope up to twice the longest time, and down to half of the shortest. From 5 % of time outside on, the
+    field ``reach`` says how far, and ``note`` too. The value is NaN for times farther outside, or if the error is below
+    the reference's noise.
     """
     wanted = math.log(seconds)
 
@@ -542,7 +545,16 @@ def error_at(runs: Runs, seconds: float) -> Interval:
         return UNKNOWN.doubted(BELOW if is_below(runs) else "no run is near that time")
     if runs.tail:
         found = _no_less(found, median_interval([log_error(one, 0.0) for one in np.eye(runs.repeats)]).map(exp))
+    x, _ = runs.points(np.ones(runs.repeats))
+    reach = math.exp(max(wanted - float(x[-1]), float(x[0]) - wanted))
+    if reach >= _AS_LONG:
+        found = replace(found, reach=reach).noted(f"extrapolated {reach:.3g} times {_side(wanted > x[-1])}")
     return runs.judged(found)
+
+
+def _side(late: bool) -> str:
+    """Name the end of the curve outside which a time lies."""
+    return "beyond the longest run" if late else "before the first checkpoint"
 
 
 def _no_less(mean: Interval, median: Interval) -> Interval:

@@ -48,6 +48,24 @@ def test_a_time_that_was_not_measured_is_marked(tmp_path: Path, capsys: pytest.C
     assert below == "* extrapolated beyond the runs"
 
 
+def test_an_error_beyond_the_runs_is_marked_and_not_called_measured(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    error = replace(summary(tmp_path).scenes[0].strategies[0].error_at_budget, reach=1.2)
+    lines = printed(
+        changed(summary(tmp_path), "naive", lambda one: replace(one, error_at_budget=error)), tmp_path, capsys
+    )
+    assert "*" in lines[2]
+    assert "*" not in lines[3]
+    assert "* extrapolated beyond the runs" in lines
+    bound = error.bounded("low", "heavy tail")
+    lines = printed(
+        changed(summary(tmp_path), "naive", lambda one: replace(one, error_at_budget=bound)), tmp_path, capsys
+    )
+    assert "(extrapolated 56.6" in lines[2]
+    assert "measured" not in lines[2]
+
+
 def test_the_table_has_the_error_of_the_verdict_and_a_line_says_why_it_is_this_one(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -59,6 +59,15 @@ def test_what_limits_a_number_stands_beside_it(tmp_path: Path) -> None:
     ]
 
 
+def test_an_error_beyond_the_runs_has_the_star(tmp_path: Path) -> None:
+    found = summary(tmp_path)
+    (scene,) = found.scenes
+    first = replace(scene.strategies[0], error_at_budget=replace(scene.strategies[0].error_at_budget, reach=1.2))
+    rows = latex_table(replace(found, scenes=(replace(scene, strategies=(first,)),))).splitlines()
+    assert rows[5].split(" & ")[1].endswith("$^*$")
+    assert any("extrapolated beyond the runs" in row for row in rows)
+
+
 def test_notes_explain_only_the_marks_that_the_table_has(tmp_path: Path) -> None:
     found = summary(tmp_path)
     (scene,) = found.scenes

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from equaltime.experiments.model.experiment import Quantity, Question, Theirs
 from equaltime.extras import optional
 from equaltime.rendering.stated import other_depth
-from equaltime.statistics.intervals import UNKNOWN, Interval
+from equaltime.statistics.intervals import UNKNOWN, Interval, sound
 from equaltime.words import Shown, duration, percent
 
 if TYPE_CHECKING:
@@ -246,6 +246,25 @@ class Summary(Shown):
         if self.headline_target is None:
             return ""
         return f"Why {percent(self.headline_target)}: {_RULE}."
+
+    @property
+    def ratio_target(self) -> float | None:
+        """Error for which tables of one column of speed-ups have them; None if no speed-up is known.
+
+        It is the error of the verdict if a speed-up to it is known, else the smallest with a known speed-up.
+        """
+        wanted = [self.headline_target] if self.headline_target is not None else []
+        return next((target for target in (*wanted, *sorted(self.targets)) if self._has_ratio(target)), None)
+
+    def _has_ratio(self, target: float) -> bool:
+        """Tell whether the speed-up of a strategy over the baseline to the error ``target`` is known, or a limit."""
+        found = [
+            one.ratio.get(target, UNKNOWN)
+            for scene in self.scenes
+            for one in scene.strategies
+            if one.label != scene.baseline
+        ]
+        return any(sound(ratio) or bool(ratio.bound) for ratio in found)
 
     def to_frame(self) -> pandas.DataFrame:
         """Return the error curves as a pandas table, with a row for each point of each strategy's curve on each scene.

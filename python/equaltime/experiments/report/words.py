@@ -9,9 +9,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from equaltime.experiments.model.summary import DISAGREES, SceneResult, Summary
+from equaltime.experiments.model.summary import DISAGREES, SceneResult, StrategyResult, Summary
 from equaltime.statistics.in_words import exponent, places, probability
-from equaltime.statistics.intervals import TELLING, TOO_WIDE, Interval
+from equaltime.statistics.intervals import TELLING, TOO_WIDE, UNKNOWN, Interval
 
 __all__ = [
     "DISAGREEING",
@@ -29,6 +29,7 @@ __all__ = [
     "plain_cell",
     "probability_cell",
     "provenance_groups",
+    "ratio_cell",
     "same_cell",
     "samples_cell",
     "seconds",
@@ -47,7 +48,7 @@ _THIN = "\N{NARROW NO-BREAK SPACE}"
 _TIMES = "\N{MULTIPLICATION SIGN}"
 
 EXTRAPOLATED = f"{_THIN}*"
-"""Mark after a time that lies beyond the runs; the space keeps it apart from a star in a label."""
+"""Mark after a number beyond the runs, a time or the error at one; the space keeps it apart from a star in a label."""
 
 DISAGREEING = "disagrees"
 """Text of a number that a renderer does not get, because its picture is another one."""
@@ -127,13 +128,14 @@ def measured_cell(interval: Interval) -> Cell:
     """Return a table cell with a measured relative error in per cent.
 
     If only one end of the interval is valid, the cell shows that end and then the measured value, which charts and
-    captions show too.
+    captions show too. A value outside the runs is called extrapolated instead of measured.
     """
     interval = _without_far_end(interval)
     cell = error_cell(interval)
     if cell.state != "untrusted" or not interval.bound or not 0.0 < interval.value < math.inf:
         return cell
-    return replace(cell, interval=f"(measured {percent(interval.value)})")
+    how = "measured" if interval.reach == 1.0 else "extrapolated"
+    return replace(cell, interval=f"({how} {percent(interval.value)})")
 
 
 def factor_cell(interval: Interval) -> Cell:
@@ -146,6 +148,16 @@ def factor_cell(interval: Interval) -> Cell:
         if 0.0 < end < math.inf:
             return Cell(f"{sign} {_short(end)}{_TIMES}", note=interval.note, state="untrusted")
     return _cell(interval, _FACTOR)
+
+
+def ratio_cell(scene: SceneResult, strategy: StrategyResult, target: float) -> Cell:
+    """Return a table cell with a strategy's speed-up over the scene's baseline to the error ``target``.
+
+    The baseline's own cell has the factor 1 without an interval.
+    """
+    if strategy.label == scene.baseline:
+        return Cell(f"1{_TIMES}")
+    return factor_cell(strategy.ratio.get(target, UNKNOWN))
 
 
 def plain_cell(interval: Interval) -> Cell:
