@@ -51,7 +51,7 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     telling = [row for row in every if _tells(row[1])]
     few = len(every) <= _FEW_ROWS
     rows = every if verbose or few else _first(telling, MOST_LINES - _OTHER_LINES - len(caveats))
-    table = _whole(rows, summary, console.width) if verbose else _fitting(rows, summary, console.width, _MOST_TARGETS)
+    table = _fitting(rows, summary, console.width, len(summary.targets) if verbose else _MOST_TARGETS)
     if rows:
         console.print(table)
     reasons = _reasons(summary)
@@ -60,7 +60,7 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     more += [f"why {_count(len(reasons), 'error')} cannot be trusted"] if reasons else []
     beyond = [text for text in _marks(table) if text.startswith(EXTRAPOLATED.strip())]
     last = (
-        [*_too_wide(table, summary), *reasons]
+        [*_speed_ups(summary), *_too_wide(table, summary), *reasons]
         if verbose
         else [f"equaltime info {shlex.quote(str(folder))} -v shows {listed(more)}"]
         if more
@@ -74,21 +74,35 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
 
 
 def every_row(summary: Summary) -> Table:
-    """Return the table of all strategies on all scenes for ``-v``: errors at equal time, times to errors, speed-ups."""
+    """Return the table of all strategies on all scenes for ``-v``: errors at equal time, and times to errors."""
     rows = [(scene, strategy) for scene in summary.scenes for strategy in scene.strategies]
-    return _whole(rows, summary, plain_console().width)
-
-
-def _whole(rows: Sequence[_Row], summary: Summary, width: int) -> Table:
-    """Return the table for ``-v``: times to all errors that fit the width, and speed-ups over the baseline to one."""
-    return _fitting(rows, summary, width, len(summary.targets), summary.ratio_target)
+    return _fitting(rows, summary, plain_console().width, len(summary.targets))
 
 
 def legend(summary: Summary, table: Table) -> list[str]:
     """Return the lines below ``table``, which has all strategies: meaning of numbers and marks, then caveats."""
     intervals = "In brackets: 95 % intervals, or the error that was measured"
     caveats = [*_rule(summary), *_caveats(summary, verbose=True), *_too_wide(table, summary)]
-    return [intervals, *_marks(table), *caveats, *_reasons(summary)]
+    return [*_speed_ups(summary), intervals, *_marks(table), *caveats, *_reasons(summary)]
+
+
+def _speed_ups(summary: Summary) -> list[str]:
+    """Return a line for each scene with the speed-ups of its strategies over the baseline, to one error."""
+    target = summary.ratio_target
+    if target is None:
+        return []
+    several = len(summary.scenes) > 1
+    lines = []
+    for scene in summary.scenes:
+        told = [
+            f"{one.label} {_marked(ratio_cell(scene, one, target), one.ratio.get(target, UNKNOWN))}"
+            for one in scene.strategies
+            if one.label != scene.baseline
+        ]
+        on = f"{scene.name}: " if several else ""
+        if told:
+            lines.append(f"{on}speed-up over {scene.baseline} to {percent(target)}: {', '.join(told)}")
+    return lines
 
 
 def _left_out(table: Table, summary: Summary) -> list[str]:
@@ -172,22 +186,22 @@ def _first(rows: Sequence[_Row], most: int) -> list[_Row]:
     return [rows[number] for number in sorted(chosen)]
 
 
-def _fitting(rows: Sequence[_Row], summary: Summary, width: int, most: int, ratio: float | None = None) -> Table:
+def _fitting(rows: Sequence[_Row], summary: Summary, width: int, most: int) -> Table:
     """Return the table with as many columns of times as fit the width, up to ``most``.
 
-    The last column has the speed-ups to the error ``ratio``, if it is given. A truncated number would mislead.
+    A truncated number would mislead.
     """
     anywhere = plain_console()
     anywhere.width = _ANY_WIDTH
     for count in range(most, 0, -1):
-        table = _table(rows, summary, count, ratio)
+        table = _table(rows, summary, count)
         if anywhere.measure(table).maximum <= width:
             return table
     return _table(rows, summary, 0)
 
 
-def _table(rows: Sequence[_Row], summary: Summary, most: int, ratio: float | None = None) -> Table:
-    """Return errors at equal time, times to up to ``most`` targets, and speed-ups to the error ``ratio``, if any.
+def _table(rows: Sequence[_Row], summary: Summary, most: int) -> Table:
+    """Return errors at equal time, and times to up to ``most`` targets.
 
     The first target is the verdict's, then come those that most strategies have trusted times for. Of several such
     targets the smallest are chosen. If ``most`` is more than the tables of a terminal usually have, the other targets
@@ -211,15 +225,11 @@ def _table(rows: Sequence[_Row], summary: Summary, most: int, ratio: float | Non
     table.add_column(f"error {after}", justify="right", no_wrap=True)
     for target in known:
         table.add_column(_heading(target), justify="right", no_wrap=True)
-    if ratio is not None:
-        over = "/".join(dict.fromkeys(scene.baseline for scene, _ in rows))
-        table.add_column(f"speed-up over {over} to {percent(ratio)}", justify="right", no_wrap=True)
     for number, (scene, result) in enumerate(rows):
         times = (_marked(cells[target][number], result.time_to[target]) for target in known)
         first = (scene.name,) if several else ()
         error = _marked(measured_cell(result.error_at_budget), result.error_at_budget)
-        faster = [] if ratio is None else [_marked(ratio_cell(scene, result, ratio), result.ratio.get(ratio, UNKNOWN))]
-        table.add_row(*first, result.named, error, *times, *faster)
+        table.add_row(*first, result.named, error, *times)
     return table
 
 

@@ -84,6 +84,19 @@ def test_the_table_has_the_error_of_the_verdict_and_a_line_says_why_it_is_this_o
     assert not any("Why" in line for line in printed(summary(tmp_path), tmp_path, capsys))
 
 
+def test_every_speed_up_over_the_baseline_is_told_with_all_numbers(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = replace(summary(tmp_path, scenes=2), headline_target=0.1)
+    told = [line for line in legend(found, every_row(found)) if "speed-up" in line]
+    assert [line.partition(":")[0] for line in told] == ["box0", "box1"]
+    assert told[0].replace("\N{NARROW NO-BREAK SPACE}", " ").replace("\N{MULTIPLICATION SIGN}", "x") == (
+        "box0: speed-up over naive to 10 %: cut 16.0x (14.4 to 17.6), best 64x (58 to 70)"
+    )
+    assert told[1] in printed(found, tmp_path, capsys, verbose=True)
+    assert not any("speed-up over" in line for line in printed(found, tmp_path, capsys))
+
+
 def test_a_row_of_another_picture_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     wrong = changed(summary(tmp_path), "best", lambda one: replace(one, agreement_p=1e-9))
     naive, cut, best = printed(wrong, tmp_path, capsys)[2:5]
@@ -116,7 +129,7 @@ def test_what_a_biased_strategy_says_of_itself_is_called_noise(tmp_path: Path) -
 def test_why_an_error_has_no_interval_is_said_below(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     nothing = UNKNOWN.doubted("the error is below what the reference can show")
     found = changed(summary(tmp_path), "best", lambda one: replace(one, error_at_budget=nothing))
-    below = printed(found, tmp_path, capsys, verbose=True)[5:]
+    below = printed(found, tmp_path, capsys, verbose=True)[6:]
     assert below[0] == "best: the error is below what the reference can show"
     assert (
         printed(found, tmp_path, capsys)[5]
@@ -170,12 +183,12 @@ def test_up_to_eight_strategies_are_all_shown_also_without_a_number(
 def test_the_legend_has_the_marks_of_its_table_and_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "160")
     plain = changed(summary(tmp_path), "cut", lambda one: replace(one, biased=False))
-    assert legend(plain, every_row(plain)) == ["In brackets: 95 % intervals, or the error that was measured"]
+    assert legend(plain, every_row(plain))[1:] == ["In brackets: 95 % intervals, or the error that was measured"]
     far = changed(summary(tmp_path), "naive", lambda one: replace(one, time_to={**one.time_to, 0.02: HUGE}))
     half = changed(
         far, "best", lambda one: replace(one, error_at_budget=one.error_at_budget.bounded("low", "light is missing"))
     )
-    assert legend(half, every_row(half))[1:] == [
+    assert legend(half, every_row(half))[2:] == [
         "(biased) the strategy may converge to another picture",
         "\N{GREATER-THAN OR EQUAL TO} at least, since the upper end of the interval cannot be trusted",
         "* extrapolated beyond the runs",
@@ -199,7 +212,7 @@ def test_the_verdict_is_the_first_and_the_last_of_at_most_12_lines(
         f"Curves and pictures: open {tmp_path / 'report.html'}; without --quick the numbers are more exact"
     )
     assert len(lines) <= MOST_LINES
-    assert len(printed(found, tmp_path, capsys, verbose=True)) == 4 + 3 * scenes
+    assert len(printed(found, tmp_path, capsys, verbose=True)) == 4 + 4 * scenes
 
 
 def test_standards_and_baselines_are_shown_first(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -49,10 +49,11 @@ _BOUNDS: Final = "\N{GREATER-THAN OR EQUAL TO}\N{LESS-THAN OR EQUAL TO}"
 def latex_table(summary: Summary) -> str:
     """Return a table with a row for each strategy of each scene: error at equal time, time to each target, speed-up.
 
-    The speed-up is over the scene's baseline, to the error `Summary.ratio_target`. All errors are in per cent, and all times of a column are in the unit that its heading has. Numbers have their 95 %
-    intervals in brackets, as in the report. If only one end of an interval can be trusted, it stands as a bound; a dash
-    stands for a number that is not known. A row below each scene gives its size, its repeats and the error of its
-    reference. Notes below the table explain the marks that it has, such as the star of extrapolated numbers.
+    The speed-up is over the scene's baseline, to the error `Summary.ratio_target`. All errors are in per cent, and all
+    times of a column are in the unit that its heading has. Numbers have their 95 % intervals in brackets, as in the
+    report. If only one end of an interval can be trusted, it stands as a bound; a dash stands for a number that is not
+    known. A row below each scene gives its size, its repeats and the error of its reference. Notes below the table
+    explain the marks that it has, such as the star of extrapolated numbers.
     """
     ratio = summary.ratio_target
     columns = 2 + len(summary.targets) + (ratio is not None)
