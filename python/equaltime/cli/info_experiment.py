@@ -79,6 +79,8 @@ def _command(stored: StoredExperiment) -> str:
     If there are several commands, it is the last. If it was given in another directory, it begins with a change to it.
     """
     name = "repeat" if stored.complete else "go on"
+    if not stored.commands and stored.call:
+        return f"{name:<12}{_in_python(stored)}"
     if not stored.commands:
         return f"{name:<12}with the call that made it: the folder does not record a command"
     last, others = stored.commands[-1], len(stored.commands) - 1
@@ -87,6 +89,17 @@ def _command(stored: StoredExperiment) -> str:
     if stored.directory not in (None, Path.cwd()):
         command = f"cd {shlex.quote(str(stored.directory))} && {command}"
     return f"{name:<12}{command}{before}"
+
+
+def _in_python(stored: StoredExperiment) -> str:
+    """Return the call in Python that repeats the experiment, or goes on with it, and the objects that it needs."""
+    source = stored.call.removeprefix("et.cost(").partition(",")[0]
+    objects = {"scene": "the same scene or dict, which no file holds,", "experiment": "the same experiment"}
+    needs = [objects[source]] if source in objects else []
+    needs.append("another folder" if stored.complete else "the same folder")
+    if source not in objects and stored.directory not in (None, Path.cwd()):
+        needs.append(f"in {stored.directory}")
+    return f"in Python, with {' and '.join(needs)}: {stored.call}"
 
 
 def _changes(stored: StoredExperiment) -> str:

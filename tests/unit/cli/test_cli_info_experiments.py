@@ -8,9 +8,11 @@ import shlex
 import shutil
 from contextlib import redirect_stdout
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import equaltime as et
 from equaltime.cli import main
 from equaltime.cli.info_experiment import _elsewhere
 from equaltime.examples import example_of
@@ -172,6 +174,28 @@ def test_an_experiment_that_was_stopped_is_told_and_goes_on(copy: Path, capsys: 
     assert line(lines, "go on") == "with the call that made it: the folder does not record a command"
     (data,) = [json.loads("\n".join(told(capsys, str(copy), "--json")))]
     assert (data["verdict"], data["complete"], data["runs"], data["planned_runs"]) == (lines[0], False, 0, 4)
+
+
+def test_an_experiment_of_a_dict_tells_the_call_that_repeats_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    ball = {"type": "sphere", "center": [0.0, 0.0, 5.0]}
+    scene = {"type": "scene", "sensor": {"type": "perspective"}, "sky": {"type": "constant"}, "ball": ball}
+    options: dict[str, Any] = {
+        "quick": True,
+        "size": (8, 8),
+        "budget": "20ms",
+        "repeats": 2,
+        "threads": 1,
+        "strategies": ("bsdf", "best"),
+    }
+    et.cost(scene, tmp_path / "box", **options)
+    call = ", ".join(f"{name}={value!r}" for name, value in options.items())
+    assert line(told(capsys, str(tmp_path / "box")), "repeat") == (
+        f"in Python, with the same scene or dict, which no file holds, and another folder: et.cost(scene, folder, {call})"
+    )
+    assert "object at 0x" not in (tmp_path / "box" / "experiment.json").read_text()
 
 
 def test_strategies_and_repeats_that_were_added_later_are_told(
