@@ -18,7 +18,7 @@ from equaltime.experiments.report.telling import is_quick
 from equaltime.experiments.report.words import error_cell, worker_runs
 from equaltime.experiments.run.stored import StoredExperiment
 from equaltime.scene import Scene
-from equaltime.statistics.intervals import sound
+from equaltime.statistics.intervals import sound, sound_below
 from equaltime.strict_json import json_text, to_json
 from equaltime.words import duration, percent
 
@@ -155,11 +155,25 @@ def _reached(results: Sequence[StrategyResult]) -> str:
     if len(results) == 1:
         error = results[0].error_at_budget
         return in_brackets(error_cell(error)).replace(_THIN, " ") + " extrapolated" * (error.reach > 1.0)
-    known = [result.error_at_budget.value for result in results if sound(result.error_at_budget)]
-    if not known:
-        return "not trusted"
-    where = "" if len(known) == len(results) else f" on {len(known)} of {len(results)} scenes"
-    return " to ".join(dict.fromkeys((percent(min(known)), percent(max(known))))) + where
+    errors = [result.error_at_budget for result in results]
+    known = [error.value for error in errors if sound(error)]
+    least = [error.low for error in errors if not sound(error) and sound_below(error)]
+    told = [
+        f"{sign}{_from_to(numbers)}{_on(len(numbers), len(errors))}"
+        for numbers, sign in ((known, ""), (least, "at least "))
+        if numbers
+    ]
+    if (unknown := len(errors) - len(known) - len(least)) > 0:
+        told.append(f"not trusted{_on(unknown, len(errors))}")
+    return " and ".join(told)
+
+
+def _from_to(errors: Sequence[float]) -> str:
+    return " to ".join(dict.fromkeys((percent(min(errors)), percent(max(errors)))))
+
+
+def _on(count: int, scenes: int) -> str:
+    return "" if count == scenes else f" on {count} of {scenes} scenes"
 
 
 def folder_table(stored: StoredExperiment) -> Iterator[Table | str]:

@@ -105,7 +105,7 @@ class StoredExperiment:
 
     @property
     def directory(self) -> Path | None:
-        """Working directory of the last command or call, to which its paths are relative; None if it is not recorded."""
+        """Working directory of the last command or call, to which its paths are relative; None without a record."""
         sessions = self.summary.provenance.get("sessions", {}).values()
         found = [session["directory"] for session in sessions if "directory" in session]
         return Path(found[-1]) if found else None
