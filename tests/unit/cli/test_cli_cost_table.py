@@ -12,9 +12,11 @@ import pytest
 from equaltime.cli.cost_table import every_row, legend, print_summary
 from equaltime.cli.messages import MOST_LINES
 from equaltime.experiments.model.summary import StrategyResult, Summary
+from equaltime.experiments.report.latex import latex_table
 from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.tables import check_table, point_table
 from equaltime.experiments.report.words import facts, percent
+from equaltime.statistics.curves import TYPICAL
 from equaltime.statistics.intervals import UNKNOWN, Interval
 
 from ..experiments.fake_summary import summary
@@ -73,15 +75,30 @@ def test_the_table_has_the_error_of_the_verdict_and_a_line_says_why_it_is_this_o
     found = replace(summary(tmp_path), headline_target=0.1)
     lines = printed(found, tmp_path, capsys)
     assert [" ".join(part.split()) for part in lines[1].split("time to ")[1:]] == ["10 %", "1 %"]
-    why = (
-        "Why 10 %: it is the smallest target whose times can be trusted; times within the runs come before extrapolated"
-    )
-    assert lines[5] == f"{why} ones."
-    assert f"{why} ones." in legend(found, every_row(found))
+    rule = "Why 10 %: it is the smallest target whose times can be trusted"
+    why = f"{rule}; times within the runs come before extrapolated ones."
+    assert lines[5] == why
+    assert why in legend(found, every_row(found))
+    far = changed(found, "best", lambda one: replace(one, time_to={**one.time_to, 0.1: replace(HUGE, note="")}))
+    assert far.headline_rule == f"{rule}; they are extrapolated."
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("COLUMNS", "66")
     assert "time to 10" in printed(found, tmp_path, capsys)[1], "the only one on a narrow terminal"
     assert not any("Why" in line for line in printed(summary(tmp_path), tmp_path, capsys))
+
+
+def test_times_of_typical_runs_are_marked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    def typical(one: StrategyResult) -> StrategyResult:
+        return replace(one, time_to={target: time.noted(TYPICAL) for target, time in one.time_to.items()})
+
+    found = changed(summary(tmp_path), "naive", typical)
+    lines = printed(found, tmp_path, capsys)
+    assert lines[2].count("\N{DAGGER}") == 2
+    assert "\N{DAGGER}" not in lines[3]
+    assert any(line.startswith("\N{DAGGER} of typical runs: a median over repeats") for line in lines)
+    table = latex_table(found)
+    assert table.count(r"$^\dagger$") == 5, "four times and the note"
+    assert table.isascii()
 
 
 def test_every_speed_up_over_the_baseline_is_told_with_all_numbers(
@@ -131,10 +148,9 @@ def test_why_an_error_has_no_interval_is_said_below(tmp_path: Path, capsys: pyte
     found = changed(summary(tmp_path), "best", lambda one: replace(one, error_at_budget=nothing))
     below = printed(found, tmp_path, capsys, verbose=True)[6:]
     assert below[0] == "best: the error is below what the reference can show"
-    assert (
-        printed(found, tmp_path, capsys)[5]
-        == f"equaltime info {tmp_path} -v shows {LEFT_OUT} and why 1 error cannot be trusted"
-    )
+    lines = printed(found, tmp_path, capsys)
+    assert lines[5] == below[0]
+    assert lines[6] == f"equaltime info {tmp_path} -v shows {LEFT_OUT} and why 1 error cannot be trusted"
 
 
 @pytest.mark.parametrize(("columns", "times"), [("", 2), ("80", 2), ("56", 1), ("36", 0)])
@@ -177,7 +193,10 @@ def test_up_to_eight_strategies_are_all_shown_also_without_a_number(
     )
     lines = printed(silent, tmp_path, capsys)
     assert [text.split()[0] for text in lines[2:5]] == ["naive", "cut", "best"]
-    assert lines[5] == f"equaltime info {tmp_path} -v shows {LEFT_OUT} and why 1 error cannot be trusted"
+    assert lines[5:7] == [
+        "cut: no repeats",
+        f"equaltime info {tmp_path} -v shows {LEFT_OUT} and why 1 error cannot be trusted",
+    ]
 
 
 def test_the_legend_has_the_marks_of_its_table_and_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

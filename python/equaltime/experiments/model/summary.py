@@ -26,7 +26,7 @@ __all__ = ["DISAGREES", "Beside", "Curve", "SceneResult", "StrategyResult", "Sum
 DISAGREES = "disagrees with the reference"
 """Words in the note of a number that a renderer does not get, because its picture is another one."""
 
-_RULE = "it is the smallest target whose times can be trusted; times within the runs come before extrapolated ones"
+_RULE = "it is the smallest target whose times can be trusted"
 """Rule by which the verdict chooses among an experiment's target errors."""
 
 
@@ -245,7 +245,15 @@ class Summary(Shown):
         """Sentence on why the verdict gives the time to this error; empty if it gives none."""
         if self.headline_target is None:
             return ""
-        return f"Why {percent(self.headline_target)}: {_RULE}."
+        times = (
+            one.time_to.get(self.headline_target, UNKNOWN)
+            for scene in self.scenes
+            for one in scene.strategies
+            if one.label == scene.standard
+        )
+        beyond = any(time.trusted and time.reach > 1.0 for time in times)
+        told = "they are extrapolated" if beyond else "times within the runs come before extrapolated ones"
+        return f"Why {percent(self.headline_target)}: {_RULE}; {told}."
 
     @property
     def ratio_target(self) -> float | None:

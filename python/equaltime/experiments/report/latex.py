@@ -13,9 +13,11 @@ from equaltime.experiments.report.words import (
     DISAGREEING,
     ERROR_UNIT,
     EXTRAPOLATED,
+    MEDIAN,
     Cell,
     Unit,
     column_unit,
+    marked,
     meanings,
     measured_cell,
     percent,
@@ -40,9 +42,11 @@ _LATEX: Final[Mapping[str, str]] = {
     "\N{MINUS SIGN}": "$-$",
     "\N{EN DASH}": "--",
     "\N{ASTERISK OPERATOR}": "$^*$",
+    "\N{DAGGER}": r"$^\dagger$",
 }
 _STAR: Final = "\N{ASTERISK OPERATOR}"
 _TIMES: Final = "\N{MULTIPLICATION SIGN}"
+_DAGGER: Final = "\N{DAGGER}"
 _BOUNDS: Final = "\N{GREATER-THAN OR EQUAL TO}\N{LESS-THAN OR EQUAL TO}"
 
 
@@ -97,7 +101,7 @@ def _rows(scene: SceneResult, units: Mapping[float, Unit], ratio: float | None) 
     """
     for strategy in scene.strategies:
         error = strategy.error_at_budget
-        told = _starred(_text(measured_cell(error)).replace(ERROR_UNIT.symbol, ""), error)
+        told = _marked(_text(measured_cell(error)).replace(ERROR_UNIT.symbol, ""), error)
         yield (
             strategy.named,
             told,
@@ -108,7 +112,7 @@ def _rows(scene: SceneResult, units: Mapping[float, Unit], ratio: float | None) 
 
 def _time(strategy: StrategyResult, target: float, unit: Unit) -> str:
     time = strategy.time_to.get(target, UNKNOWN)
-    return _starred(_text(seconds_cell(time, replace(unit, symbol=""))), time)
+    return _marked(_text(seconds_cell(time, replace(unit, symbol=""))), time)
 
 
 def _speed_up(scene: SceneResult, strategy: StrategyResult, target: float | None) -> Iterator[str]:
@@ -117,12 +121,12 @@ def _speed_up(scene: SceneResult, strategy: StrategyResult, target: float | None
         return
     cell = ratio_cell(scene, strategy, target)
     text = cell.text if strategy.label == scene.baseline else _text(cell)
-    yield _starred(text.replace(_TIMES, ""), strategy.ratio.get(target, UNKNOWN))
+    yield _marked(text.replace(_TIMES, ""), strategy.ratio.get(target, UNKNOWN))
 
 
-def _starred(text: str, number: Interval) -> str:
-    """Return the text of a number with the star of extrapolated ones, if it is one."""
-    return text + EXTRAPOLATED * (text != DASH and number.known and number.reach > 1.0)
+def _marked(text: str, number: Interval) -> str:
+    """Return the text of a number with its marks, such as the star of extrapolated ones; a dash has none."""
+    return marked(text, number) if text != DASH and number.known else text
 
 
 def _text(cell: Cell) -> str:
@@ -156,4 +160,6 @@ def _row(texts: tuple[str, ...]) -> str:
 
 
 def _escaped(text: str) -> str:
-    return "".join(_LATEX.get(character, character) for character in text.replace(EXTRAPOLATED, _STAR))
+    return "".join(
+        _LATEX.get(character, character) for character in text.replace(EXTRAPOLATED, _STAR).replace(MEDIAN, _DAGGER)
+    )

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from equaltime.experiments.model.summary import DISAGREES, SceneResult, StrategyResult, Summary
+from equaltime.statistics.curves import TYPICAL
 from equaltime.statistics.in_words import exponent, places, probability
 from equaltime.statistics.intervals import TELLING, TOO_WIDE, UNKNOWN, Interval
 
@@ -17,12 +18,14 @@ __all__ = [
     "DISAGREEING",
     "ERROR_UNIT",
     "EXTRAPOLATED",
+    "MEDIAN",
     "Cell",
     "Unit",
     "column_unit",
     "error_cell",
     "factor_cell",
     "facts",
+    "marked",
     "meanings",
     "measured_cell",
     "percent",
@@ -50,6 +53,9 @@ _TIMES = "\N{MULTIPLICATION SIGN}"
 EXTRAPOLATED = f"{_THIN}*"
 """Mark after a number beyond the runs, a time or the error at one; the space keeps it apart from a star in a label."""
 
+MEDIAN = f"{_THIN}\N{DAGGER}"
+"""Mark after a number of typical runs, which is a median over repeats."""
+
 DISAGREEING = "disagrees"
 """Text of a number that a renderer does not get, because its picture is another one."""
 
@@ -64,6 +70,8 @@ _MEANINGS: Mapping[str, str] = {
     _AT_LEAST: "at least, since the upper end of the interval cannot be trusted",
     _AT_MOST: "at most, since the lower end of the interval cannot be trusted",
     EXTRAPOLATED: "extrapolated beyond the runs",
+    MEDIAN: "of typical runs: a median over repeats, of speed-ups over pairs of them; errors are root mean squares, of "
+    "which a few rare events make most",
 }
 
 
@@ -158,6 +166,11 @@ def ratio_cell(scene: SceneResult, strategy: StrategyResult, target: float) -> C
     if strategy.label == scene.baseline:
         return Cell(f"1{_TIMES}")
     return factor_cell(strategy.ratio.get(target, UNKNOWN))
+
+
+def marked(text: str, number: Interval) -> str:
+    """Return the text of a number with the marks of what limits it: extrapolated, or of typical runs."""
+    return text + EXTRAPOLATED * (number.reach > 1.0) + MEDIAN * (TYPICAL in number.note)
 
 
 def plain_cell(interval: Interval) -> Cell:
