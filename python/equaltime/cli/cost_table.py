@@ -39,7 +39,7 @@ _OTHER_LINES = 6
 Times of typical runs have one more, what their mark means."""
 
 _LINES_AROUND = 5
-"""The same lines without the meanings of marks."""
+"""Lines beside rows, caveats and meanings of marks."""
 
 _Row = tuple[SceneResult, StrategyResult]
 

@@ -278,7 +278,7 @@ def slug(name: str, taken: Iterable[str] = ()) -> str:
 
 def _time_unit(value: float) -> Unit:
     size = abs(value)
-    if size < 0.1:
+    if size < 0.9995:  # as `words.time_unit`, so that sentences and tables have one unit
         return Unit(1e3, f"{_THIN}ms")
     if not math.isfinite(size) or size < 600.0:
         return Unit(1.0, f"{_THIN}s")
