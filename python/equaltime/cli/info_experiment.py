@@ -154,7 +154,9 @@ def _errors(summary: Summary) -> str:
 def _reached(results: Sequence[StrategyResult]) -> str:
     if len(results) == 1:
         error = results[0].error_at_budget
-        return in_brackets(error_cell(error)).replace(_THIN, " ") + " extrapolated" * (error.reach > 1.0)
+        return in_brackets(error_cell(error)).replace(_THIN, " ") + " extrapolated" * (
+            error.trusted and error.reach > 1.0
+        )
     errors = [result.error_at_budget for result in results]
     known = [error.value for error in errors if sound(error)]
     least = [error.low for error in errors if not sound(error) and sound_below(error)]

@@ -7,6 +7,7 @@ import json
 import shlex
 import shutil
 from contextlib import redirect_stdout
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -189,6 +190,8 @@ def test_no_scene_vanishes_from_the_errors_of_several() -> None:
     assert reached(known, UNKNOWN, UNKNOWN) == "16.3 % on 1 of 3 scenes and not trusted on 2 of 3 scenes"
     assert reached(known, Interval(0.2, 0.19, 0.21)) == "16.3 % to 20 %"
     assert reached(UNKNOWN, UNKNOWN) == "not trusted"
+    assert reached(replace(known, reach=1.2)).endswith(") extrapolated")
+    assert not reached(replace(bound, reach=1.2)).endswith("extrapolated")
 
 
 def test_an_experiment_of_a_dict_tells_the_call_that_repeats_it(
