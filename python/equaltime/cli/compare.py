@@ -29,6 +29,12 @@ _FLIP = (
     "noise of the image compared against counts as difference."
 )
 
+_DEFINITIONS = (
+    "error: root of relmse. relmse: mean of ((A - R)\N{SUPERSCRIPT TWO} - v) / (R\N{SUPERSCRIPT TWO} + (0.1 m)"
+    "\N{SUPERSCRIPT TWO}), with R the truth, v the variance of its noise and m its mean. mse: mean of (A - R)"
+    "\N{SUPERSCRIPT TWO} - v. mare: mean of |A - R| / (|R| + 0.1 m), noise included."
+)
+
 
 def compare(
     a: Annotated[Path, typer.Argument(metavar="A", help="Image file.", show_default=False)],
@@ -55,6 +61,10 @@ def compare(
     Works on any renderer's files. If the files have standard errors (channels stderr.R, stderr.G, stderr.B), the
     reference's noise is subtracted, errors have 95 % intervals, and the images are tested for bias. The errors and
     their ratio describe these two images, not the strategies in general.
+
+    Let R be the truth, v the variance of its noise and m its mean. relmse is the mean of
+    ((A - R)² - v) / (R² + (0.1 m)²), and error its root. mse is the mean of (A - R)² - v. mare is the mean of
+    |A - R| / (|R| + 0.1 m), noise included.
 
     Bias is found if p is below 0.001. FLIP is 0 if no difference can be seen and 1 for the largest difference, at 67
     pixels per degree of view. It has no interval, because noise of the reference counts as difference.
@@ -86,8 +96,10 @@ def _print(found: Comparison, verbose: bool) -> None:
     if not verbose:
         hidden = "relmse, mse, mare" + ", efficiency" * (found.efficiency is not None)
         print_line(console, f"-v shows {', '.join([*more, hidden])}", "dim")
-    elif "flip" in found.images[0].metrics:
-        print_line(console, _FLIP, "dim")
+    else:
+        print_line(console, _DEFINITIONS, "dim")
+        if "flip" in found.images[0].metrics:
+            print_line(console, _FLIP, "dim")
 
 
 def _names(found: Comparison) -> Mapping[Path, str]:
@@ -111,8 +123,9 @@ def _answer(found: Comparison, names: Mapping[Path, str]) -> Iterator[str]:
     elif len(found.images) > 1:
         yield f"Which image is nearer to {against} cannot be told: it is too noisy."
     else:
-        said = _distance(names[found.images[0].path], found.images[0].metrics["error"], against)
-        yield f"{said} {against} is taken as the truth."
+        error = found.images[0].metrics["error"]
+        noise = "; its noise is subtracted" if math.isfinite(error.high) else ""
+        yield f"{_distance(names[found.images[0].path], error, against)} {against} is taken as the truth{noise}."
     tested = [(names[image.path], image.bias_p) for image in found.images if image.bias_p is not None]
     unequal = [f"{name} ({probability(p)})" for name, p in tested if p < LEVEL]
     if unequal:

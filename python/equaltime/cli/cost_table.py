@@ -10,16 +10,21 @@ from rich.table import Table
 
 from equaltime.cli.messages import MOST_LINES, plain_console, print_line, print_lines
 from equaltime.experiments.analysis.sentences import listed
-from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
+from equaltime.experiments.model.summary import DISAGREES, SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.words import (
     EXTRAPOLATED,
+    MEDIAN,
+    Cell,
+    marked,
     meanings,
     measured_cell,
     percent,
+    ratio_cell,
     seconds,
     seconds_cell,
 )
-from equaltime.statistics.intervals import Interval
+from equaltime.statistics.curves import TYPICAL
+from equaltime.statistics.intervals import UNKNOWN, Interval
 
 __all__ = ["every_row", "in_brackets", "legend", "print_summary"]
 
@@ -29,7 +34,12 @@ _ANY_WIDTH = 1000
 _FEW_ROWS = 8
 """Largest number of rows that are all shown: a strategy that the user has named should not be missing."""
 _OTHER_LINES = 6
-"""Lines beside rows and caveats: verdict twice, heading, what ``*`` means, what ``-v`` adds, what to open next."""
+"""Lines beside rows and caveats: verdict twice, heading, what ``*`` means, what ``-v`` adds, what to open next.
+
+Times of typical runs have one more, what their mark means."""
+
+_LINES_AROUND = 5
+"""Lines beside rows, caveats and meanings of marks."""
 
 _Row = tuple[SceneResult, StrategyResult]
 
@@ -49,7 +59,8 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     caveats = [*_rule(summary), *_caveats(summary, verbose)]
     telling = [row for row in every if _tells(row[1])]
     few = len(every) <= _FEW_ROWS
-    rows = every if verbose or few else _first(telling, MOST_LINES - _OTHER_LINES - len(caveats))
+    others = _OTHER_LINES + any(TYPICAL in time.note for _, one in every for time in one.time_to.values())
+    rows = every if verbose or few else _first(telling, MOST_LINES - others - len(caveats))
     table = _fitting(rows, summary, console.width, len(summary.targets) if verbose else _MOST_TARGETS)
     if rows:
         console.print(table)
@@ -57,11 +68,15 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     more = [_count(len(every) - len(rows), "more row")] if len(rows) < len(every) else []
     more += [f"times to {', '.join(absent)}"] if (absent := _left_out(table, summary)) and not verbose else []
     more += [f"why {_count(len(reasons), 'error')} cannot be trusted"] if reasons else []
-    beyond = [text for text in _marks(table) if text.startswith(EXTRAPOLATED.strip())]
+    faster = _speed_ups(summary) if verbose else []
+    beyond = [text for text in _marks(table, faster) if text.startswith((EXTRAPOLATED.strip(), MEDIAN.strip()))]
+    unknown = (
+        _reasons(summary, unknown=True) if len(rows) + len(caveats) + len(beyond) + _LINES_AROUND < MOST_LINES else []
+    )
     last = (
-        [*_too_wide(table, summary), *reasons]
+        [*faster, *_too_wide(table, summary), *reasons]
         if verbose
-        else [f"equaltime info {shlex.quote(str(folder))} -v shows {listed(more)}"]
+        else [*unknown, f"equaltime info {shlex.quote(str(folder))} -v shows {listed(more)}"]
         if more
         else []
     )
@@ -82,7 +97,27 @@ def legend(summary: Summary, table: Table) -> list[str]:
     """Return the lines below ``table``, which has all strategies: meaning of numbers and marks, then caveats."""
     intervals = "In brackets: 95 % intervals, or the error that was measured"
     caveats = [*_rule(summary), *_caveats(summary, verbose=True), *_too_wide(table, summary)]
-    return [intervals, *_marks(table), *caveats, *_reasons(summary)]
+    faster = _speed_ups(summary)
+    return [*faster, intervals, *_marks(table, faster), *caveats, *_reasons(summary)]
+
+
+def _speed_ups(summary: Summary) -> list[str]:
+    """Return a line for each scene with the speed-ups of its strategies over the baseline, to one error."""
+    target = summary.ratio_target
+    if target is None:
+        return []
+    several = len(summary.scenes) > 1
+    lines = []
+    for scene in summary.scenes:
+        told = [
+            f"{one.label} {_marked(ratio_cell(scene, one, target), one.ratio.get(target, UNKNOWN))}"
+            for one in scene.strategies
+            if one.label != scene.baseline
+        ]
+        on = f"{scene.name}: " if several else ""
+        if told:
+            lines.append(f"{on}speed-up over {scene.baseline} to {percent(target)}: {', '.join(told)}")
+    return lines
 
 
 def _left_out(table: Table, summary: Summary) -> list[str]:
@@ -103,9 +138,9 @@ def _heading(target: float) -> str:
     return f"time to {percent(target)}"
 
 
-def _marks(table: Table) -> list[str]:
-    """Return a line for each mark that a cell of the table has, with its meaning."""
-    cells = [str(cell) for column in table.columns for cell in column.cells]
+def _marks(table: Table, lines: Sequence[str]) -> list[str]:
+    """Return a line for each mark that a cell of the table or one of the ``lines`` has, with its meaning."""
+    cells = [*(str(cell) for column in table.columns for cell in column.cells), *lines]
     return [f"{mark.strip()} {meaning}" for mark, meaning in meanings(cells).items()]
 
 
@@ -120,28 +155,34 @@ def _caveats(summary: Summary, verbose: bool) -> Iterator[str]:
 
     Without ``verbose``, one of each is enough.
     """
-    several = len(summary.scenes) > 1
     for told in (
         [(scene.name, f"errors and times are of {scene.other_depth}") for scene in summary.scenes if scene.other_depth],
         [(scene.name, f"note: {scene.late}") for scene in summary.scenes if scene.late],
         [(scene.name, f"note: {scene.reference_caveat}") for scene in summary.scenes if scene.reference_caveat],
     ):
-        lines = list(dict.fromkeys(f"{name}: {text}" if several and verbose else text for name, text in told))
+        names: dict[str, list[str]] = {}
+        for name, text in told:
+            names.setdefault(text, []).append(name)
+        lines = [text if len(on) == len(summary.scenes) else f"{', '.join(on)}: {text}" for text, on in names.items()]
         yield from lines if verbose else lines[:1]
 
 
-def _reasons(summary: Summary) -> list[str]:
-    return [reason for scene in summary.scenes for reason in _without_error(scene, len(summary.scenes) > 1)]
+def _reasons(summary: Summary, unknown: bool = False) -> list[str]:
+    """Return a line for each strategy that is left out or lacks an interval of the error at equal time.
+
+    With ``unknown``, only those whose error is not known at all, and whose reason the verdict does not tell.
+    """
+    return [reason for scene in summary.scenes for reason in _without_error(scene, len(summary.scenes) > 1, unknown)]
 
 
-def _without_error(scene: SceneResult, several: bool) -> Iterator[str]:
-    """Yield a line for each strategy that is left out or lacks an interval of the error at equal time."""
+def _without_error(scene: SceneResult, several: bool, unknown: bool) -> Iterator[str]:
     on = f" on {scene.name}" if several else ""
-    for label, reason in scene.left_out:
+    for label, reason in () if unknown else scene.left_out:
         yield f"{label}{on}: {reason}"
     for result in scene.strategies:
-        if not result.error_at_budget.trusted and result.error_at_budget.note:
-            yield f"{result.label}{on}: {result.error_at_budget.note}"
+        error = result.error_at_budget
+        if not error.trusted and error.note and not (unknown and (error.known or DISAGREES in error.note)):
+            yield f"{result.label}{on}: {error.note}"
 
 
 def _count(number: int, noun: str) -> str:
@@ -208,12 +249,13 @@ def _table(rows: Sequence[_Row], summary: Summary, most: int) -> Table:
     for number, (scene, result) in enumerate(rows):
         times = (_marked(cells[target][number], result.time_to[target]) for target in known)
         first = (scene.name,) if several else ()
-        table.add_row(*first, result.named, in_brackets(measured_cell(result.error_at_budget)), *times)
+        error = _marked(measured_cell(result.error_at_budget), result.error_at_budget)
+        table.add_row(*first, result.named, error, *times)
     return table
 
 
-def _marked(cell: object, time: Interval) -> str:
-    return f"{in_brackets(cell)}{EXTRAPOLATED}" if time.reach > 1.0 and time.trusted else in_brackets(cell)
+def _marked(cell: Cell, number: Interval) -> str:
+    return marked(in_brackets(cell), number) if number.trusted else in_brackets(cell)
 
 
 def in_brackets(cell: object) -> str:

@@ -18,7 +18,7 @@ from equaltime.experiments.report.telling import is_quick
 from equaltime.experiments.report.words import error_cell, worker_runs
 from equaltime.experiments.run.stored import StoredExperiment
 from equaltime.scene import Scene
-from equaltime.statistics.intervals import sound
+from equaltime.statistics.intervals import sound, sound_below
 from equaltime.strict_json import json_text, to_json
 from equaltime.words import duration, percent
 
@@ -79,6 +79,8 @@ def _command(stored: StoredExperiment) -> str:
     If there are several commands, it is the last. If it was given in another directory, it begins with a change to it.
     """
     name = "repeat" if stored.complete else "go on"
+    if not stored.commands and stored.call:
+        return f"{name:<12}{_in_python(stored)}"
     if not stored.commands:
         return f"{name:<12}with the call that made it: the folder does not record a command"
     last, others = stored.commands[-1], len(stored.commands) - 1
@@ -87,6 +89,17 @@ def _command(stored: StoredExperiment) -> str:
     if stored.directory not in (None, Path.cwd()):
         command = f"cd {shlex.quote(str(stored.directory))} && {command}"
     return f"{name:<12}{command}{before}"
+
+
+def _in_python(stored: StoredExperiment) -> str:
+    """Return the call in Python that repeats the experiment, or goes on with it, and the objects that it needs."""
+    source = stored.call.removeprefix("et.cost(").partition(",")[0]
+    objects = {"scene": "the same scene or dict, which no file holds,", "experiment": "the same experiment"}
+    needs = [objects[source]] if source in objects else []
+    needs.append("another folder" if stored.complete else "the same folder")
+    if source not in objects and stored.directory not in (None, Path.cwd()):
+        needs.append(f"in {stored.directory}")
+    return f"in Python, with {' and '.join(needs)}: {stored.call}"
 
 
 def _changes(stored: StoredExperiment) -> str:
@@ -140,12 +153,29 @@ def _errors(summary: Summary) -> str:
 
 def _reached(results: Sequence[StrategyResult]) -> str:
     if len(results) == 1:
-        return in_brackets(error_cell(results[0].error_at_budget)).replace(_THIN, " ")
-    known = [result.error_at_budget.value for result in results if sound(result.error_at_budget)]
-    if not known:
-        return "not trusted"
-    where = "" if len(known) == len(results) else f" on {len(known)} of {len(results)} scenes"
-    return " to ".join(dict.fromkeys((percent(min(known)), percent(max(known))))) + where
+        error = results[0].error_at_budget
+        return in_brackets(error_cell(error)).replace(_THIN, " ") + " extrapolated" * (
+            error.trusted and error.reach > 1.0
+        )
+    errors = [result.error_at_budget for result in results]
+    known = [error.value for error in errors if sound(error)]
+    least = [error.low for error in errors if not sound(error) and sound_below(error)]
+    told = [
+        f"{sign}{_from_to(numbers)}{_on(len(numbers), len(errors))}"
+        for numbers, sign in ((known, ""), (least, "at least "))
+        if numbers
+    ]
+    if (unknown := len(errors) - len(known) - len(least)) > 0:
+        told.append(f"not trusted{_on(unknown, len(errors))}")
+    return " and ".join(told)
+
+
+def _from_to(errors: Sequence[float]) -> str:
+    return " to ".join(dict.fromkeys((percent(min(errors)), percent(max(errors)))))
+
+
+def _on(count: int, scenes: int) -> str:
+    return "" if count == scenes else f" on {count} of {scenes} scenes"
 
 
 def folder_table(stored: StoredExperiment) -> Iterator[Table | str]:

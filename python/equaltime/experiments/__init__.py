@@ -108,17 +108,34 @@ def cost(
     from equaltime.experiments.run.runner import run, tell_report
 
     check_installed()
-    experiment = make_experiment(
-        source,
-        quick=quick,
-        size=size,
-        budget=budget,
-        repeats=repeats,
-        threads=threads,
-        strategies=strategies,
-        define=define,
-        substitute=substitute,
-    )
+    asked: dict[str, Any] = {
+        "quick": quick,
+        "size": size,
+        "budget": budget,
+        "repeats": repeats,
+        "threads": threads,
+        "strategies": strategies,
+        "define": define,
+        "substitute": substitute,
+    }
+    experiment = make_experiment(source, **asked)
     files = strategy_files(Path(source), strategies) if isinstance(source, str | os.PathLike) else ()
-    run(experiment, Path(folder), progress, command=command, begins=begins, files=files, cluster=cluster)
+    call = "" if command else _call(source, asked)
+    run(experiment, Path(folder), progress, command=command, begins=begins, files=files, cluster=cluster, call=call)
     return conclude(experiment, Path(folder), command, partial(tell_report, experiment, progress))
+
+
+def _call(source: object, asked: Mapping[str, Any]) -> str:
+    """Return the text of a call of `cost` with the options ``asked``, to repeat it; the folder is named ``folder``."""
+    from equaltime.experiments.model.experiment import Experiment
+
+    if isinstance(source, str | os.PathLike):
+        name = repr(os.fspath(source))
+    else:
+        name = "experiment" if isinstance(source, Experiment) else "scene"
+    options = (
+        f"{key}={value!r}"
+        for key, value in asked.items()
+        if not (value is None or value is False or value in ((), [], {}))
+    )
+    return f"et.cost({', '.join((name, 'folder', *options))})"

@@ -78,7 +78,8 @@ class Tail:
         if not self.ratio > MOST_RATIO or self.share <= MOST_SHARE:
             return ""
         return (
-            f"heavy tail: one pixel of one render makes {100 * self.share:.3g} % of the error, and others may make more"
+            f"heavy tail: one pixel of one render makes {100 * self.share:.3g} % of the squared error (the limit is "
+            f"{100 * MOST_SHARE:g} %), and others may make more"
         )
 
     @property

@@ -89,6 +89,9 @@ _FARTHEST_ERROR = 2.0
 """Largest factor of time outside the runs for which an error is stated."""
 _NEAR_ENOUGH = 1.15
 """Same limit as `_FARTHEST_ERROR`, for an unknown slope: runs may end a tenth of their time early."""
+_AS_LONG = 1.05
+"""Factor of time outside the runs from which an error counts as extrapolated: runs aim at their budget with a few per
+cent."""
 _BETTER = "reference.error and reference.seconds of an experiment file ask for a better one"
 BELOW = f"the error is below what the reference can show; {_BETTER}"
 """Reason why an error is not known: the noise of the reference hides it."""
@@ -98,8 +101,6 @@ _SHALLOW = "shallower than -0.5, the slope of independent samples: fixed costs a
 _CLEAR = 4.0
 """Standard errors of the reference's part that a squared error must exceed to be read off the curve."""
 _TAIL_OCTAVES = 3.0
-_TELLING = 10.0
-"""A lower end of a time or an error says nothing if it is farther than this factor below the estimate."""
 _MOST_OF_ONE = 0.5
 """Largest share of one repeat in the squared errors of all for which it counts as a run like the others."""
 _STEEP = (
@@ -220,7 +221,7 @@ class Runs:
         ``unseen`` to the squared error.
         """
         if reason := join((self.tail, self.missing)):
-            return error.bounded("low", reason).telling(_TELLING)
+            return error.bounded("low", reason).telling()
         return error.widened(math.sqrt(1.0 + self.unseen) - 1.0)
 
     def judged_time(self, time: Interval) -> Interval:
@@ -229,10 +230,10 @@ class Runs:
         If a few such paths make most of the error (``tail``), the field ``note`` says so. Otherwise the upper end is
         raised by the factor 1 + ``unseen``, by which light that no repeat met may raise the squared error. The factor
         is the same for the time, because errors fall at least as fast as 1 / sqrt(time). If light may be missing
-        (``missing``), only the lower end stays valid.
+        (``missing``), only the lower end stays valid. An end far from the time is not valid (`Interval.telling`).
         """
         time = time.noted(f"{TYPICAL}; {tail}") if (tail := self.tail) else time.widened(self.unseen)
-        return time.bounded("low", self.missing).telling(_TELLING) if self.missing else time
+        return (time.bounded("low", self.missing) if self.missing else time).telling()
 
 
 def interval_of(statistic: Callable[[Floats, float], float], repeats: int) -> Interval:
@@ -498,10 +499,9 @@ def _with_reach(
     if reach <= 1.0 + 1e-9:
         return found
     late = value > end
-    side = "beyond the longest run" if late else "before the first checkpoint"
     by = "by slope -1/2" if runs.law else "by slope -0.8" if any(steep) else "by the fitted slope"
     start = start_seconds(runs, np.ones(runs.repeats))
-    told = (f"extrapolated {reach:.3g} times {side} {by}", _STEEP if any(steep) else "", _started(start))
+    told = (f"extrapolated {reach:.3g} times {_side(late)} {by}", _STEEP if any(steep) else "", _started(start))
     noted = replace(found.widened(steep[0], "low").widened(steep[1]), reach=reach).noted(join(told))
     factor = math.exp(abs(_factor(value, end if late else begin, start)))
     if runs.law or factor <= (TRUSTED_REACH if late else 2.0):
@@ -519,8 +519,9 @@ def error_at(runs: Runs, seconds: float) -> Interval:
 
     The error is the root mean square over repeats. At the mean time of a checkpoint, the value is the error that was
     measured there. Between checkpoints, the logarithms of error and time are interpolated. The error is extrapolated by
-    the curve's slope up to twice the longest time, and down to half of the shortest. The value is NaN for times farther
-    outside, or if the error is below the reference's noise.
+    the curve's slope up to twice the longest time, and down to half of the shortest. From 5 % of time outside on, the
+    field ``reach`` says how far, and ``note`` too. The value is NaN for times farther outside, or if the error is below
+    the reference's noise.
     """
     wanted = math.log(seconds)
 
@@ -544,7 +545,16 @@ def error_at(runs: Runs, seconds: float) -> Interval:
         return UNKNOWN.doubted(BELOW if is_below(runs) else "no run is near that time")
     if runs.tail:
         found = _no_less(found, median_interval([log_error(one, 0.0) for one in np.eye(runs.repeats)]).map(exp))
+    x, _ = runs.points(np.ones(runs.repeats))
+    reach = math.exp(max(wanted - float(x[-1]), float(x[0]) - wanted))
+    if reach >= _AS_LONG:
+        found = replace(found, reach=reach).noted(f"extrapolated {reach:.3g} times {_side(wanted > x[-1])}")
     return runs.judged(found)
+
+
+def _side(late: bool) -> str:
+    """Name the end of the curve outside which a time lies."""
+    return "beyond the longest run" if late else "before the first checkpoint"
 
 
 def _no_less(mean: Interval, median: Interval) -> Interval:

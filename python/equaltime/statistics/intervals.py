@@ -22,6 +22,8 @@ from equaltime.words import Shown, figure, time_unit
 
 __all__ = [
     "FEWEST_REPEATS",
+    "TELLING",
+    "TOO_WIDE",
     "UNKNOWN",
     "Z95",
     "Estimate",
@@ -51,6 +53,11 @@ FEWEST_FOR_MEDIAN = 6
 """Least number of repeats for a trusted median. The true median is between the smallest and the largest of six values
 with a probability of 1 - 2 / 2^6 = 97 %; with five values, of 94 %."""
 
+
+TELLING = 10.0
+"""Largest factor between a number and an end of its interval: an end farther away says nothing about the number."""
+TOO_WIDE = f"these runs cannot tell it within a factor of {TELLING:g}"
+"""Note of a number that is not given, because both ends of its interval are farther away than `TELLING`."""
 
 Unit = Literal["", "%", "s", "spp", "MB"]
 _SCALES: Mapping[str, float] = {"": 1.0, "%": 100.0, "s": 1.0, "spp": 1.0, "MB": 1e-6}
@@ -114,15 +121,28 @@ class Interval(Shown):
         kept = end if self.trusted or self.bound == end else ""
         return replace(self.doubted(reason), bound=kept)
 
-    def telling(self, within: float) -> Interval:
-        """Return a copy in which a lower end far below the value no longer counts as valid, because it says too little.
+    def telling(self) -> Interval:
+        """Return a copy of this interval of a positive number in which ends far from the value do not count as valid.
 
-        Only an interval whose lower end alone is valid changes. The lower end is far below if the value is more than
-        ``within`` times as large. The lower end of an infinite value stays valid if it is above 0.
+        An end is far if it is more than `TELLING` times off the value: it says too little. The other end stays valid
+        by itself. If both ends of a trusted interval are far, the result is unknown and has the note `TOO_WIDE`.
+        An infinite value only loses a valid lower end of 0. A value of 0, or an unknown one, changes nothing.
         """
-        if self.bound != "low" or (math.isinf(self.value) and self.low > 0.0) or self.low * within >= self.value:
+        if self.value == 0.0 or math.isnan(self.value) or (math.isinf(self.value) and (self.trusted or self.low > 0.0)):
             return self
-        return replace(self, bound="")
+        far_below, far_above = not self.low * TELLING >= self.value, not self.high <= TELLING * self.value
+        if not self.trusted:
+            far = (self.bound == "low" and far_below) or (self.bound == "high" and far_above)
+            return replace(self, bound="") if far else self
+        if far_below and far_above:
+            return replace(UNKNOWN, note=join((self.note, TOO_WIDE)))
+        if far_below:
+            return self.bounded("high", f"the lower end of its interval is more than {TELLING:g} times off")
+        return (
+            self.bounded("low", f"the upper end of its interval is more than {TELLING:g} times off")
+            if far_above
+            else self
+        )
 
     def deciding(self) -> Interval:
         """Return a copy of this interval of a ratio, for the question which of the two numbers is larger.

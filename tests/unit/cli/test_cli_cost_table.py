@@ -12,9 +12,11 @@ import pytest
 from equaltime.cli.cost_table import every_row, legend, print_summary
 from equaltime.cli.messages import MOST_LINES
 from equaltime.experiments.model.summary import StrategyResult, Summary
+from equaltime.experiments.report.latex import latex_table
 from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.tables import check_table, point_table
 from equaltime.experiments.report.words import facts, percent
+from equaltime.statistics.curves import TYPICAL
 from equaltime.statistics.intervals import UNKNOWN, Interval
 
 from ..experiments.fake_summary import summary
@@ -48,6 +50,24 @@ def test_a_time_that_was_not_measured_is_marked(tmp_path: Path, capsys: pytest.C
     assert below == "* extrapolated beyond the runs"
 
 
+def test_an_error_beyond_the_runs_is_marked_and_not_called_measured(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    error = replace(summary(tmp_path).scenes[0].strategies[0].error_at_budget, reach=1.2)
+    lines = printed(
+        changed(summary(tmp_path), "naive", lambda one: replace(one, error_at_budget=error)), tmp_path, capsys
+    )
+    assert "*" in lines[2]
+    assert "*" not in lines[3]
+    assert "* extrapolated beyond the runs" in lines
+    bound = error.bounded("low", "heavy tail")
+    lines = printed(
+        changed(summary(tmp_path), "naive", lambda one: replace(one, error_at_budget=bound)), tmp_path, capsys
+    )
+    assert "(extrapolated 56.6" in lines[2]
+    assert "measured" not in lines[2]
+
+
 def test_the_table_has_the_error_of_the_verdict_and_a_line_says_why_it_is_this_one(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -55,15 +75,43 @@ def test_the_table_has_the_error_of_the_verdict_and_a_line_says_why_it_is_this_o
     found = replace(summary(tmp_path), headline_target=0.1)
     lines = printed(found, tmp_path, capsys)
     assert [" ".join(part.split()) for part in lines[1].split("time to ")[1:]] == ["10 %", "1 %"]
-    why = (
-        "Why 10 %: it is the smallest target whose times can be trusted; times within the runs come before extrapolated"
-    )
-    assert lines[5] == f"{why} ones."
-    assert f"{why} ones." in legend(found, every_row(found))
+    rule = "Why 10 %: it is the smallest target whose times can be trusted"
+    why = f"{rule}; times within the runs come before extrapolated ones."
+    assert lines[5] == why
+    assert why in legend(found, every_row(found))
+    far = changed(found, "best", lambda one: replace(one, time_to={**one.time_to, 0.1: replace(HUGE, note="")}))
+    assert far.headline_rule == f"{rule}; they are extrapolated."
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("COLUMNS", "66")
     assert "time to 10" in printed(found, tmp_path, capsys)[1], "the only one on a narrow terminal"
     assert not any("Why" in line for line in printed(summary(tmp_path), tmp_path, capsys))
+
+
+def test_times_of_typical_runs_are_marked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    def typical(one: StrategyResult) -> StrategyResult:
+        return replace(one, time_to={target: time.noted(TYPICAL) for target, time in one.time_to.items()})
+
+    found = changed(summary(tmp_path), "naive", typical)
+    lines = printed(found, tmp_path, capsys)
+    assert lines[2].count("\N{DAGGER}") == 2
+    assert "\N{DAGGER}" not in lines[3]
+    assert any(line.startswith("\N{DAGGER} of typical runs: a median over repeats") for line in lines)
+    table = latex_table(found)
+    assert table.count(r"$^\dagger$") == 5, "four times and the note"
+    assert table.isascii()
+
+
+def test_every_speed_up_over_the_baseline_is_told_with_all_numbers(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = replace(summary(tmp_path, scenes=2), headline_target=0.1)
+    told = [line for line in legend(found, every_row(found)) if "speed-up" in line]
+    assert [line.partition(":")[0] for line in told] == ["box0", "box1"]
+    assert told[0].replace("\N{NARROW NO-BREAK SPACE}", " ").replace("\N{MULTIPLICATION SIGN}", "x") == (
+        "box0: speed-up over naive to 10 %: cut 16.0x (14.4 to 17.6), best 64x (58 to 70)"
+    )
+    assert told[1] in printed(found, tmp_path, capsys, verbose=True)
+    assert not any("speed-up over" in line for line in printed(found, tmp_path, capsys))
 
 
 def test_a_row_of_another_picture_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -98,12 +146,11 @@ def test_what_a_biased_strategy_says_of_itself_is_called_noise(tmp_path: Path) -
 def test_why_an_error_has_no_interval_is_said_below(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     nothing = UNKNOWN.doubted("the error is below what the reference can show")
     found = changed(summary(tmp_path), "best", lambda one: replace(one, error_at_budget=nothing))
-    below = printed(found, tmp_path, capsys, verbose=True)[5:]
+    below = printed(found, tmp_path, capsys, verbose=True)[6:]
     assert below[0] == "best: the error is below what the reference can show"
-    assert (
-        printed(found, tmp_path, capsys)[5]
-        == f"equaltime info {tmp_path} -v shows {LEFT_OUT} and why 1 error cannot be trusted"
-    )
+    lines = printed(found, tmp_path, capsys)
+    assert lines[5] == below[0]
+    assert lines[6] == f"equaltime info {tmp_path} -v shows {LEFT_OUT} and why 1 error cannot be trusted"
 
 
 @pytest.mark.parametrize(("columns", "times"), [("", 2), ("80", 2), ("56", 1), ("36", 0)])
@@ -146,18 +193,21 @@ def test_up_to_eight_strategies_are_all_shown_also_without_a_number(
     )
     lines = printed(silent, tmp_path, capsys)
     assert [text.split()[0] for text in lines[2:5]] == ["naive", "cut", "best"]
-    assert lines[5] == f"equaltime info {tmp_path} -v shows {LEFT_OUT} and why 1 error cannot be trusted"
+    assert lines[5:7] == [
+        "cut: no repeats",
+        f"equaltime info {tmp_path} -v shows {LEFT_OUT} and why 1 error cannot be trusted",
+    ]
 
 
 def test_the_legend_has_the_marks_of_its_table_and_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "160")
     plain = changed(summary(tmp_path), "cut", lambda one: replace(one, biased=False))
-    assert legend(plain, every_row(plain)) == ["In brackets: 95 % intervals, or the error that was measured"]
+    assert legend(plain, every_row(plain))[1:] == ["In brackets: 95 % intervals, or the error that was measured"]
     far = changed(summary(tmp_path), "naive", lambda one: replace(one, time_to={**one.time_to, 0.02: HUGE}))
     half = changed(
         far, "best", lambda one: replace(one, error_at_budget=one.error_at_budget.bounded("low", "light is missing"))
     )
-    assert legend(half, every_row(half))[1:] == [
+    assert legend(half, every_row(half))[2:] == [
         "(biased) the strategy may converge to another picture",
         "\N{GREATER-THAN OR EQUAL TO} at least, since the upper end of the interval cannot be trusted",
         "* extrapolated beyond the runs",
@@ -181,7 +231,7 @@ def test_the_verdict_is_the_first_and_the_last_of_at_most_12_lines(
         f"Curves and pictures: open {tmp_path / 'report.html'}; without --quick the numbers are more exact"
     )
     assert len(lines) <= MOST_LINES
-    assert len(printed(found, tmp_path, capsys, verbose=True)) == 4 + 3 * scenes
+    assert len(printed(found, tmp_path, capsys, verbose=True)) == 4 + 4 * scenes
 
 
 def test_standards_and_baselines_are_shown_first(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,14 +7,20 @@ import json
 import shlex
 import shutil
 from contextlib import redirect_stdout
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 
+import equaltime as et
 from equaltime.cli import main
-from equaltime.cli.info_experiment import _elsewhere
+from equaltime.cli.info_experiment import _elsewhere, _reached
 from equaltime.examples import example_of
+from equaltime.experiments.model.summary import StrategyResult
 from equaltime.experiments.run.folder import ExperimentFolder
+from equaltime.statistics.intervals import UNKNOWN, Interval
 
 SCENES = Path(__file__).parents[3] / "scenes"
 CORNELL = SCENES / "cornell-box.toml"
@@ -172,6 +178,36 @@ def test_an_experiment_that_was_stopped_is_told_and_goes_on(copy: Path, capsys: 
     assert line(lines, "go on") == "with the call that made it: the folder does not record a command"
     (data,) = [json.loads("\n".join(told(capsys, str(copy), "--json")))]
     assert (data["verdict"], data["complete"], data["runs"], data["planned_runs"]) == (lines[0], False, 0, 4)
+
+
+def test_no_scene_vanishes_from_the_errors_of_several() -> None:
+    known, bound = Interval(0.163, 0.16, 0.19), Interval(0.3, 0.224, 0.9).bounded("low", "heavy tail")
+
+    def reached(*errors: Interval) -> str:
+        return _reached([cast(StrategyResult, SimpleNamespace(error_at_budget=error)) for error in errors])
+
+    assert reached(known, bound) == "16.3 % on 1 of 2 scenes and at least 22.4 % on 1 of 2 scenes"
+    assert reached(known, UNKNOWN, UNKNOWN) == "16.3 % on 1 of 3 scenes and not trusted on 2 of 3 scenes"
+    assert reached(known, Interval(0.2, 0.19, 0.21)) == "16.3 % to 20 %"
+    assert reached(UNKNOWN, UNKNOWN) == "not trusted"
+    assert reached(replace(known, reach=1.2)).endswith(") extrapolated")
+    assert not reached(replace(bound, reach=1.2)).endswith("extrapolated")
+
+
+def test_an_experiment_of_a_dict_tells_the_call_that_repeats_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    ball = {"type": "sphere", "center": [0.0, 0.0, 5.0]}
+    scene = {"type": "scene", "sensor": {"type": "perspective"}, "sky": {"type": "constant"}, "ball": ball}
+    options: dict[str, Any] = {"quick": True, "size": (8, 8), "budget": "20ms", "repeats": 2, "threads": 1}
+    options["strategies"] = ("bsdf", "best")
+    et.cost(scene, tmp_path / "box", **options)
+    call = ", ".join(f"{name}={value!r}" for name, value in options.items())
+    needs = "the same scene or dict, which no file holds, and another folder"
+    repeat = line(told(capsys, str(tmp_path / "box")), "repeat")
+    assert repeat == f"in Python, with {needs}: et.cost(scene, folder, {call})"
+    assert "object at 0x" not in (tmp_path / "box" / "experiment.json").read_text()
 
 
 def test_strategies_and_repeats_that_were_added_later_are_told(

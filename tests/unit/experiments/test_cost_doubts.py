@@ -10,7 +10,7 @@ import pytest
 
 from equaltime.experiments.analysis.strategy_runs import efficiency, speed_up
 from equaltime.statistics.curves import TYPICAL, Runs, error_at, error_curve, slope, time_to_error
-from equaltime.statistics.intervals import Interval
+from equaltime.statistics.intervals import TOO_WIDE, Interval
 
 from .made_up_runs import SPP, power_law, with_firefly
 
@@ -61,10 +61,34 @@ def test_a_bound_that_leaves_open_which_is_faster_is_none() -> None:
 
 
 def test_an_end_that_is_far_off_the_estimate_is_none() -> None:
-    assert Interval(5.0, 0.6, 9.0).bounded("low", "why").telling(10.0).bound == "low"
-    assert Interval(5.0, 0.4, 9.0).bounded("low", "why").telling(10.0).bound == ""
-    assert Interval(math.inf, 3.0, math.inf).bounded("low", "why").telling(10.0).bound == "low"
-    assert Interval(math.inf, 0.0, math.inf).bounded("low", "why").telling(10.0).bound == ""
+    assert Interval(5.0, 0.6, 9.0).bounded("low", "why").telling().bound == "low"
+    assert Interval(5.0, 0.4, 9.0).bounded("low", "why").telling().bound == ""
+    assert Interval(math.inf, 3.0, math.inf).bounded("low", "why").telling().bound == "low"
+    assert Interval(math.inf, 0.0, math.inf).bounded("low", "why").telling().bound == ""
+
+
+def test_an_interval_of_more_than_a_factor_of_ten_either_way_tells_no_number() -> None:
+    wide = Interval(5.0, 1e-11, 1e12, reach=3.0).telling()
+    assert (math.isnan(wide.value), wide.trusted, wide.bound, wide.note) == (True, False, "", TOO_WIDE)
+    assert "within a factor of 10" in wide.as_dict()["doubt"]
+    upper, lower = Interval(5.0, 4.0, 60.0).telling(), Interval(5.0, 0.1, 6.0).telling()
+    assert (upper.trusted, upper.bound, lower.trusted, lower.bound) == (False, "low", False, "high")
+    assert Interval(5.0, 0.5, 50.0).telling() == Interval(5.0, 0.5, 50.0)
+    assert Interval(5.0, 4.0, math.inf).bounded("high", "why").telling().bound == ""
+    for without_width in (
+        Interval(0.0, 0.0, 3.0),
+        Interval(math.inf, 0.0, math.inf),
+        Interval(math.inf, 2.0, math.inf),
+    ):
+        assert without_width.telling() == without_width
+
+
+def test_runs_that_scatter_by_powers_of_ten_tell_neither_time_nor_ratio() -> None:
+    steady = power_law()
+    wild = replace(steady, seconds=steady.seconds * np.logspace(-4.0, 4.0, 8)[:, np.newaxis], doubt="heavy tail")
+    for number in (time_to_error(wild, 0.2), speed_up(steady, wild, 0.2), efficiency(steady, wild)):
+        assert (number.known, number.trusted, number.bound) == (False, False, "")
+        assert TOO_WIDE in number.note
 
 
 def test_one_firefly_in_six_runs_changes_no_time() -> None:

@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from equaltime.experiments.analysis.combination import combination_verdict
+from equaltime.experiments.analysis.disagreement import reason, withheld
 from equaltime.experiments.analysis.questions import bias_verdict, efficiency_verdict, samples_verdict
 from equaltime.experiments.analysis.strategy_runs import StrategyRuns, efficiency, fewer_samples
 from equaltime.experiments.analysis.summarise import _bias as bias_of
@@ -18,7 +19,7 @@ from equaltime.experiments.analysis.verdict import verdict
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.images.bias_variance import BiasVariance
 from equaltime.statistics.agreement import LEVEL
-from equaltime.statistics.curves import TYPICAL, Runs, error_curve, second_curve
+from equaltime.statistics.curves import BELOW, TYPICAL, Runs, error_curve, second_curve
 from equaltime.statistics.intervals import UNKNOWN, Interval
 
 from .fake_summary import curve
@@ -253,6 +254,20 @@ def test_several_renderers_that_failed_are_told_with_their_scenes() -> None:
     assert "mine on box is 10 % off (0 to 10), theirs on room (p < 0.0001). Such runs need a box filter" in said
     assert "the scene's own; {filter} in a command stands for it. Errors below 5 times the difference" in said
     assert verdict([scene(unknown)], (0.1,)).endswith("No error and no time is given for it.")
+
+
+def test_a_renderer_that_is_given_the_box_filter_gets_no_hint_on_it() -> None:
+    mine = replace(strategy("mine"), renderer="command", agreement_p=1e-9, difference=OFF)
+    for command, hint in (("mine {scene}", True), ("mine {json}", False), ("mine {scene} {filter}", False)):
+        assert ("box filter" in verdict([scene(replace(mine, name=command))], (0.1,))) == hint
+
+
+def test_an_error_below_a_renderers_own_reference_is_not_for_want_of_a_better_one() -> None:
+    below = UNKNOWN.doubted(BELOW)
+    mine = replace(strategy("mine"), renderer="command", agreement_p=1e-9, difference=OFF, error_at_budget=below)
+    found = withheld(replace(mine, time_to={0.6: below}, ratio={0.6: below}), None)
+    for number in (found.error_at_budget, found.time_to[0.6], found.ratio[0.6]):
+        assert number.note == reason(OFF)
 
 
 def test_a_renderer_that_differs_from_the_standard_alone_is_told_with_its_bias() -> None:

@@ -15,7 +15,7 @@ from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.tables import time_table
 from equaltime.experiments.report.words import factor_cell, plain_cell, seconds_cell
 from equaltime.statistics.curves import TYPICAL
-from equaltime.statistics.intervals import UNKNOWN, Interval, product_mean
+from equaltime.statistics.intervals import TOO_WIDE, UNKNOWN, Interval, product_mean
 
 from .fake_summary import curve
 
@@ -81,10 +81,12 @@ def test_the_error_of_the_sentence_is_known_to_tables() -> None:
 def test_a_measured_time_beats_one_beyond_the_runs_even_if_the_baseline_is() -> None:
     answer = said((TIME, FAR), (FAR_RATIO, RATIO))
     assert ": 10 % error in " in answer
-    assert answer.endswith(" The time of naive is extrapolated: its runs were 900 times shorter.")
-    assert said((UNKNOWN, FAR), (FAR_RATIO, RATIO)).endswith(" Extrapolated: the runs were 3 times shorter.")
+    assert answer.endswith(" The time of naive is extrapolated: it is 900 times its longest run.")
+    assert said((UNKNOWN, FAR), (FAR_RATIO, RATIO)).endswith(" Extrapolated: this time is 3 times the longest run.")
     near = replace(FAR, reach=1.02)
-    assert said((UNKNOWN, near), (FAR_RATIO, RATIO)).endswith(" Extrapolated: the runs were a little shorter.")
+    assert said((UNKNOWN, near), (FAR_RATIO, RATIO)).endswith(
+        " Extrapolated: this time is a little longer than the longest run."
+    )
 
 
 def test_a_ratio_that_may_be_one_is_no_difference() -> None:
@@ -106,13 +108,13 @@ def test_scenes_of_which_something_is_known_are_counted_and_a_single_one_is_name
     known, unknown = scene((TIME, TIME), (FAR_RATIO, FAR_RATIO)), scene((UNKNOWN, UNKNOWN), (UNKNOWN, UNKNOWN))
     one = verdict([known, unknown], TARGETS)
     assert one.startswith("On box (1 of 2 scenes), best is about ")
-    assert one.endswith("extrapolated: its runs were 900 times shorter.")
+    assert one.endswith("extrapolated: it is 900 times its longest run.")
     slow = tuple(time.map(lambda seconds: 40.0 * seconds) for time in (TIME, TIME))
     room = replace(scene(slow, (FAR_RATIO, FAR_RATIO)), name="room")
     two = verdict([known, room, unknown], TARGETS)
     assert two.startswith("On average over 2 of 3 scenes (geometric mean), best is about ")
     assert ": 5 % error in 500 ms (400 to 600) on box to 20 s (16 to 24) on room." in two
-    assert two.endswith(" its runs were up to 900 times shorter.")
+    assert two.endswith(" it is up to 900 times its longest run.")
 
 
 def test_an_interval_beats_a_lower_end_at_a_smaller_error() -> None:
@@ -150,6 +152,15 @@ def test_a_time_without_a_ratio_stands_alone() -> None:
         " one of naive (25 to 36), if errors go on to fall as 1/sqrt(time). There, best reaches 5 % error in 500 ms "
         "(400 to 600)."
     )
+
+
+def test_numbers_of_no_use_are_left_out_of_the_sentence() -> None:
+    useless = replace(UNKNOWN, note=TOO_WIDE)
+    assert said((useless, useless), (useless, useless)) == f"No time to a given error can be trusted: {TOO_WIDE}."
+    assert said((TIME, TIME), (useless, useless)).endswith(
+        f"How much faster it is than naive cannot be told: {TOO_WIDE}."
+    )
+    assert (str(seconds_cell(useless)), str(factor_cell(useless))) == ("cannot tell", "cannot tell")
 
 
 def test_a_renderer_of_ones_own_is_told_beside_standard_and_baseline() -> None:

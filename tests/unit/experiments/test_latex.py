@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from equaltime.experiments.report.latex import latex_table, write_latex
+from equaltime.statistics.intervals import UNKNOWN, Interval
 
 from .fake_summary import summary
 
@@ -15,7 +16,7 @@ def test_the_table_has_every_strategy_of_every_scene(tmp_path: Path) -> None:
     lines = latex_table(found).splitlines()
     rows = [line for line in lines if line.endswith(r"\\") and not line.startswith(r"\multicolumn")]
     assert len(rows) == sum(1 + len(scene.strategies) for scene in found.scenes)
-    assert {row.count(" & ") for row in rows} == {1 + len(found.targets)}
+    assert {row.count(" & ") for row in rows} == {2 + len(found.targets)}
     assert (lines[1][:15], lines[-1]) == (r"\begin{tabular}", r"\end{tabular}")
     assert sum(line == r"\midrule" for line in lines) == 2 * len(found.scenes) - 1
 
@@ -59,6 +60,15 @@ def test_what_limits_a_number_stands_beside_it(tmp_path: Path) -> None:
     ]
 
 
+def test_an_error_beyond_the_runs_has_the_star(tmp_path: Path) -> None:
+    found = summary(tmp_path)
+    (scene,) = found.scenes
+    first = replace(scene.strategies[0], error_at_budget=replace(scene.strategies[0].error_at_budget, reach=1.2))
+    rows = latex_table(replace(found, scenes=(replace(scene, strategies=(first,)),))).splitlines()
+    assert rows[5].split(" & ")[1].endswith("$^*$")
+    assert any("extrapolated beyond the runs" in row for row in rows)
+
+
 def test_notes_explain_only_the_marks_that_the_table_has(tmp_path: Path) -> None:
     found = summary(tmp_path)
     (scene,) = found.scenes
@@ -72,8 +82,25 @@ def test_all_times_of_a_column_have_the_unit_of_its_heading(tmp_path: Path) -> N
     rows = latex_table(summary(tmp_path)).splitlines()
     assert rows[3].startswith(r"box0 & error after 2\,s [\%] & time to 10\,\% [s] & ")
     assert [row.partition(" & ")[0] for row in rows[5:8]] == ["naive", "cut (biased)", "best"]
-    assert rows[5].endswith(r" & 1,600 [1,440, 1,760] & 6,400 [5,760, 7,040] \\"), "96 to 117 minutes, in seconds"
+    assert r" & 1,600 [1,440, 1,760] & 6,400 [5,760, 7,040] & " in rows[5], "96 to 117 minutes, in seconds"
     assert r"\%" not in "".join(rows[5:8])
+
+
+def test_the_last_column_has_every_speed_up_over_the_baseline(tmp_path: Path) -> None:
+    found = replace(summary(tmp_path), headline_target=0.05)
+    (scene,) = found.scenes
+    cut = replace(scene.strategies[1], ratio={**scene.strategies[1].ratio, 0.05: Interval(16.0, 14.0, 18.0, reach=2.0)})
+    strategies = (scene.strategies[0], cut, scene.strategies[2])
+    rows = latex_table(replace(found, scenes=(replace(scene, strategies=strategies),))).splitlines()
+    last = [row.rpartition(" & ")[2] for row in (rows[3], *rows[5:8])]
+    assert last == [
+        r"speed-up over naive to 5\,\% \\",
+        r"1 \\",
+        r"16 [14, 18]$^*$ \\",
+        r"64 [58, 70] \\",
+    ]
+    none = (replace(one, ratio=dict.fromkeys(one.ratio, UNKNOWN)) for one in scene.strategies)
+    assert "speed-up over" not in latex_table(replace(found, scenes=(replace(scene, strategies=tuple(none)),)))
 
 
 def test_the_table_is_written_into_a_new_folder(tmp_path: Path) -> None:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
+from importlib import resources
 
+import jinja2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -40,7 +43,7 @@ THIN, MINUS, TIMES = "\N{NARROW NO-BREAK SPACE}", "\N{MINUS SIGN}", "\N{MULTIPLI
         (Interval(2.0, 2.0, 2.0), f"2.00{THIN}s [2.00, 2.00]"),
         (Interval(46.0, 0.328, 16255.0), f"46{THIN}s [0.33, 16,255]"),
         (Interval(9.0, 1.24, 49.0), f"9{THIN}s [1.2, 49]"),
-        (Interval(0.2, 0.012, 7.0), f"0.2{THIN}s [0.012, 7]"),
+        (Interval(0.2, 0.012, 7.0), f"200{THIN}ms [12, 7,000]"),
         (Interval(3.0, 0.0, 6.0), f"3{THIN}s [0, 6]"),
     ],
 )
@@ -174,6 +177,15 @@ def test_footnotes_are_said_once_and_those_that_differ_in_a_number_together() ->
     table = Table("slug", "caption", "corner", ("a",), tuple(TableRow("label", None, (), ((cell,),)) for cell in cells))
     assert table.footnotes == ("extrapolated 3.6 to 12 times", "heavy tail", "baseline: heavy tail")
     assert [table.marks(cell) for cell in cells] == [("1",), ("1", "2"), ("2", "3")]
+
+
+def test_marks_of_several_footnotes_do_not_run_together() -> None:
+    files = resources.files("equaltime.experiments.report") / "template"
+    loader = jinja2.FunctionLoader(lambda name: (files / name).read_text("utf-8"))
+    number = jinja2.Environment(loader=loader, autoescape=True).get_template("parts.html").module.number
+    cell = Cell("1", note="one; two")
+    table = Table("slug", "", "", ("a",), (TableRow("label", None, (), ((cell,),)),))
+    assert re.sub("<.*?>", "", str(number(table, cell))).endswith("1,2")
 
 
 def test_remarks_that_differ_in_several_numbers_are_one_footnote() -> None:

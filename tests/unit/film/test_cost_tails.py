@@ -47,7 +47,9 @@ def test_noise_that_differs_from_place_to_place_is_no_heavy_tail(repeats: int) -
 @pytest.mark.parametrize("repeats", [3, 4, 8])
 def test_samples_with_hardly_a_variance_are_seen(repeats: int) -> None:
     """Samples of index 2.2: squared errors have index 1.1."""
-    assert seen(noisy_images(2.2, repeats)).doubt.startswith("heavy tail: one pixel of one render makes ")
+    doubt = seen(noisy_images(2.2, repeats)).doubt
+    assert doubt.startswith("heavy tail: one pixel of one render makes ")
+    assert "of the squared error (the limit is 1.5 %)" in doubt
 
 
 def test_many_rare_samples_that_are_bounded_are_no_heavy_tail() -> None:

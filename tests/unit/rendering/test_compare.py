@@ -384,6 +384,7 @@ def test_the_command_prints_every_metric(
         "b.exr",
         "p of equal means",
         "at 67 pixels per degree",
+        "mare: mean of |A - R| / (|R| + 0.1 m)",
         "efficiency",
     ):
         assert word in out
@@ -395,7 +396,7 @@ def test_the_command_promises_an_efficiency_only_with_a_reference(
     names = [str(file) for file in files[:2]]
     assert main(["compare", *names]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0].endswith(" b.exr is taken as the truth.")
+    assert lines[0].endswith(" b.exr is taken as the truth; its noise is subtracted.")
     assert lines[-1].endswith("relmse, mse, mare")
     assert main(["compare", *map(str, files)]) == 0
     assert "taken as the truth" not in capsys.readouterr().out, "the third file is the reference"

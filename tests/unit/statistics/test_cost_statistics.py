@@ -348,6 +348,16 @@ def test_the_error_at_a_time() -> None:
     assert not error_at(runs, 1000.0).known
 
 
+def test_an_error_at_a_time_outside_the_runs_says_so() -> None:
+    runs = power_law()
+    last = float(runs.seconds[:, -1].mean())
+    late, early = error_at(runs, 1.25 * last), error_at(runs, 1.5)
+    assert (late.reach, late.note) == (pytest.approx(1.25), "extrapolated 1.25 times beyond the longest run")
+    assert "times before the first checkpoint" in early.note
+    for within in (error_at(runs, 20.0), error_at(runs, 1.04 * last)):
+        assert (within.reach, within.note) == (1.0, "")
+
+
 @pytest.mark.parametrize("power", [-0.5, -0.75])
 def test_the_slope(power: float) -> None:
     found = slope(power_law(power=power))

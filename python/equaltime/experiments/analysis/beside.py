@@ -94,7 +94,7 @@ def _over(one: Interval, other: Interval) -> Interval:
     above = math.hypot(math.log(one.high / one.value), math.log(other.value / other.low))
     value = one.value / other.value
     found = replace(one, value=value, low=value * math.exp(-below), high=value * math.exp(above))
-    return found if other.trusted else found.doubted(other.note)
+    return (found if other.trusted else found.doubted(other.note)).telling()
 
 
 def _best(values: Mapping[float, Interval]) -> float:

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from equaltime.experiments.model.summary import DISAGREES, StrategyResult
+from equaltime.statistics.curves import BELOW
 from equaltime.statistics.in_words import in_percent
 from equaltime.statistics.intervals import UNKNOWN, Interval
 from equaltime.words import percent
@@ -72,14 +73,19 @@ def withheld(result: StrategyResult, baseline: Interval | None) -> StrategyResul
         return result
     why, why_ratio = reason(own), reason(own) if least > 0.0 else f"baseline: {reason(theirs)}"
 
+    def is_spoilt(error: Interval) -> bool:
+        """Tell whether an error is too small beside the difference, or below what its own reference shows."""
+        return least > 0.0 and (error.value < least or BELOW in error.note)
+
     def kept(error: Interval) -> Interval:
-        return UNKNOWN.noted(why) if error.value < least else error
+        return UNKNOWN.noted(why) if is_spoilt(error) else error
 
     def at_targets(given: Callable[[float], bool], numbers: dict[float, Interval], note: str) -> dict[float, Interval]:
-        return {target: number if given(target) else UNKNOWN.noted(note) for target, number in numbers.items()}
+        known = {target: given(target) and BELOW not in number.note for target, number in numbers.items()}
+        return {target: number if known[target] else UNKNOWN.noted(note) for target, number in numbers.items()}
 
     curve = result.curve
-    spoilt = any(error.value < least for error in curve.error)
+    spoilt = any(map(is_spoilt, curve.error))
     last = curve.error[-1].value if curve.error else math.nan
     ratios_spoilt = last < least_ratio
     return replace(

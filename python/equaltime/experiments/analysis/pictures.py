@@ -63,9 +63,12 @@ def size_of(bias: Interval | None) -> str:
 
 
 def _filter_hint(found: Sequence[_Found]) -> str:
-    """Return a sentence on the box filter for commands that are not told the filter; empty if there are none."""
+    """Return a sentence on the box filter for commands that may not know it; empty if there are none.
+
+    The scene of ``{json}`` has a box filter already.
+    """
     commands = [strategy.name for _, strategy in found if strategy.renderer == "command"]
-    if all("{filter}" in command for command in commands):
+    if all("{filter}" in command or "{json}" in command for command in commands):
         return ""
     return " Such runs need a box filter, not the scene's own; {filter} in a command stands for it."
 

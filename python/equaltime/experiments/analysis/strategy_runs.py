@@ -193,7 +193,7 @@ def speed_up(baseline: Runs, runs: Runs, target: float) -> Interval:
         ratio = ratio.bounded("low", note) if slow.bound else ratio.doubted(note)
     if not fast.trusted:
         ratio = ratio.bounded("high", note) if fast.bound else ratio.doubted(note)
-    return replace(ratio, reach=max(slow.reach, fast.reach)).noted(note).deciding()
+    return replace(ratio, reach=max(slow.reach, fast.reach)).noted(note).telling().deciding()
 
 
 def _mean_ratio(first: Runs, second: Runs, target: float) -> Interval:
@@ -238,7 +238,7 @@ def efficiency(baseline: Runs, runs: Runs) -> Interval:
             return _log_work(first.moved(off)) - _log_work(second.moved(off))
 
     ratio = _hidden(typical_interval(logs, 0.0).map(exp), first is not whole[0], second is not whole[1])
-    return ratio.noted(_typical(*whole)).deciding()
+    return ratio.noted(_typical(*whole)).telling().deciding()
 
 
 def _log_work(runs: Runs) -> Floats:
@@ -300,7 +300,7 @@ def fewer_samples(baseline: StrategyRuns, other: StrategyRuns) -> Interval:
     ratio = _hidden(ratio, first is not whole[0], second is not whole[1])
     if first.missing:
         ratio = ratio.bounded("low", f"baseline: {first.missing}")
-    return (ratio.bounded("high", f"this: {second.missing}") if second.missing else ratio).deciding()
+    return (ratio.bounded("high", f"this: {second.missing}") if second.missing else ratio).telling().deciding()
 
 
 def _first(runs: Runs, repeats: int) -> Runs:

@@ -107,11 +107,11 @@ def _speed_up(found: Sequence[_Found], target: float, count: int) -> str:
     answer = f"{where([scene.name for scene, _ in found], count)}, {faster}: "
     each = [(scene.name, strategy.time_to[target]) for scene, strategy in found]
     answer += f"{percent(target)} error in {across(each, in_time)}."
-    up_to = "up to " if len(found) > 1 else ""
+    several = len(found) > 1
     farthest = max(times, key=lambda time: time.reach)
-    answer += _extrapolated(farthest, up_to)
+    answer += _extrapolated(farthest, several)
     if (reach := max(ratio.reach for ratio in ratios)) > farthest.reach:
-        answer += f" The time of {baseline} is extrapolated: its runs were {_shorter(reach, up_to)}."
+        answer += f" The time of {baseline} is extrapolated: it is {_longer(reach, several)} its longest run."
     return answer + _rare((*times, *ratios))
 
 
@@ -145,11 +145,11 @@ def _times_as_long(
 
 
 def _quotient(time: Interval, other: Interval) -> Interval | None:
-    """Return the ratio of two times that were measured independently; None if one of the times is not trusted."""
+    """Return the ratio of two times that were measured independently; None if a time or the ratio is not trusted."""
     if not (sound(time) and sound(other)):
         return None
     square = product_mean([time, other.map(lambda seconds: 1.0 / seconds)])
-    return square.map(lambda root: root**2)
+    return found if sound(found := square.map(lambda root: root**2).telling()) else None
 
 
 def _without_ratio(scenes: Sequence[SceneResult], alone: tuple[SceneResult, StrategyResult, float] | None) -> str:
@@ -173,19 +173,26 @@ def _without_ratio(scenes: Sequence[SceneResult], alone: tuple[SceneResult, Stra
     if strategy.label == scene.baseline:
         alone_there = len(scene.strategies) == 1
         return f"On {scene.name}, {reached}{caveats}{'' if alone_there else ' It is the baseline of the comparison.'}"
-    notes = next((s.notes for s in scene.strategies if s.label == scene.baseline), ())
-    reason = f": {notes[0]}" if notes else ""
+    notes = next((s.notes for s in scene.strategies if s.label == scene.baseline), ()) or (strategy.ratio[target].note,)
+    reason = f": {notes[0]}" if notes[0] else ""
     return f"On {scene.name}, {reached}{caveats} How much faster it is than {scene.baseline} cannot be told{reason}."
 
 
-def _shorter(reach: float, up_to: str) -> str:
-    """Return how much shorter than a time runs were, for a time that is ``reach`` times as long as the longest."""
-    return "a little shorter" if reach < 1.05 else f"{up_to}{figure(reach)} times shorter"
+def _longer(reach: float, several: bool) -> str:
+    """Return how a time compares with a run, for one that is ``reach`` times as long; ``several`` times have a most."""
+    return "a little longer than" if reach < 1.05 else f"{'up to ' if several else ''}{figure(reach)} times"
 
 
-def _extrapolated(time: Interval, up_to: str = "") -> str:
-    """Return a sentence on how far a time is beyond the longest run; empty if a run was long enough."""
-    return "" if time.reach <= 1.0 else f" Extrapolated: the runs were {_shorter(time.reach, up_to)}."
+def _extrapolated(time: Interval, several: bool = False) -> str:
+    """Return a sentence on how far a time is beyond the longest run; empty if a run was long enough.
+
+    ``several`` tells that the time is the farthest of several scenes.
+    """
+    if time.reach <= 1.0:
+        return ""
+    return (
+        f" Extrapolated: {'times are' if several else 'this time is'} {_longer(time.reach, several)} the longest run."
+    )
 
 
 def _rare(intervals: Iterable[Interval]) -> str:

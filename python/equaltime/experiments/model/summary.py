@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from equaltime.experiments.model.experiment import Quantity, Question, Theirs
 from equaltime.extras import optional
 from equaltime.rendering.stated import other_depth
-from equaltime.statistics.intervals import UNKNOWN, Interval
+from equaltime.statistics.intervals import UNKNOWN, Interval, sound
 from equaltime.words import Shown, duration, percent
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ __all__ = ["DISAGREES", "Beside", "Curve", "SceneResult", "StrategyResult", "Sum
 DISAGREES = "disagrees with the reference"
 """Words in the note of a number that a renderer does not get, because its picture is another one."""
 
-_RULE = "it is the smallest target whose times can be trusted; times within the runs come before extrapolated ones"
+_RULE = "it is the smallest target whose times can be trusted"
 """Rule by which the verdict chooses among an experiment's target errors."""
 
 
@@ -245,7 +245,34 @@ class Summary(Shown):
         """Sentence on why the verdict gives the time to this error; empty if it gives none."""
         if self.headline_target is None:
             return ""
-        return f"Why {percent(self.headline_target)}: {_RULE}."
+        times = (
+            one.time_to.get(self.headline_target, UNKNOWN)
+            for scene in self.scenes
+            for one in scene.strategies
+            if one.label == scene.standard
+        )
+        beyond = any(time.trusted and time.reach > 1.0 for time in times)
+        told = "they are extrapolated" if beyond else "times within the runs come before extrapolated ones"
+        return f"Why {percent(self.headline_target)}: {_RULE}; {told}."
+
+    @property
+    def ratio_target(self) -> float | None:
+        """Error for which tables of one column of speed-ups have them; None if no speed-up is known.
+
+        It is the error of the verdict if a speed-up to it is known, else the smallest with a known speed-up.
+        """
+        wanted = [self.headline_target] if self.headline_target is not None else []
+        return next((target for target in (*wanted, *sorted(self.targets)) if self._has_ratio(target)), None)
+
+    def _has_ratio(self, target: float) -> bool:
+        """Tell whether the speed-up of a strategy over the baseline to the error ``target`` is known, or a limit."""
+        found = [
+            one.ratio.get(target, UNKNOWN)
+            for scene in self.scenes
+            for one in scene.strategies
+            if one.label != scene.baseline
+        ]
+        return any(sound(ratio) or bool(ratio.bound) for ratio in found)
 
     def to_frame(self) -> pandas.DataFrame:
         """Return the error curves as a pandas table, with a row for each point of each strategy's curve on each scene.

@@ -13,12 +13,15 @@ from equaltime.experiments.report.words import (
     DISAGREEING,
     ERROR_UNIT,
     EXTRAPOLATED,
+    MEDIAN,
     Cell,
     Unit,
     column_unit,
+    marked,
     meanings,
     measured_cell,
     percent,
+    ratio_cell,
     seconds,
     seconds_cell,
 )
@@ -39,30 +42,35 @@ _LATEX: Final[Mapping[str, str]] = {
     "\N{MINUS SIGN}": "$-$",
     "\N{EN DASH}": "--",
     "\N{ASTERISK OPERATOR}": "$^*$",
+    "\N{DAGGER}": r"$^\dagger$",
 }
 _STAR: Final = "\N{ASTERISK OPERATOR}"
+_TIMES: Final = "\N{MULTIPLICATION SIGN}"
+_DAGGER: Final = "\N{DAGGER}"
 _BOUNDS: Final = "\N{GREATER-THAN OR EQUAL TO}\N{LESS-THAN OR EQUAL TO}"
 
 
 def latex_table(summary: Summary) -> str:
-    """Return a table with a row for each strategy of each scene: error at equal time, and the time to each target.
+    """Return a table with a row for each strategy of each scene: error at equal time, time to each target, speed-up.
 
-    All errors are in per cent, and all times of a column are in the unit that its heading has. Numbers have their 95 %
-    intervals in brackets, as in the report. If only one end of an interval can be trusted, it stands as a bound; a dash
-    stands for a number that is not known. A row below each scene gives its size, its repeats and the error of its
-    reference. Notes below the table explain the marks that it has, such as the star of extrapolated times.
+    The speed-up is over the scene's baseline, to the error `Summary.ratio_target`. All errors are in per cent, and all
+    times of a column are in the unit that its heading has. Numbers have their 95 % intervals in brackets, as in the
+    report. If only one end of an interval can be trusted, it stands as a bound; a dash stands for a number that is not
+    known. A row below each scene gives its size, its repeats and the error of its reference. Notes below the table
+    explain the marks that it has, such as the star of extrapolated numbers.
     """
-    columns = 2 + len(summary.targets)
+    ratio = summary.ratio_target
+    columns = 2 + len(summary.targets) + (ratio is not None)
     units = {target: column_unit(_times(summary, target)) for target in summary.targets}
-    told = [cell for scene in summary.scenes for row in _rows(scene, units) for cell in row]
+    told = [cell for scene in summary.scenes for row in _rows(scene, units, ratio) for cell in row]
     lines = [
-        f"% {summary.title}: error after the same time, and time to an error, with 95 % intervals",
+        f"% {summary.title}: error after the same time, time to an error, and speed-up, with 95 % intervals",
         rf"\begin{{tabular}}{{l{'r' * (columns - 1)}}}",
         r"\toprule",
     ]
     for number, scene in enumerate(summary.scenes):
         lines += [r"\midrule"] * (number > 0)
-        lines += [_row(_titles(scene, units)), r"\midrule", *map(_row, _rows(scene, units))]
+        lines += [_row(_titles(scene, units, ratio)), r"\midrule", *map(_row, _rows(scene, units, ratio))]
         lines.append(_across(_conditions(scene), columns))
     notes = (_across(note, columns) for note in _notes(told))
     return "\n".join([*lines, r"\bottomrule", *notes, r"\end{tabular}", ""])
@@ -80,22 +88,45 @@ def _times(summary: Summary, target: float) -> list[Interval]:
     return [one.time_to.get(target, UNKNOWN) for scene in summary.scenes for one in scene.strategies]
 
 
-def _titles(scene: SceneResult, units: Mapping[float, Unit]) -> tuple[str, ...]:
+def _titles(scene: SceneResult, units: Mapping[float, Unit], ratio: float | None) -> tuple[str, ...]:
     times = (f"time to {percent(target)} [{unit.symbol.strip()}]" for target, unit in units.items())
-    return (scene.name, f"error after {seconds(scene.budget_s)} [%]", *times)
+    speed_up = () if ratio is None else (f"speed-up over {scene.baseline} to {percent(ratio)}",)
+    return (scene.name, f"error after {seconds(scene.budget_s)} [%]", *times, *speed_up)
 
 
-def _rows(scene: SceneResult, units: Mapping[float, Unit]) -> Iterator[tuple[str, ...]]:
-    """Yield the cells of each strategy; ``units`` has the unit of the times to each target."""
+def _rows(scene: SceneResult, units: Mapping[float, Unit], ratio: float | None) -> Iterator[tuple[str, ...]]:
+    """Yield the cells of each strategy; ``units`` has the unit of the times to each target.
+
+    ``ratio`` is the error of the last column's speed-ups; None leaves the column out.
+    """
     for strategy in scene.strategies:
-        error = _text(measured_cell(strategy.error_at_budget)).replace(ERROR_UNIT.symbol, "")
-        yield strategy.named, error, *(_time(strategy, target, unit) for target, unit in units.items())
+        error = strategy.error_at_budget
+        told = _marked(_text(measured_cell(error)).replace(ERROR_UNIT.symbol, ""), error)
+        yield (
+            strategy.named,
+            told,
+            *(_time(strategy, target, unit) for target, unit in units.items()),
+            *_speed_up(scene, strategy, ratio),
+        )
 
 
 def _time(strategy: StrategyResult, target: float, unit: Unit) -> str:
     time = strategy.time_to.get(target, UNKNOWN)
-    text = _text(seconds_cell(time, replace(unit, symbol="")))
-    return text + EXTRAPOLATED * (text != DASH and time.known and time.reach > 1.0)
+    return _marked(_text(seconds_cell(time, replace(unit, symbol=""))), time)
+
+
+def _speed_up(scene: SceneResult, strategy: StrategyResult, target: float | None) -> Iterator[str]:
+    """Yield the speed-up over the baseline to the error ``target`` without its sign; nothing if there is no target."""
+    if target is None:
+        return
+    cell = ratio_cell(scene, strategy, target)
+    text = cell.text if strategy.label == scene.baseline else _text(cell)
+    yield _marked(text.replace(_TIMES, ""), strategy.ratio.get(target, UNKNOWN))
+
+
+def _marked(text: str, number: Interval) -> str:
+    """Return the text of a number with its marks, such as the star of extrapolated ones; a dash has none."""
+    return marked(text, number) if text != DASH and number.known else text
 
 
 def _text(cell: Cell) -> str:
@@ -129,4 +160,6 @@ def _row(texts: tuple[str, ...]) -> str:
 
 
 def _escaped(text: str) -> str:
-    return "".join(_LATEX.get(character, character) for character in text.replace(EXTRAPOLATED, _STAR))
+    return "".join(
+        _LATEX.get(character, character) for character in text.replace(EXTRAPOLATED, _STAR).replace(MEDIAN, _DAGGER)
+    )

@@ -19,7 +19,7 @@ _BIASED = "biased, not extrapolated"
 """Part of the note of a time that a biased strategy does not reach."""
 _NOISY = re.compile(f"the reference has .*{re.escape(TOO_NOISY)}")
 """Remark on a time that is not given because of the reference's noise; its number differs from scene to scene."""
-_NOT_KNOWN = ("unknown", "not trusted", "not reached")
+_NOT_KNOWN = ("unknown", "cannot tell", "not trusted", "not reached")
 
 
 def commands(summary: Summary) -> tuple[str, ...]:

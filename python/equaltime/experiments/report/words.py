@@ -9,26 +9,30 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from equaltime.experiments.model.summary import DISAGREES, SceneResult, Summary
+from equaltime.experiments.model.summary import DISAGREES, SceneResult, StrategyResult, Summary
+from equaltime.statistics.curves import TYPICAL
 from equaltime.statistics.in_words import exponent, places, probability
-from equaltime.statistics.intervals import Interval
+from equaltime.statistics.intervals import TELLING, TOO_WIDE, UNKNOWN, Interval
 
 __all__ = [
     "DISAGREEING",
     "ERROR_UNIT",
     "EXTRAPOLATED",
+    "MEDIAN",
     "Cell",
     "Unit",
     "column_unit",
     "error_cell",
     "factor_cell",
     "facts",
+    "marked",
     "meanings",
     "measured_cell",
     "percent",
     "plain_cell",
     "probability_cell",
     "provenance_groups",
+    "ratio_cell",
     "same_cell",
     "samples_cell",
     "seconds",
@@ -47,18 +51,27 @@ _THIN = "\N{NARROW NO-BREAK SPACE}"
 _TIMES = "\N{MULTIPLICATION SIGN}"
 
 EXTRAPOLATED = f"{_THIN}*"
-"""Mark after a time that lies beyond the runs; the space keeps it apart from a star in a label."""
+"""Mark after a number beyond the runs, a time or the error at one; the space keeps it apart from a star in a label."""
+
+MEDIAN = f"{_THIN}\N{DAGGER}"
+"""Mark after a number of typical runs, which is a median over repeats."""
 
 DISAGREEING = "disagrees"
 """Text of a number that a renderer does not get, because its picture is another one."""
+
+_UNTOLD = "cannot tell"
+"""Text of a number that is not given, because both ends of its interval are far away."""
 
 _MEANINGS: Mapping[str, str] = {
     "(biased)": "the strategy may converge to another picture",
     "(another picture)": "a test found that the strategy's expected picture is not the standard's",
     DISAGREEING: "no number, since the renderer's picture is not that of the reference",
+    _UNTOLD: f"both ends of the interval are more than {TELLING:g} times off the number",
     _AT_LEAST: "at least, since the upper end of the interval cannot be trusted",
     _AT_MOST: "at most, since the lower end of the interval cannot be trusted",
     EXTRAPOLATED: "extrapolated beyond the runs",
+    MEDIAN: "of typical runs: a median over repeats, of speed-ups over pairs of them; errors are root mean squares, of "
+    "which a few rare events make most",
 }
 
 
@@ -123,13 +136,14 @@ def measured_cell(interval: Interval) -> Cell:
     """Return a table cell with a measured relative error in per cent.
 
     If only one end of the interval is valid, the cell shows that end and then the measured value, which charts and
-    captions show too.
+    captions show too. A value outside the runs is called extrapolated instead of measured.
     """
     interval = _without_far_end(interval)
     cell = error_cell(interval)
     if cell.state != "untrusted" or not interval.bound or not 0.0 < interval.value < math.inf:
         return cell
-    return replace(cell, interval=f"(measured {percent(interval.value)})")
+    how = "measured" if interval.reach == 1.0 else "extrapolated"
+    return replace(cell, interval=f"({how} {percent(interval.value)})")
 
 
 def factor_cell(interval: Interval) -> Cell:
@@ -142,6 +156,21 @@ def factor_cell(interval: Interval) -> Cell:
         if 0.0 < end < math.inf:
             return Cell(f"{sign} {_short(end)}{_TIMES}", note=interval.note, state="untrusted")
     return _cell(interval, _FACTOR)
+
+
+def ratio_cell(scene: SceneResult, strategy: StrategyResult, target: float) -> Cell:
+    """Return a table cell with a strategy's speed-up over the scene's baseline to the error ``target``.
+
+    The baseline's own cell has the factor 1 without an interval.
+    """
+    if strategy.label == scene.baseline:
+        return Cell(f"1{_TIMES}")
+    return factor_cell(strategy.ratio.get(target, UNKNOWN))
+
+
+def marked(text: str, number: Interval) -> str:
+    """Return the text of a number with the marks of what limits it: extrapolated, or of typical runs."""
+    return text + EXTRAPOLATED * (number.reach > 1.0) + MEDIAN * (TYPICAL in number.note)
 
 
 def plain_cell(interval: Interval) -> Cell:
@@ -209,7 +238,7 @@ def _cell(interval: Interval, unit: Unit) -> Cell:
     if DISAGREES in interval.note and not interval.known:
         return Cell(DISAGREEING, note=interval.note, state="untrusted")
     if not interval.known:
-        return Cell("unknown", note=interval.note, state="unknown")
+        return Cell(_UNTOLD if TOO_WIDE in interval.note else "unknown", note=interval.note, state="unknown")
     if not interval.trusted:
         end = {"low": interval.low, "high": interval.high}.get(interval.bound, math.nan) * unit.scale
         sign = _AT_LEAST if interval.bound == "low" else _AT_MOST
@@ -249,7 +278,7 @@ def slug(name: str, taken: Iterable[str] = ()) -> str:
 
 def _time_unit(value: float) -> Unit:
     size = abs(value)
-    if size < 0.1:
+    if size < 0.9995:  # as `words.time_unit`, so that sentences and tables have one unit
         return Unit(1e3, f"{_THIN}ms")
     if not math.isfinite(size) or size < 600.0:
         return Unit(1.0, f"{_THIN}s")

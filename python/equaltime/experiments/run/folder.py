@@ -64,6 +64,7 @@ _TYPES: Mapping[str, type[int] | type[float] | type[str] | type[list[Any]]] = {
     "max_depth": int,
     "caveat": str,
     "note": str,
+    "call": str,
     "words": str,
     "host": str,
     "ran": list,
@@ -179,7 +180,8 @@ class ExperimentFolder:
 
         The identity is every setting that affects records. The folder must be locked. Scenes and strategies may be
         added or dropped; their records stay in the folder. The experiment is written anew at each call, with
-        its present title, description and targets. A scene or strategy with a recorded name must be
+        its present title, description and targets, but without the content of scenes that no file holds: their digests
+        are a part of the identity. A scene or strategy with a recorded name must be
         unchanged, and so must all other settings. A folder without a finished run takes any experiment.
 
         Parameters
@@ -202,7 +204,8 @@ class ExperimentFolder:
                 now = joined
             elif before is not None and before["identity"] != now:
                 self._forget(before["identity"])
-            text = experiment.model_dump(mode="json", exclude_none=True, fallback=str)
+            content = {"scenes": {"__all__": {"scene"}}}
+            text = experiment.model_dump(mode="json", exclude_none=True, exclude=content, fallback=str)
             after = {"identity": now, "experiment": text, "files": dict(files)}
             if after != before:
                 self._write(self.experiment, after)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -92,6 +92,7 @@ def run(
     begins: Begins = lambda experiment, peers, machines: None,
     files: Iterable[Path] = (),
     cluster: Any = None,
+    call: str = "",
 ) -> None:
     """Run the missing runs of an experiment, and write records and images to ``folder``.
 
@@ -113,6 +114,8 @@ def run(
         Files from which the experiment was made, besides scenes and programs; their SHA-256 is recorded.
     cluster
         Place of the machines that take the runs, as for `equaltime.cluster.open_machines`; None for this process.
+    call
+        Text of the call in Python that started the runs, for their provenance.
 
     Raises
     ------
@@ -124,7 +127,7 @@ def run(
     SceneError, StrategyError, RenderError
         If a scene cannot be rendered.
     """
-    _check_names(folder, command, *(entry.name for entry in experiment.scenes))
+    _check_names(folder, command, call, *(entry.name for entry in experiment.scenes))
     if check_machines(cluster) is not None:
         check_spread(experiment)
     scenes = scenes_of(experiment)
@@ -138,7 +141,8 @@ def run(
             place.failure.unlink(missing_ok=True)
             with Recorder(place.records) as recorder:
                 place.tidy()
-                settings = (threads, place, recorder, progress, cache, command, cluster)
+                asked = {"command": command} if command else {"call": call} if call else {}
+                settings = (threads, place, recorder, progress, cache, asked, cluster)
                 _Session(experiment, scenes, subjects, *settings).run(begins)
     finally:
         close_subjects(subjects)
@@ -191,7 +195,8 @@ class _Session:
     recorder: Recorder
     progress: ProgressCallback | None
     cache: Path | None
-    command: str
+    asked: Mapping[str, str]
+    """Command line or call that started the runs, by ``command`` or ``call``, for their provenance; may be empty."""
     cluster: Any
 
     def __post_init__(self) -> None:
@@ -246,7 +251,7 @@ class _Session:
         finally:
             elapsed = time.perf_counter() - begin
             facts = {"runs": len(self._done) - before, "elapsed_s": elapsed, "rendering_s": self._rendering}
-            asked = {"command": self.command, "directory": str(Path.cwd())} if self.command else {}
+            asked = {**self.asked, "directory": str(Path.cwd())} if self.asked else {}
             self.folder.note("sessions", started, {**asked, "load_average_before": load, **facts})
 
     def _show(self, known: Sequence[Reference]) -> None:

@@ -98,8 +98,14 @@ class StoredExperiment:
         return commands(self.summary)
 
     @property
+    def call(self) -> str:
+        """Last call of ``et.cost`` that made runs, as text; empty if none is recorded."""
+        sessions = self.summary.provenance.get("sessions", {}).values()
+        return str(next((session["call"] for session in reversed(sessions) if "call" in session), ""))
+
+    @property
     def directory(self) -> Path | None:
-        """Working directory of the last command, to which its paths are relative; None if it is not recorded."""
+        """Working directory of the last command or call, to which its paths are relative; None without a record."""
         sessions = self.summary.provenance.get("sessions", {}).values()
         found = [session["directory"] for session in sessions if "directory" in session]
         return Path(found[-1]) if found else None
