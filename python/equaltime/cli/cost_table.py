@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rich.table import Table
 
-from equaltime.cli.messages import MOST_LINES, plain_console, print_line, print_lines
+from equaltime.cli.messages import ANY_WIDTH, MOST_LINES, plain_console, print_line, print_lines
 from equaltime.experiments.analysis.sentences import listed
 from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.words import (
@@ -25,7 +25,6 @@ __all__ = ["every_row", "in_brackets", "legend", "print_summary"]
 
 _REPORT = "report.html"
 _MOST_TARGETS = 2
-_ANY_WIDTH = 1000
 _FEW_ROWS = 8
 """Largest number of rows that are all shown: a strategy that the user has named should not be missing."""
 _OTHER_LINES = 6
@@ -42,8 +41,6 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     longer runs may tell more.
     """
     console = plain_console()
-    if not console.is_terminal:
-        console.width = _ANY_WIDTH
     print_lines([summary.verdict])
     every = [(scene, strategy) for scene in summary.scenes for strategy in scene.strategies]
     caveats = [*_rule(summary), *_caveats(summary, verbose)]
@@ -172,7 +169,7 @@ def _fitting(rows: Sequence[_Row], summary: Summary, width: int, most: int) -> T
     A truncated number would mislead.
     """
     anywhere = plain_console()
-    anywhere.width = _ANY_WIDTH
+    anywhere.width = ANY_WIDTH
     for count in range(most, 0, -1):
         table = _table(rows, summary, count)
         if anywhere.measure(table).maximum <= width:

@@ -124,6 +124,8 @@ def test_a_table_of_all_has_every_time_or_names_those_without_room(
     every = printed(found, tmp_path, capsys, verbose=True)
     assert every[1].count("time to") == len(found.targets) == 4
     monkeypatch.setenv("COLUMNS", "80")
+    assert not any("Too wide" in line for line in legend(found, every_row(found))), "a pipe has no width"
+    monkeypatch.setenv("FORCE_COLOR", "1")
     assert f"Too wide for this terminal: {LEFT_OUT}; report.html has them" in legend(found, every_row(found))
 
 

@@ -60,6 +60,11 @@ def test_the_biased_are_named_with_their_bias_and_the_right_ones_too() -> None:
     )
 
 
+def test_an_error_that_was_not_found_has_its_largest_size() -> None:
+    found = bias_verdict([scene(strategy("same", 0.4, Interval(0.01, -0.02, 0.057)), strategy("other", 0.4))], LEVEL)
+    assert found.startswith("No error was found in same (it could be off by up to 5.7 %) and other. ")
+
+
 def test_paths_that_are_cut_are_named_as_the_cause() -> None:
     cut = replace(strategy("depth 2", 1e-9, Interval(0.6, 0.59, 0.61)), name="best,truncate=2")
     assert bias_verdict([scene(cut)], LEVEL).startswith(
