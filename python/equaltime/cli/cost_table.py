@@ -53,7 +53,7 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     reasons = _reasons(summary)
     more = [_count(len(every) - len(rows), "more row")] if len(rows) < len(every) else []
     more += [f"times to {', '.join(absent)}"] if (absent := _left_out(table, summary)) and not verbose else []
-    more += [f"why {_count(len(reasons), 'error')} cannot be trusted"] if reasons else []
+    more += _questions(summary)
     beyond = [text for text in _marks(table) if text.startswith(EXTRAPOLATED.strip())]
     last = (
         [*_too_wide(table, summary), *reasons]
@@ -131,13 +131,29 @@ def _reasons(summary: Summary) -> list[str]:
     return [reason for scene in summary.scenes for reason in _without_error(scene, len(summary.scenes) > 1)]
 
 
+def _questions(summary: Summary) -> list[str]:
+    """Return the questions that `_reasons` answers: why errors are unknown, are not trusted, or were never measured."""
+    doubted = [one.error_at_budget for scene in summary.scenes for one in scene.strategies if _has_reason(one)]
+    unknown = sum(not error.known for error in doubted)
+    counts = (
+        (sum(len(scene.left_out) for scene in summary.scenes), "strategy was", "strategies were", "left out"),
+        (unknown, "error is", "errors are", "unknown"),
+        (len(doubted) - unknown, "error", "errors", "cannot be trusted"),
+    )
+    return [f"why {number} {one if number == 1 else many} {what}" for number, one, many, what in counts if number]
+
+
+def _has_reason(result: StrategyResult) -> bool:
+    return not result.error_at_budget.trusted and bool(result.error_at_budget.note)
+
+
 def _without_error(scene: SceneResult, several: bool) -> Iterator[str]:
     """Yield a line for each strategy that is left out or lacks an interval of the error at equal time."""
     on = f" on {scene.name}" if several else ""
     for label, reason in scene.left_out:
         yield f"{label}{on}: {reason}"
     for result in scene.strategies:
-        if not result.error_at_budget.trusted and result.error_at_budget.note:
+        if _has_reason(result):
             yield f"{result.label}{on}: {result.error_at_budget.note}"
 
 

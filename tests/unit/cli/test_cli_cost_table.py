@@ -102,8 +102,19 @@ def test_why_an_error_has_no_interval_is_said_below(tmp_path: Path, capsys: pyte
     assert below[0] == "best: the error is below what the reference can show"
     assert (
         printed(found, tmp_path, capsys)[5]
-        == f"equaltime info {tmp_path} -v shows {LEFT_OUT} and why 1 error cannot be trusted"
+        == f"equaltime info {tmp_path} -v shows {LEFT_OUT} and why 1 error is unknown"
     )
+
+
+def test_an_error_that_is_unknown_is_not_called_untrusted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = changed(summary(tmp_path), "best", lambda one: replace(one, error_at_budget=UNKNOWN.doubted("not near")))
+    doubted = changed(
+        found, "naive", lambda one: replace(one, error_at_budget=one.error_at_budget.doubted("heavy tail"))
+    )
+    (scene,) = doubted.scenes
+    without = replace(doubted, scenes=(replace(scene, left_out=(("own", "no module"),)),))
+    said = "why 1 strategy was left out, why 1 error is unknown and why 1 error cannot be trusted"
+    assert any(line.endswith(said) for line in printed(without, tmp_path, capsys))
 
 
 @pytest.mark.parametrize(("columns", "times"), [("", 2), ("80", 2), ("56", 1), ("36", 0)])
@@ -148,7 +159,7 @@ def test_up_to_eight_strategies_are_all_shown_also_without_a_number(
     )
     lines = printed(silent, tmp_path, capsys)
     assert [text.split()[0] for text in lines[2:5]] == ["naive", "cut", "best"]
-    assert lines[5] == f"equaltime info {tmp_path} -v shows {LEFT_OUT} and why 1 error cannot be trusted"
+    assert lines[5] == f"equaltime info {tmp_path} -v shows {LEFT_OUT} and why 1 error is unknown"
 
 
 def test_the_legend_has_the_marks_of_its_table_and_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
