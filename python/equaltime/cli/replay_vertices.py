@@ -192,4 +192,4 @@ def _is_across(normal: Sequence[float], vertex: Mapping[str, Any]) -> bool:
         sum(a * b for a, b in zip(normal, direction, strict=True))
         for direction in (vertex["direction"], vertex["light"]["direction"])
     )
-    return came * goes >= 0.0
+    return bool(came * goes >= 0.0)
