@@ -38,6 +38,8 @@ class Made:
     rays: float
     error: et.Interval
     samples: NDArray[Any] = field(repr=False)
+    parts: Mapping[str, et.Interval] = field(default_factory=dict)
+    """Errors in the windows `Row.parts`, by name."""
 
 
 def main() -> None:
@@ -73,8 +75,21 @@ def rendered(row: Row, size: int, reference_spp: int) -> list[Made]:
         spp = picture.spp or affordable(scene, picture, row.rays)
         result = et.render(scene, spp=spp, strategy=picture.strategy, seed=1)
         error = et.compare(result, references[key]).images[0].metrics["error"]
-        found.append(Made(picture, result.image, spp, rays_of(result), error, result.samples))
+        parts = {name: error_in(scene, window, picture, spp, reference_spp) for name, window in row.parts.items()}
+        found.append(Made(picture, result.image, spp, rays_of(result), error, result.samples, parts))
     return found
+
+
+def error_in(
+    scene: et.Scene, window: tuple[float, float, float, float], picture: Picture, spp: int, reference_spp: int
+) -> et.Interval:
+    """Return the error in a window of a picture, given by fractions of width and height."""
+    width, height = scene.size
+    sides = (width, height, width, height)
+    part = scene.with_(crop=tuple(round(side * share) for side, share in zip(sides, window, strict=True)))
+    reference = et.render(part, spp=reference_spp, strategy="best", seed=99)
+    result = et.render(part, spp=spp, strategy=picture.strategy, seed=1)
+    return et.compare(result, reference).images[0].metrics["error"]
 
 
 def scene_of(picture: Picture, size: int) -> et.Scene:
@@ -113,12 +128,18 @@ def table(row: Row, made: Sequence[Made]) -> str:
         "`--strategy`": [f"`{one.picture.strategy}`" for one in made],
         "samples a pixel": [str(one.spp) for one in made],
         "rays a pixel": [f"{one.rays:,.0f}" for one in made],
-        "error": [in_percent(one.error) if one.error.trusted else "unknown" for one in made],
+        "error": [error_cell(one.error) for one in made],
+        **{f"error where {part}": [error_cell(one.parts[part]) for one in made] for part in row.parts},
     }
     first, *others = cells.items()
     lines += [f"| {' | '.join((first[0], *first[1]))} |", "|" + "---|" * (len(made) + 1)]
     lines += [f"| {' | '.join((what, *said))} |" for what, said in others]
     return "\n".join(lines)
+
+
+def error_cell(error: et.Interval) -> str:
+    """Return an error with its interval, or that it is not known."""
+    return in_percent(error) if error.trusted else "unknown"
 
 
 def scene_cell(picture: Picture) -> str:

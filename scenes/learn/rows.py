@@ -30,6 +30,8 @@ class Row:
     """Rays a pixel that each picture may take."""
     stops: float = 0.0
     """Exposure of all pictures of the row."""
+    parts: Mapping[str, tuple[float, float, float, float]] = field(default_factory=dict)
+    """Windows of the pictures whose error the table has too, by name: left, top, width and height, as fractions."""
 
 
 SIMPLE, COMPLEX, BALL = "montelight/simple.toml", "montelight/complex.toml", "experiments/roughness.toml"
@@ -64,6 +66,10 @@ ROWS: Final[Mapping[str, Row]] = {
             Picture("both, weighted (MIS)", PLATES, "mis"),
         ),
         rays=100.0,
+        parts={
+            "the highest plate reflects the large lamp": (0.6, 0.37, 0.1, 0.14),
+            "the third plate reflects the small lamp": (0.32, 0.68, 0.08, 0.08),
+        },
     ),
     "depth": Row(
         (

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rich.table import Table
 
-from equaltime.cli.messages import MOST_LINES, plain_console, print_line, print_lines
+from equaltime.cli.messages import ANY_WIDTH, MOST_LINES, plain_console, print_line, print_lines
 from equaltime.experiments.analysis.sentences import listed
 from equaltime.experiments.model.summary import DISAGREES, SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.words import (
@@ -30,7 +30,6 @@ __all__ = ["every_row", "in_brackets", "legend", "print_summary"]
 
 _REPORT = "report.html"
 _MOST_TARGETS = 2
-_ANY_WIDTH = 1000
 _FEW_ROWS = 8
 """Largest number of rows that are all shown: a strategy that the user has named should not be missing."""
 _OTHER_LINES = 6
@@ -52,8 +51,6 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     longer runs may tell more.
     """
     console = plain_console()
-    if not console.is_terminal:
-        console.width = _ANY_WIDTH
     print_lines([summary.verdict])
     every = [(scene, strategy) for scene in summary.scenes for strategy in scene.strategies]
     caveats = [*_rule(summary), *_caveats(summary, verbose)]
@@ -67,7 +64,7 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     reasons = _reasons(summary)
     more = [_count(len(every) - len(rows), "more row")] if len(rows) < len(every) else []
     more += [f"times to {', '.join(absent)}"] if (absent := _left_out(table, summary)) and not verbose else []
-    more += [f"why {_count(len(reasons), 'error')} cannot be trusted"] if reasons else []
+    more += _questions(summary)
     faster = _speed_ups(summary) if verbose else []
     beyond = [text for text in _marks(table, faster) if text.startswith((EXTRAPOLATED.strip(), MEDIAN.strip()))]
     unknown = (
@@ -175,13 +172,30 @@ def _reasons(summary: Summary, unknown: bool = False) -> list[str]:
     return [reason for scene in summary.scenes for reason in _without_error(scene, len(summary.scenes) > 1, unknown)]
 
 
+def _questions(summary: Summary) -> list[str]:
+    """Return the questions that `_reasons` answers: why errors are unknown, are not trusted, or were never measured."""
+    doubted = [one.error_at_budget for scene in summary.scenes for one in scene.strategies if _has_reason(one)]
+    unknown = sum(not error.known for error in doubted)
+    counts = (
+        (sum(len(scene.left_out) for scene in summary.scenes), "strategy was", "strategies were", "left out"),
+        (unknown, "error is", "errors are", "unknown"),
+        (len(doubted) - unknown, "error", "errors", "cannot be trusted"),
+    )
+    return [f"why {number} {one if number == 1 else many} {what}" for number, one, many, what in counts if number]
+
+
+def _has_reason(result: StrategyResult) -> bool:
+    return not result.error_at_budget.trusted and bool(result.error_at_budget.note)
+
+
 def _without_error(scene: SceneResult, several: bool, unknown: bool) -> Iterator[str]:
+    """Yield the lines of `_reasons` for one scene."""
     on = f" on {scene.name}" if several else ""
     for label, reason in () if unknown else scene.left_out:
         yield f"{label}{on}: {reason}"
     for result in scene.strategies:
         error = result.error_at_budget
-        if not error.trusted and error.note and not (unknown and (error.known or DISAGREES in error.note)):
+        if _has_reason(result) and not (unknown and (error.known or DISAGREES in error.note)):
             yield f"{result.label}{on}: {error.note}"
 
 
@@ -213,7 +227,7 @@ def _fitting(rows: Sequence[_Row], summary: Summary, width: int, most: int) -> T
     A truncated number would mislead.
     """
     anywhere = plain_console()
-    anywhere.width = _ANY_WIDTH
+    anywhere.width = ANY_WIDTH
     for count in range(most, 0, -1):
         table = _table(rows, summary, count)
         if anywhere.measure(table).maximum <= width:

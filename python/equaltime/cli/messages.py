@@ -33,6 +33,7 @@ from equaltime.statistics.in_words import count, error_range, time_range
 from equaltime.strict_json import json_text, to_json
 
 __all__ = [
+    "ANY_WIDTH",
     "MOST_LINES",
     "WAYS",
     "Written",
@@ -61,6 +62,8 @@ __all__ = [
 
 MOST_LINES: Final = 12
 """Largest number of lines of an output without ``-v``: two with the answer, and ten more."""
+ANY_WIDTH: Final = 1000
+"""Width of a file or a pipe, in characters: more than any table has."""
 
 
 def headline(result: Result) -> str:
@@ -220,8 +223,14 @@ surface scattered."""
 
 
 def plain_console() -> Console:
-    """Return a console without markup, because rich would interpret brackets in names."""
-    return Console(highlight=False, markup=False)
+    """Return a console without markup, because rich would interpret brackets in names.
+
+    A file or a pipe has no width: tables are not cut there.
+    """
+    console = Console(highlight=False, markup=False)
+    if not console.is_terminal:
+        console.width = ANY_WIDTH
+    return console
 
 
 def print_line(console: Console, text: str, style: str = "") -> None:

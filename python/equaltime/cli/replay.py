@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -28,6 +27,7 @@ from equaltime.cli.options import (
 )
 from equaltime.cli.replay_source import ReplaySource
 from equaltime.cli.replay_summary import path_in_short
+from equaltime.cli.replay_vertices import PathInLines, numbers
 from equaltime.errors import ImageError
 from equaltime.images.preview import EXTENSIONS
 from equaltime.rendering.replay import Replay
@@ -48,17 +48,8 @@ ENDS: Final = {
     "roulette": "the roulette ends it",
 }
 _UNDERFLOW: Final = "its throughput becomes 0 by underflow: throughput times weight is below the smallest float32"
-_FIRST, _LAST = 10, 5
-"""Vertices that are shown of a long path without ``-v``."""
 _OF_RECORD: Final = ("size", "max_depth", "strategy", "define", "substitute", "transparent", "without")
 """Parameters of the command that the record of a saved render tells."""
-_AIMING: Final = ("light", "mis")
-"""Techniques that aim at a light at every vertex; others pick one without aiming at it, except at point lights."""
-_LEGEND: Final = (
-    "the camera's ray begins between camera and scene, where no surface is nearer to the camera; other rays begin just "
-    "off the surface that they leave, clear of its rounding error",
-    "primitive: the number of the triangle in its shape, from 0 (a rectangle has two); u v: the texture coordinates",
-)
 _DOTS: Final = "what bright dots mean and what to do about them: scenes/render/README.md, When the error is in doubt"
 
 
@@ -114,7 +105,7 @@ def replay(
     """Show the path of one sample of a render, vertex by vertex, with every factor of its radiance.
 
     Without `--sample`, the pixel's brightest sample is shown: the one that made a bright dot in the picture. Of a long
-    path, the first 10 and the last 5 vertices are shown; `-v` shows all.
+    path, the first 10 and the last 5 vertices are shown; `-v` shows all, and every digit of their numbers.
 
     With the same scene, size, depth, strategy and seed, path and radiance equal the render's bit by bit. Give OUT.exr
     for the samples of a saved render; of a merged one, `--seed` chooses the part.
@@ -184,39 +175,19 @@ def _told(path: Replay, strategy: Strategy, verbose: bool) -> Iterator[str]:
     yield f"pixel {x},{y}, sample {path.sample}, seed {path.seed}, strategy {path.strategy}"
     if (short := path_in_short(path)) is not None:
         yield short
-    yield from _vertices(path, strategy, verbose)
+    vertices = PathInLines(path, strategy.technique, verbose)
+    yield ""
+    yield from vertices.legend()
+    yield from vertices.lines()
     yield f"   ends: {_end(path)}"
     yield ""
-    agrees = "the sample" if path.sum == path.radiance else f"{_numbers(path.sum)}, which is not the sample"
-    yield f"radiance {_numbers(path.radiance)}"
+    agrees = "the sample" if path.sum == path.radiance else f"{numbers(path.sum)}, which is not the sample"
+    yield f"radiance {vertices.all(path.radiance)}"
     yield f"the sum of what is added, times the filter weight {path.filter_weight:.9g}, is {agrees}"
-    yield "a picked light adds throughput · radiance · BSDF·cos · MIS weight · visible / pdf"
-    yield "each pdf is per steradian; the pdf of a picked light contains the probability of the pick"
-    yield from _LEGEND
     if path.brightest is not None:
         yield _DOTS
     if (found := path.first_nonfinite) is not None:
         yield f"the first number that is not finite: at vertex {found[0] + 1}, {found[1].replace('_', ' ')}"
-
-
-def _vertices(path: Replay, strategy: Strategy, verbose: bool) -> Iterator[str]:
-    """Yield the lines of all vertices; of a long path the first and the last alone, unless ``verbose``."""
-    goes_on = Counter(vertex["from"] for vertex in path.vertices)
-    count = len(path.vertices)
-    hidden = range(0) if verbose or count <= _FIRST + _LAST + 1 else range(_FIRST, count - _LAST)
-    for number, vertex in enumerate(path.vertices):
-        if number in hidden:
-            if number == hidden.start:
-                yield ""
-                yield f"... {len(hidden)} more (-v shows all)"
-            continue
-        yield ""
-        whose = "the camera's ray, " if vertex["from"] is None else ""
-        yield f"{number + 1}. {whose}from {_numbers(vertex['origin'])} along {_numbers(vertex['direction'])}"
-        if vertex["from"] not in (None, number - 1):
-            yield f"   another copy of the path, split off at vertex {vertex['from'] + 1}"
-        yield f"   throughput {_numbers(vertex['throughput'])}"
-        yield from (f"   {line}" for line in _vertex(vertex, strategy, goes_on[number]))
 
 
 def _end(path: Replay) -> str:
@@ -228,73 +199,3 @@ def _end(path: Replay) -> str:
     if (throughput * weight).any():  # scattered by a surface with holes, which may end no path that goes through them
         return ENDS["depth"]
     return _UNDERFLOW if ((throughput > 0.0) & (weight > 0.0)).any() else ENDS["black"]
-
-
-def _vertex(vertex: Mapping[str, Any], strategy: Strategy, rays: int) -> Iterator[str]:
-    """Yield the lines of a vertex from which the path goes on with this number of rays; more than 1 if it is split."""
-    surface, emitter, light, scattering = (vertex[name] for name in ("surface", "emitter", "light", "scattering"))
-    if vertex["left"] != vertex["throughput"]:
-        yield f"comes through a medium, which leaves {_numbers(vertex['left'])}"
-    if vertex["particle"] is not None:
-        yield f"is scattered by it at {_numbers(vertex['particle'])}"
-    elif surface is None:
-        yield "meets nothing"
-    else:
-        yield from _surface(surface)
-    if vertex["faults"]:
-        yield f"raises a floating-point fault: {vertex['faults']}"
-    if emitter is not None:
-        weights = f"MIS weight {emitter['mis_weight']:.9g} (density of light sampling {emitter['light_pdf']:.9g})"
-        yield f"sees {emitter['light']['name']}: radiance {_numbers(emitter['radiance'])}, {weights}"
-        yield f"  adds {_numbers(emitter['gathered'])}"
-    if light is not None and (light["sampled"] or strategy.technique in _AIMING):
-        yield from _light(light)
-    if scattering is not None:
-        yield from _scattering(scattering, goes_on=rays > 0)
-    elif surface is not None and rays:
-        yield "passes straight on"
-    if rays > 1:
-        yield f"splits into {rays} copies, which share the throughput"
-    elif not rays and scattering is None:
-        yield "the path, or this copy of it, ends here"
-
-
-def _surface(surface: Mapping[str, Any]) -> Iterator[str]:
-    side = "front" if surface["front"] else "back"
-    uv = "" if surface["uv"] is None else f", u v {_numbers(surface['uv'])}"
-    yield f"meets the {side} of {surface['name']}, primitive {surface['primitive']}{uv}"
-    normals = f"normal {_numbers(surface['normal'])}"
-    if surface["shading_normal"] != surface["normal"]:
-        normals += f", shading normal {_numbers(surface['shading_normal'])}"
-    yield f"  at {_numbers(surface['point'])}, {normals}; the next rays begin {surface['offset']:.3g} off it"
-
-
-def _light(light: Mapping[str, Any]) -> Iterator[str]:
-    yield f"picks {light['light']['name']} with probability {light['pmf']:.9g}"
-    if not light["sampled"]:
-        yield "  which gives no direction from here, for example since it faces away: adds nothing"
-        return
-    away = "" if light["distance"] is None else f", {light['distance']:.9g} away"
-    yield f"  towards {_numbers(light['direction'])}{away}, pdf {light['pdf']:.9g}"
-    yield f"  radiance {_numbers(light['radiance'])}"
-    if not any(light["bsdf"]):
-        yield "  BSDF 0: adds nothing"
-        return
-    blocked = "" if light["blocker"] is None else f", behind {light['blocker']['name']}"
-    yield f"  BSDF·cos {_numbers(light['bsdf'])}, its pdf {light['bsdf_pdf']:.9g}, MIS weight {light['mis_weight']:.9g}"
-    yield f"  visible {light['visible']:.9g}{blocked}: adds {_numbers(light['gathered'])}"
-
-
-def _scattering(scattering: Mapping[str, Any], *, goes_on: bool) -> Iterator[str]:
-    yield f"scatters by {scattering['bsdf']}, albedo {_numbers(scattering['albedo'])}"
-    if not scattering["sampled"]:
-        return
-    pdf = "a discrete direction" if scattering["pdf"] is None else f"pdf {scattering['pdf']:.9g}"
-    yield f"  towards {_numbers(scattering['direction'])}, {pdf}, weight {_numbers(scattering['weight'])}"
-    if scattering["survival"] is not None and scattering["survival"] < 1.0:
-        outcome = "the roulette lets it live" if goes_on else "the roulette ends it"
-        yield f"  {outcome}; the probability of living was {scattering['survival']:.9g}"
-
-
-def _numbers(values: Iterable[float]) -> str:
-    return " ".join(f"{value + 0.0:.9g}" for value in values)  # -0 is 0

@@ -306,8 +306,9 @@ def _ratio(first: _Pair, second: _Pair) -> Interval | None:
     if min(means) <= 0.0:
         return None
     found = Interval(math.sqrt(means[0] / means[1]), math.nan, math.nan)
-    if any(_same_seed(pair.file, pair.truth) for pair in (first, second)):
-        return found.doubted("one has a seed in common with the reference")
+    if sharing := [pair.file.path.name for pair in (first, second) if _same_seed(pair.file, pair.truth)]:
+        who = "both have" if len(sharing) == 2 else f"{sharing[0]} has"
+        return found.doubted(f"{who} a seed in common with the reference")
     if first.truth.noise is None:
         return found.doubted("noise of the reference pulls it towards 1")
     return replace(found, low=found.value, high=found.value)  # the reference states that it has no noise

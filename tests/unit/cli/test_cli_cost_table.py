@@ -150,7 +150,18 @@ def test_why_an_error_has_no_interval_is_said_below(tmp_path: Path, capsys: pyte
     assert below[0] == "best: the error is below what the reference can show"
     lines = printed(found, tmp_path, capsys)
     assert lines[5] == below[0]
-    assert lines[6] == f"equaltime info {tmp_path} -v shows {LEFT_OUT} and why 1 error cannot be trusted"
+    assert lines[6] == f"equaltime info {tmp_path} -v shows {LEFT_OUT} and why 1 error is unknown"
+
+
+def test_an_error_that_is_unknown_is_not_called_untrusted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = changed(summary(tmp_path), "best", lambda one: replace(one, error_at_budget=UNKNOWN.doubted("not near")))
+    doubted = changed(
+        found, "naive", lambda one: replace(one, error_at_budget=one.error_at_budget.doubted("heavy tail"))
+    )
+    (scene,) = doubted.scenes
+    without = replace(doubted, scenes=(replace(scene, left_out=(("own", "no module"),)),))
+    said = "why 1 strategy was left out, why 1 error is unknown and why 1 error cannot be trusted"
+    assert any(line.endswith(said) for line in printed(without, tmp_path, capsys))
 
 
 @pytest.mark.parametrize(("columns", "times"), [("", 2), ("80", 2), ("56", 1), ("36", 0)])
@@ -171,6 +182,8 @@ def test_a_table_of_all_has_every_time_or_names_those_without_room(
     every = printed(found, tmp_path, capsys, verbose=True)
     assert every[1].count("time to") == len(found.targets) == 4
     monkeypatch.setenv("COLUMNS", "80")
+    assert not any("Too wide" in line for line in legend(found, every_row(found))), "a pipe has no width"
+    monkeypatch.setenv("FORCE_COLOR", "1")
     assert f"Too wide for this terminal: {LEFT_OUT}; report.html has them" in legend(found, every_row(found))
 
 
@@ -195,7 +208,7 @@ def test_up_to_eight_strategies_are_all_shown_also_without_a_number(
     assert [text.split()[0] for text in lines[2:5]] == ["naive", "cut", "best"]
     assert lines[5:7] == [
         "cut: no repeats",
-        f"equaltime info {tmp_path} -v shows {LEFT_OUT} and why 1 error cannot be trusted",
+        f"equaltime info {tmp_path} -v shows {LEFT_OUT} and why 1 error is unknown",
     ]
 
 

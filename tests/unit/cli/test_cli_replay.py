@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shlex
 from pathlib import Path
 from typing import Any
@@ -183,8 +184,13 @@ def test_a_long_path_is_cut_unless_all_is_asked_for(tmp_path: Path, capsys: pyte
     assert lines[end] == f"... {count - 15} more (-v shows all)"
     assert sum(line.startswith("   throughput") for line in lines[begin:end]) == 10
     assert sum(line.startswith("   throughput") for line in lines[end:]) == 5
-    assert every[: end - 1] == lines[: end - 1]
-    assert every[end + 1 - len(lines) :] == lines[end + 1 :]
+    shorter, whole = (  # they differ by the digits of their numbers alone
+        [re.sub(r"[-0-9.e]+", "", line) for line in told[told.index("") + 1 :] if "digits here" not in line]
+        for told in (lines, every)
+    )
+    cut = shorter.index(next(line for line in shorter if "v shows all" in line))
+    assert whole[: cut - 1] == shorter[: cut - 1]
+    assert whole[cut + 1 - len(shorter) :] == shorter[cut + 1 :]
     short = shown(scene, capsys, "--max-depth", "16")
     assert sum(line.startswith("   throughput") for line in short) == 16, "one hidden vertex would save nothing"
 
@@ -213,3 +219,73 @@ def test_parts_of_an_obj_file_are_named_by_material(tmp_path: Path, capsys: pyte
     lines = capsys.readouterr().out.splitlines()
     assert any("meets the front of 'cloth' (obj, " in line for line in lines)
     assert lines[-1].endswith("scenes/render/README.md, When the error is in doubt")
+
+
+LAMP = """
+[sensor]
+type = "perspective"
+fov = 20
+film = { type = "hdrfilm", width = 4, height = 4 }
+to_world = [{ look_at = { origin = [0, 0, 4], target = [0, 0, 0], up = [0, 1, 0] } }]
+[default]
+surface = "diffuse"
+[wall]
+type = "rectangle"
+bsdf = { type = "twosided", bsdf = { type = "$surface" } }
+[lamp]
+type = "sphere"
+center = [0, 0, 3]
+radius = 0.5
+emitter = { type = "area", radiance = 2.0 }
+"""
+"""A wall before the camera, and a lamp that the camera sees or, farther behind, that it does not see."""
+
+
+def told_of_lamp(tmp_path: Path, capsys: pytest.CaptureFixture[str], strategy: str, *options: str, z: int = 3) -> str:
+    """Return what the command tells of the brightest sample of a pixel, with the lamp's centre at this z."""
+    scene = tmp_path / "lamp.toml"
+    scene.write_text(LAMP.replace("[0, 0, 3]", f"[0, 0, {z}]"))
+    words = ["replay", str(scene), "--pixel", "1,1", "--spp", "64", "--max-depth", "2", "--strategy", strategy]
+    assert main([*words, *options]) == 0
+    return capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("strategy", "z", "words"),
+    [
+        ("bsdf", 3, "MIS weight 1 (this strategy does not aim at this light)"),
+        ("mis", 3, "MIS weight 1 (the camera's ray: no light is aimed at from the camera)"),
+        ("mis", 6, "MIS weight 1 (the ray's direction is discrete: no light sample has it)"),
+    ],
+)
+def test_a_full_weight_has_its_reason(
+    strategy: str, z: int, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert words in told_of_lamp(tmp_path, capsys, strategy, "-D", "surface=conductor", z=z)
+
+
+def test_a_bsdf_of_0_has_its_reason(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    told = told_of_lamp(tmp_path, capsys, "light", z=-6)
+    assert "  BSDF 0, as the light is behind the surface: adds nothing" in told
+
+
+def test_the_legend_comes_first_and_explains_what_occurs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    told = told_of_lamp(tmp_path, capsys, "light", z=-6)
+    legend = told.partition("\n1. ")[0]
+    assert "a picked light adds throughput" in legend
+    assert "primitive: the number of the triangle" in legend
+    assert "a picked light" not in told_of_lamp(tmp_path, capsys, "bsdf", z=-6)
+
+
+def test_numbers_have_every_digit_with_v_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    short, every = (told_of_lamp(tmp_path, capsys, "mis", *more, z=6) for more in ([], ["-v"]))
+    shown, whole = (re.findall(r"^radiance 0\.0*([0-9]+) ", text, re.MULTILINE) for text in (short, every))
+    assert [len(digits) for digits in shown] == [5]
+    assert [len(digits) for digits in whole] >= [8]
+    assert shown[0][:4] == whole[0][:4]
+    assert "all of theirs with -v" in short
+    assert "all of theirs with -v" not in every
+
+
+def test_only_a_path_that_splits_has_copies(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "copy of the path" not in told_of_lamp(tmp_path, capsys, "mis", z=6)

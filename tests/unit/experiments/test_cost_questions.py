@@ -61,6 +61,11 @@ def test_the_biased_are_named_with_their_bias_and_the_right_ones_too() -> None:
     )
 
 
+def test_an_error_that_was_not_found_has_its_largest_size() -> None:
+    found = bias_verdict([scene(strategy("same", 0.4, Interval(0.01, -0.02, 0.057)), strategy("other", 0.4))], LEVEL)
+    assert found.startswith("No error was found in same (it could be off by up to 5.7 %) and other. ")
+
+
 def test_paths_that_are_cut_are_named_as_the_cause() -> None:
     cut = replace(strategy("depth 2", 1e-9, Interval(0.6, 0.59, 0.61)), name="best,truncate=2")
     assert bias_verdict([scene(cut)], LEVEL).startswith(
@@ -115,16 +120,27 @@ def test_a_combination_is_compared_with_the_better_of_its_parts_on_the_worst_sce
     smooth = scene(part("bsdf", exactly(1.2), exactly(1.5)), part("light", exactly(0.01), exactly(0.02)), name="smooth")
     rough = scene(part("bsdf", exactly(0.1), exactly(0.2)), part("light", exactly(1.1), exactly(2.0)), name="rough")
     assert combination_verdict([smooth, rough]) == (
-        "Compared with the better of bsdf and light, the squared error of right is at worst 1.2 times as large at "
-        "equal samples (1.08 to 1.32; bsdf on smooth) and 2 times as large at equal time (1.8 to 2.2; light on rough). "
+        "Compared with the better of bsdf and light, right has at worst 1.2 times the squared error at equal samples "
+        "(1.08 to 1.32), against bsdf on smooth. At equal time, right has at worst 2 times the squared error "
+        "(1.8 to 2.2), against light on rough. "
         "At equal time, bsdf alone has up to 5 times (on rough) and light alone has up to 50 times (on smooth) the "
         "squared error of right."
     )
     assert verdict([smooth], [0.1], "combination") == (
-        "Compared with the better of bsdf and light, the squared error of right is 1.2 times as large at equal samples "
-        "(1.08 to 1.32; bsdf) and 1.5 times as large at equal time (1.35 to 1.65; bsdf). "
+        "Compared with the better of bsdf and light, right has 1.2 times the squared error at equal samples "
+        "(1.08 to 1.32), against bsdf. At equal time, right has 1.5 times the squared error (1.35 to 1.65), "
+        "against bsdf. "
         "At equal time, bsdf alone has 0.667 times and light alone has 50 times the squared error of right."
     )
+
+
+def test_an_interval_that_includes_1_shows_no_loss_unless_another_scene_does() -> None:
+    open_one = scene(part("bsdf", Interval(1.4, 0.9, 1.7), exactly(2.0)), name="open")
+    worse = scene(part("bsdf", exactly(1.3), exactly(2.0)), name="worse")
+    first = "right has at worst 1.4 times the squared error at equal samples (0.9 to 1.7), against bsdf on open"
+    assert f"{first}; this interval includes 1." in combination_verdict([open_one, worse])
+    assert f"{first}; right is not shown to be worse on any scene." in combination_verdict([open_one, open_one])
+    assert "against bsdf; right is not shown to be worse. At" in combination_verdict([open_one])
 
 
 def test_a_scene_where_the_better_part_is_open_does_not_count() -> None:
@@ -133,10 +149,21 @@ def test_a_scene_where_the_better_part_is_open_does_not_count() -> None:
     known = scene(part("bsdf", exactly(1.2), behind), part("light", behind, behind), name="known")
     unknown = scene(part("bsdf", doubted, doubted), part("light", exactly(9.0), exactly(9.0)), name="unknown")
     found = combination_verdict([known, unknown])
-    assert "1.2 times as large at equal samples (1.08 to 1.32; bsdf on known; known on 1 of 2 scenes) and " in found
-    assert "at most 0.22 times as large at equal time (bsdf on known; known on 1 of 2 scenes). " in found
+    assert "1.2 times the squared error at equal samples (1.08 to 1.32), against bsdf on known. " in found
+    assert "right has at most 0.22 times the squared error, against bsdf on known. " in found
+    assert " Not known on unknown (few repeats). " in found
     assert "time, bsdf alone has at least 4.55 times (on known) and light alone has at least 4.55 times (on kn" in found
-    assert "is not known at equal samples and not known at equal time." in combination_verdict([unknown])
+    assert combination_verdict([unknown]).startswith(
+        "Compared with the better of bsdf and light, the squared error of right cannot be compared at equal samples. "
+        "At equal time, the squared error of right cannot be compared. Not known on unknown (few repeats)."
+    )
+    hidden = exactly(3.0).noted(TYPICAL).doubted(f"this: heavy; baseline: {BELOW}")
+    apart = scene(part("bsdf", exactly(1.2), hidden), name="apart")
+    assert (
+        f" Not known at equal time on apart (right: {BELOW.partition('; ')[0]}). " in f"{combination_verdict([apart])} "
+    )
+    many = [scene(part("bsdf", doubted, doubted), name=str(number)) for number in range(5)]
+    assert " Not known on 0 (few repeats), 1 (few repeats), 2 (few repeats) and 2 more." in combination_verdict(many)
 
 
 def test_a_combination_says_which_ratios_are_of_typical_runs() -> None:

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from equaltime.experiments.report.gallery import choose_crops
-from equaltime.experiments.report.losing import LEVEL, losses
+from equaltime.experiments.report.losing import LEVEL, Losses, losses, ratio_sentence
 from equaltime.experiments.report.pictures import coloured, error_map, spread_map, squares
 from equaltime.images.metrics import Reference, measure
 from equaltime.images.preview import reduced
@@ -69,6 +69,30 @@ def test_where_a_strategy_was_made_to_lose_it_is_found_to_lose() -> None:
     assert np.asarray(found.spread(found.half, SHAPE))[~planted].sum() == 0
     assert found.half_area < planted.mean()
     assert float(np.median(found.ratio[found.worse])) == pytest.approx(4.5, rel=0.1)
+
+
+def test_a_loss_by_rare_samples_is_told_although_no_block_shows_it() -> None:
+    """One run of eight has a bright pixel in each block: the mean error is larger, and no test of a block finds it."""
+    truth = reference()
+    plain = squares(runs(11, truth), truth)
+    rare = squares(runs(12, truth), truth)
+    rare[0, ::3, ::3] += 5.0
+    told = ratio_sentence(losses(rare, plain), "mis")
+    first, _, second = told.partition(" Yet ")
+    assert first.startswith("Nowhere clearly worse than mis, ")
+    assert second.startswith("its measured error over the whole picture is ")
+    assert second.endswith("that of mis: it comes from blocks where chance hides the difference.")
+    assert "Yet" not in ratio_sentence(losses(squares(runs(13, truth), truth), plain), "mis")
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [(1.002, "with hardly more than its error"), (1.04, "with 1.04\N{MULTIPLICATION SIGN} its error")],
+)
+def test_a_loss_is_never_told_as_one_times_the_error(factor: float, words: str) -> None:
+    one = np.full((1, 1), True)
+    found = Losses(1, one, 1.0, np.full((1, 1), factor), one, ~one, factor)
+    assert f"{words} in the median" in ratio_sentence(found, "mis")
 
 
 def test_between_equals_chance_alone_marks_about_one_block_in_a_thousand() -> None:

@@ -104,15 +104,40 @@ def test_a_share_that_is_not_above_zero_is_none_and_large_memory_is_in_mb(capsys
     found = PriceList(prices, ("lens", "media"), shares, {}, {}, (8, 8), 8, 6, "best", 0, -1, -1)
     print_effects(found, "b.toml", verbose=False)
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == "What makes b.toml slow: first of all textures, 34 % of the noise."
+    first, then = lines[0].split(". ")
+    assert first.startswith("What makes b.toml slow: first of all principled")
+    assert first.endswith(", 90 % ±10 of the noise; it cannot be left out")
+    assert then == "Of what can be, first textures, 34 % ±4 of the noise."
     assert lines[1] == "Could be left out: --without textures (picture off by at most 1.1 %)."
     assert lines[3].split() == ["textures", *["none", "measurable", "34", "%", "±4", "25", "MB", "1", "%", "±0.1"]]
-    assert "Always there: principled." in lines
+    assert "Always there: principled (90 % ±10 of the noise)." in lines
     assert lines[-1] == "2 other effects cost nothing here. -v shows reasons, places and all shares."
     print_effects(found, "b.toml", verbose=True)
     told = capsys.readouterr().out
     assert "(2: direct light): 1: 20 % ±10; 2 and more: 80 % ±10" in told
     assert "by the last surface that scattered it: diffuse 70 % ±10; no surface 30 % ±10" in told
+
+
+@pytest.mark.parametrize(
+    ("costs", "answer"),
+    [
+        ((0.2, 0.1), "What makes b.toml slow: first of all textures, 20 % ±2 of the noise."),
+        ((None, 0.1), "it cannot be left out. Nothing that can be has a measurable cost."),
+        ((None, None), "b.toml: no effect has a measurable cost."),
+    ],
+)
+def test_the_answer_names_the_costliest_effect_and_whether_it_can_be_left_out(
+    costs: tuple[float | None, float | None], answer: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    reasons = (Reason("", "the scene as a whole"),)
+    removable, fixed = (None if cost is None else Interval(cost, 0.9 * cost, 1.1 * cost) for cost in costs)
+    prices = (
+        Price(KINDS["textures"], reasons, "their means", variance=removable),
+        Price(KINDS["principled"], reasons, None, variance=fixed),
+    )
+    shares: dict[str, dict[str, Interval]] = {kind: {} for kind in ("length", "way", "bsdf", "light")}
+    print_effects(PriceList(prices, (), shares, {}, {}, (8, 8), 8, 6, "best", 0, -1, -1), "b.toml", verbose=False)
+    assert capsys.readouterr().out.splitlines()[0].endswith(answer)
 
 
 @pytest.mark.parametrize("cut", [["--max-depth", "3"], ["--strategy", "best,truncate=3"]])

@@ -140,7 +140,11 @@ def test_samples_that_both_have_are_not_subtracted_twice(tmp_path: Path) -> None
     assert of_a.bias_p is None
     assert of_b.metrics["mse"].trusted
     assert found.ratio is not None
-    assert "a seed in common" in found.ratio.note
+    assert "a.exr has a seed in common with the reference" in found.ratio.note
+    other = write(tmp_path / "other.exr", TRUTH + 0.5 * first, 0.04, {"seed": 0, "digest": "c"})
+    ratio = et.compare(a, other, both).ratio
+    assert ratio is not None
+    assert "both have a seed in common with the reference" in ratio.note
 
 
 def test_a_merged_file_is_not_independent_of_its_parts(tmp_path: Path) -> None:

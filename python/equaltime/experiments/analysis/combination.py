@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 
 from equaltime.errors import StrategyError
 from equaltime.experiments.analysis.sentences import joined, listed
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
-from equaltime.statistics.curves import TYPICAL
+from equaltime.statistics.curves import BELOW, TYPICAL
 from equaltime.statistics.in_words import about, figure
 from equaltime.statistics.intervals import Interval, sound
 from equaltime.strategy import Strategy
@@ -18,6 +18,9 @@ __all__ = ["combination_verdict"]
 _SINGLE = ("uniform", "bsdf", "light")
 """Techniques that combine no others: a strategy with one of them can be a part of the combination."""
 
+_MOST_UNKNOWN = 3
+"""Largest number of scenes that the verdict names because their ratio is not known; tables show more of them better."""
+
 _Ratio = Callable[[StrategyResult], Interval]
 _Found = tuple[Interval, str, str]
 """Squared error of the combination over a part's, or an upper limit of it; label of the part; name of the scene."""
@@ -26,21 +29,30 @@ _Found = tuple[Interval, str, str]
 def combination_verdict(scenes: Sequence[SceneResult]) -> str:
     """Return how much worse the baseline, a combination of techniques, is at worst than the better of its parts.
 
-    The parts are the strategies of a single technique. The first sentence tells the worst scene at equal samples and at
-    equal time. The second tells the scene on which each part alone is worst.
+    The parts are the strategies of a single technique. Two sentences tell the worst scene at equal samples and at equal
+    time. Then come scenes that tell nothing, and the scene on which each part alone is worst.
     """
     baseline = joined(scene.baseline for scene in scenes)
     parts = list(dict.fromkeys(part.label for scene in scenes for part in _parts(scene)))
     if not parts:
         return f"{baseline} has no parts to compare with: no other strategy has the technique bsdf, light or uniform."
     better = f"the better of {listed(parts)}" if len(parts) > 1 else parts[0]
-    at_worst = " at worst" if len(scenes) > 1 else ""
-    samples = _worst([_behind(scene, lambda part: part.fewer_samples) for scene in scenes], "at equal samples")
-    time = _worst([_behind(scene, lambda part: part.efficiency) for scene in scenes], "at equal time")
-    answer = f"Compared with {better}, the squared error of {baseline} is{at_worst} {samples} and {time}."
+    said = [
+        f"Compared with {better}, {_worst(scenes, baseline, _in_samples, 'at equal samples')}.",
+        f"At equal time, {_worst(scenes, baseline, _in_time)}.",
+        *_unknown(scenes),
+    ]
     if alone := [told for label in parts if (told := _alone(scenes, label))]:
-        answer += f" At equal time, {listed(alone)} the squared error of {baseline}."
-    return answer + _typical(scenes)
+        said.append(f"At equal time, {listed(alone)} the squared error of {baseline}.")
+    return " ".join(said) + _typical(scenes)
+
+
+def _in_samples(part: StrategyResult) -> Interval:
+    return part.fewer_samples
+
+
+def _in_time(part: StrategyResult) -> Interval:
+    return part.efficiency
 
 
 def _typical(scenes: Sequence[SceneResult]) -> str:
@@ -82,17 +94,65 @@ def _most(found: _Found) -> float:
     return found[0].value if sound(found[0]) else found[0].high
 
 
-def _worst(found: Sequence[_Found | None], when: str) -> str:
-    """Return the largest ratio in words, with its interval, part and scene, and the number of scenes that tell it."""
-    told = [one for one in found if one is not None]
+def _worst(scenes: Sequence[SceneResult], baseline: str, ratio: _Ratio, when: str = "") -> str:
+    """Return the largest ratio in words, with its interval, part and scene; it tells if no scene shows a loss."""
+    told = [one for scene in scenes if (one := _behind(scene, ratio)) is not None]
+    when = f" {when}" if when else ""
     if not told:
-        return f"not known {when}"
-    ratio, part, scene = max(told, key=_most)
-    place = f"{part} on {scene}" if len(found) > 1 else part
-    some = f"; known on {len(told)} of {len(found)} scenes" if len(told) < len(found) else ""
-    if not sound(ratio):
-        return f"at most {figure(ratio.high)} times as large {when} ({place}{some})"
-    return f"{about(ratio)} times as large {when} ({figure(ratio.low)} to {figure(ratio.high)}; {place}{some})"
+        return f"the squared error of {baseline} cannot be compared{when}"
+    worst, part, scene = max(told, key=_most)
+    several = len(scenes) > 1
+    against = f"against {part}{f' on {scene}' if several else ''}"
+    has = f"{baseline} has{' at worst' if several else ''}"
+    if not sound(worst):
+        return f"{baseline} has at most {figure(worst.high)} times the squared error{when}, {against}"
+    text = (
+        f"{has} {about(worst)} times the squared error{when} ({figure(worst.low)} to {figure(worst.high)}), {against}"
+    )
+    if worst.low > 1.0 or worst.high < 1.0:
+        return text
+    if any(sound(one) and one.low > 1.0 for one, *_ in told):
+        return f"{text}; this interval includes 1"
+    return f"{text}; {baseline} is not shown to be worse{' on any scene' if several else ''}"
+
+
+def _unknown(scenes: Sequence[SceneResult]) -> Iterator[str]:
+    """Yield sentences that name the scenes whose ratio is not known, each with a reason."""
+    in_samples, in_time = (
+        [f"{scene.name}{_why(scene, ratio)}" for scene in scenes if _parts(scene) and _behind(scene, ratio) is None]
+        for ratio in (_in_samples, _in_time)
+    )
+    if in_samples == in_time:
+        yield from (f"Not known on {_few(in_time)}." for _ in in_time[:1])
+        return
+    for named, when in ((in_samples, "samples"), (in_time, "time")):
+        if named:
+            yield f"Not known at equal {when} on {_few(named)}."
+
+
+def _why(scene: SceneResult, ratio: _Ratio) -> str:
+    """Return a reason why a scene's ratio is not known, in brackets; empty without one."""
+    for part in _parts(scene):
+        found = ratio(part)
+        if not _is_told(found) and (reason := _reason(found.note)):
+            whose = {"baseline": scene.baseline, "this": part.label}
+            side, colon, rest = reason.partition(": ")
+            return f" ({whose[side]}: {rest})" if colon and side in whose else f" ({reason})"
+    return ""
+
+
+def _reason(note: str) -> str:
+    """Return the reason in a note that has several: the reference's noise if it is among them, else the first."""
+    reasons = [reason for reason in note.split("; ") if reason != TYPICAL]
+    below = BELOW.partition("; ")[0]
+    return next((reason for reason in reasons if reason.endswith(below)), reasons[0] if reasons else "")
+
+
+def _few(named: Sequence[str]) -> str:
+    shown = [*named[:_MOST_UNKNOWN]]
+    if len(named) > _MOST_UNKNOWN:
+        shown.append(f"{len(named) - _MOST_UNKNOWN} more")
+    return listed(shown)
 
 
 def _alone(scenes: Sequence[SceneResult], label: str) -> str:

@@ -11,6 +11,7 @@ from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.statistics.curves import TYPICAL
 from equaltime.statistics.in_words import figure
 from equaltime.statistics.intervals import Interval, product_mean, sound
+from equaltime.words import percent
 
 __all__ = ["bias_verdict", "efficiency_verdict", "samples_verdict"]
 
@@ -32,7 +33,7 @@ def bias_verdict(scenes: Sequence[SceneResult], level: float) -> str:
         elif strategy.unequal:
             found.append(f"{strategy.label}{on} {size_of(strategy.bias)}")
         else:
-            right.append(f"{strategy.label}{on}")
+            right.append(f"{strategy.label}{on}{_could_hide(strategy.bias)}")
     standard = joined(scene.standard or "no strategy" for scene in scenes)
     said = []
     if found:
@@ -45,6 +46,13 @@ def bias_verdict(scenes: Sequence[SceneResult], level: float) -> str:
         said.append(f"Compared with {standard}; the risk of a false alarm is {figure(100.0 * level)} %.")
     different = differing_renderers(scenes).strip()
     return " ".join((*said, different)).strip() or "No other strategy was compared."
+
+
+def _could_hide(bias: Interval | None) -> str:
+    """Return the largest bias that the test may have missed, in brackets; empty if it is not known."""
+    if bias is None or not bias.trusted or not 0.0 < bias.high < math.inf:
+        return ""
+    return f" (it could be off by up to {percent(bias.high)})"
 
 
 def _cause(scenes: Sequence[SceneResult]) -> str:

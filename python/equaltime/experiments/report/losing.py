@@ -19,7 +19,7 @@ from equaltime.experiments.report.pictures import Bar, Pictures, colour_bar, col
 from equaltime.experiments.report.words import percent
 from equaltime.images.preview import reduced, srgb_bytes
 
-__all__ = ["INTRODUCTION", "LEVEL", "LossView", "Losses", "losing", "losses"]
+__all__ = ["INTRODUCTION", "LEVEL", "LossView", "Losses", "losing", "losses", "ratio_sentence"]
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -27,6 +27,10 @@ Bytes = NDArray[np.uint8]
 
 LEVEL = 0.001
 """Significance level at which a strategy's error in a block of pixels is called worse or better than the baseline's."""
+_DIFFERENT = 1.1
+"""Smallest ratio of errors over the whole picture that a sentence sets against what the blocks show."""
+_SHOWN = 1.005
+"""Smallest ratio that three digits tell from 1."""
 _BLOCKS = 28
 _FEWEST = 3
 
@@ -36,7 +40,8 @@ _MARK = np.array([232.0, 165.0, 0.0])
 INTRODUCTION = (
     "Left, in amber: the fewest blocks of pixels that make half of a strategy's squared error. Right, in colour: where "
     "the strategy's error at equal time differs from the baseline's. Grey: no difference beyond chance "
-    f"(Welch's t-test over repeats, level {LEVEL:g} for each block)."
+    f"(Welch's t-test over repeats, level {LEVEL:g} for each block). Where rare bright samples make an error, the test "
+    "finds few losses, and finds gains where no such sample came."
 )
 
 
@@ -115,7 +120,7 @@ def _view(baseline: str, label: str, look: Style, found: Losses, grey: Floats, m
     half_alt = f"Map of where half of the squared error of {label} comes from: {sentences[0]}"
     ratio_uri = ratio_alt = ""
     if found.ratio is not None:
-        sentences.append(_ratio_sentence(found, baseline))
+        sentences.append(ratio_sentence(found, baseline))
         if (ratios := _ratio_map(found, grey, most)) is not None:
             ratio_uri = data_uri(_bytes(ratios, longest))
             ratio_alt = f"Map of the error of {label} over that of {baseline}: {sentences[-1]}"
@@ -129,30 +134,49 @@ def _half_sentence(found: Losses) -> str:
     return f"Half of its squared error comes from {part} of the picture{_place(found.half, found.half_area)}."
 
 
-def _ratio_sentence(found: Losses, baseline: str) -> str:
+def ratio_sentence(found: Losses, baseline: str) -> str:
+    """Return where a strategy's error is clearly larger or smaller than that of ``baseline``, in words.
+
+    A second sentence follows if the error over the whole picture differs the other way. ``found`` is a result of
+    `losses` with a ratio.
+    """
     if found.ratio is None or found.worse is None or found.better is None:
         return f"Fewer than three repeats cannot show where it is worse than {baseline}."
     worse, better = float(found.worse.mean()), float(found.better.mean())
     if not found.worse.any():
-        rest = f"clearly better in {_part(better)} of the picture" if found.better.any() else "nowhere clearly better"
-        return f"Nowhere worse than {baseline}, {rest}."
-    factor = float(np.median(found.ratio[found.worse]))
-    times = (
-        f"{_two_digits(factor)}\N{MULTIPLICATION SIGN} its error"
-        if math.isfinite(factor)
-        else "error where that has none"
-    )
+        rest = f", clearly better in {_part(better)} of the picture" if found.better.any() else ", nor clearly better"
+        return f"Nowhere clearly worse than {baseline}{rest}.{_yet(found, baseline)}"
     rest = f"clearly better in {_part(better)}" if found.better.any() else "nowhere clearly better"
     return (
-        f"Clearly worse than {baseline} in {_part(worse)} of the picture{_place(found.worse, worse)}, with {times} in "
-        f"the median; {rest}."
+        f"Clearly worse than {baseline} in {_part(worse)} of the picture{_place(found.worse, worse)}, with "
+        f"{_factor(float(np.median(found.ratio[found.worse])))} in the median; {rest}.{_yet(found, baseline)}"
     )
 
 
-def _two_digits(factor: float) -> str:
-    if factor < 100.0:
-        return f"{factor:.2g}"
-    return f"{float(f'{factor:.2g}'):,.0f}"
+def _yet(found: Losses, baseline: str) -> str:
+    """Return a sentence if the error of the whole picture differs the other way than its blocks; else empty."""
+    worse, better = found.worse is not None and found.worse.any(), found.better is not None and found.better.any()
+    hidden = (found.whole >= _DIFFERENT and not worse) or (found.whole <= 1.0 / _DIFFERENT and worse and not better)
+    if not hidden or not math.isfinite(found.whole):
+        return ""
+    return (
+        f" Yet its measured error over the whole picture is {_times(found.whole)} that of {baseline}: it comes from "
+        "blocks where chance hides the difference."
+    )
+
+
+def _factor(ratio: float) -> str:
+    """Return an error that is larger than the baseline's in words, such as 2.5 times its error."""
+    if not math.isfinite(ratio):
+        return "error where that has none"
+    return f"{_times(ratio)} its error" if ratio >= _SHOWN else "hardly more than its error"
+
+
+def _times(factor: float) -> str:
+    """Return a factor with two digits, or three within 10 % of 1, where two would read 1."""
+    digits = 3 if 1.0 <= factor < 1.1 else 2
+    text = f"{float(f'{factor:.2g}'):,.0f}" if factor >= 100.0 else f"{factor:.{digits}g}"
+    return f"{text}\N{MULTIPLICATION SIGN}"
 
 
 def _part(part: float) -> str:
@@ -211,6 +235,8 @@ class Losses:
     """True in blocks whose error is significantly larger than the baseline's; None with fewer than three repeats."""
     better: Flags | None
     """True in blocks whose error is significantly smaller than the baseline's; None with fewer than three repeats."""
+    whole: float = math.nan
+    """Strategy's error over the whole picture divided by the baseline's, at equal time; NaN for the baseline itself."""
 
     def spread(self, flags: NDArray[np.generic], shape: tuple[int, ...]) -> NDArray[np.generic]:
         """Return an image (H, W) in which each pixel has the value of its block in ``flags``.
@@ -243,8 +269,9 @@ def losses(own: Floats, baseline: Floats | None) -> Losses:
     reference = np.maximum(theirs.mean(axis=0), 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.sqrt(total / reference)
+        whole = float(np.sqrt(max(own.mean(), 0.0) / np.float64(max(baseline.mean(), 0.0))))
     worse, better = _significant(mine, theirs) or (None, None)
-    return Losses(block, half, half_area, ratio, worse, better)
+    return Losses(block, half, half_area, ratio, worse, better, whole)
 
 
 def _block_sums(pixels: Floats, block: int) -> Floats:
