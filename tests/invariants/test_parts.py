@@ -60,3 +60,27 @@ def test_parts_add_up_to_the_image_and_short_paths_to_the_image_cut_there(path: 
     short = [i for i, (k, what) in enumerate(names) if k == "length" and int(what) <= depth]
     cut = image(loaded, et.Strategy(roulette_depth=3, truncate=depth))
     assert np.allclose(parts[:, :, short].sum(axis=2), cut, rtol=1e-5, atol=1e-6 * whole.max())
+
+
+@pytest.mark.parametrize(
+    ("lamps", "sky", "last"),
+    [
+        (24, False, ["light 23"]),
+        (25, False, ["others"]),
+        (24, True, ["light 23", "environment"]),
+        (25, True, ["others", "environment"]),
+    ],
+)
+def test_lights_have_their_names_until_there_are_more_than_24(lamps: int, sky: bool, last: list[str]) -> None:
+    world: dict[str, Any] = {
+        "type": "scene",
+        "sensor": {"type": "perspective", "film": {"type": "hdrfilm", "width": 2, "height": 2}},
+        **{f"lamp_{i}": {"type": "point", "position": [i, 0, 3], "intensity": 1.0} for i in range(lamps)},
+    }
+    if sky:
+        world["sky"] = {"type": "constant", "radiance": 1.0}
+    names, parts = split_light(et.load_dict(world), et.Strategy(), 1, 1, 2)
+    lights = [name for kind, name in names if kind == "light"]
+    assert lights[-len(last) :] == last
+    assert len(lights) == 24 + sky
+    assert parts.shape[2] == len(names)

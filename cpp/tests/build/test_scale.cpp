@@ -20,7 +20,7 @@ Moments rescaled(Moments moments, double s) {
   return moments;
 }
 
-const Settings kByTree{.lights = LightSelection::tree};
+const Settings kByTree{.light_selection = LightSelection::tree};
 
 TEST("lengths times a power of two change no bit, with point light intensities scaled by its square") {
   for (const SceneDescription& d :
