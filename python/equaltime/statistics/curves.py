@@ -388,7 +388,8 @@ def time_to_error(runs: Runs, target: float) -> Interval:
     - The value is ``inf`` if the curve does not reach ``target`` within these limits. The field ``low`` is then a time
       that is surely too short for ``target``; it is 0 if no such time is known.
     - The value is NaN if there are too few checkpoints to extrapolate, or if the error is below the reference's noise
-      from the first checkpoint on. It is also NaN for a time beyond the runs to an error below the reference's own: the
+      from the first checkpoint on. It is also NaN where the fitted slope does not reach ``target`` within the limits, but
+      by its 95 % interval may. It is also NaN for a time beyond the runs to an error below the reference's own: the
       reference could not confirm it.
     """
     whole = np.ones(runs.repeats)
@@ -411,6 +412,8 @@ def time_to_error(runs: Runs, target: float) -> Interval:
     if value > end and target < runs.reference and not runs.biased:
         return UNKNOWN.doubted(f"the reference has an error of {percent(runs.reference)}{TOO_NOISY} ({_BETTER})")
     far = not runs.law and value > end + math.log(FARTHEST_REACH)
+    if (math.isinf(value) or far) and not runs.biased and _may_be_near(runs, target):
+        return runs.judged_time(UNKNOWN.doubted("the error varies too much between repeats to tell how it goes on"))
     if math.isinf(value) or far:
         low = max(_surely_until(runs, target, x.size - 1), min(_lower_end(found), FARTHEST_REACH * math.exp(end)))
         why = ": biased, not extrapolated" if runs.biased else ": the error no longer falls"
@@ -473,6 +476,18 @@ def slope_doubt(runs: Runs, value: float) -> float:
     steep = _outside(runs, *runs.typical(np.ones(runs.repeats)), late)
     half = 0.5 * (found.high - found.low)
     return float(beyond * half / abs(steep)) if math.isfinite(half) and math.isfinite(beyond) else math.inf
+
+
+def _may_be_near(runs: Runs, target: float) -> bool:
+    """Tell whether the curve may reach ``target`` within `FARTHEST_REACH` times the longest run.
+
+    It is continued with the steep end of the slope's 95 % interval.
+    """
+    curve = runs.typical if runs.tail else runs.points
+    _, level = falling(*curve(np.ones(runs.repeats)))
+    steep = jackknife(lambda kept: _outside(runs, *curve(kept), True), runs.repeats).low
+    steep = steep if steep > STEEPEST else STEEPEST
+    return bool(steep < 0.0 and (math.log(target) - level[-1]) / steep <= math.log(FARTHEST_REACH))
 
 
 def _surely_until(runs: Runs, target: float, last: int) -> float:

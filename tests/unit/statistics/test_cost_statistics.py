@@ -267,6 +267,15 @@ def test_an_error_that_no_longer_falls_is_never_smaller() -> None:
     assert "no longer falls" in found.note
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_a_slope_that_may_fall_tells_no_time_but_not_that_there_is_none(seed: int) -> None:
+    runs = power_law()
+    scatter = np.exp(np.random.default_rng(seed).normal(0.0, 0.5, (8, len(SPP))))
+    found = time_to_error(replace(runs, relmse=np.linspace(0.1, 0.11, len(SPP)) * scatter), 0.2)
+    assert not found.trusted
+    assert found.value != math.inf
+
+
 def test_what_was_reached_before_the_first_checkpoint_is_said_to_be() -> None:
     near, far = (time_to_error(power_law(), seconds**-0.5) for seconds in (1.5, 0.1))
     assert near.value == pytest.approx(1.5, rel=0.05)
