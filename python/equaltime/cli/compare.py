@@ -134,6 +134,8 @@ def _answer(found: Comparison, names: Mapping[Path, str]) -> Iterator[str]:
         several = len(found.images) > 1
         found_p = ", ".join(probability(p) + f" for {name}" * several for name, p in tested)
         yield f"No bias found ({found_p}; below {LEVEL:g} would be one)."
+    if tested and (untested := [names[image.path] for image in found.images if image.bias_p is None]):
+        yield f"Not tested for bias, as the noise is not known: {' and '.join(untested)}."
 
 
 def _distance(name: str, error: Interval, against: str) -> str:

@@ -230,7 +230,7 @@ class Runs:
         If a few such paths make most of the error (``tail``), the field ``note`` says so. Otherwise the upper end is
         raised by the factor 1 + ``unseen``, by which light that no repeat met may raise the squared error. The factor
         is the same for the time, because errors fall at least as fast as 1 / sqrt(time). If light may be missing
-        (``missing``), only the lower end stays valid. An end far from the time is not valid (`Interval.telling`).
+        (``missing``), only the lower end stays valid. What says too little is left out (`Interval.telling`).
         """
         time = time.noted(f"{TYPICAL}; {tail}") if (tail := self.tail) else time.widened(self.unseen)
         return (time.bounded("low", self.missing) if self.missing else time).telling()
@@ -386,11 +386,12 @@ def time_to_error(runs: Runs, target: float) -> Interval:
       is wider then (`steep_doubt`). The curve of a biased strategy is not extrapolated to later times.
     - If a renderer starts anew for every checkpoint, slopes are against samples, and the start is added to times.
     - The value is ``inf`` if the curve does not reach ``target`` within these limits. The field ``low`` is then a time
-      that is surely too short for ``target``; it is 0 if no such time is known.
+      that is surely too short for ``target``; it is 0 if no such time is known. If the fitted slope of an unbiased
+      strategy does not fall, ``low`` alone is valid.
     - The value is NaN if there are too few checkpoints to extrapolate, or if the error is below the reference's noise
-      from the first checkpoint on. It is also NaN where the fitted slope does not reach ``target`` within the limits, but
-      by its 95 % interval may. It is also NaN for a time beyond the runs to an error below the reference's own: the
-      reference could not confirm it.
+      from the first checkpoint on. It is NaN where ``target`` is within the limits only by the steep end of the slope's
+      95 % interval. It is also NaN for a time beyond the runs to an error below the reference's own: the reference could
+      not confirm it.
     """
     whole = np.ones(runs.repeats)
     typical = bool(runs.tail)
@@ -411,14 +412,17 @@ def time_to_error(runs: Runs, target: float) -> Interval:
         return runs.judged_time(UNKNOWN.doubted("too few checkpoints to extrapolate"))
     if value > end and target < runs.reference and not runs.biased:
         return UNKNOWN.doubted(f"the reference has an error of {percent(runs.reference)}{TOO_NOISY} ({_BETTER})")
+    if math.isinf(value) and not runs.biased:  # more samples do make it smaller, but the runs do not tell how fast
+        low = _surely_until(runs, target, x.size - 1)
+        why = "not reached in the runs, whose error does not fall over the last three doublings of time"
+        return runs.judged_time(Interval(math.inf, low, math.inf).bounded("low", why))
     far = not runs.law and value > end + math.log(FARTHEST_REACH)
-    if (math.isinf(value) or far) and not runs.biased and _may_be_near(runs, target):
+    if far and not runs.biased and _may_be_near(runs, target):
         return runs.judged_time(UNKNOWN.doubted("the error varies too much between repeats to tell how it goes on"))
     if math.isinf(value) or far:
         low = max(_surely_until(runs, target, x.size - 1), min(_lower_end(found), FARTHEST_REACH * math.exp(end)))
-        why = ": biased, not extrapolated" if runs.biased else ": the error no longer falls"
-        note = "not reached" + (why if math.isinf(value) else f" in {FARTHEST_REACH:g} times the longest run")
-        return runs.judged_time(Interval(math.inf, low, math.inf).noted(note))
+        why = ": biased, not extrapolated" if math.isinf(value) else f" in {FARTHEST_REACH:g} times the longest run"
+        return runs.judged_time(Interval(math.inf, low, math.inf).noted("not reached" + why))
     return runs.judged_time(_with_reach(found.map(exp), value, (begin, end), runs, steep_doubt(runs, target)))
 
 

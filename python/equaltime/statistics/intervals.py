@@ -122,27 +122,19 @@ class Interval(Shown):
         return replace(self.doubted(reason), bound=kept)
 
     def telling(self) -> Interval:
-        """Return a copy of this interval of a positive number in which ends far from the value do not count as valid.
+        """Return a copy of this interval of a positive number that does not state what says too little.
 
-        An end is far if it is more than `TELLING` times off the value: it says too little. The other end stays valid
-        by itself. If both ends of a trusted interval are far, the result is unknown and has the note `TOO_WIDE`.
-        An infinite value only loses a valid lower end of 0. A value of 0, or an unknown one, changes nothing.
+        An end is far if it is more than `TELLING` times off the value. If both ends of a trusted interval are far, the
+        result is unknown and has the note `TOO_WIDE`. An untrusted interval loses its valid end if that is far. An
+        infinite value only loses a valid lower end of 0. A value of 0, or an unknown one, changes nothing.
         """
         if self.value == 0.0 or math.isnan(self.value) or (math.isinf(self.value) and (self.trusted or self.low > 0.0)):
             return self
         far_below, far_above = not self.low * TELLING >= self.value, not self.high <= TELLING * self.value
-        if not self.trusted:
-            far = (self.bound == "low" and far_below) or (self.bound == "high" and far_above)
-            return replace(self, bound="") if far else self
-        if far_below and far_above:
-            return replace(UNKNOWN, note=join((self.note, TOO_WIDE)))
-        if far_below:
-            return self.bounded("high", f"the lower end of its interval is more than {TELLING:g} times off")
-        return (
-            self.bounded("low", f"the upper end of its interval is more than {TELLING:g} times off")
-            if far_above
-            else self
-        )
+        if self.trusted:
+            return replace(UNKNOWN, note=join((self.note, TOO_WIDE))) if far_below and far_above else self
+        far = (self.bound == "low" and far_below) or (self.bound == "high" and far_above)
+        return replace(self, bound="") if far else self
 
     def deciding(self) -> Interval:
         """Return a copy of this interval of a ratio, for the question which of the two numbers is larger.

@@ -208,7 +208,7 @@ def seconds_cell(interval: Interval, unit: Unit | None = None) -> Cell:
 
     ``interval`` is in seconds. ``unit`` is the unit to print; None takes the one that suits the duration.
     """
-    if math.isinf(interval.value):
+    if math.isinf(interval.value) and interval.trusted:
         return Cell("not reached", note=interval.note, state="unknown")
     return _cell(interval, unit or _time_unit(_shown(interval)))
 
