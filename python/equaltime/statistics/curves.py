@@ -390,8 +390,8 @@ def time_to_error(runs: Runs, target: float) -> Interval:
       strategy does not fall, ``low`` alone is valid.
     - The value is NaN if there are too few checkpoints to extrapolate, or if the error is below the reference's noise
       from the first checkpoint on. It is NaN where ``target`` is within the limits only by the steep end of the slope's
-      95 % interval. It is also NaN for a time beyond the runs to an error below the reference's own: the reference could
-      not confirm it.
+      95 % interval. It is also NaN for a time beyond the runs to an error below the reference's own, which the
+      reference could not confirm.
     """
     whole = np.ones(runs.repeats)
     typical = bool(runs.tail)
