@@ -260,7 +260,7 @@ def test_a_crop_has_as_many_nets_as_the_whole_film(one_net: None) -> None:
 def test_one_net_is_not_taken_up_as_two(one_net: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     et.render(scene(), spp=4, strategy=LATTICE).save(tmp_path / "a.exr")
     monkeypatch.setattr(core_renderer, "ONE_NET", 2**20)
-    with pytest.raises(et.ImageError, match="nets 1, not 2"):
+    with pytest.raises(et.ImageError, match="point sets in a pixel: 1, not 2"):
         et.render(scene(), spp=8, strategy=LATTICE, resume=tmp_path / "a.exr")
 
 

@@ -123,7 +123,8 @@ def test_the_rest_of_a_pass_that_was_cut_short_is_not_timed(scene: et.Scene, tmp
     assert quotes[1] is not None
     law, ((n, before), (m, after)) = quotes[1].law, seconds.items()
     even = without_start(after, law.seconds_lost) - without_start(before, law.seconds_lost)
-    assert law.seconds_per_sample == pytest.approx(even / (m - n), rel=0.05)
+    # The clocks of passes and of the quote differ on a busy machine; the rest of a pass would make a factor of three.
+    assert law.seconds_per_sample == pytest.approx(even / (m - n), rel=0.3)
     assert quotes[1].spp.value == pytest.approx(had + 1.0 / law.seconds_per_sample, rel=0.1)
 
 
