@@ -163,7 +163,7 @@ class RectangleLight {
   Rgb<Real> radiance_;
 };
 
-/// A direction drawn towards a sphere, in a frame round that of its centre.
+/// A sampled direction towards a sphere, in a frame whose z axis points to the centre.
 template <class Real>
 struct SphereDirection {
   Vec3<Double<Real>> local;
@@ -249,14 +249,15 @@ template <class Real>
   return where(cosine > 0, [&] { return length_squared(point - receiver) / (cosine * area); });
 }
 
-/// Where a direction meets a plane: a·edge_u + b·edge_v from the plane's origin.
+/// A point of a plane: the plane's origin plus a·edge_u + b·edge_v.
 template <class Real>
 struct PlanePoint {
   Double<Real> a, b;
   Vec3<Real> point;
 };
 
-/// Of a plane given by its origin and two edges; nothing if it lies behind or edge-on.
+/// The point in which a direction meets a plane, which its origin and two edges give; none if it lies behind or
+/// edge-on.
 template <class Real>
 [[nodiscard]] inline Optional<PlanePoint<Real>> plane_towards(Vec3<Real> receiver, Vec3<Real> wi,
                                                               const Vec3<Double<Real>>& origin,
