@@ -1,6 +1,7 @@
 #include "equaltime/analysis/error_parts.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -15,15 +16,37 @@ namespace {
 
 constexpr std::size_t kRadius = 3, kChannels = 3;
 constexpr double kMean = 1.0 / static_cast<double>(kChannels);
-constexpr std::size_t kBandRows = 32;  // few enough for the cache, with the rows around that neighbourhoods need
+constexpr std::size_t kBandRows = 64;  // few enough for the cache, with the rows around that neighbourhoods need
 
 using Doubles = std::vector<double>;
 
-/// How many of a line's pixels lie within the radius of one.
-double near_count(std::size_t at, std::size_t length) noexcept {
-  const std::size_t first = at < kRadius ? 0 : at - kRadius;
-  return static_cast<double>(std::min(at + kRadius + 1, length) - first);
-}
+/// How many pixels of a line lie within the radius before one, and behind it.
+struct Beside {
+  std::size_t before, behind;
+
+  Beside(std::size_t at, std::size_t length) noexcept
+      : before(std::min(at, kRadius)), behind(std::min(length - 1 - at, kRadius)) {}
+
+  [[nodiscard]] std::size_t all() const noexcept { return before + 1 + behind; }
+  [[nodiscard]] std::size_t next() const noexcept {
+    return std::min<std::size_t>(before, 1) + 1 + std::min<std::size_t>(behind, 1);
+  }
+};
+
+/// The pixels of a neighbourhood that lie in the image.
+struct Neighbourhood {
+  Beside rows, columns;
+
+  /// One over their number.
+  [[nodiscard]] double share() const noexcept { return 1.0 / static_cast<double>(rows.all() * columns.all()); }
+  /// How many there are in each half, and next to the pixel, without the pixel itself.
+  [[nodiscard]] std::array<double, PartSums::kHalves> halves() const noexcept {
+    const auto others = [](std::size_t across, std::size_t all) { return static_cast<double>((across + 1) * all - 1); };
+    return {others(rows.before, columns.all()), others(rows.behind, columns.all()), others(columns.before, rows.all()),
+            others(columns.behind, rows.all())};
+  }
+  [[nodiscard]] double next() const noexcept { return static_cast<double>(rows.next() * columns.next() - 1); }
+};
 
 /// Rows `begin` to `end` of the image, and the rows `halo` around them, of which `pixels` is made.
 struct Band {
@@ -51,16 +74,17 @@ struct Band {
   void others_sum(const double* values, Doubles& sums) const {
     equaltime::others_sum({values, size()}, pixels.height, pixels.width, kChannels, sums);
   }
+  [[nodiscard]] Neighbourhood around(std::size_t x, std::size_t y) const noexcept {
+    return {Beside(first + y, image_height), Beside(x, pixels.width)};
+  }
   /// f(index of a value, one over the number of pixels of its neighbourhood), of rows of `pixels`.
   template <class F>
   void each(std::size_t from, std::size_t to, const F& f) const {
-    for (std::size_t y = from, i = kChannels * from * pixels.width; y < to; ++y) {
-      const double rows = near_count(first + y, image_height);
+    for (std::size_t y = from, i = kChannels * from * pixels.width; y < to; ++y)
       for (std::size_t x = 0; x < pixels.width; ++x) {
-        const double share = 1.0 / (rows * near_count(x, pixels.width));
+        const double share = around(x, y).share();
         for (std::size_t c = 0; c < kChannels; ++c, ++i) f(i, share);
       }
-    }
   }
   template <class F>
   void each_own(const F& f) const {
@@ -70,10 +94,11 @@ struct Band {
 
 /// The memory of one thread, taken once.
 struct Scratch {
-  Doubles noise, local, shared, sums, errors, others_noise, others_local, others_scatter;
+  Doubles noise, local, brightest, shared, sums, errors, others_noise, others_local, others_scatter;
 
   void fit(std::size_t size) {
-    for (Doubles* values : {&noise, &local, &shared, &sums, &errors, &others_noise, &others_local, &others_scatter})
+    for (Doubles* values :
+         {&noise, &local, &brightest, &shared, &sums, &errors, &others_noise, &others_local, &others_scatter})
       values->resize(size);
   }
 };
@@ -119,8 +144,90 @@ void pool(const Band& band, bool is_even, Scratch& s) {
   });
 }
 
-/// Sums over a neighbourhood: of the means of its pixels, the variances of these, and their squared distances from the
-/// local mean.
+/// Local means of a pixel: with the pixel, without it, and the brightest that is likely.
+struct LocalMeans {
+  double local, others, brightest;
+};
+
+/// Standard errors by which the brightest half of a neighbourhood is taken to be darker than it looks.
+constexpr double kSurely = 2;
+/// Stands for the square of a distance that is certain, as noise is 0; finite, so that differences stay numbers.
+constexpr double kCertain = 1e300;
+
+/// Numbers of pixels in parts of a neighbourhood without the pixel itself, and one over each; 0 of none.
+struct PartCounts {
+  std::array<double, PartSums::kHalves> halves, shares;
+  double next_share;
+
+  explicit PartCounts(const Neighbourhood& around) noexcept : halves(around.halves()), next_share(over(around.next())) {
+    for (std::size_t k = 0; k < halves.size(); ++k) shares[k] = over(halves[k]);
+  }
+
+ private:
+  static double over(double count) noexcept { return count > 0 ? 1.0 / count : 0.0; }
+};
+
+/// Sums of one channel over the parts.
+struct Parts {
+  const std::array<double, PartSums::kHalves>&means, &variances;
+  double next_mean, next_variance;
+};
+
+/// The squared distance of the mean of a half from the mean of the pixels next to the pixel, over its variance.
+double distance(const Parts& parts, const PartCounts& counts, std::size_t half) noexcept {
+  const double n = counts.shares[half], m = counts.next_share;
+  const double apart = parts.means[half] * n - parts.next_mean * m, square = apart * apart;
+  const double variance = parts.variances[half] * (n * n) + parts.next_variance * (m * m);
+  return variance > 0 ? std::min(square / variance, kCertain) : (square > 0 ? kCertain : 0.0);
+}
+
+/// Local means that do not reach across edges. At an edge, one half of the neighbourhood is like the pixels next to the
+/// pixel, and the opposite half is not. Each half counts by the likelihood that both have the same mean (edge-aligned
+/// halves: Lee 1981).
+LocalMeans local_means(const Parts& parts, const PartCounts& counts, double mean, double variance) noexcept {
+  std::array<double, PartSums::kHalves> distances{};
+  double least = kCertain;
+  std::size_t brightest = 0;
+  for (std::size_t k = 0; k < distances.size(); ++k) {
+    if (!(counts.halves[k] > 0)) continue;
+    least = std::min(least, distances[k] = distance(parts, counts, k));
+    if (parts.means[k] * counts.shares[k] > parts.means[brightest] * counts.shares[brightest]) brightest = k;
+  }
+  double sum = 0, count = 0, weights = 0;
+  for (std::size_t k = 0; k < distances.size(); ++k) {
+    const double more = distances[k] - least, n = counts.halves[k];
+    if (!(n > 0)) continue;
+    const double weight = more > 0 ? elementary::exp(-0.5 * more) : 1.0;
+    weights += weight;
+    sum += weight * parts.means[k];
+    count += weight * n;
+  }
+  if (!(count > 0)) return {mean, 0, mean};
+  const double local = (sum + weights * mean) / (count + weights);
+  const double surely = parts.means[brightest] + mean - kSurely * std::sqrt(parts.variances[brightest] + variance);
+  return {local, sum / count, std::max(local, surely / (counts.halves[brightest] + 1))};
+}
+
+/// The local means of all rows of the band.
+void find_local_means(const Band& band, Scratch& s) {
+  const std::size_t width = band.pixels.width;
+  PartSums means({band.pixels.mean, band.size()}, band.pixels.height, width, kChannels);
+  PartSums variances({band.pixels.variance, band.size()}, band.pixels.height, width, kChannels);
+  for (std::size_t y = 0, at = 0; y < band.pixels.height; ++y) {
+    means.row(y), variances.row(y);
+    for (std::size_t x = 0, i = 0; x < width; ++x) {
+      const PartCounts counts(band.around(x, y));
+      for (std::size_t c = 0; c < kChannels; ++c, ++i, ++at) {
+        const Parts parts{means.halves(i), variances.halves(i), means.next(i), variances.next(i)};
+        const LocalMeans found = local_means(parts, counts, band.pixels.mean[at], band.pixels.variance[at]);
+        s.local[at] = found.local, s.others_local[at] = found.others, s.brightest[at] = found.brightest;
+      }
+    }
+  }
+}
+
+/// A local mean, and sums over the whole neighbourhood: of the variances of its pixels, and of their squared distances
+/// from local means of their own.
 struct Around {
   double local, noise, scatter;
 
@@ -174,10 +281,10 @@ ErrorSums contribute(const Band& band, double floor, Scratch& s, const ErrorCont
   band.each(0, pixels.height, [&](std::size_t i, double share) {
     const double variance = pixels.variance[i];
     const OwnPixel own{pixels.mean[i], std::sqrt(variance), pixels.least == nullptr ? 0.0 : pixels.least[i]};
-    const double others = 1.0 / std::max(1.0 / share - 1.0, 1.0);
-    const Around around{s.local[i], s.noise[i], s.sums[i]};
-    const Around outside{s.others_local[i] * others, s.others_noise[i], s.others_scatter[i]};
+    const Around around{s.local[i], s.noise[i], s.sums[i]}, brighter{s.brightest[i], s.noise[i], s.sums[i]};
+    const Around outside{s.others_local[i], s.others_noise[i], s.others_scatter[i]};
     const Reference with = reference(own, own.leaning(0.5 * own.noise()), around);
+    const Reference lenient = reference(own, own.leaning(0.5 * own.noise()), brighter);
     const Reference without = reference(own, own.leaning(own.noise()), outside);
     const Reference cautious = reference(own, own.leaning(own.noise_at_worst()), outside);
     const double above = with.denominator(floor), below = without.denominator(floor);
@@ -190,7 +297,7 @@ ErrorSums contribute(const Band& band, double floor, Scratch& s, const ErrorCont
     if (i < own_begin || i >= own_end) return;
     const std::size_t pixel = before + i / kChannels;
     contributions.value[pixel] += part * kMean;
-    contributions.lenient[pixel] += variance / above * kMean;
+    contributions.lenient[pixel] += variance / lenient.denominator(floor) * kMean;
     contributions.cautious[pixel] += variance / cautious.denominator(floor) * kMean;
     sums.slopes += part * (by_with + by_without);
   });
@@ -214,16 +321,14 @@ ErrorSums error_parts(const PixelEstimates& image, double floor, const ErrorCont
   over_bands(image, 3 * kRadius, [&](const Band& band, std::size_t number, Scratch& s) {
     band.box_sum(band.pixels.variance, s.noise);
     pool(band, is_even, s);
-    band.box_sum(band.pixels.mean, s.local);
-    band.each(0, band.pixels.height, [&](std::size_t i, double share) {
-      s.local[i] *= share;
+    find_local_means(band, s);
+    for (std::size_t i = 0; i < band.size(); ++i) {
       const double apart = band.pixels.mean[i] - s.local[i];
       s.shared[i] = apart * apart;
-    });
+    }
     band.box_sum(s.shared.data(), s.sums);
     band.others_sum(s.shared.data(), s.others_scatter);
     band.others_sum(band.pixels.variance, s.others_noise);
-    band.others_sum(band.pixels.mean, s.others_local);
     ErrorSums& sums = found[number];
     sums = contribute(band, floor, s, contributions);
     band.box_sum(s.shared.data(), s.sums);

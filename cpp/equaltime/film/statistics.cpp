@@ -51,11 +51,11 @@ void sample_deviation(const PixelMoments* first, std::size_t replicates, std::si
 
 namespace {
 
-/// Rows of an image around one, those outside it all zeros.
+/// Rows of an image around one; `outside` is the row of zeros that stands for those outside it.
 class Rows {
  public:
-  Rows(std::span<const double> image, std::size_t height, std::size_t length)
-      : image_(image), height_(height), length_(length), outside_(length) {}
+  Rows(std::span<const double> image, std::size_t height, std::size_t length, std::span<const double> outside) noexcept
+      : image_(image), outside_(outside), height_(height), length_(length) {}
 
   [[nodiscard]] const double* operator()(std::size_t y, std::ptrdiff_t step) const noexcept {
     const auto row = static_cast<std::ptrdiff_t>(y) + step;
@@ -64,9 +64,8 @@ class Rows {
   }
 
  private:
-  std::span<const double> image_;
+  std::span<const double> image_, outside_;
   std::size_t height_, length_;
-  std::vector<double> outside_;
 };
 
 double six(double a, double b, double c, double d, double e, double f) noexcept {
@@ -84,8 +83,8 @@ constexpr std::size_t kRadius = 3;
 void box_sum(std::span<const double> image, std::size_t height, std::size_t width, std::size_t channels,
              std::span<double> sums) {
   const std::size_t row = width * channels, margin = kRadius * channels;
-  const Rows at(image, height, row);
-  std::vector<double> padded(row + 2 * margin);
+  std::vector<double> padded(row + 2 * margin), outside(row);
+  const Rows at(image, height, row, outside);
   for (std::size_t y = 0; y < height; ++y) {
     const double* const r[] = {at(y, -3), at(y, -2), at(y, -1), at(y, 0), at(y, 1), at(y, 2), at(y, 3)};
     for (std::size_t i = 0; i < row; ++i)
@@ -101,8 +100,8 @@ void box_sum(std::span<const double> image, std::size_t height, std::size_t widt
 void others_sum(std::span<const double> image, std::size_t height, std::size_t width, std::size_t channels,
                 std::span<double> sums) {
   const std::size_t row = width * channels, margin = kRadius * channels;
-  const Rows at(image, height, row);
-  std::vector<double> padded(row + 2 * margin);
+  std::vector<double> padded(row + 2 * margin), outside(row);
+  const Rows at(image, height, row, outside);
   for (std::size_t y = 0; y < height; ++y) {
     const double* const r[] = {at(y, -3), at(y, -2), at(y, -1), at(y, 0), at(y, 1), at(y, 2), at(y, 3)};
     double* to = sums.data() + y * row;
@@ -116,6 +115,41 @@ void others_sum(std::span<const double> image, std::size_t height, std::size_t w
   }
 }
 
+PartSums::PartSums(std::span<const double> image, std::size_t height, std::size_t width, std::size_t channels)
+    : image_(image),
+      height_(height),
+      channels_(channels),
+      length_(width * channels),
+      outside_(length_),
+      halves_(length_),
+      next_(length_) {
+  for (std::vector<double>* columns : {&above_, &below_, &own_, &near_})
+    columns->resize(length_ + 2 * kRadius * channels);
+}
+
+void PartSums::row(std::size_t y) noexcept {
+  const std::size_t c = channels_, margin = kRadius * c;
+  const Rows at(image_, height_, length_, outside_);
+  const double* const r[] = {at(y, -3), at(y, -2), at(y, -1), at(y, 0), at(y, 1), at(y, 2), at(y, 3)};
+  for (std::size_t i = 0; i < length_; ++i) {
+    above_[margin + i] = (r[0][i] + r[1][i]) + r[2][i];
+    below_[margin + i] = (r[6][i] + r[5][i]) + r[4][i];
+    own_[margin + i] = r[3][i];
+    near_[margin + i] = r[2][i] + r[4][i];
+  }
+  const auto left = [&](const double* p) { return (p[0] + p[c]) + p[2 * c]; };
+  const auto right = [&](const double* p) { return (p[6 * c] + p[5 * c]) + p[4 * c]; };
+  for (std::size_t i = 0; i < length_; ++i) {
+    const double *above = &above_[i], *below = &below_[i], *own = &own_[i], *near = &near_[i];
+    const double left_own = left(own), right_own = right(own), beside = left_own + right_own;
+    halves_[i] = {((left(above) + right(above)) + above[3 * c]) + beside,
+                  ((left(below) + right(below)) + below[3 * c]) + beside,
+                  ((left(above) + left(below)) + (above[3 * c] + below[3 * c])) + left_own,
+                  ((right(above) + right(below)) + (above[3 * c] + below[3 * c])) + right_own};
+    next_[i] = ((near[2 * c] + near[4 * c]) + near[3 * c]) + (own[2 * c] + own[4 * c]);
+  }
+}
+
 namespace {
 
 /// The weighted sums of which `nearest_mean` is made.
@@ -124,7 +158,7 @@ void nearest_sum(std::span<const double> image, std::size_t height, std::size_t 
   const double near = elementary::exp(-0.5 / 0.64), far = elementary::exp(-2 / 0.64);
   const auto weighted = [&](double a, double b, double c, double d) { return near * (b + c) + far * (a + d); };
   const std::size_t row = width * channels, margin = 2 * channels, c = channels;
-  std::vector<double> padded(row + 2 * margin), across(image.size());
+  std::vector<double> padded(row + 2 * margin), across(image.size()), outside(row);
   for (std::size_t y = 0; y < height; ++y) {
     std::copy_n(image.data() + y * row, row, padded.data() + margin);
     const double* p = padded.data();
@@ -132,7 +166,7 @@ void nearest_sum(std::span<const double> image, std::size_t height, std::size_t 
     for (std::size_t i = 0; i < row; ++i, ++p) to[i] = weighted(p[0], p[c], p[3 * c], p[4 * c]);
   }
   std::transform(image.begin(), image.end(), sums.begin(), across.begin(), std::plus<>());
-  const Rows at(across, height, row);
+  const Rows at(across, height, row, outside);
   for (std::size_t y = 0; y < height; ++y) {
     const double* const r[] = {at(y, -2), at(y, -1), at(y, 1), at(y, 2)};
     double* to = sums.data() + y * row;

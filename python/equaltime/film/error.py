@@ -9,11 +9,16 @@ a factor, which `equaltime.film.second_nets` measures.
 Definition: ``error² = mean over pixels and RGB of Var(I) / (R² + (0.1 m)²)`` with ``Var(I)`` the estimated variance of
 the pixel, ``R`` its reference and ``m`` the mean of the image. The reference should be the truth. A render has only its
 own image, in which a pixel that has met a rare bright path is too bright and has a large variance at once. Divided by
-its own mean, such a pixel would hide its error. So there are three references, which lie between the pixel's value and
-its 7x7 local mean (cpp/equaltime/analysis/error_parts.cpp). The lenient reference includes the pixel and is for the
-lower limit. The cautious reference excludes the pixel and is for the upper limit. The estimate itself uses a weighted
-geometric mean of both denominators. No reference is below the light of lamps that are known to be in the pixel. All
-arrays are float64 here, indexed ``[y, x, channel]``, in the units of the image.
+its own mean, such a pixel would hide its error. So there are references between the pixel's value and a local mean
+(cpp/equaltime/analysis/error_parts.cpp). The local mean is made of the four halves of the 7x7 neighbourhood. Each half
+has a weight: the likelihood that it has the same mean as the eight pixels next to the pixel. So a lit pixel before
+black ground is not compared with the ground, nor a dark pixel with the light beside it.
+
+The estimate uses a weighted geometric mean of two denominators, one with the pixel in its local mean and one without
+it. The lenient reference is for the lower limit: its local mean includes the pixel, and is not below that of the
+brightest half. The cautious reference is for the upper limit, and excludes the pixel. No reference is below the light
+of lamps that are known to be in the pixel. All arrays are float64 here, indexed ``[y, x, channel]``, in the units of
+the image.
 """
 
 from __future__ import annotations
@@ -48,7 +53,7 @@ Floats = NDArray[np.float64]
 
 _LEAST_DOUBT = 0.03
 """Least standard deviation of log(error). References are made from the noisy image itself: on ordinary scenes the
-median of stated over realised errors is 0.97 to 1.06 from 8 samples a pixel on (tests/bench/stated_errors.py)."""
+median of stated over realised errors is 0.97 to 1.06 from 12 samples a pixel on (tests/bench/stated_errors.py)."""
 _Z95 = 1.960
 _MANY = 300.0
 # Largest log of an upper limit over its estimate. A larger one says nothing, and float64 soon overflows.
@@ -139,12 +144,12 @@ def image_error(
     """Return the relative error of an image (0.02 is 2 %) with its interval: the root of a mean of relative variances.
 
     The squared error is ``mean over pixels and RGB of Var(I) / (R² + (0.1 m)²)``. Here I is the pixel, R its reference
-    brightness, between the pixel and its 7x7 local mean, and m the mean of the image. The interval is meant to hold the
+    brightness, between the pixel and its local mean, and m the mean of the image. The interval is meant to hold the
     *realised* error of this very image in a share ``level`` of renders.
 
-    Each limit uses a reference of its own: R includes the pixel for the lower limit, and excludes it for the upper
-    limit. The limit is the error by that reference, divided or multiplied by a factor. The factor comes from the
-    variance of the estimate and from the variance of the realised error. (The variance of a squared Gaussian is twice
+    Each limit uses a reference of its own. For the lower limit, R includes the pixel and leans to the brightest half of
+    its neighbourhood. For the upper limit, R excludes the pixel. The limit is the error by that reference, divided or
+    multiplied by a factor. The factor comes from the variance of the estimate and from the variance of the realised error. (The variance of a squared Gaussian is twice
     the square of its mean. It is no less than the variance of its estimate from two replicates.) The quantile is
     Student's t, for the effective number of contributions.
 
@@ -287,7 +292,8 @@ class ErrorParts:
 
     A contribution is the variance of the pixel's mean divided by ``R² + (0.1 m)²``, with m the mean of the image. The
     three arrays differ in R. With ``value``, error² is estimated. In ``lenient``, for the lower limit of the error, R
-    includes the pixel itself. In ``cautious``, for the upper limit, R excludes the pixel.
+    includes the pixel itself and leans to the brightest half of its neighbourhood. In ``cautious``, for the upper
+    limit, R excludes the pixel.
     """
 
     value: Floats

@@ -6,15 +6,13 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from equaltime.film.sums import box_sum, error_contributions, neighbours, standard_errors
+from equaltime.film.sums import error_contributions, standard_errors
 
-Floats = NDArray[np.float64]
-Counts = NDArray[np.int64]
+from .plain_parts import Counts, Floats, plain_errors, plain_parts, whole_means
 
-SIZES = [(1, 1), (3, 70), (31, 5), (33, 8), (100, 9)]
-"""A band has 32 rows: images of one, of a bit more, and of several, whose neighbourhoods reach across."""
+SIZES = [(1, 1), (3, 70), (63, 5), (65, 8), (150, 9)]
+"""A band has 64 rows: images of one, of a bit more, and of several, whose neighbourhoods reach across."""
 FLOOR = 0.01
 
 
@@ -28,56 +26,6 @@ def pixels(height: int, width: int, uneven: bool) -> tuple[Floats, Floats, Count
     return mean, variance, samples.astype(np.int64)
 
 
-def plain_errors(variance: Floats, samples: Counts) -> Floats:
-    """Give the variance of one sample by the mean of the known ones around, over a pixel's own samples; its root."""
-    counts, known = samples[..., None].astype(float), np.isfinite(variance[..., :1])
-    around = np.maximum(box_sum(known.astype(float)), 1.0)
-    one = box_sum(np.where(known, variance, 0.0) * counts) / around
-    return np.where(known, np.sqrt(one / np.maximum(counts, 1.0)), np.inf)
-
-
-def others(values: Floats) -> Floats:
-    """Mean over the 7x7 neighbourhood without the pixel itself."""
-    counts = np.maximum(neighbours(*values.shape[:2]) - 1.0, 1.0)
-    return np.asarray((box_sum(values) - values) / counts)
-
-
-def share(noise: Floats, scatter: Floats) -> Floats:
-    """Weight of the local mean: the part of the scatter that is noise (Lee 1980)."""
-    return np.where(scatter > 0.0, np.minimum(noise / np.where(scatter > 0.0, scatter, 1.0), 1.0), 1.0)
-
-
-def plain_parts(
-    mean: Floats, variance: Floats, samples: Counts, least: Floats | float = 0.0, lean: float = 0.5
-) -> tuple[Floats, dict[str, float]]:
-    around = neighbours(*samples.shape)
-    local, deviation = box_sum(mean) / around, np.sqrt(variance)
-    scatter = (mean - local) ** 2
-    with_it, without = share(box_sum(variance), box_sum(scatter)), share(others(variance), others(scatter))
-    noise = np.minimum(deviation / np.maximum(mean, np.finfo(float).tiny), 1.0)
-    worst = np.minimum(deviation / np.maximum(mean - deviation, np.finfo(float).tiny), 1.0)
-    lenient = np.maximum(local + (np.maximum(mean - lean * noise * deviation, 0.0) - local) * (1.0 - with_it), least)
-    outside, cautious = (
-        np.maximum(others(mean) + (np.maximum(mean - part * deviation, 0.0) - others(mean)) * (1.0 - without), least)
-        for part in (noise, worst)
-    )
-    above, below = lenient**2 + FLOOR, outside**2 + FLOOR
-    weight = 0.2 + 0.5 * np.maximum(without, noise)
-    parts = variance / (above ** (1.0 - weight) * below**weight)
-    errors = plain_errors(variance, samples)
-    slope = parts * ((1.0 - weight) / above + weight / below)
-    moved = 2.0 * parts * ((1.0 - weight) * with_it * lenient / above + weight * without * outside / below)
-    by_local, by_mean = (box_sum(moved / around) * errors).mean(axis=-1), errors.mean(axis=-1)
-    sums = {
-        "slopes": slope.sum(),
-        "locals_squared": (by_local**2).sum(),
-        "crossed": (by_local * by_mean).sum(),
-        "means_squared": (by_mean**2).sum(),
-    }
-    found = np.stack([part.mean(axis=-1) for part in (parts, variance / above, variance / (cautious**2 + FLOOR))])
-    return found, {name: float(value) for name, value in sums.items()}
-
-
 def differ(found: tuple[Floats, dict[str, float]], expected: tuple[Floats, dict[str, float]]) -> list[str]:
     """Name what differs by more than rounding does."""
     wrong = [name for name, value in expected[1].items() if not np.isclose(found[1][name], value, rtol=1e-9)]
@@ -89,20 +37,26 @@ def differ(found: tuple[Floats, dict[str, float]], expected: tuple[Floats, dict[
 @pytest.mark.parametrize(("height", "width"), SIZES)
 def test_parts_are_those_of_the_plain_formulas(height: int, width: int, uneven: bool) -> None:
     image = pixels(height, width, uneven)
-    assert differ(error_contributions(*image, FLOOR), plain_parts(*image)) == []
+    assert differ(error_contributions(*image, FLOOR), plain_parts(*image, FLOOR)) == []
 
 
 def test_no_reference_is_below_the_light_of_known_lamps() -> None:
     image = pixels(33, 8, uneven=False)
     least = np.where(np.random.default_rng(1).random(image[0].shape) < 0.1, 30.0, 0.0)
     found = error_contributions(*image, FLOOR, least)
-    assert differ(found, plain_parts(*image, least=least)) == []
-    assert differ(found, plain_parts(*image)) != [], "the twin: without lamps"
+    assert differ(found, plain_parts(*image, FLOOR, least=least)) == []
+    assert differ(found, plain_parts(*image, FLOOR)) != [], "the twin: without lamps"
 
 
 def test_a_reference_that_leans_a_little_less_would_be_seen() -> None:
     image = pixels(33, 8, uneven=False)
-    assert {"value", "lenient"} <= {*differ(error_contributions(*image, FLOOR), plain_parts(*image, lean=0.499))}
+    assert {"value", "lenient"} <= {*differ(error_contributions(*image, FLOOR), plain_parts(*image, FLOOR, lean=0.499))}
+
+
+def test_local_means_that_reach_across_edges_would_be_seen() -> None:
+    image = pixels(33, 8, uneven=False)
+    found, expected = error_contributions(*image, FLOOR), plain_parts(*image, FLOOR, means=whole_means)
+    assert {"value", "lenient", "cautious"} <= {*differ(found, expected)}
 
 
 @pytest.mark.parametrize("uneven", [False, True])
