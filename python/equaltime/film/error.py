@@ -149,9 +149,9 @@ def image_error(
 
     Each limit uses a reference of its own. For the lower limit, R includes the pixel and leans to the brightest half of
     its neighbourhood. For the upper limit, R excludes the pixel. The limit is the error by that reference, divided or
-    multiplied by a factor. The factor comes from the variance of the estimate and from the variance of the realised error. (The variance of a squared Gaussian is twice
-    the square of its mean. It is no less than the variance of its estimate from two replicates.) The quantile is
-    Student's t, for the effective number of contributions.
+    multiplied by a factor. The factor comes from the variance of the estimate and from the variance of the realised
+    error. (The variance of a squared Gaussian is twice the square of its mean. It is no less than the variance of its
+    estimate from two replicates.) The quantile is Student's t, for the effective number of contributions.
 
     The error is `UNKNOWN_ERROR` as long as a pixel has samples in fewer than two replicates (groups of its samples). A
     black image has value 0 and the upper limit ``inf``, because no light was seen. If ``hidden`` shows that no light
