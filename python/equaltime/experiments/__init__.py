@@ -47,7 +47,8 @@ def cost(
     ----------
     source
         An `equaltime.experiments.model.experiment.Experiment`, a scene, the path of a file of either, or a scene as a
-        dict with Mitsuba's keys. For a scene the presets are compared, from naive to best.
+        dict with Mitsuba's keys. For a scene the presets are compared, from naive to best. The ``experiment.json`` of
+        a folder is the experiment as it was run there, whatever its file holds now.
     folder
         Folder for records, images, figures and ``report.html``. Other files in it are left alone.
     quick
@@ -105,6 +106,7 @@ def cost(
         make_experiment,
     )
     from equaltime.experiments.model.sources import strategy_files
+    from equaltime.experiments.run.folder import ExperimentFolder
     from equaltime.experiments.run.runner import run, tell_report
 
     check_installed()
@@ -119,7 +121,9 @@ def cost(
         "substitute": substitute,
     }
     experiment = make_experiment(source, **asked)
-    files = strategy_files(Path(source), strategies) if isinstance(source, str | os.PathLike) else ()
+    made_from = strategy_files(Path(source), strategies) if isinstance(source, str | os.PathLike) else ()
+    record = ExperimentFolder(Path(folder)).experiment.resolve()  # which is written anew, so it is no source of itself
+    files = [path for path in made_from if path.resolve() != record]
     call = "" if command else _call(source, asked)
     run(experiment, Path(folder), progress, command=command, begins=begins, files=files, cluster=cluster, call=call)
     return conclude(experiment, Path(folder), command, partial(tell_report, experiment, progress))

@@ -98,7 +98,8 @@ class SceneEntry(Value):
     path: File | None = None
     """Path of a scene file; in an experiment file, relative to the folder of that file."""
     scene: Scene | dict[str, Any] | None = None
-    """The scene itself, instead of ``path``: loaded, or as a Mitsuba dictionary."""
+    """The scene itself, instead of ``path``: loaded, or as a Mitsuba dictionary. A scene loaded from ``path`` stands
+    beside it, so that its file is not read twice."""
     name: str = ""
     """Name of the scene in results and reports; by default the file's name without its suffix."""
     size: Annotated[tuple[Positive, Positive], Field(strict=False)] | None = None

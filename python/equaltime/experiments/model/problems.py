@@ -107,7 +107,9 @@ def crossed(values: Mapping[str, Any]) -> tuple[Problem, ...]:
 def _scene_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     scenes = _list(values.get("scenes"))
     for number, entry in enumerate(scenes):
-        if isinstance(entry, Mapping | BaseModel) and (_get(entry, "path") is None) == (_get(entry, "scene") is None):
+        path, scene = _get(entry, "path"), _get(entry, "scene")
+        loaded = scene is not None and not isinstance(scene, Mapping)  # which may stand beside its path
+        if isinstance(entry, Mapping | BaseModel) and (path is None) == (scene is None) and not loaded:
             yield f"scenes[{number}]", "a scene has either 'path', a scene file, or 'scene', the scene as a table"
         if _get(entry, "define") and _get(entry, "path") is None:
             yield f"scenes[{number}].define", "only the variables of a file can be defined"
