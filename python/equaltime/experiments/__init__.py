@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from equaltime.cluster import check_machines
 from equaltime.scene import Scene
 
 if TYPE_CHECKING:
@@ -110,6 +111,7 @@ def cost(
     from equaltime.experiments.run.runner import run, tell_report
 
     check_installed()
+    check_machines(cluster)  # before the scene is read: without Dask, nothing else is of use
     asked: dict[str, Any] = {
         "quick": quick,
         "size": size,
