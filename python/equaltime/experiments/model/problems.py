@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, get_args
@@ -14,7 +15,7 @@ from pydantic_core import ErrorDetails
 
 from equaltime.errors import Problem
 from equaltime.validation import NOUNS, explain
-from equaltime.words import shortened, suggestion
+from equaltime.words import error_of, shortened, suggestion
 
 __all__ = [
     "DEFAULT_TARGETS",
@@ -172,16 +173,23 @@ def _theirs_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Find published numbers whose strategy, scene or target the experiment does not have."""
     labels = [name_of_strategy(entry) for entry in _list(values.get("strategies"))]
     names = [name_of_scene(entry, number) for number, entry in enumerate(_list(values.get("scenes")))]
-    targets = _list(values.get("targets")) or DEFAULT_TARGETS
+    targets = [*map(_fraction, _list(values.get("targets")) or DEFAULT_TARGETS)]
     for number, entry in enumerate(_list(_get(values.get("theirs"), "numbers"))):
         place = f"theirs.numbers[{number}]"
         for key, known in (("strategy", labels), ("scene", names)):
             name = _get(entry, key)
             if isinstance(name, str) and name and name not in known:
                 yield f"{place}.{key}", f"the experiment has no {key} '{name}'{suggestion(name, known)}"
-        target = _get(entry, "target")
+        target = _fraction(_get(entry, "target"))
         if target is not None and target not in targets:
             yield f"{place}.target", f"{target} is none of the targets {shortened(list(targets), 80)}"
+
+
+def _fraction(value: object) -> object:
+    """Return the fraction that a text in per cent stands for; any other value is returned unchanged."""
+    with suppress(ValueError):
+        return error_of(value) if isinstance(value, str) else value
+    return value
 
 
 def _quick_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

@@ -135,7 +135,8 @@ _DEPTH_WITHOUT_ROULETTE: Final = 64
 def is_experiment(path: Path, unreadable: bool = False) -> bool:
     """Tell whether a file is an experiment, and not a scene: a TOML file with a list of scenes or of strategies.
 
-    The ``experiment.json`` of a folder is one, too. The value of ``unreadable`` is returned for a TOML file that cannot be read.
+    The ``experiment.json`` of a folder is one, too. The value of ``unreadable`` is returned for a TOML file that cannot
+    be read.
     """
     if path.suffix.lower() != ".toml":
         return is_recorded(path)
