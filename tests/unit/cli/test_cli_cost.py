@@ -223,9 +223,7 @@ def test_without_dask_a_cluster_is_refused_in_python_before_the_scene_is_read(
 ) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     for place in ("local:1", "tcp://127.0.0.1:9"):
-        with pytest.raises(
-            et.EqualtimeError, match=r"^this needs the package distributed: pip install "
-        ):
+        with pytest.raises(et.EqualtimeError, match=r"^this needs the package distributed: pip install "):
             et.cost("no-such-scene.toml", folder, cluster=place)
     assert not folder.exists()
 
