@@ -244,8 +244,8 @@ def _heading(strategy: StrategyResult, budget: float) -> str:
 def _crops_caption(scene: SceneResult) -> str:
     """Return the sentences on the times and errors above the crops of a scene."""
     return (
-        "Each picture is one run at its end: first line, its own error and time.\nSecond line, as in the table: the error "
-        f"of all runs after the equal time, {seconds(scene.budget_s)}."
+        "Each picture is one run at its end: first line, its own error and time.\nSecond line, as in the table: the "
+        f"error of all runs after the equal time, {seconds(scene.budget_s)}."
     )
 
 
