@@ -147,6 +147,8 @@ def test_an_experiment_whose_file_has_changed_is_had_from_its_record(
     assert "`equaltime info out`" in refusal
     assert f"`{again}`" in refusal
     assert line(told(capsys, "out/experiment.json"), "repeats") == "1 of each strategy on each scene"
+    assert main(["cost", "out", "-o", "again"]) == 2
+    assert "; out/experiment.json is the experiment that was run there" in capsys.readouterr().err
     identity = json.loads((tmp_path / "out" / "experiment.json").read_text())["identity"]
     (tmp_path / "elsewhere").mkdir()
     monkeypatch.chdir(tmp_path / "elsewhere")
