@@ -6,6 +6,7 @@ import difflib
 import html
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from decimal import Decimal
 from typing import Final, cast
 
 __all__ = [
@@ -13,6 +14,7 @@ __all__ = [
     "a",
     "duration",
     "duration_of_runs",
+    "error_of",
     "figure",
     "nearest",
     "percent",
@@ -45,6 +47,17 @@ def seconds_of(text: str) -> float:
     if not re.fullmatch(f"({_PART})+", words):
         raise ValueError(f"'{text}' is no duration; write 10s, 500ms, 2.5m or 1h30m")
     return sum(float(number) * _SECONDS[unit] for number, unit in re.findall(_PART, words))
+
+
+def error_of(text: str) -> float:
+    """Return the fraction that a text such as ``5%``, ``5 %`` or ``0.5%`` stands for: 0.05, 0.05 or 0.005.
+
+    Raises ValueError for a text that is no percentage.
+    """
+    found = re.fullmatch(rf"({_NUMBER})\s*%", text.strip().lower())
+    if found is None:
+        raise ValueError(f"{shortened(text, 40)} is no error; write 5%, or 0.05 without quotes")
+    return float(Decimal(found[1]) / 100)  # the float64 nearest to 0.05, as the number 0.05 has it
 
 
 def duration(seconds: float) -> str:

@@ -6,6 +6,8 @@ import re
 import struct
 import zlib
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import OpenImageIO
@@ -112,3 +114,20 @@ def test_mitsuba_reads_an_example_that_is_written_as_xml(number: int, folder: Pa
     finally:
         if chosen:
             mi.set_variant(chosen)
+
+
+def test_the_scene_as_a_dict_is_the_scene_of_the_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """With all kinds of steps; a transform may be a 4x4 array or one of Mitsuba, as the page says."""
+    (block,) = re.findall(r"^```python\n(.*?)^```", TEXT, re.DOTALL | re.MULTILINE)
+    names: dict[str, Any] = {}
+    exec(block, names)
+    assert float(capsys.readouterr().out.split()[0]) > 0.0
+    (whole,) = [text for text in BLOCKS if "[copper]" in text and "[integrator]" in text]
+    (path := tmp_path / "scene.toml").write_text(whole)
+    assert names["scene"].digest == et.load(path).digest
+    ball = {"type": "sphere", "to_world": [{"translate": [0, 1, 0]}]}
+    array = np.eye(4)
+    array[1, 3] = 1.0
+    for transform in (array, SimpleNamespace(matrix=array)):
+        moved = {"type": "scene", "sensor": {"type": "perspective"}, "ball": {**ball, "to_world": transform}}
+        assert et.load_dict(moved).digest == et.load_dict({**moved, "ball": ball}).digest

@@ -41,8 +41,8 @@ def cost(
         Path,
         typer.Argument(
             metavar="SCENE|EXPERIMENT|FOLDER",
-            help="Scene file (TOML, Mitsuba 3 XML, or glTF), experiment file (TOML with scenes and strategies), or a "
-            "folder of experiments.",
+            help="Scene file (TOML, Mitsuba 3 XML, or glTF), experiment file (TOML with scenes and strategies, or "
+            "DIR/experiment.json, the experiment as it was run in DIR), or a folder of experiments.",
             show_default=False,
         ),
     ],

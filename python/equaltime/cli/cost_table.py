@@ -15,6 +15,7 @@ from equaltime.experiments.report.words import (
     EXTRAPOLATED,
     MEDIAN,
     Cell,
+    in_brackets_stands,
     marked,
     meanings,
     measured_cell,
@@ -92,10 +93,9 @@ def every_row(summary: Summary) -> Table:
 
 def legend(summary: Summary, table: Table) -> list[str]:
     """Return the lines below ``table``, which has all strategies: meaning of numbers and marks, then caveats."""
-    intervals = "In brackets: 95 % intervals, or the error that was measured"
     caveats = [*_rule(summary), *_caveats(summary, verbose=True), *_too_wide(table, summary)]
     faster = _speed_ups(summary)
-    return [*faster, intervals, *_marks(table, faster), *caveats, *_reasons(summary)]
+    return [*faster, in_brackets_stands(_texts(table, faster)), *_marks(table, faster), *caveats, *_reasons(summary)]
 
 
 def _speed_ups(summary: Summary) -> list[str]:
@@ -137,8 +137,12 @@ def _heading(target: float) -> str:
 
 def _marks(table: Table, lines: Sequence[str]) -> list[str]:
     """Return a line for each mark that a cell of the table or one of the ``lines`` has, with its meaning."""
-    cells = [*(str(cell) for column in table.columns for cell in column.cells), *lines]
-    return [f"{mark.strip()} {meaning}" for mark, meaning in meanings(cells).items()]
+    return [f"{mark.strip()} {meaning}" for mark, meaning in meanings(_texts(table, lines)).items()]
+
+
+def _texts(table: Table, lines: Sequence[str]) -> list[str]:
+    """Return the cells of a table and the lines below it, which may have marks."""
+    return [*(str(cell) for column in table.columns for cell in column.cells), *lines]
 
 
 def _rule(summary: Summary) -> Iterator[str]:
@@ -269,7 +273,7 @@ def _table(rows: Sequence[_Row], summary: Summary, most: int) -> Table:
 
 
 def _marked(cell: Cell, number: Interval) -> str:
-    return marked(in_brackets(cell), number) if number.trusted else in_brackets(cell)
+    return marked(in_brackets(cell), number)
 
 
 def in_brackets(cell: object) -> str:

@@ -16,6 +16,7 @@ from equaltime.experiments.model.reader import quicker
 from equaltime.experiments.model.summary import StrategyResult, Summary
 from equaltime.experiments.report.telling import is_quick
 from equaltime.experiments.report.words import error_cell, worker_runs
+from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.stored import StoredExperiment
 from equaltime.scene import Scene
 from equaltime.statistics.intervals import sound, sound_below
@@ -108,7 +109,12 @@ def _changes(stored: StoredExperiment) -> str:
         f"{_shown(path)} {'has changed' if state == 'changed' else 'is gone'}" for path, state in stored.changes.items()
     ]
     more = f" and {len(told) - _MOST_NAMES} more" if len(told) > _MOST_NAMES else ""
-    return f"{', '.join(told[:_MOST_NAMES])}{more} since the last command, which may now give another experiment"
+    record = ExperimentFolder(stored.folder).experiment
+    as_it_was = _elsewhere(f"equaltime cost {shlex.quote(str(record))} -o {shlex.quote(str(stored.folder))}")
+    return (
+        f"{', '.join(told[:_MOST_NAMES])}{more} since the last command, which may now give another experiment; as it "
+        f"was, with scenes and programs as they are now: {as_it_was}"
+    )
 
 
 def _shown(path: Path) -> str:

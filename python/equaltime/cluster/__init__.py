@@ -120,7 +120,8 @@ def check_machines(where: Any) -> Any:
     """Return ``where``, the place of a cluster; raise ValueError if times of runs there cannot be compared.
 
     Several processes on this machine are refused, because they would disturb each other's times. So are executors,
-    because they do not tell on which machines their processes run.
+    because they do not tell on which machines their processes run. Raises EqualtimeError with the line that installs
+    Dask if it is missing.
     """
     if isinstance(where, str):
         if check_address(where).startswith("local:") and where != "local:1":
@@ -128,6 +129,7 @@ def check_machines(where: Any) -> Any:
                 f"{where}: processes of one machine would disturb each other's times; use local:1, or the address of a "
                 "scheduler with workers on several machines"
             )
+        optional("distributed", "cluster")
     elif isinstance(where, Executor) or (hasattr(where, "team") and not hasattr(where, "machines")):
         raise ValueError(
             "an Executor does not tell on which machines its processes are; use the address or a Client of Dask's "

@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from equaltime.cluster import check_machines
 from equaltime.scene import Scene
 
 if TYPE_CHECKING:
@@ -47,7 +48,8 @@ def cost(
     ----------
     source
         An `equaltime.experiments.model.experiment.Experiment`, a scene, the path of a file of either, or a scene as a
-        dict with Mitsuba's keys. For a scene the presets are compared, from naive to best.
+        dict with Mitsuba's keys. For a scene the presets are compared, from naive to best. The ``experiment.json`` of
+        a folder is the experiment as it was run there, whatever its file holds now.
     folder
         Folder for records, images, figures and ``report.html``. Other files in it are left alone.
     quick
@@ -105,9 +107,11 @@ def cost(
         make_experiment,
     )
     from equaltime.experiments.model.sources import strategy_files
+    from equaltime.experiments.run.folder import ExperimentFolder
     from equaltime.experiments.run.runner import run, tell_report
 
     check_installed()
+    check_machines(cluster)  # before the scene is read: without Dask, nothing else is of use
     asked: dict[str, Any] = {
         "quick": quick,
         "size": size,
@@ -119,7 +123,9 @@ def cost(
         "substitute": substitute,
     }
     experiment = make_experiment(source, **asked)
-    files = strategy_files(Path(source), strategies) if isinstance(source, str | os.PathLike) else ()
+    made_from = strategy_files(Path(source), strategies) if isinstance(source, str | os.PathLike) else ()
+    record = ExperimentFolder(Path(folder)).experiment.resolve()  # which is written anew, so it is no source of itself
+    files = [path for path in made_from if path.resolve() != record]
     call = "" if command else _call(source, asked)
     run(experiment, Path(folder), progress, command=command, begins=begins, files=files, cluster=cluster, call=call)
     return conclude(experiment, Path(folder), command, partial(tell_report, experiment, progress))

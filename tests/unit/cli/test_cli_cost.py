@@ -218,6 +218,16 @@ def test_without_dask_a_cluster_is_refused_with_the_line_that_installs_it(
     )
 
 
+def test_without_dask_a_cluster_is_refused_in_python_before_the_scene_is_read(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    for place in ("local:1", "tcp://127.0.0.1:9"):
+        with pytest.raises(et.EqualtimeError, match=r"^this needs the package distributed: pip install "):
+            et.cost("no-such-scene.toml", folder, cluster=place)
+    assert not folder.exists()
+
+
 def test_packages_that_are_missing_are_named_before_anything_is_run(
     experiment: Path, folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -47,7 +48,7 @@ def test_a_time_that_was_not_measured_is_marked(tmp_path: Path, capsys: pytest.C
     assert "time to 1 %" not in head  # one of them does not reach it
     assert naive.rstrip().endswith("*")
     assert "*" not in cut + best
-    assert below == "* extrapolated beyond the runs"
+    assert below == "* extrapolated beyond the runs, or before their first measurement"
 
 
 def test_an_error_beyond_the_runs_is_marked_and_not_called_measured(
@@ -59,7 +60,7 @@ def test_an_error_beyond_the_runs_is_marked_and_not_called_measured(
     )
     assert "*" in lines[2]
     assert "*" not in lines[3]
-    assert "* extrapolated beyond the runs" in lines
+    assert "* extrapolated beyond the runs, or before their first measurement" in lines
     bound = error.bounded("low", "heavy tail")
     lines = printed(
         changed(summary(tmp_path), "naive", lambda one: replace(one, error_at_budget=bound)), tmp_path, capsys
@@ -215,7 +216,7 @@ def test_up_to_eight_strategies_are_all_shown_also_without_a_number(
 def test_the_legend_has_the_marks_of_its_table_and_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "160")
     plain = changed(summary(tmp_path), "cut", lambda one: replace(one, biased=False))
-    assert legend(plain, every_row(plain))[1:] == ["In brackets: 95 % intervals, or the error that was measured"]
+    assert legend(plain, every_row(plain))[1:] == ["in brackets: 95 % intervals"]
     far = changed(summary(tmp_path), "naive", lambda one: replace(one, time_to={**one.time_to, 0.02: HUGE}))
     half = changed(
         far, "best", lambda one: replace(one, error_at_budget=one.error_at_budget.bounded("low", "light is missing"))
@@ -223,9 +224,31 @@ def test_the_legend_has_the_marks_of_its_table_and_no_other(tmp_path: Path, monk
     assert legend(half, every_row(half))[2:] == [
         "(biased) the strategy may converge to another picture",
         "\N{GREATER-THAN OR EQUAL TO} at least, since the upper end of the interval cannot be trusted",
-        "* extrapolated beyond the runs",
+        "* extrapolated beyond the runs, or before their first measurement",
         "best: light is missing",
     ]
+
+
+def test_the_legend_and_the_latex_table_have_the_same_marks_with_the_same_meanings(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Bounds that are extrapolated or of typical runs, and words in place of numbers."""
+    monkeypatch.setenv("COLUMNS", "200")
+    far = Interval(9.0, 4.0, 20.0, reach=3.0).noted(TYPICAL).bounded("low", "heavy tail")
+    none = UNKNOWN.doubted("too few").noted(TYPICAL)
+    times = {0.02: far, 0.01: none}
+    found = changed(summary(tmp_path), "naive", lambda one: replace(one, time_to={**one.time_to, **times}))
+    half = changed(found, "best", lambda one: replace(one, error_at_budget=one.error_at_budget.bounded("low", "light")))
+    table = every_row(half)
+    (column,) = [one for one in table.columns if str(one.header).startswith("time to 2")]
+    assert str(next(iter(column.cells))).endswith("s\N{NARROW NO-BREAK SPACE}*\N{NARROW NO-BREAK SPACE}\N{DAGGER}")
+    told = [text.replace("%", r"\%").replace("\N{GREATER-THAN OR EQUAL TO}", r"$\ge$") for text in legend(half, table)]
+    told = [text.replace("* ", "$^*$ ", 1).replace("\N{DAGGER} ", r"$^\dagger$ ", 1) for text in told]
+    notes = [line.partition(r"\footnotesize ")[2].removesuffix(r"} \\") for line in latex_table(half).splitlines()]
+    *same, dash = [note for note in notes if note and "pixels" not in note]
+    assert dash.startswith("--: unknown, not trusted, or ")
+    assert {re.sub(r"^(\S+[$)]):", r"\1", note) for note in same} <= set(told)
+    assert len(same) == 5
 
 
 def test_names_with_brackets_are_shown_as_they_are(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -115,7 +115,10 @@ def test_files_that_changed_since_the_runs_are_told(
     assert main(["cost", "x.toml", "-o", "out", "--repeats", "1"]) == 0
     assert not any(text.startswith("changed") for text in told(capsys, "out"))
     file.write_text(f"{file.read_text()}# changed\n")
-    after = "since the last command, which may now give another experiment"
+    after = (
+        "since the last command, which may now give another experiment; as it was, with scenes and programs as they "
+        "are now: equaltime cost out/experiment.json -o out-again"
+    )
     assert line(told(capsys, "out"), "changed") == f"x.toml has changed {after}"
     scene.unlink()
     own.unlink()
@@ -125,6 +128,58 @@ def test_files_that_changed_since_the_runs_are_told(
     changes = json.loads("\n".join(told(capsys, str(tmp_path / "out"), "--json")))["changes"]
     assert [one["state"] for one in changes] == ["gone", "gone", "changed"]
     assert changes[0]["path"] == str(scene)
+
+
+def test_an_experiment_whose_file_has_changed_is_had_from_its_record(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The refusal names commands to copy, and they work: from another directory, and with options of the old call."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(CORNELL, tmp_path / "box.toml")
+    (file := tmp_path / "x.toml").write_text(EXPERIMENT.replace(str(CORNELL), "box.toml"))
+    assert main(["cost", "x.toml", "-o", "out", "--repeats", "1"]) == 0
+    file.write_text(file.read_text().replace("20ms", "30ms"))
+    assert main(["cost", "x.toml", "-o", "out"]) == 2
+    refusal = capsys.readouterr().err
+    again = "equaltime cost out/experiment.json -o out"
+    assert "has records of another experiment: budget is 0.02 there, and 0.03 now\n" in refusal
+    assert "`equaltime info out`" in refusal
+    assert f"`{again}`" in refusal
+    assert line(told(capsys, "out/experiment.json"), "repeats") == "1 of each strategy on each scene"
+    assert main(["cost", "out", "-o", "again"]) == 2
+    assert "; out/experiment.json is the experiment that was run there" in capsys.readouterr().err
+    identity = json.loads((tmp_path / "out" / "experiment.json").read_text())["identity"]
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    assert main(["cost", "../out/experiment.json", "-o", "../out", "--repeats", "2"]) == 0
+    assert json.loads((tmp_path / "out" / "experiment.json").read_text())["identity"] == identity
+    lines = told(capsys, "../out")
+    assert line(lines, "ran").startswith("all 4 runs, ")
+    assert not any(text.startswith("changed") for text in lines)
+
+
+def test_the_record_of_a_scene_file_with_defines_is_an_experiment(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    scene = SCENES / "hard" / "ball-in-sky.toml"
+    options = ["--size", "8x8", "--budget", "20ms", "--repeats", "1", "--strategies", "bsdf,best"]
+    assert main(["cost", str(scene), "-o", str(tmp_path / "a"), "-D", "fov=3", *options]) == 0
+    assert main(["cost", str(tmp_path / "a" / "experiment.json"), "-o", str(tmp_path / "b")]) == 0
+    first, second = (json.loads((tmp_path / name / "experiment.json").read_text()) for name in "ab")
+    assert first["identity"] == second["identity"]
+    assert second["experiment"]["scenes"][0]["define"] == {"fov": "3"}
+
+
+def test_the_record_of_a_scene_made_in_python_is_refused_with_the_reason(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    scene = et.load(SCENES / "hard" / "ball-in-sky.toml").with_(size=(8, 8))
+    et.cost(scene, tmp_path / "a", budget="20ms", repeats=1, strategies=("bsdf", "best"))
+    assert main(["cost", str(tmp_path / "a" / "experiment.json"), "-o", str(tmp_path / "b")]) == 2
+    assert "was made in Python, so that no file holds it; call et.cost with it" in capsys.readouterr().err
 
 
 def test_the_command_works_from_another_directory(

@@ -412,7 +412,9 @@ def test_curve_table_caption_and_map_show_one_error_at_one_time(recorded: tuple[
 def test_the_verdict_is_one_sentence_with_intervals(summary: Summary) -> None:
     assert re.match(r"On \w+, best is about [\d.]+ times faster than naive \(", summary.verdict)
     assert ": 20 % error in 2" in summary.verdict
-    assert summary.verdict.count(" to ") == 2
+    first, fastest = summary.verdict.split(" Fastest ")
+    assert first.count(" to ") == 2
+    assert fastest == "to 20 % of those whose time is known: best."
 
 
 def test_runs_that_have_not_ended_do_not_count(recorded: tuple[Path, list[Row]]) -> None:

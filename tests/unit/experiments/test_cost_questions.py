@@ -297,6 +297,14 @@ def test_an_error_below_a_renderers_own_reference_is_not_for_want_of_a_better_on
         assert number.note == reason(OFF)
 
 
+@pytest.mark.parametrize("difference", [OFF, UNKNOWN])
+def test_an_unknown_error_of_a_renderer_with_another_picture_is_unknown_for_that_reason(difference: Interval) -> None:
+    """Not because no run is near that time, which longer runs would mend."""
+    mine = replace(strategy("mine"), renderer="command", agreement_p=1e-9, difference=difference)
+    found = withheld(replace(mine, error_at_budget=UNKNOWN.doubted("no run is near that time")), None)
+    assert found.error_at_budget.note == reason(difference)
+
+
 def test_a_renderer_that_differs_from_the_standard_alone_is_told_with_its_bias() -> None:
     other = replace(strategy("other", 1e-9, OFF), renderer="command")
     assert verdict([scene(other)], (0.1,)).endswith(" Not the picture of right: other is 9.9 % off (9.8 to 10).")

@@ -178,6 +178,58 @@ def test_a_renderer_of_ones_own_is_told_beside_standard_and_baseline() -> None:
     )
 
 
+def times(result: StrategyResult, label: str, seconds: float, renderer: str = "core") -> StrategyResult:
+    time = dict.fromkeys(TARGETS, Interval(seconds, 0.9 * seconds, 1.1 * seconds))
+    return replace(result, label=label, renderer=renderer, time_to=time)
+
+
+def test_a_strategy_that_beats_the_standard_is_named_with_its_time() -> None:
+    found = scene((TIME, TIME), (RATIO, RATIO))
+    naive, best = found.strategies
+    mis = times(naive, "mis", 0.1)
+    answer = verdict([replace(found, strategies=(times(naive, "naive", 20.0), best, mis))], TARGETS)
+    assert answer.endswith(" Fastest to 5 %: mis, 100 ms (90 to 110).")
+    near = times(naive, "mis", 0.45)
+    assert "Fastest" not in verdict([replace(found, strategies=(naive, best, near))], TARGETS)
+    unknown = verdict([replace(found, strategies=(naive, best, mis))], TARGETS)
+    assert unknown.endswith(" Fastest to 5 % of those whose time is known: mis, 100 ms (90 to 110).")
+
+
+def test_a_time_of_typical_runs_does_not_beat_times_of_the_mean_error() -> None:
+    found = scene((TIME, TIME), (RATIO, RATIO))
+    naive, best = found.strategies
+    mine = times(naive, "mine", 0.1)
+    tail = replace(mine, time_to={target: time.noted(TYPICAL) for target, time in mine.time_to.items()})
+    answer = verdict([replace(found, strategies=(times(naive, "naive", 20.0), best, tail))], TARGETS)
+    assert answer.endswith(" Fastest to 5 % in the mean of all runs: best.")
+
+
+@pytest.mark.parametrize("renderer", ["core", "command"])
+def test_beside_a_method_of_ones_own_the_fastest_of_each_scene_is_named(renderer: str) -> None:
+    scenes = []
+    for name, seconds in (("box", 4.0), ("room", 0.1), ("hall", 0.48)):
+        found = scene((TIME, TIME), (RATIO, RATIO))
+        naive, best = found.strategies
+        own = times(naive, "mine", seconds, renderer)
+        scenes.append(replace(found, name=name, strategies=(times(naive, "naive", 20.0), best, own)))
+    said = "Fastest to 5 %: best on box, mine on room, best or mine (no clear difference) on hall."
+    assert verdict(scenes, TARGETS).endswith(f" {said}")
+    assert verdict([scenes[0], replace(scenes[0], name="lobby")], TARGETS).endswith(
+        " Fastest to 5 %: best on box and lobby."
+    )
+
+
+def test_an_average_efficiency_names_the_best_of_each_scene_where_it_changes() -> None:
+    scenes = []
+    for name, gain in (("box", 4.0), ("room", 0.25)):
+        found = scene((TIME, TIME), (RATIO, RATIO), efficiency=Interval(gain, 0.9 * gain, 1.1 * gain))
+        naive, best = found.strategies
+        scenes.append(replace(found, name=name, strategies=(replace(naive, efficiency=Interval(1.0, 1.0, 1.0)), best)))
+    assert verdict(scenes, TARGETS, "efficiency").endswith(" Best on each scene: best on box, naive on room.")
+    assert "Best on each" not in verdict([scenes[0], replace(scenes[0], name="hall")], TARGETS, "efficiency")
+    assert "Best on each" not in verdict(scenes[:1], TARGETS, "efficiency")
+
+
 def decimals(text: str) -> int:
     return len(text.partition(".")[2])
 

@@ -156,6 +156,10 @@ def test_every_problem_is_told_with_file_line_and_keys_in_order_of_lines(file: C
         ({"targets": [0.1, 0.0]}, "targets[1]: must be more than 0, found 0.0"),
         ({"targets": [0.1, 5]}, "targets[1]: 5 is 500 %, and an error to be reached is below 100 %: did you mean 0.05, "
          "which is 5 %?"),
+        ({"targets": ["5"]}, "targets[0]: '5' is no error; write 5%, or 0.05 without quotes"),
+        ({"targets": ["-5%"]}, "targets[0]: '-5%' is no error; write 5%, or 0.05 without quotes"),
+        ({"targets": ["0%"]}, "targets[0]: must be more than 0, found 0.0"),
+        ({"reference": {"error": "small"}}, "reference.error: 'small' is no error; write 5%, or 0.05 without quotes"),
         ({"reference": {"error": 1}}, "reference.error: 1 is 100 %, and an error to be reached is below 100 %: did you "
          "mean 0.01, which is 1 %?"),
         ({"title": 3}, "title: expected a text, found 3"),
@@ -182,6 +186,16 @@ def test_every_problem_is_told_with_file_line_and_keys_in_order_of_lines(file: C
 )  # fmt: skip
 def test_what_makes_no_sense_is_refused_with_the_reason(changes: dict[str, Any], problem: str) -> None:
     assert problems_of(lambda: made(**changes)) == [problem]
+
+
+def test_errors_may_be_texts_in_per_cent_wherever_a_file_has_one() -> None:
+    number = {"what": "time", "ours": "time", "strategy": "best", "target": "5 %"}
+    theirs = {"source": "a page", "claim": "it is fast", "numbers": [number]}
+    found = made(strategies=["best"], targets=["5%", "1.1 %", 0.01], reference={"error": "0.5%"}, theirs=theirs)
+    assert found.targets == (0.05, 0.011, 0.01)
+    assert found.reference.error == 0.005
+    assert found.theirs is not None
+    assert found.theirs.numbers[0].target == 0.05
 
 
 def test_entries_of_a_list_have_lines_of_their_own(file: Callable[[str], Path]) -> None:

@@ -86,6 +86,19 @@ def test_all_times_of_a_column_have_the_unit_of_its_heading(tmp_path: Path) -> N
     assert r"\%" not in "".join(rows[5:8])
 
 
+def test_times_of_a_column_that_spans_powers_of_ten_have_units_of_their_own(tmp_path: Path) -> None:
+    found = summary(tmp_path)
+    (scene,) = found.scenes
+    naive, cut, best = scene.strategies
+    quick, slow = Interval(3e-3, 2e-3, 4e-3), Interval(7200.0, 7000.0, 7400.0)
+    times = [replace(one, time_to={**one.time_to, 0.1: time}) for one, time in ((naive, slow), (best, quick))]
+    changed = replace(scene, strategies=(times[0], cut, times[1]))
+    rows = latex_table(replace(found, scenes=(changed,))).splitlines()
+    assert r" & time to 10\,\% & time to 5\,\% [s] & " in rows[3]
+    assert r" & 120\,min [117, 123] & " in rows[5]
+    assert r" & 3.0\,ms [2.0, 4.0] & " in rows[7]
+
+
 def test_the_last_column_has_every_speed_up_over_the_baseline(tmp_path: Path) -> None:
     found = replace(summary(tmp_path), headline_target=0.05)
     (scene,) = found.scenes

@@ -33,10 +33,16 @@ def test_a_caption_tells_the_error_of_this_run_from_that_of_all_runs(best: Strat
     end = 100.0 * CONSTANTS["best"] / math.sqrt(2.0)
     assert this_run(best) == f"this run: {1.05 * end:.2f}{THIN}% after 1.9{THIN}s, 32 spp"
     assert mean_of_runs(best) == f"the mean of {REPEATS} runs: {end:.1f}{THIN}% after 2{THIN}s"
-    assert short_caption(best).splitlines() == [
-        f"this run: {1.05 * end:.2f}{THIN}%",
-        f"mean of {REPEATS}: {end:.1f}{THIN}%",
+    assert short_caption(best, 2.0).splitlines() == [
+        f"this run: {1.05 * end:.2f}{THIN}% in 1.9{THIN}s",
+        f"mean of {REPEATS}: {end:.1f}{THIN}% in 2{THIN}s",
     ]
+
+
+def test_a_short_caption_has_the_tables_error_at_equal_time(best: StrategyResult) -> None:
+    """Runs may end at another time than the equal time of the table."""
+    other = replace(best, error_at_budget=Interval(0.123, 0.11, 0.14, reach=1.2))
+    assert short_caption(other, 7.0).splitlines()[1] == f"mean of {REPEATS}: 12.3{THIN}%{THIN}* in 7{THIN}s"
 
 
 def test_an_error_without_valid_interval_is_shown_as_the_curve_draws_it(best: StrategyResult) -> None:
@@ -46,17 +52,21 @@ def test_an_error_without_valid_interval_is_shown_as_the_curve_draws_it(best: St
 
 def test_an_error_below_the_noise_of_the_reference_is_no_number(best: StrategyResult) -> None:
     assert this_run(replace(best, image_error=-0.01)).startswith(f"this run: {BELOW} after ")
-    drowned = replace(ended(best, Interval(-0.01, -0.02, 0.01).doubted("noise")), image_error=-0.01)
+    below = Interval(-0.01, -0.02, 0.01).doubted("noise")
+    drowned = replace(ended(best, below), image_error=-0.01, error_at_budget=below)
     assert BELOW in mean_of_runs(drowned)
-    assert short_caption(drowned) == ""
+    assert short_caption(drowned, 2.0) == ""
 
 
 def test_a_figure_for_papers_has_both_errors_above_the_crops(tmp_path: Path) -> None:
     scene = scene_result(tmp_path)
     pictures = load_pictures(scene)
     assert isinstance(pictures, Pictures)
-    titles = [axes.get_title() for axes in draw_comparison(scene, pictures, scene.crops).axes]
-    wanted = [f"{one.label}\n{short_caption(one)}" for one in scene.strategies]
+    figure = draw_comparison(scene, pictures, scene.crops)
+    assert "Each picture is one run at its end" in figure.get_supxlabel()
+    assert "the equal time, 2" in figure.get_supxlabel()
+    titles = [axes.get_title() for axes in figure.axes]
+    wanted = [f"{one.label}\n{short_caption(one, scene.budget_s)}" for one in scene.strategies]
     assert [title for title in titles if title] == [scene.name, "reference", *wanted]
 
 
@@ -65,4 +75,4 @@ def test_what_is_not_known_is_left_out(best: StrategyResult) -> None:
     assert this_run(replace(best, image_error=None)).startswith("this run: error unknown after ")
     assert mean_of_runs(replace(best, repeats=1)) == ""
     assert mean_of_runs(ended(best, Interval(math.nan, math.nan, math.nan))) == ""
-    assert short_caption(replace(best, repeats=1, image_error=None)) == ""
+    assert short_caption(replace(best, repeats=1, image_error=None), 2.0) == ""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import re
+from dataclasses import replace
 from importlib import resources
 
 import jinja2
@@ -13,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 from equaltime.experiments.model.summary import Summary
-from equaltime.experiments.report.footnotes import shared_remarks
+from equaltime.experiments.report.footnotes import remarks, shared_remarks
 from equaltime.experiments.report.looks import DARK, LIGHT, MARKERS, looks
 from equaltime.experiments.report.tables import Table, TableRow
 from equaltime.experiments.report.words import (
@@ -29,7 +30,10 @@ from equaltime.experiments.report.words import (
     spread_sentence,
     worker_runs,
 )
+from equaltime.statistics.curves import time_to_error
 from equaltime.statistics.intervals import UNKNOWN, Interval
+
+from .made_up_runs import power_law
 
 THIN, MINUS, TIMES = "\N{NARROW NO-BREAK SPACE}", "\N{MINUS SIGN}", "\N{MULTIPLICATION SIGN}"
 
@@ -214,12 +218,25 @@ def test_extrapolation_is_said_in_plain_words() -> None:
         "extrapolated 1.33 times beyond the longest run by slope -1/2",
         "extrapolated 1e+04 times beyond the longest",
     )
-    cells = [Cell("1", note=note) for note in (*notes, "this: extrapolated 3 times before the first checkpoint by x")]
+    cells = [
+        Cell("1", note=note)
+        for note in (*notes, "this: extrapolated 3 times before the first checkpoint by the fitted slope")
+    ]
     table = Table("slug", "caption", "corner", ("a",), tuple(TableRow("label", None, (), ((cell,),)) for cell in cells))
     assert list(table.footnotes) == [
         "extrapolated beyond the longest run, 1.33 to 10,000 times as long",
-        "extrapolated before the first measurement, which was 3 times later",
+        "extrapolated before the first measurement, which was 3 times later: the curve is carried back with the slope "
+        "of its first three doublings of time",
     ]
+
+
+def test_a_time_before_the_first_measurement_says_how_it_is_made() -> None:
+    early = time_to_error(replace(power_law(), independent=True), 0.9)
+    (remark,) = remarks(seconds_cell(early))
+    assert remark.startswith("extrapolated before the first measurement, which was 1.6")
+    assert remark.endswith(" times later: the curve is carried back with slope -1/2")
+    assert early.trusted
+    assert early.reach > 1.0
 
 
 def test_numbers_in_the_names_of_scenes_are_left_alone() -> None:

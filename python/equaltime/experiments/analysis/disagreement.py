@@ -74,8 +74,8 @@ def withheld(result: StrategyResult, baseline: Interval | None) -> StrategyResul
     why, why_ratio = reason(own), reason(own) if least > 0.0 else f"baseline: {reason(theirs)}"
 
     def is_spoilt(error: Interval) -> bool:
-        """Tell whether an error is too small beside the difference, or below what its own reference shows."""
-        return least > 0.0 and (error.value < least or BELOW in error.note)
+        """Tell whether an error is too small beside the difference, below what its own reference shows, or unknown."""
+        return least > 0.0 and (not error.value >= least or BELOW in error.note)
 
     def kept(error: Interval) -> Interval:
         return UNKNOWN.noted(why) if is_spoilt(error) else error

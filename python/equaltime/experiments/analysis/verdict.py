@@ -13,6 +13,7 @@ from equaltime.experiments.analysis.combination import combination_verdict
 from equaltime.experiments.analysis.pictures import other_pictures
 from equaltime.experiments.analysis.questions import bias_verdict, efficiency_verdict, samples_verdict
 from equaltime.experiments.analysis.sentences import across, compared, joined, less_time, where
+from equaltime.experiments.analysis.winners import best_per_scene, fastest, quotient
 from equaltime.experiments.model.experiment import Question
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.statistics.agreement import LEVEL
@@ -54,7 +55,7 @@ def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Q
     if question == "combination":
         return combination_verdict(scenes) + other_pictures(scenes)
     if question == "efficiency":
-        return efficiency_verdict(scenes) + other_pictures(scenes)
+        return efficiency_verdict(scenes) + best_per_scene(scenes) + other_pictures(scenes)
     return _answer_in_time(scenes, targets)[0] + other_pictures(scenes)
 
 
@@ -71,9 +72,12 @@ def _answer_in_time(scenes: Sequence[SceneResult], targets: Sequence[float]) -> 
                 for target in sorted(targets):
                     found = [one for scene in scenes if (one := _at(scene, target, reach, ratio_is_good)) is not None]
                     if found and (len(found) == len(scenes) or not all_scenes):
-                        return _speed_up(found, target, len(scenes)) + _own_renderers(scenes, target), target
+                        answer = _speed_up(found, target, len(scenes)) + fastest(scenes, target)
+                        return answer + _own_renderers(scenes, target), target
     alone = _time_alone(scenes, targets)
-    return _without_ratio(scenes, alone), None if alone is None else alone[2]
+    if alone is None:
+        return _without_ratio(scenes, alone), None
+    return _without_ratio(scenes, alone) + fastest(scenes, alone[2]), alone[2]
 
 
 _Found = tuple[SceneResult, StrategyResult]
@@ -141,15 +145,7 @@ def _times_as_long(
     ratio = strategy.ratio.get(target)
     if other.label == scene.baseline and ratio is not None and sound(ratio):
         return ratio.map(lambda speed_up: 1.0 / speed_up)
-    return _quotient(strategy.time_to[target], other.time_to[target])
-
-
-def _quotient(time: Interval, other: Interval) -> Interval | None:
-    """Return the ratio of two times that were measured independently; None if a time or the ratio is not trusted."""
-    if not (sound(time) and sound(other)):
-        return None
-    square = product_mean([time, other.map(lambda seconds: 1.0 / seconds)])
-    return found if sound(found := square.map(lambda root: root**2).telling()) else None
+    return quotient(strategy.time_to[target], other.time_to[target])
 
 
 def _without_ratio(scenes: Sequence[SceneResult], alone: tuple[SceneResult, StrategyResult, float] | None) -> str:

@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import (
     AfterValidator,
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Field,
     ModelWrapValidatorHandler,
@@ -29,7 +30,7 @@ from equaltime.rendering.job import MOST_SECONDS, MOST_THREADS, check_fraction
 from equaltime.scene import Scene, load_dict, load_file
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
-from equaltime.words import seconds_of
+from equaltime.words import error_of, seconds_of
 
 __all__ = [
     "DEFAULT_BUDGET",
@@ -76,7 +77,13 @@ MOST_REPEATS = 100_000
 Positive = Annotated[int, Field(ge=1)]
 Natural = Annotated[int, Field(ge=0)]
 Seconds = Annotated[float, Field(gt=0.0, le=MOST_SECONDS)]
-Error = Annotated[float, Field(gt=0.0), AfterValidator(check_fraction)]
+Error = Annotated[
+    float,
+    Field(gt=0.0),
+    BeforeValidator(lambda value: error_of(value) if isinstance(value, str) else value),
+    AfterValidator(check_fraction),
+]
+"""A relative error below 1, as a fraction, or as a text in per cent: 0.05 or ``"5%"``."""
 Window = Annotated[tuple[Natural, Natural, Positive, Positive], Field(strict=False)]
 Words = Annotated[str, Field(min_length=1)]
 File = Annotated[Path, Field(strict=False)]
@@ -98,7 +105,8 @@ class SceneEntry(Value):
     path: File | None = None
     """Path of a scene file; in an experiment file, relative to the folder of that file."""
     scene: Scene | dict[str, Any] | None = None
-    """The scene itself, instead of ``path``: loaded, or as a Mitsuba dictionary."""
+    """The scene itself, instead of ``path``: loaded, or as a Mitsuba dictionary. A scene loaded from ``path`` stands
+    beside it, so that its file is not read twice."""
     name: str = ""
     """Name of the scene in results and reports; by default the file's name without its suffix."""
     size: Annotated[tuple[Positive, Positive], Field(strict=False)] | None = None
@@ -259,7 +267,7 @@ class TheirNumber(Value):
     """Label of the measured strategy."""
     scene: str = ""
     """Name of the scene; by default the first."""
-    target: Annotated[float, Field(gt=0.0)] | None = None
+    target: Error | None = None
     """Target error of a time to an error, one of the experiment's targets; by default the smallest with a trusted
     number."""
 

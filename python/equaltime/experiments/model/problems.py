@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, get_args
@@ -14,7 +15,7 @@ from pydantic_core import ErrorDetails
 
 from equaltime.errors import Problem
 from equaltime.validation import NOUNS, explain
-from equaltime.words import shortened, suggestion
+from equaltime.words import error_of, shortened, suggestion
 
 __all__ = [
     "DEFAULT_TARGETS",
@@ -107,7 +108,9 @@ def crossed(values: Mapping[str, Any]) -> tuple[Problem, ...]:
 def _scene_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     scenes = _list(values.get("scenes"))
     for number, entry in enumerate(scenes):
-        if isinstance(entry, Mapping | BaseModel) and (_get(entry, "path") is None) == (_get(entry, "scene") is None):
+        path, scene = _get(entry, "path"), _get(entry, "scene")
+        loaded = scene is not None and not isinstance(scene, Mapping)  # which may stand beside its path
+        if isinstance(entry, Mapping | BaseModel) and (path is None) == (scene is None) and not loaded:
             yield f"scenes[{number}]", "a scene has either 'path', a scene file, or 'scene', the scene as a table"
         if _get(entry, "define") and _get(entry, "path") is None:
             yield f"scenes[{number}].define", "only the variables of a file can be defined"
@@ -170,16 +173,23 @@ def _theirs_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Find published numbers whose strategy, scene or target the experiment does not have."""
     labels = [name_of_strategy(entry) for entry in _list(values.get("strategies"))]
     names = [name_of_scene(entry, number) for number, entry in enumerate(_list(values.get("scenes")))]
-    targets = _list(values.get("targets")) or DEFAULT_TARGETS
+    targets = [*map(_fraction, _list(values.get("targets")) or DEFAULT_TARGETS)]
     for number, entry in enumerate(_list(_get(values.get("theirs"), "numbers"))):
         place = f"theirs.numbers[{number}]"
         for key, known in (("strategy", labels), ("scene", names)):
             name = _get(entry, key)
             if isinstance(name, str) and name and name not in known:
                 yield f"{place}.{key}", f"the experiment has no {key} '{name}'{suggestion(name, known)}"
-        target = _get(entry, "target")
+        target = _fraction(_get(entry, "target"))
         if target is not None and target not in targets:
             yield f"{place}.target", f"{target} is none of the targets {shortened(list(targets), 80)}"
+
+
+def _fraction(value: object) -> object:
+    """Return the fraction that a text in per cent stands for; any other value is returned unchanged."""
+    with suppress(ValueError):
+        return error_of(value) if isinstance(value, str) else value
+    return value
 
 
 def _quick_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

@@ -22,6 +22,7 @@ from equaltime.experiments.model.experiment import (
     StrategyEntry,
     Window,
 )
+from equaltime.experiments.model.recorded import is_recorded, read_recorded
 from equaltime.experiments.model.sources import PROGRAM_FILES, program_files, sha256_of
 from equaltime.extras import install
 from equaltime.rendering.core_subject import Subject
@@ -134,10 +135,11 @@ _DEPTH_WITHOUT_ROULETTE: Final = 64
 def is_experiment(path: Path, unreadable: bool = False) -> bool:
     """Tell whether a file is an experiment, and not a scene: a TOML file with a list of scenes or of strategies.
 
-    The value of ``unreadable`` is returned for a TOML file that cannot be read.
+    The ``experiment.json`` of a folder is one, too. The value of ``unreadable`` is returned for a TOML file that cannot
+    be read.
     """
     if path.suffix.lower() != ".toml":
-        return False
+        return is_recorded(path)
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError, RecursionError):
@@ -229,8 +231,7 @@ def default_experiment(scene: SceneEntry, strategies: tuple[str, ...] = ()) -> E
     """
     loaded = scene.load()
     given = strategies or tuple(name for name in DEFAULT_STRATEGIES if name in PRESETS)
-    entry = scene.model_copy(update={"scene": loaded, "path": None, "define": {}, "size": None, "crop": None})
-    entry = entry.model_copy(update={"max_depth": None})
+    entry = scene.model_copy(update={"scene": loaded, "size": None, "crop": None, "max_depth": None})
     name = scene.name or (loaded.source.stem if loaded.source else "scene")
     return Experiment(
         title=f"What accuracy costs on {name}",
@@ -404,7 +405,7 @@ def _experiment(source: Source, strategies: tuple[str, ...], options: dict[str, 
         if any(options.values()):
             problem = "definitions belong to scenes: write them in the experiment, and substitute too"
             raise ExperimentError((Problem(str(path), problem),))
-        source = read_experiment(path)
+        source = read_recorded(path) if is_recorded(path) else read_experiment(path)
     return _chosen(source, strategies) if strategies else source
 
 

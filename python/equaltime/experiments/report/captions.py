@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from equaltime.experiments.model.summary import StrategyResult
-from equaltime.experiments.report.words import error_cell, percent, seconds
+from equaltime.experiments.report.words import error_cell, marked, percent, seconds
+from equaltime.statistics.intervals import Interval
 
 __all__ = ["mean_of_runs", "short_caption", "this_run"]
 
@@ -28,19 +29,26 @@ def mean_of_runs(strategy: StrategyResult) -> str:
 
     The mean is the root mean square of the runs' errors. The text is empty for a single run.
     """
-    said = _mean_error(strategy)
+    said = _mean_error(strategy, strategy.curve.error[-1]) if strategy.curve.error else ""
     if not said:
         return ""
     return f"the mean of {strategy.repeats} runs: {said} after {seconds(strategy.curve.seconds[-1].value)}"
 
 
-def short_caption(strategy: StrategyResult) -> str:
-    """Return the errors of the run that a picture shows and of all runs, in two short lines, for a narrow figure.
+def short_caption(strategy: StrategyResult, budget: float) -> str:
+    """Return the error of the run that a picture shows, and the table's error, in two short lines for a narrow figure.
 
-    Errors below what the reference can show are left out. The text is empty if no error is left.
+    Each error has its time: the end of the run, and the equal time ``budget`` in seconds of the table. Errors below
+    what the reference can show are left out. The text is empty if no error is left.
     """
-    errors = {"this run": _run_error(strategy), f"mean of {strategy.repeats}": _mean_error(strategy)}
-    return "\n".join(f"{whose}: {error}" for whose, error in errors.items() if error not in ("", _UNKNOWN, _BELOW))
+    lines = []
+    if (error := _run_error(strategy)) not in (_UNKNOWN, _BELOW):
+        time = "" if strategy.image_seconds is None else f" in {seconds(strategy.image_seconds)}"
+        lines.append(f"this run: {error}{time}")
+    equal = strategy.error_at_budget
+    if (error := _mean_error(strategy, equal)) not in ("", _BELOW):
+        lines.append(f"mean of {strategy.repeats}: {marked(error, equal)} in {seconds(budget)}")
+    return "\n".join(lines)
 
 
 def _run_error(strategy: StrategyResult) -> str:
@@ -50,11 +58,10 @@ def _run_error(strategy: StrategyResult) -> str:
     return percent(error) if error > 0.0 else _BELOW
 
 
-def _mean_error(strategy: StrategyResult) -> str:
-    """Return the error at the end of several runs, with the table's digits and without interval; or an empty text."""
-    if strategy.repeats < 2 or not strategy.curve.error or not math.isfinite(strategy.curve.error[-1].value):
+def _mean_error(strategy: StrategyResult, error: Interval) -> str:
+    """Return an error of several runs, with the table's digits and without interval; empty if it is not known."""
+    if strategy.repeats < 2 or not math.isfinite(error.value):
         return ""
-    error = strategy.curve.error[-1]
     cell = error_cell(error)
     if cell.state == "trusted":
         return cell.text

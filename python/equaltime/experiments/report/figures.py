@@ -210,13 +210,14 @@ def draw_comparison(scene: SceneResult, pictures: Pictures, crops: Sequence[Wind
     """Return a figure of the reference with marked windows ``crops``, and beside it the crops of all images.
 
     ``pictures`` are the images of the scene. The crops form a table: a row per window, a column for the reference, and
-    a column per strategy.
+    a column per strategy. The headings of strategies have the error and the time of the run that is shown, and the
+    table's error at equal time; a caption says so.
     """
     shown = [strategy for strategy in scene.strategies if strategy.label in pictures.runs]
     height, width = pictures.reference.mean.shape[:2]
     left = len(crops) * width / height
     columns = 1 + len(shown)
-    size = (1.3 * (left + columns), 1.3 * len(crops) + 0.45)
+    size = (1.3 * (left + columns), 1.3 * len(crops) + 0.75)
     figure: Figure = optional("matplotlib.figure").Figure(figsize=size, layout="constrained")
     grid = figure.add_gridspec(len(crops), 1 + columns, width_ratios=[left] + [1.0] * columns, wspace=0.02, hspace=0.02)
     whole = figure.add_subplot(grid[:, 0])
@@ -231,12 +232,21 @@ def draw_comparison(scene: SceneResult, pictures: Pictures, crops: Sequence[Wind
             axes = figure.add_subplot(grid[row, 1 + column])
             _show(axes, srgb_bytes(image[y : y + h, x : x + w], pictures.stops), colour)
             if row == 0:
-                _title(axes, "reference" if column == 0 else _heading(shown[column - 1]))
+                _title(axes, "reference" if column == 0 else _heading(shown[column - 1], scene.budget_s), 7)
+    figure.supxlabel(_crops_caption(scene), fontsize=7, color=INK).set_parse_math(False)
     return figure
 
 
-def _heading(strategy: StrategyResult) -> str:
-    return "\n".join(filter(None, (strategy.label, short_caption(strategy))))
+def _heading(strategy: StrategyResult, budget: float) -> str:
+    return "\n".join(filter(None, (strategy.label, short_caption(strategy, budget))))
+
+
+def _crops_caption(scene: SceneResult) -> str:
+    """Return the sentences on the times and errors above the crops of a scene."""
+    return (
+        "Each picture is one run at its end: first line, its own error and time.\nSecond line, as in the table: the "
+        f"error of all runs after the equal time, {seconds(scene.budget_s)}."
+    )
 
 
 def _cycle(count: int) -> list[str]:
@@ -253,5 +263,5 @@ def _show(axes: Axes, pixels: np.ndarray[tuple[int, ...], np.dtype[np.uint8]], f
         spine.set_linewidth(1.5)
 
 
-def _title(axes: Axes, text: str) -> None:
-    axes.set_title(text, fontsize=8, color=INK).set_parse_math(False)
+def _title(axes: Axes, text: str, size: float = 8) -> None:
+    axes.set_title(text, fontsize=size, color=INK).set_parse_math(False)

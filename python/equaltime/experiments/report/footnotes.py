@@ -67,9 +67,13 @@ def letter(number: int) -> str:
 
 
 def _extrapolated(found: re.Match[str]) -> str:
-    """Say in plain words how far a time lies outside the runs."""
+    """Say in plain words how far a time lies outside the runs, and of an early one also how it is made."""
     if found[2] == "before":
-        return f"extrapolated before the first measurement, which was {found[1]} times later"
+        slope = "slope -1/2" if found[0].endswith("-1/2") else "the slope of its first three doublings of time"
+        return (
+            f"extrapolated before the first measurement, which was {found[1]} times later: the curve is carried back "
+            f"with {slope}"
+        )
     return f"extrapolated beyond the longest run, {found[1]} times as long"
 
 

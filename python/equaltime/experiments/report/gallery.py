@@ -131,7 +131,8 @@ def _best_first(scene: SceneResult) -> list[StrategyResult]:
 
 _IMAGE_WORDS = (
     "Each picture is one run: the first of its strategy, at its end. Its caption gives the relative error of this run, "
-    "and the mean of all runs: the root mean square, which is the last point of the strategy's curve."
+    "and the mean of all runs: the root mean square, which is the last point of the strategy's curve. Tables "
+    "compare errors at equal time, which may be another time."
 )
 _ERROR_WORDS = (
     "Relative error of each pixel at the end of the runs: the root mean square of all runs, with the reference's own "

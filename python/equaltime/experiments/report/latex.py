@@ -17,6 +17,7 @@ from equaltime.experiments.report.words import (
     Cell,
     Unit,
     column_unit,
+    in_brackets_stands,
     marked,
     meanings,
     measured_cell,
@@ -26,7 +27,7 @@ from equaltime.experiments.report.words import (
     seconds_cell,
 )
 from equaltime.files import replacing
-from equaltime.statistics.intervals import UNKNOWN, Interval
+from equaltime.statistics.intervals import TELLING, UNKNOWN, Interval
 
 __all__ = ["latex_table", "write_latex"]
 
@@ -54,7 +55,8 @@ def latex_table(summary: Summary) -> str:
     """Return a table with a row for each strategy of each scene: error at equal time, time to each target, speed-up.
 
     The speed-up is over the scene's baseline, to the error `Summary.ratio_target`. All errors are in per cent, and all
-    times of a column are in the unit that its heading has. Numbers have their 95 % intervals in brackets, as in the
+    times of a column are in the unit that its heading has. If a column's times span more than a factor of 10,000, each
+    has its own unit. Numbers have their 95 % intervals in brackets, as in the
     report. If only one end of an interval can be trusted, it stands as a bound; a dash stands for a number that is not
     known. A row below each scene gives its size, its repeats and the error of its reference. Notes below the table
     explain the marks that it has, such as the star of extrapolated numbers.
@@ -88,20 +90,21 @@ def _times(summary: Summary, target: float) -> list[Interval]:
     return [one.time_to.get(target, UNKNOWN) for scene in summary.scenes for one in scene.strategies]
 
 
-def _titles(scene: SceneResult, units: Mapping[float, Unit], ratio: float | None) -> tuple[str, ...]:
-    times = (f"time to {percent(target)} [{unit.symbol.strip()}]" for target, unit in units.items())
+def _titles(scene: SceneResult, units: Mapping[float, Unit | None], ratio: float | None) -> tuple[str, ...]:
+    heads = {target: "" if unit is None else f" [{unit.symbol.strip()}]" for target, unit in units.items()}
+    times = (f"time to {percent(target)}{head}" for target, head in heads.items())
     speed_up = () if ratio is None else (f"speed-up over {scene.baseline} to {percent(ratio)}",)
     return (scene.name, f"error after {seconds(scene.budget_s)} [%]", *times, *speed_up)
 
 
-def _rows(scene: SceneResult, units: Mapping[float, Unit], ratio: float | None) -> Iterator[tuple[str, ...]]:
-    """Yield the cells of each strategy; ``units`` has the unit of the times to each target.
+def _rows(scene: SceneResult, units: Mapping[float, Unit | None], ratio: float | None) -> Iterator[tuple[str, ...]]:
+    """Yield the cells of each strategy; ``units`` has the unit of the times to each target, or None.
 
     ``ratio`` is the error of the last column's speed-ups; None leaves the column out.
     """
     for strategy in scene.strategies:
         error = strategy.error_at_budget
-        told = _marked(_text(measured_cell(error)).replace(ERROR_UNIT.symbol, ""), error)
+        told = marked(_text(measured_cell(error)).replace(ERROR_UNIT.symbol, ""), error)
         yield (
             strategy.named,
             told,
@@ -110,9 +113,9 @@ def _rows(scene: SceneResult, units: Mapping[float, Unit], ratio: float | None) 
         )
 
 
-def _time(strategy: StrategyResult, target: float, unit: Unit) -> str:
+def _time(strategy: StrategyResult, target: float, unit: Unit | None) -> str:
     time = strategy.time_to.get(target, UNKNOWN)
-    return _marked(_text(seconds_cell(time, replace(unit, symbol=""))), time)
+    return marked(_text(seconds_cell(time, None if unit is None else replace(unit, symbol=""))), time)
 
 
 def _speed_up(scene: SceneResult, strategy: StrategyResult, target: float | None) -> Iterator[str]:
@@ -121,12 +124,7 @@ def _speed_up(scene: SceneResult, strategy: StrategyResult, target: float | None
         return
     cell = ratio_cell(scene, strategy, target)
     text = cell.text if strategy.label == scene.baseline else _text(cell)
-    yield _marked(text.replace(_TIMES, ""), strategy.ratio.get(target, UNKNOWN))
-
-
-def _marked(text: str, number: Interval) -> str:
-    """Return the text of a number with its marks, such as the star of extrapolated ones; a dash has none."""
-    return marked(text, number) if text != DASH and number.known else text
+    yield marked(text.replace(_TIMES, ""), strategy.ratio.get(target, UNKNOWN))
 
 
 def _text(cell: Cell) -> str:
@@ -143,11 +141,10 @@ def _conditions(scene: SceneResult) -> str:
 
 def _notes(texts: Sequence[str]) -> Iterator[str]:
     """Yield a note on the numbers in brackets, and one on each mark that the cells with these ``texts`` have."""
-    measured = any("(measured" in text for text in texts)
-    yield f"in brackets: 95 % intervals{', or the error that was measured' if measured else ''}"
+    yield in_brackets_stands(texts)
     yield from (f"{mark}: {meaning}" for mark, meaning in meanings(texts).items())
     if DASH in texts:
-        yield f"{DASH}: these runs cannot tell"
+        yield f"{DASH}: unknown, not trusted, or both ends of the interval more than {TELLING:g} times off the number"
 
 
 def _across(text: str, columns: int) -> str:

@@ -25,6 +25,7 @@ __all__ = [
     "error_cell",
     "factor_cell",
     "facts",
+    "in_brackets_stands",
     "marked",
     "meanings",
     "measured_cell",
@@ -69,7 +70,7 @@ _MEANINGS: Mapping[str, str] = {
     _UNTOLD: f"both ends of the interval are more than {TELLING:g} times off the number",
     _AT_LEAST: "at least, since the upper end of the interval cannot be trusted",
     _AT_MOST: "at most, since the lower end of the interval cannot be trusted",
-    EXTRAPOLATED: "extrapolated beyond the runs",
+    EXTRAPOLATED: "extrapolated beyond the runs, or before their first measurement",
     MEDIAN: "of typical runs: a median over repeats, of speed-ups over pairs of them; errors are root mean squares, of "
     "which a few rare events make most",
 }
@@ -104,6 +105,9 @@ class Unit:
 
 ERROR_UNIT = Unit(100.0, f"{_THIN}%")
 """Unit of relative errors: per cent."""
+
+_WIDEST_COLUMN = 1e4
+"""Largest ratio of two durations in a column of one unit: beyond it, some numbers have five digits or many zeros."""
 
 _FARTHEST_END = 100.0
 """Largest upper end of an error's interval, in numbers, that is printed: a larger one means that it is not known."""
@@ -169,7 +173,12 @@ def ratio_cell(scene: SceneResult, strategy: StrategyResult, target: float) -> C
 
 
 def marked(text: str, number: Interval) -> str:
-    """Return the text of a number with the marks of what limits it: extrapolated, or of typical runs."""
+    """Return the text of a number or bound with the marks of what limits it: extrapolated, or of typical runs.
+
+    A word or a dash in place of a number has no mark.
+    """
+    if not any(map(str.isdigit, text)):
+        return text
     return text + EXTRAPOLATED * (number.reach > 1.0) + MEDIAN * (TYPICAL in number.note)
 
 
@@ -213,15 +222,27 @@ def seconds_cell(interval: Interval, unit: Unit | None = None) -> Cell:
     return _cell(interval, unit or _time_unit(_shown(interval)))
 
 
-def column_unit(intervals: Iterable[Interval]) -> Unit:
-    """Return one unit for a column of durations, ``intervals`` in seconds: the unit that suits their median."""
+def column_unit(intervals: Iterable[Interval]) -> Unit | None:
+    """Return one unit for a column of durations, ``intervals`` in seconds: the unit that suits their median.
+
+    The result is None if the longest duration is more than `_WIDEST_COLUMN` times the shortest, so that each number
+    needs a unit of its own.
+    """
     shown = sorted(number for interval in intervals if 0.0 < (number := _shown(interval)) < math.inf)
+    if shown and shown[-1] > _WIDEST_COLUMN * shown[0]:
+        return None
     return _time_unit(shown[len(shown) // 2] if shown else 1.0)
 
 
 def _shown(interval: Interval) -> float:
     """Return the number that a cell shows: the end of the interval that can be trusted if there is only one."""
     return {"low": interval.low, "high": interval.high}.get(interval.bound, interval.value)
+
+
+def in_brackets_stands(texts: Iterable[str]) -> str:
+    """Return the meaning of the numbers in brackets in a table with these ``texts``."""
+    measured = ", or the error that was measured" if any("(measured" in text for text in texts) else ""
+    return f"in brackets: 95 % intervals{measured}"
 
 
 def meanings(texts: Iterable[str]) -> dict[str, str]:

@@ -63,7 +63,10 @@ def experiments_in(folder: Path) -> tuple[Path, ...]:
     """
     found = sorted((path for path in folder.glob("*.toml") if is_experiment(path, unreadable=True)), key=_natural)
     if not found:
-        raise ExperimentError((Problem(str(folder), "has no experiment: no TOML file with scenes and strategies"),))
+        record = ExperimentFolder(folder).experiment
+        ran = f"; {record} is the experiment that was run there" if is_experiment(record) else ""
+        problem = f"has no experiment: no TOML file with scenes and strategies{ran}"
+        raise ExperimentError((Problem(str(folder), problem),))
     return tuple(found)
 
 

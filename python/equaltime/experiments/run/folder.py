@@ -22,6 +22,7 @@ import hashlib
 import json
 import os
 import re
+import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -31,11 +32,12 @@ from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
 
 from equaltime import files as disk
 from equaltime.errors import ExperimentError, ImageError, Problem
+from equaltime.experiments.model.experiment import Experiment
 from equaltime.experiments.model.problems import file_name
+from equaltime.experiments.model.recorded import to_record
 from equaltime.experiments.model.sources import PROGRAM_FILES
 from equaltime.experiments.run.record import Key, load
 from equaltime.files import try_lock
@@ -174,7 +176,7 @@ class ExperimentFolder:
             raise _refused(self.path, f"cannot be locked: {error.strerror or error}; use another folder") from error
 
     def claim(
-        self, identity: Mapping[str, Any], experiment: BaseModel, files: Mapping[str, str] = MappingProxyType({})
+        self, identity: Mapping[str, Any], experiment: Experiment, files: Mapping[str, str] = MappingProxyType({})
     ) -> None:
         """Write the ``identity`` of an experiment to the folder, or check that it matches the identity written before.
 
@@ -204,9 +206,7 @@ class ExperimentFolder:
                 now = joined
             elif before is not None and before["identity"] != now:
                 self._forget(before["identity"])
-            content = {"scenes": {"__all__": {"scene"}}}
-            text = experiment.model_dump(mode="json", exclude_none=True, exclude=content, fallback=str)
-            after = {"identity": now, "experiment": text, "files": dict(files)}
+            after = {"identity": now, "experiment": to_record(experiment), "files": dict(files)}
             if after != before:
                 self._write(self.experiment, after)
         except OSError as error:
@@ -286,7 +286,17 @@ class ExperimentFolder:
         if differing:
             texts = (_difference(key, before.get(key), now.get(key)) for key in differing)
             place = f"{self.path}: has records of another experiment"
-            raise ExperimentError(tuple(Problem(place, text) for text in texts))
+            problems = tuple(Problem(place, text) for text in texts)
+            raise ExperimentError((*problems, Problem(str(self.path), self._way_back())))
+
+    def _way_back(self) -> str:
+        """Return a sentence with the commands that show what the folder measured and go on with it."""
+        folder, file = (shlex.quote(str(path)) for path in (self.path, self.experiment))
+        return (
+            f"the changed experiment needs another folder; `equaltime info {folder}` shows what was measured here, and "
+            f"`equaltime cost {file} -o {folder}` goes on with the experiment as it was, with scenes and programs as "
+            "they are now"
+        )
 
     def _write(self, path: Path, content: Mapping[str, Any]) -> None:
         with replacing(path) as file:
@@ -377,12 +387,12 @@ def _without_files(identity: object) -> Iterator[str]:
 
 
 def _difference(key: str, before: object, now: object) -> str:
-    """Return a sentence on a value of an identity that differs, and on what to do."""
+    """Return a sentence on a value of an identity that differs."""
     what = f"{key} is {json_text(before)} there, and {json_text(now)} now"
     if program := re.fullmatch(rf"strategies\.(.+)\.{PROGRAM_FILES}\.(.+)", key):
         label, file = program.groups()
         what = f"{file}, a file of the program of {label}, {'has changed' if now else 'is gone'} since its runs"
-    return f"{what}; use another folder, or remove this one"
+    return what
 
 
 def _read_json(path: Path) -> dict[str, Any]:

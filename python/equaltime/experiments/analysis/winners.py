@@ -1,0 +1,130 @@
+"""Sentences of verdicts that name the best strategy of each scene, where a reader may take another one for it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from equaltime.experiments.analysis.sentences import joined, listed
+from equaltime.experiments.model.summary import SceneResult, StrategyResult
+from equaltime.statistics.curves import TYPICAL
+from equaltime.statistics.in_words import in_time
+from equaltime.statistics.intervals import Interval, product_mean, sound, sound_below
+from equaltime.strategy import PRESETS
+from equaltime.words import percent
+
+__all__ = ["best_per_scene", "fastest", "quotient"]
+
+_MOST_EQUAL = 3
+"""Largest number of strategies without a clear difference that a sentence names as the best of a scene."""
+
+_KNOWN, _MEAN = " of those whose time is known", " in the mean of all runs"
+
+_Measure = Callable[[StrategyResult], Interval]
+
+
+@dataclass(frozen=True)
+class _Winners:
+    scene: str
+    strategies: tuple[StrategyResult, ...]
+    """Strategies than which none is clearly better."""
+    value: Interval
+    """The best of their numbers."""
+    among: str
+    """Words on the strategies that were compared, if another one may be better: `_KNOWN` or `_MEAN`; else empty."""
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Labels of the strategies."""
+        return tuple(strategy.label for strategy in self.strategies)
+
+
+def fastest(scenes: Sequence[SceneResult], target: float) -> str:
+    """Return a sentence that names the strategy that first reaches the error ``target`` on each scene.
+
+    The text is empty where the verdict tells it otherwise: if each scene's standard is its fastest strategy and no
+    method of one's own takes part, or only other renderers on one scene, which have a sentence of their own.
+    """
+    found = [one for scene in scenes if (one := _winners(scene, lambda s: s.time_to[target])) is not None]
+    standards = {scene.name: scene.standard for scene in scenes}
+    beaten = any(standards[one.scene] not in one.labels for one in found)
+    if not found or not (beaten or any(_has_own(scene, len(scenes) == 1) for scene in scenes)):
+        return ""
+    among = max((one.among for one in found), key=("", _MEAN, _KNOWN).index)
+    time = f", {in_time(found[0].value)}" if len(scenes) == 1 and beaten else ""
+    return f" Fastest to {percent(target)}{among}: {_told(found, len(scenes))}{time}."
+
+
+def best_per_scene(scenes: Sequence[SceneResult]) -> str:
+    """Return a sentence that names the strategy of the best efficiency on each of several scenes.
+
+    The text is empty for one scene, and if one strategy is the best on all.
+    """
+    found = [
+        one
+        for scene in scenes
+        if (one := _winners(scene, lambda s: s.efficiency.map(lambda gain: 1.0 / gain if gain else math.inf)))
+    ]
+    if len(scenes) == 1 or len(found) < 2 or set.intersection(*(set(one.labels) for one in found)):
+        return ""
+    return f" Best on each scene: {_told(found, len(scenes))}."
+
+
+def _winners(scene: SceneResult, measure: _Measure) -> _Winners | None:
+    """Return the strategies with the smallest numbers; None if there are less than two, or no number is known.
+
+    Numbers of typical runs, which leave out rare events, are compared only if all are of that kind.
+    """
+    rivals = [(s, measure(s)) for s in scene.strategies if not s.disagrees or sound(measure(s))]
+    known = [(s, number) for s, number in rivals if sound(number)]
+    known = [(s, number) for s, number in known if TYPICAL not in number.note] or known
+    if not known or len(rivals) < 2:
+        return None
+    _, least = min(known, key=lambda one: one[1].value)
+    best = tuple(s for s, number in known if number is least or not _clearly_below(least, number))
+    compared = [s.label for s, _ in known]
+    others = [number for s, number in rivals if s.label not in compared and not _is_above(number, least)]
+    among = "" if not others else _MEAN if all(map(sound, others)) else _KNOWN
+    return _Winners(scene.name, best, least, among)
+
+
+def _clearly_below(number: Interval, other: Interval) -> bool:
+    ratio = quotient(number, other)
+    return number.high < other.low if ratio is None else ratio.high < 1.0
+
+
+def _is_above(number: Interval, least: Interval) -> bool:
+    """Tell whether a number is surely above ``least``: by its lower end, or because it is never reached."""
+    valid = sound(number) or sound_below(number) or (number.trusted and math.isinf(number.value))
+    return valid and number.low > least.high
+
+
+def quotient(number: Interval, other: Interval) -> Interval | None:
+    """Return the ratio of two independently measured numbers; None if a number or the ratio is not trusted."""
+    if not (sound(number) and sound(other)):
+        return None
+    square = product_mean([number, other.map(lambda value: 1.0 / value)])
+    return found if sound(found := square.map(lambda root: root**2).telling()) else None
+
+
+def _has_own(scene: SceneResult, alone: bool) -> bool:
+    """Tell whether a method of one's own takes part beside standard and baseline: a renderer, or no plain preset.
+
+    ``alone`` tells that the scene is the only one, on which other renderers have a sentence of their own.
+    """
+    return any(
+        (one.renderer != "core" and not alone) or (one.renderer == "core" and one.label not in PRESETS)
+        for one in scene.strategies
+        if one.label not in (scene.standard, scene.baseline)
+    )
+
+
+def _told(found: Sequence[_Winners], scenes: int) -> str:
+    """Return the best strategies with their scenes: ``best on box and room, mine on hall``."""
+    places: dict[str, list[str]] = {}
+    for one in found:
+        count = len(one.strategies)
+        text = joined(s.named for s in one.strategies) if count <= _MOST_EQUAL else f"{count} strategies"
+        places.setdefault(f"{text} (no clear difference)" if count > 1 else text, []).append(one.scene)
+    return ", ".join(text if scenes == 1 else f"{text} on {listed(names)}" for text, names in places.items())
