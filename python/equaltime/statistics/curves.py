@@ -49,6 +49,7 @@ from equaltime.statistics.intervals import (
 from equaltime.words import duration, percent
 
 __all__ = [
+    "AGAINST_SAMPLES",
     "BELOW",
     "STEEPEST",
     "TOO_NOISY",
@@ -108,6 +109,8 @@ _STEEP = (
     "much flatter than -0.8"
 )
 """Remark on a time that is extrapolated by `STEEPEST`."""
+AGAINST_SAMPLES = "against samples, not time"
+"""Beginning of the note of a slope of log error against log samples; other slopes are against log time."""
 TYPICAL = "typical runs: the median of repeats"
 """Note of an interval of a time: the time is the median over repeats, not the time at which the mean error is
 reached."""
@@ -600,8 +603,8 @@ def slope(runs: Runs) -> Interval:
     """Return the slope of log error against log time over all checkpoints of ``runs``, as an interval.
 
     Independent samples have a slope of -0.5. The slope is against log samples if a renderer starts anew for every
-    checkpoint, which the field ``note`` says: its start makes errors fall steeply with time for a while. The value is
-    NaN if there are too few checkpoints.
+    checkpoint: its start makes errors fall steeply with time for a while. The field ``note`` then begins with
+    `AGAINST_SAMPLES`. The value is NaN if there are too few checkpoints.
     """
 
     def steepness(kept: Floats, off: float) -> float:
@@ -611,10 +614,11 @@ def slope(runs: Runs) -> Interval:
     found = interval_of(steepness, runs.repeats)
     if math.isnan(found.value):
         return UNKNOWN.doubted("an exact image has no error that falls" if runs.exact else "too few checkpoints")
+    if runs.spp is not None:
+        started = _started(start_seconds(runs, np.ones(runs.repeats)))
+        found = found.noted(f"{AGAINST_SAMPLES}: {started or 'times of other renderers may contain a start'}")
     if found.trusted and found.low > INDEPENDENT and not runs.biased:
         found = found.noted(_SHALLOW)
-    if started := _started(start_seconds(runs, np.ones(runs.repeats))):
-        found = found.noted(f"against samples, not time: {started}")
     reason = join((runs.tail, runs.missing))
     return found.doubted(reason) if reason else found
 

@@ -12,6 +12,7 @@ from scipy.stats import binomtest
 
 from equaltime.experiments.analysis.strategy_runs import speed_up
 from equaltime.statistics.curves import (
+    AGAINST_SAMPLES,
     Runs,
     error_at,
     error_curve,
@@ -379,6 +380,14 @@ def test_the_slope(power: float) -> None:
     found = slope(power_law(power=power))
     assert found.low < power < found.high
     assert found.high - found.low < 0.02
+    assert AGAINST_SAMPLES not in found.note
+
+
+def test_a_slope_against_samples_says_so_whether_or_not_renders_have_a_start() -> None:
+    runs = replace(power_law(), spp=SPP)
+    without = replace(runs, seconds=np.broadcast_to(SPP, runs.seconds.shape))
+    for each in (runs, without, starting_anew(0.5)):
+        assert slope(each).note.startswith(AGAINST_SAMPLES)
 
 
 def test_curves_have_an_interval_at_every_checkpoint() -> None:

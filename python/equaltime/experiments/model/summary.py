@@ -48,7 +48,8 @@ class Curve:
     Every number in reports that is called a strategy's error is a point of this curve.
     """
     slope: Interval
-    """Slope of log error against log time: -0.5 for independent samples."""
+    """Slope of log error against log time: -0.5 for independent samples. It is against log samples for
+    other renderers than equaltime; its note then begins with `equaltime.statistics.curves.AGAINST_SAMPLES`."""
     own_estimate: tuple[Interval, ...]
     """Errors that the renders themselves state, without a reference; the value is NaN if the renderer states none."""
 
