@@ -245,7 +245,7 @@ def test_a_renderer_that_failed_its_test_of_agreement_is_told_with_its_differenc
     assert mine.difference is not None
     assert mine.difference.value == pytest.approx(0.2 / math.sqrt(1.01), rel=0.02)
     assert 0.19 < mine.difference.low < mine.difference.value < mine.difference.high < 0.21
-    assert "Not the picture of equaltime: cut is 19.73 % off (" in summary.verdict
+    assert "Not the picture of equaltime: cut is 19.73 % off (" in " ".join(summary.verdict_notes)
     told = other_renderers(summary)[0]
     assert told.startswith("cut: its picture disagrees with the reference by 19.73 % (")
     assert re.search(r": no error below 99(\.\d)? % is given, and no time to one\.$", told)

@@ -235,6 +235,8 @@ class Summary(Shown):
     """Numbers of the published claim, each with the number that the experiment measured; empty without a claim."""
     headline_target: float | None = None
     """Error whose time the verdict gives; None if it gives none."""
+    verdict_notes: tuple[str, ...] = ()
+    """Sentences on what limits the verdict, such as a time that is extrapolated."""
     directions: Path | None = None
     """File of ray directions drawn by uniform and by BSDF sampling, for the report; None if not wanted."""
 
