@@ -13,7 +13,7 @@ from dataclasses import replace
 from equaltime.experiments.analysis.combination import combination_verdict
 from equaltime.experiments.analysis.pictures import other_pictures
 from equaltime.experiments.analysis.questions import bias_verdict, efficiency_verdict, samples_verdict
-from equaltime.experiments.analysis.sentences import Answer, across, compared, joined, less_time, listed, where
+from equaltime.experiments.analysis.sentences import Answer, across, compared, joined, less_time, where
 from equaltime.experiments.model.experiment import Question
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.statistics.agreement import LEVEL
@@ -46,8 +46,9 @@ def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Q
     For the question ``time`` the answer has two numbers: the speed-up of the standard strategy (usually ``best``) over
     the baseline, and its time to an error. Both numbers are for the smallest target error at which their intervals are
     trusted, on all scenes if possible. Numbers that need no extrapolation are preferred, then numbers for which only
-    the baseline is extrapolated. Without a trusted speed-up, a speed-up with a trusted lower limit is used. The last
-    choice is an error that the baseline does not reach, which makes the speed-up a lower limit too.
+    the baseline is extrapolated. Without a trusted speed-up, a speed-up with a trusted lower limit is used, then the
+    efficiency of typical runs. The last choice is an error that the baseline does not reach, which makes the speed-up a
+    lower limit.
     """
     if question == "bias":
         return bias_verdict(scenes, LEVEL)
@@ -69,13 +70,17 @@ def headline_target(scenes: Sequence[SceneResult], targets: Sequence[float], que
 
 def _answer_in_time(scenes: Sequence[SceneResult], targets: Sequence[float]) -> tuple[Answer, float | None]:
     """Return the answer to the question ``time``, and the error whose time it gives (None if it gives none)."""
-    for all_scenes in (True, False):
-        for ratio_is_good in (sound, sound_below, _is_limit):
-            for reach in _REACHES:
-                for target in sorted(targets):
-                    found = [one for scene in scenes if (one := _at(scene, target, reach, ratio_is_good)) is not None]
-                    if found and (len(found) == len(scenes) or not all_scenes):
-                        return _speed_up(found, target, len(scenes)).noted(_own_renderers(scenes, target)), target
+    tests: list[tuple[bool, _Test]] = [
+        (everywhere, test) for everywhere in (True, False) for test in (sound, sound_below)
+    ]
+    if not _typical(scenes):  # which says more than a limit
+        tests += [(True, _is_limit), (False, _is_limit)]
+    for everywhere, ratio_is_good in tests:
+        for reach in _REACHES:
+            for target in sorted(targets):
+                found = [one for scene in scenes if (one := _at(scene, target, reach, ratio_is_good)) is not None]
+                if found and (len(found) == len(scenes) or not everywhere):
+                    return _speed_up(found, target, len(scenes)).noted(_own_renderers(scenes, target)), target
     alone = _time_alone(scenes, targets)
     return _without_ratio(scenes, alone), None if alone is None else alone[2]
 
@@ -135,14 +140,12 @@ def _speed_up(found: Sequence[_Found], target: float, count: int) -> Answer:
 
 
 def _not_reached(found: Sequence[_Found], target: float) -> str:
-    """Return why and where baselines do not reach ``target``, in brackets; empty if all reach it."""
-    absent = [scene for scene, strategy in found if math.isinf(strategy.ratio[target].value)]
-    if not absent:
-        return ""
-    baseline = next((one for one in absent[0].strategies if one.label == absent[0].baseline), None)
-    note = "" if baseline is None else baseline.time_to[target].note.partition("; ")[0]
-    on = f" on {listed([scene.name for scene in absent])}" if len(absent) < len(found) else ""
-    return f" ({note or 'not reached'}{on})"
+    """Return in brackets why the baseline does not reach ``target``; empty if it does."""
+    for scene, strategy in found:
+        if math.isinf(strategy.ratio[target].value):
+            baseline = next(one for one in scene.strategies if one.label == scene.baseline)
+            return f" ({baseline.time_to[target].note.partition('; ')[0] or 'not reached'})"
+    return ""
 
 
 def _own_renderers(scenes: Sequence[SceneResult], target: float) -> Iterator[str]:
