@@ -16,7 +16,7 @@ from equaltime.statistics.intervals import Interval
 
 SCENES = Path(__file__).parents[2] / "scenes"
 CAUSTIC, PLAIN = SCENES / "experiments" / "caustic.toml", SCENES / "cornell-box.toml"
-WORDS = "small bright emitters reach the image through glass or mirrors"
+WORDS = "small bright emitters reach the image by way of glass, where"
 Said = Callable[[str], str]
 
 

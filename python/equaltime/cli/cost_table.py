@@ -33,6 +33,8 @@ _REPORT = "report.html"
 _MOST_TARGETS = 2
 _FEW_ROWS = 8
 """Largest number of rows that are all shown: a strategy that the user has named should not be missing."""
+_MOST_NOTES = 2
+"""Largest number of notes on the verdict that are shown without ``-v``."""
 _OTHER_LINES = 6
 """Lines beside rows and caveats: verdict twice, heading, what ``*`` means, what ``-v`` adds, what to open next.
 
@@ -45,7 +47,7 @@ _Row = tuple[SceneResult, StrategyResult]
 
 
 def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: bool = False) -> None:
-    """Print the verdict as first and last line; between them a table, caveats, and the files in ``folder`` to open.
+    """Print the verdict as first and last line; between them a table, notes, and the files in ``folder`` to open.
 
     All of up to `_FEW_ROWS` rows are shown. With more rows, the output has at most `MOST_LINES` lines, unless
     ``verbose`` asks for all rows and reasons. ``quick`` tells that the experiment was run with ``--quick``, so that
@@ -54,7 +56,8 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     console = plain_console()
     print_lines([summary.verdict])
     every = [(scene, strategy) for scene in summary.scenes for strategy in scene.strategies]
-    caveats = [*_rule(summary), *_caveats(summary, verbose)]
+    notes = summary.verdict_notes if verbose else summary.verdict_notes[:_MOST_NOTES]
+    caveats = [*notes, *_rule(summary), *_caveats(summary, verbose)]
     telling = [row for row in every if _tells(row[1])]
     few = len(every) <= _FEW_ROWS
     others = _OTHER_LINES + any(TYPICAL in time.note for _, one in every for time in one.time_to.values())
@@ -65,6 +68,7 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     reasons = _reasons(summary)
     more = [_count(len(every) - len(rows), "more row")] if len(rows) < len(every) else []
     more += [f"times to {', '.join(absent)}"] if (absent := _left_out(table, summary)) and not verbose else []
+    more += [_count(left, "more note")] if (left := len(summary.verdict_notes) - len(notes)) else []
     more += _questions(summary)
     faster = _speed_ups(summary) if verbose else []
     beyond = [text for text in _marks(table, faster) if text.startswith((EXTRAPOLATED.strip(), MEDIAN.strip()))]
@@ -93,7 +97,7 @@ def every_row(summary: Summary) -> Table:
 
 def legend(summary: Summary, table: Table) -> list[str]:
     """Return the lines below ``table``, which has all strategies: meaning of numbers and marks, then caveats."""
-    caveats = [*_rule(summary), *_caveats(summary, verbose=True), *_too_wide(table, summary)]
+    caveats = [*summary.verdict_notes, *_rule(summary), *_caveats(summary, verbose=True), *_too_wide(table, summary)]
     faster = _speed_ups(summary)
     return [*faster, in_brackets_stands(_texts(table, faster)), *_marks(table, faster), *caveats, *_reasons(summary)]
 

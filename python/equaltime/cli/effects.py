@@ -62,7 +62,7 @@ def effects(
     """List the effects, such as motion blur, that a scene uses, and what each costs in time, in noise and in memory.
 
     The scene is rendered in turn with and without each effect that can be left out, on a smaller film. Effects that the
-    scene does not use cost nothing.
+    scene does not use cost nothing. An effect is proposed to be left out if the picture is then off by at most 2 %.
 
 
     For instance: `equaltime effects scene.toml --quick`

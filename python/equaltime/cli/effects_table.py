@@ -21,9 +21,11 @@ _MOST_REASONS = 3
 _MOST_LIGHTS = 3
 _LITTLE: Final = 0.02
 """Largest relative error of the image, without an effect, at which the output proposes to leave the effect out."""
-_OTHER_LINES = 7
-"""Lines beside the rows of the table: two of the answer, heading, two below, other depth, what ``-v`` adds."""
+_OTHER_LINES = 8
+"""Lines beside the rows of the table: two of the answer, heading, meaning of `_NONE`, two below, other depth, what
+``-v`` adds."""
 _NONE = "none measurable"
+_NONE_MEANS = f"{_NONE}: the lower end of the 95 % interval is 0 or less."
 _SHARES = {
     "length": "by the length of the path (2: direct light)",
     "way": "by how the light was found",
@@ -42,9 +44,15 @@ def print_effects(found: PriceList, name: str, verbose: bool) -> None:
         print_line(console, line)
     priced = [price for price in found.prices if price.instead is not None]
     rows = list(found.prices) if verbose else sorted(priced, key=_cost, reverse=True)[: MOST_LINES - _OTHER_LINES]
+    lines = [*(_everything(found) if verbose else _short(found, len(priced) - len(rows)))]
+    cells = []
     if rows:
-        console.print(_table(rows))
-    for line in _everything(found) if verbose else _short(found, len(priced) - len(rows)):
+        table = _table(rows)
+        console.print(table)
+        cells = [str(cell) for column in table.columns for cell in column.cells]
+    if any(_NONE in text for text in (*cells, *lines)):
+        print_line(console, _NONE_MEANS)
+    for line in lines:
         print_line(console, line)
 
 
@@ -66,7 +74,7 @@ def _answer(found: PriceList, name: str) -> str:
     costly = [price for price in sorted(found.prices, key=_cost, reverse=True) if _cost(price) > 0.0]
     removable = next((price for price in costly if price.instead is not None), None)
     if not costly:
-        return f"{name}: no effect has a measurable cost."
+        return f"{name}: no effect has a measurable cost (the lower end of every 95 % interval is 0 or less)."
     said = f"What makes {name} slow: first of all {_costs(costly[0])}"
     if costly[0] is removable:
         return f"{said}."
@@ -90,8 +98,9 @@ def _proposal(found: PriceList) -> str:
     named = [(price.kind.name, price.change) for price in found.prices if price.kind.name != "long_paths"]
     cuts = [(f"long_paths={depth}", error) for depth, error in found.truncated.items() if depth > 1 and _small(error)]
     small = [(option, change) for option, change in (*named, *cuts[:1]) if change is not None and _small(change)]
-    told = [f"--without {option} (picture off by at most {percent(change.high)})" for option, change in small]
-    return f"Could be left out: {', '.join(told)}." if told else "Nothing can be left out without a visible change."
+    told = [f"--without {option} (at most {percent(change.high)})" for option, change in small]
+    limit = f"a picture off by at most {percent(_LITTLE)}"
+    return f"Could be left out, for {limit}: {', '.join(told)}." if told else f"Nothing can be left out for {limit}."
 
 
 def _small(change: Interval) -> bool:

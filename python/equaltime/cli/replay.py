@@ -45,7 +45,7 @@ ENDS: Final = {
     "no_direction": "the BSDF gives no direction",
     "black": "nothing is scattered, as the BSDF's weight is 0",
     "not_finite": "its throughput is not a finite number",
-    "roulette": "the roulette ends it",
+    "roulette": "by Russian roulette",
 }
 _UNDERFLOW: Final = "its throughput becomes 0 by underflow: throughput times weight is below the smallest float32"
 _OF_RECORD: Final = ("size", "max_depth", "strategy", "define", "substitute", "transparent", "without")

@@ -48,6 +48,11 @@ class PathInLines:
             yield "each pdf is per steradian; the pdf of a picked light contains the probability of the pick"
         elif any(vertex["scattering"] is not None for vertex in vertices):
             yield "each pdf is per steradian"
+        if any(_plays_roulette(vertex["scattering"]) for vertex in vertices):
+            yield (
+                "Russian roulette: the path survives with the survival probability, and its throughput is then divided "
+                "by that number, which keeps the mean right; else it ends"
+            )
         yield (
             "the camera's ray begins between camera and scene, where no surface is nearer to the camera; other rays "
             "begin just off the surface that they leave, clear of its rounding error"
@@ -161,12 +166,17 @@ class PathInLines:
             return
         pdf = "a discrete direction" if scattering["pdf"] is None else f"pdf {self._one(scattering['pdf'])}"
         yield f"  towards {self.all(scattering['direction'])}, {pdf}, weight {self.all(scattering['weight'])}"
-        if scattering["survival"] is not None and scattering["survival"] < 1.0:
-            outcome = "the roulette lets it live" if goes_on else "the roulette ends it"
-            yield f"  {outcome}; the probability of living was {self._one(scattering['survival'])}"
+        if _plays_roulette(scattering):
+            outcome = "the path survives" if goes_on else "the path ends"
+            yield f"  Russian roulette: survival probability {self._one(scattering['survival'])}, {outcome}"
 
     def _one(self, value: float) -> str:
         return self.all((value,))
+
+
+def _plays_roulette(scattering: Mapping[str, Any] | None) -> bool:
+    """Tell whether Russian roulette may end the path at a vertex with this scattering."""
+    return scattering is not None and scattering["survival"] is not None and scattering["survival"] < 1.0
 
 
 def _why_black(vertex: Mapping[str, Any]) -> str:

@@ -81,7 +81,8 @@ def cost(
     Returns
     -------
     Summary
-        The results, with intervals; ``.verdict`` sums them up in one sentence.
+        The results, with intervals; ``.verdict`` sums them up in a line or two, and ``.verdict_notes`` tells what
+        limits it.
 
     Raises
     ------

@@ -11,7 +11,7 @@ surfaces.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,6 +22,8 @@ from equaltime.statistics.in_words import rounded
 __all__ = ["Focus"]
 
 _PATHS = 4096
+_SURFACES = "specular surfaces"
+"""Words for surfaces of unknown kinds."""
 _SMALL = 0.25
 """Largest share of a diffuse surface's samples for a small emitter: the first samples meet larger ones."""
 _MANY = 10.0
@@ -50,19 +52,29 @@ class Focus:
     """
     share: float
     """Largest share of a diffuse surface's samples that meet the emitters: their effective solid angle over π."""
+    surfaces: str = _SURFACES
+    """Kinds of surfaces that may focus light in the scene, in words: ``glass and mirrors``."""
 
     @classmethod
-    def of(cls, scene: Any, settings: Any, seed: int, threads: int, whole_film: bool = False) -> Focus:
+    def of(
+        cls,
+        scene: Any,
+        settings: Any,
+        seed: int,
+        threads: int,
+        whole_film: bool = False,
+        surfaces: Callable[[], str] = str,
+    ) -> Focus:
         """Return how much light the specular surfaces of a core's scene focus, estimated from 4096 paths.
 
         ``settings`` are the core's settings of the render, and ``seed`` is the seed of the paths. The paths start in
         the crop window, or with ``whole_film`` in the whole film. ``threads`` is the number of threads; 0 is one for
-        each processor.
+        each processor. ``surfaces`` returns the kinds of the scene's specular surfaces in words; empty if unknown.
         """
         vertices, radiance, solid_angle = focused_light(
             scene, settings, seed, worker_threads(threads), _PATHS, whole_film
         )
-        return cls(vertices / _PATHS, radiance, solid_angle / math.pi)
+        return cls(vertices / _PATHS, radiance, solid_angle / math.pi, surfaces() or _SURFACES)
 
     @classmethod
     def none(cls) -> Focus:
@@ -105,12 +117,14 @@ class Focus:
             return ""
         often = rounded(1.0 / self.share)
         return (
-            "small bright emitters reach the image through glass or mirrors, where samples meet them by chance, at "
+            f"small bright emitters reach the image by way of {self.surfaces}, where samples meet them by chance, at "
             f"most one in {often}: light that {samples:.3g} samples a pixel have not met is not in the error; more "
             "samples, or larger and dimmer emitters, bring it in"
         )
 
     @classmethod
-    def from_dict(cls, data: Mapping[str, float] | None) -> Focus:
+    def from_dict(cls, data: Mapping[str, Any] | None) -> Focus:
         """Return the object from its fields by name in ``data``; for None, all three numbers are 0 (`Focus.none`)."""
-        return cls.none() if data is None else cls(data["paths"], data["light"], data["share"])
+        if data is None:
+            return cls.none()
+        return cls(data["paths"], data["light"], data["share"], data.get("surfaces") or _SURFACES)

@@ -75,15 +75,15 @@ class Unseen:
         self._find_lamps, self._find_focus = lamps, focus
 
     @classmethod
-    def of(cls, scene: Any, settings: Any, seed: int, threads: int) -> Unseen:
+    def of(cls, scene: Any, settings: Any, seed: int, threads: int, surfaces: Callable[[], str] = str) -> Unseen:
         """Return the light that the samples of a render of the core's scene may miss.
 
         ``settings`` are the core's settings of the render, and ``seed`` is its seed. ``threads`` is the number of
         threads of the searches for such light; 0 is one for each processor. A search runs when its result is first
-        needed.
+        needed. ``surfaces`` returns the kinds of the scene's specular surfaces in words; empty if unknown.
         """
         threads = worker_threads(threads)
-        focus = cache(partial(Focus.of, scene, settings, seed, threads))
+        focus = cache(partial(Focus.of, scene, settings, seed, threads, surfaces=surfaces))
 
         def lamps() -> Lamps:
             return Lamps.of(scene, settings, seed, threads, focus().possible)

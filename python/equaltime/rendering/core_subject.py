@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Literal, Protocol
 
 import numpy as np
@@ -17,6 +18,7 @@ from equaltime.images.float32 import as_float32, beyond_float32
 from equaltime.images.variance_picture import of_colours
 from equaltime.rendering.core import bad_sample, core_settings, make_renderer
 from equaltime.scene import Scene
+from equaltime.scene.effects.focusing import focusing_surfaces
 from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 
@@ -142,7 +144,9 @@ class CoreSubject:
         assert self._scene is not None, "prepare comes first"
         scene, threads = self._scene, self._threads
         renderer = make_renderer(scene, self.strategy, seed, threads)
-        unseen = Unseen.of(scene.core, core_settings(scene, self.strategy), seed, threads)
+        unseen = Unseen.of(
+            scene.core, core_settings(scene, self.strategy), seed, threads, partial(focusing_surfaces, scene)
+        )
         wall = cpu = 0.0
         for spp in ladder:
             wall_before, cpu_before = time.perf_counter(), time.process_time()

@@ -61,6 +61,13 @@ class _Stop(_Facts):
     pilot_seconds: Seconds = 0.0
 
 
+class _Focus(_Facts):
+    paths: float
+    light: float
+    share: float
+    surfaces: str | None = None
+
+
 class _Source(_Facts):
     seed: Count
     samples: dict[str, int]
@@ -140,7 +147,7 @@ class _Record(_Facts):
     decision: _Decision | None = None
     looks: list[_Look]
     common_doubt: Annotated[float, Field(ge=0.0)] = 0.0
-    focus: dict[str, float] | None = None
+    focus: _Focus | None = None
     position: _Position | None = None
     seconds: Seconds
     runs: Annotated[int, Field(ge=1)] = 1

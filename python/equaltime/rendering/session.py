@@ -49,6 +49,7 @@ from equaltime.rendering.result import Result, Stats, make_result
 from equaltime.rendering.saved import SavedRender
 from equaltime.rendering.spread import SpreadRenderer, spread_renderer
 from equaltime.scene import Scene
+from equaltime.scene.effects.focusing import focusing_surfaces
 from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 
@@ -123,7 +124,9 @@ class Session:
             raise RenderError("the error of a single pixel cannot be known of two replicates: give another limit too")
         looks = () if resumed is None else resumed.looks
         done = self._renderer.position[0]
-        self._unseen = Unseen.of(core, core_settings(scene, strategy), job.seed, job.threads)
+        self._unseen = Unseen.of(
+            core, core_settings(scene, strategy), job.seed, job.threads, partial(focusing_surfaces, scene)
+        )
         self.passes = Passes(
             self._renderer,
             height * width,

@@ -21,7 +21,8 @@ twice the time. Where tails are light, mean and median are the same number, and 
 
 A renderer that starts anew for every checkpoint (`Runs.spp`) pays a fixed time before its first sample. Its error falls
 steeply with time as long as the start makes most of it, and no steeper than others afterwards. So its curve continues
-in samples, and the fixed time is added. No curve continues to later times with a slope steeper than `STEEPEST`.
+in samples, and the fixed time is added. No curve continues to later times with a slope steeper than `STEEPEST`, nor
+beyond `FARTHEST_REACH` times the longest run.
 """
 
 from __future__ import annotations
@@ -49,6 +50,7 @@ from equaltime.statistics.intervals import (
 from equaltime.words import duration, percent
 
 __all__ = [
+    "AGAINST_SAMPLES",
     "BELOW",
     "STEEPEST",
     "TOO_NOISY",
@@ -84,7 +86,8 @@ and do not last."""
 TRUSTED_REACH = 10.0
 """Largest factor of time beyond the longest run for which a fitted slope is trusted."""
 FARTHEST_REACH = 100.0
-"""Largest factor of time beyond the longest run for which a fitted slope is used at all."""
+"""Largest factor of time beyond the longest run to which a curve goes on, by a fitted slope or by -1/2. A longer time
+would rest on a hundredth of its samples."""
 _FARTHEST_ERROR = 2.0
 """Largest factor of time outside the runs for which an error is stated."""
 _NEAR_ENOUGH = 1.15
@@ -108,6 +111,8 @@ _STEEP = (
     "much flatter than -0.8"
 )
 """Remark on a time that is extrapolated by `STEEPEST`."""
+AGAINST_SAMPLES = "against samples, not time"
+"""Beginning of the note of a slope of log error against log samples; other slopes are against log time."""
 TYPICAL = "typical runs: the median of repeats"
 """Note of an interval of a time: the time is the median over repeats, not the time at which the mean error is
 reached."""
@@ -130,7 +135,7 @@ class Runs:
     """(K, C): measured relMSE (mean squared relative error) of the image at each checkpoint, with the reference's noise
     subtracted; may be negative."""
     independent: bool = False
-    """Whether samples are known to be independent, so that the error falls as time to the power -1/2 without end."""
+    """Whether samples are known to be independent, so that the error falls as time to the power -1/2."""
     biased: bool = False
     """Whether the strategy is biased, so that the error may stop falling; then nothing is extrapolated."""
     doubt: str = ""
@@ -175,7 +180,7 @@ class Runs:
 
     @property
     def law(self) -> bool:
-        """Whether the error is known to fall as 1 / sqrt(time), so that curves may be extrapolated without a limit.
+        """Whether the error is known to fall as 1 / sqrt(time), so that curves go on with that slope.
 
         It is True for independent, unbiased samples, unless a few rare bright paths make most of the error (``tail``).
         """
@@ -381,9 +386,9 @@ def time_to_error(runs: Runs, target: float) -> Interval:
       make most of the error (`Runs.tail`), it is the median of the times of the repeats. The field ``note`` of the
       interval then says so.
     - Beyond the measured times the error curve is extrapolated in log-log axes, which ``note`` says too. The slope is
-      -1/2 for independent samples without such paths. Otherwise it is fitted to the last three doublings of time, and
-      used up to 100 times the longest run. `STEEPEST` takes the place of a steeper fit, and the interval
-      is wider then (`steep_doubt`). The curve of a biased strategy is not extrapolated to later times.
+      -1/2 for independent samples without such paths. Otherwise it is fitted to the last three doublings of time.
+      `STEEPEST` takes the place of a steeper fit, and the interval is wider then (`steep_doubt`). No curve goes on
+      beyond 100 times the longest run, and that of a biased strategy is not extrapolated to later times.
     - If a renderer starts anew for every checkpoint, slopes are against samples, and the start is added to times.
     - The value is ``inf`` if the curve does not reach ``target`` within these limits. The field ``low`` is then a time
       that is surely too short for ``target``; it is 0 if no such time is known. If the fitted slope of an unbiased
@@ -416,8 +421,9 @@ def time_to_error(runs: Runs, target: float) -> Interval:
         low = _surely_until(runs, target, x.size - 1)
         why = "not reached in the runs, whose error does not fall over the last three doublings of time"
         return runs.judged_time(Interval(math.inf, low, math.inf).bounded("low", why))
-    far = not runs.law and value > end + math.log(FARTHEST_REACH)
-    if far and not runs.biased and _may_be_near(runs, target):
+    farthest = end + math.log(FARTHEST_REACH)
+    far = value > farthest
+    if far and not runs.biased and (found.low < farthest if runs.law else _may_be_near(runs, target)):
         return runs.judged_time(UNKNOWN.doubted("the error varies too much between repeats to tell how it goes on"))
     if math.isinf(value) or far:
         low = max(_surely_until(runs, target, x.size - 1), min(_lower_end(found), FARTHEST_REACH * math.exp(end)))
@@ -600,8 +606,8 @@ def slope(runs: Runs) -> Interval:
     """Return the slope of log error against log time over all checkpoints of ``runs``, as an interval.
 
     Independent samples have a slope of -0.5. The slope is against log samples if a renderer starts anew for every
-    checkpoint, which the field ``note`` says: its start makes errors fall steeply with time for a while. The value is
-    NaN if there are too few checkpoints.
+    checkpoint: its start makes errors fall steeply with time for a while. The field ``note`` then begins with
+    `AGAINST_SAMPLES`. The value is NaN if there are too few checkpoints.
     """
 
     def steepness(kept: Floats, off: float) -> float:
@@ -611,10 +617,11 @@ def slope(runs: Runs) -> Interval:
     found = interval_of(steepness, runs.repeats)
     if math.isnan(found.value):
         return UNKNOWN.doubted("an exact image has no error that falls" if runs.exact else "too few checkpoints")
+    if runs.spp is not None:
+        started = _started(start_seconds(runs, np.ones(runs.repeats)))
+        found = found.noted(f"{AGAINST_SAMPLES}: {started or 'times of other renderers may contain a start'}")
     if found.trusted and found.low > INDEPENDENT and not runs.biased:
         found = found.noted(_SHALLOW)
-    if started := _started(start_seconds(runs, np.ones(runs.repeats))):
-        found = found.noted(f"against samples, not time: {started}")
     reason = join((runs.tail, runs.missing))
     return found.doubted(reason) if reason else found
 

@@ -51,6 +51,19 @@ def test_a_time_that_was_not_measured_is_marked(tmp_path: Path, capsys: pytest.C
     assert below == "* extrapolated beyond the runs, or before their first measurement"
 
 
+def test_the_verdict_is_the_first_and_the_last_line_and_its_notes_are_below_the_table(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = replace(summary(tmp_path), verdict_notes=("One.", "Two.", "Three."))
+    lines = printed(found, tmp_path, capsys)
+    assert lines[0] == lines[-1] == found.verdict
+    assert lines[5:7] == ["One.", "Two."]
+    assert "Three." not in lines
+    assert any(line.endswith("1 more note") or "1 more note " in line for line in lines)
+    assert "Three." in printed(found, tmp_path, capsys, verbose=True)
+    assert "Three." in legend(found, every_row(found))
+
+
 def test_an_error_beyond_the_runs_is_marked_and_not_called_measured(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

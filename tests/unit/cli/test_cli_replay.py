@@ -206,9 +206,16 @@ def test_a_path_that_ends_by_underflow_says_so(tmp_path: Path, capsys: pytest.Ca
 def test_a_roulette_is_told_where_it_may_end_the_path(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene = tmp_path / "room.toml"
     scene.write_text(LONG)
-    assert not [line for line in shown(scene, capsys, "-v") if "probability of living" in line]
+    assert not [line for line in shown(scene, capsys, "-v") if "Russian roulette" in line]
     words = ("--strategy", "bsdf,roulette=constant,survival=0.5,roulette_depth=1", "-v")
-    assert [line for line in shown(scene, capsys, *words) if "the probability of living was 0.5" in line]
+    lines = shown(scene, capsys, *words)
+    told = [number for number, line in enumerate(lines) if "Russian roulette" in line]
+    assert lines[told[0]].endswith("divided by that number, which keeps the mean right; else it ends"), "the legend"
+    assert told[0] < next(number for number, line in enumerate(lines) if line.startswith("1. "))
+    assert lines[told[1]] == "     Russian roulette: survival probability 0.5, the path ends"
+    assert "   ends: by Russian roulette" in lines
+    longer = shown(scene, capsys, *words[:1], "bsdf,roulette=constant,survival=0.999,roulette_depth=1")
+    assert "     Russian roulette: survival probability 0.999, the path survives" in longer
 
 
 def test_parts_of_an_obj_file_are_named_by_material(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -26,12 +26,12 @@ from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.losing import losing
 from equaltime.experiments.report.own import other_renderers
 from equaltime.experiments.report.pictures import Pictures, load_pictures
-from equaltime.experiments.report.tables import check_table, time_table
+from equaltime.experiments.report.tables import Table, check_table, time_table
 from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.record import Row
 from equaltime.experiments.run.reference import KnownReference, write
 from equaltime.images.metrics import Reference, measure
-from equaltime.statistics.curves import TYPICAL
+from equaltime.statistics.curves import AGAINST_SAMPLES, TYPICAL
 from equaltime.statistics.intervals import Interval
 
 Array = NDArray[np.float64]
@@ -195,7 +195,8 @@ def test_curves_have_all_checkpoints(strategies: Mapping[str, StrategyResult]) -
 
 
 def test_independent_samples_are_extrapolated_by_their_law(strategies: Mapping[str, StrategyResult]) -> None:
-    assert "slope -1/2" in strategies["naive"].time_to[0.01].note
+    assert "slope -1/2" in strategies["naive"].time_to[0.1].note
+    assert strategies["naive"].time_to[0.01].note == "not reached in 100 times the longest run"
     assert "slope -1/2" not in strategies["best"].time_to[0.01].note
 
 
@@ -244,7 +245,7 @@ def test_a_renderer_that_failed_its_test_of_agreement_is_told_with_its_differenc
     assert mine.difference is not None
     assert mine.difference.value == pytest.approx(0.2 / math.sqrt(1.01), rel=0.02)
     assert 0.19 < mine.difference.low < mine.difference.value < mine.difference.high < 0.21
-    assert "Not the picture of equaltime: cut is 19.73 % off (" in summary.verdict
+    assert "Not the picture of equaltime: cut is 19.73 % off (" in " ".join(summary.verdict_notes)
     told = other_renderers(summary)[0]
     assert told.startswith("cut: its picture disagrees with the reference by 19.73 % (")
     assert re.search(r": no error below 99(\.\d)? % is given, and no time to one\.$", told)
@@ -265,6 +266,28 @@ def test_a_renderer_that_failed_its_test_of_agreement_is_told_with_its_differenc
     assert all("disagrees with the reference by 19.73 %" in cell.note for cell in cells)
     row = check_table("box", scene, look).rows[1]
     assert "no (p < 0.0001)" in [str(cell) for cells in row.cells for cell in cells]
+
+
+def test_the_table_says_against_what_each_slope_is(recorded: tuple[Path, list[Row]]) -> None:
+    (scene,) = summarise(experiment(), recorded[1], recorded[0]).scenes
+    look = looks(list(KINDS), "naive")
+
+    def table(*against_samples: str) -> Table:
+        strategies = []
+        for one in scene.strategies:
+            note = AGAINST_SAMPLES if one.label in against_samples else ""
+            slope = Interval(-0.5, -0.51, -0.49, note=note)
+            strategies.append(replace(one, curve=replace(one.curve, slope=slope)))
+        return check_table("box", replace(scene, strategies=tuple(strategies)), look)
+
+    assert (table().columns[0], table(*KINDS).columns[0]) == ("slope against time", "slope against samples")
+    assert table().caption.startswith("Slope of log error against log time (independent")
+    assert table(*KINDS).caption.startswith("Slope of log error against log samples (independent")
+    both = table("best")
+    assert both.columns[0] == "slope"
+    assert "against log time or against log samples" in both.caption
+    said = {row.label: str(row.cells[0][1]) for row in both.rows}
+    assert said == {label: "against samples" if label == "best" else "against time" for label in KINDS}
 
 
 def test_a_difference_that_is_small_beside_an_error_spoils_nothing(

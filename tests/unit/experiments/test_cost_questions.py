@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,12 +11,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from equaltime.experiments.analysis.combination import combination_verdict
+from equaltime.experiments.analysis import combination, questions
 from equaltime.experiments.analysis.disagreement import reason, withheld
-from equaltime.experiments.analysis.questions import bias_verdict, efficiency_verdict, samples_verdict
+from equaltime.experiments.analysis.sentences import LONGEST, Answer
 from equaltime.experiments.analysis.strategy_runs import StrategyRuns, efficiency, fewer_samples
 from equaltime.experiments.analysis.summarise import _bias as bias_of
-from equaltime.experiments.analysis.verdict import verdict
+from equaltime.experiments.analysis.verdict import verdict as answer_of
+from equaltime.experiments.model.experiment import Question
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.images.bias_variance import BiasVariance
 from equaltime.statistics.agreement import LEVEL
@@ -24,6 +26,32 @@ from equaltime.statistics.intervals import UNKNOWN, Interval
 
 from .fake_summary import curve
 from .made_up_runs import SPP, power_law
+
+
+def whole(found: Answer) -> str:
+    """Return a verdict with all of its notes."""
+    assert len(found.text) <= LONGEST
+    return " ".join((found.text, *found.notes))
+
+
+def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Question = "time") -> str:
+    return whole(answer_of(scenes, targets, question))
+
+
+def bias_verdict(scenes: Sequence[SceneResult], level: float) -> str:
+    return whole(questions.bias_verdict(scenes, level))
+
+
+def samples_verdict(scenes: Sequence[SceneResult]) -> str:
+    return whole(questions.samples_verdict(scenes))
+
+
+def efficiency_verdict(scenes: Sequence[SceneResult]) -> str:
+    return whole(questions.efficiency_verdict(scenes))
+
+
+def combination_verdict(scenes: Sequence[SceneResult]) -> str:
+    return whole(combination.combination_verdict(scenes))
 
 
 def strategy(
@@ -59,6 +87,30 @@ def test_the_biased_are_named_with_their_bias_and_the_right_ones_too() -> None:
         "Wrong picture, however long it renders: wrong is 20 % off (19 to 21). No error was found in same. "
         "Compared with right; the risk of a false alarm is 0.1 %."
     )
+
+
+@pytest.mark.parametrize("question", ["bias", "samples", "efficiency"])
+def test_a_verdict_on_many_strategies_names_a_few_and_counts_the_others(question: Question) -> None:
+    many = [
+        replace(strategy(f"depth {depth}", 1e-9, Interval(0.2, 0.19, 0.21), exactly(2.0)), efficiency=exactly(2.0))
+        for depth in range(20)
+    ]
+    found = answer_of([scene(*many)], (0.1,), question)
+    assert len(found.text) <= LONGEST
+    named = found.text.count("depth")
+    assert 2 < named < 20
+    assert found.text.endswith(f", and {20 - named} more.")
+    assert found.notes[0].startswith("In full: depth 0 ")
+    assert found.notes[0].count("depth") == 20
+
+
+def test_the_notes_of_a_bias_name_what_was_not_found() -> None:
+    found = answer_of(
+        [scene(strategy("wrong", 1e-9, Interval(0.2, 0.19, 0.21)), strategy("same", 0.4))], (0.1,), "bias"
+    )
+    assert found.text == "Wrong picture, however long it renders: wrong is 20 % off (19 to 21)."
+    assert found.notes[0] == "No error was found in same."
+    assert answer_of([scene(strategy("same", 0.4))], (0.1,), "bias").text == "No error was found in same."
 
 
 def test_an_error_that_was_not_found_has_its_largest_size() -> None:
@@ -167,7 +219,7 @@ def test_a_scene_where_the_better_part_is_open_does_not_count() -> None:
 
 
 def test_a_combination_says_which_ratios_are_of_typical_runs() -> None:
-    said = "Where a few rare events make most of an error, these are ratios of typical runs."
+    said = "Where a few rare events make most of an error, the ratios are those of typical runs."
     heavy = scene(part("bsdf", exactly(1.2), exactly(1.5).noted(TYPICAL)))
     assert combination_verdict([heavy]).endswith(f"the squared error of right. {said}")
     assert said not in combination_verdict([scene(part("bsdf", exactly(1.2), exactly(1.5)))])

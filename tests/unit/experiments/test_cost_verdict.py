@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from equaltime.experiments.analysis.verdict import headline_target, pick_standard, verdict
+from equaltime.experiments.analysis.sentences import LONGEST
+from equaltime.experiments.analysis.verdict import headline_target, pick_standard
+from equaltime.experiments.analysis.verdict import verdict as answer_of
+from equaltime.experiments.model.experiment import Question
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.tables import time_table
@@ -23,7 +27,7 @@ TARGETS = (0.1, 0.05)
 TIME = Interval(0.5, 0.4, 0.6)
 FAR = Interval(2.0, 1.5, 2.5, reach=3.0).noted("extrapolated 3 times beyond the longest run")
 RATIO = Interval(30.0, 25.0, 36.0)
-FAR_RATIO = replace(RATIO, reach=900.0).noted("baseline: extrapolated 900 times beyond the longest run by slope -1/2")
+FAR_RATIO = replace(RATIO, reach=90.0).noted("baseline: extrapolated 90 times beyond the longest run by slope -1/2")
 AT_LEAST = FAR_RATIO.bounded("low", "baseline: heavy tail")
 
 
@@ -51,6 +55,13 @@ def scene(times: tuple[Interval, ...], ratios: tuple[Interval, ...], efficiency:
     nothing = (UNKNOWN, UNKNOWN)
     strategies = (strategy("naive", nothing, nothing, UNKNOWN), strategy("best", times, ratios, efficiency))
     return SceneResult("box", "abc", (8, 8), 8, 0.01, "naive", "best", 1.0, strategies)
+
+
+def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Question = "time") -> str:
+    """Return the verdict with all of its notes."""
+    found = answer_of(scenes, targets, question)
+    assert len(found.text) <= LONGEST
+    return " ".join((found.text, *found.notes))
 
 
 def said(*arguments: tuple[Interval, ...], efficiency: Interval = UNKNOWN) -> str:
@@ -81,11 +92,13 @@ def test_the_error_of_the_sentence_is_known_to_tables() -> None:
 def test_a_measured_time_beats_one_beyond_the_runs_even_if_the_baseline_is() -> None:
     answer = said((TIME, FAR), (FAR_RATIO, RATIO))
     assert ": 10 % error in " in answer
-    assert answer.endswith(" The time of naive is extrapolated: it is 900 times its longest run.")
-    assert said((UNKNOWN, FAR), (FAR_RATIO, RATIO)).endswith(" Extrapolated: this time is 3 times the longest run.")
+    assert answer.endswith(" The time of naive is extrapolated: it is 90 times its longest run.")
+    assert said((UNKNOWN, FAR), (FAR_RATIO, RATIO)).endswith(
+        " Extrapolated: the time to 5 % is 3 times the longest run."
+    )
     near = replace(FAR, reach=1.02)
     assert said((UNKNOWN, near), (FAR_RATIO, RATIO)).endswith(
-        " Extrapolated: this time is a little longer than the longest run."
+        " Extrapolated: the time to 5 % is a little longer than the longest run."
     )
 
 
@@ -108,13 +121,16 @@ def test_scenes_of_which_something_is_known_are_counted_and_a_single_one_is_name
     known, unknown = scene((TIME, TIME), (FAR_RATIO, FAR_RATIO)), scene((UNKNOWN, UNKNOWN), (UNKNOWN, UNKNOWN))
     one = verdict([known, unknown], TARGETS)
     assert one.startswith("On box (1 of 2 scenes), best is about ")
-    assert one.endswith("extrapolated: it is 900 times its longest run.")
+    assert one.endswith("extrapolated: it is 90 times its longest run.")
     slow = tuple(time.map(lambda seconds: 40.0 * seconds) for time in (TIME, TIME))
     room = replace(scene(slow, (FAR_RATIO, FAR_RATIO)), name="room")
     two = verdict([known, room, unknown], TARGETS)
     assert two.startswith("On average over 2 of 3 scenes (geometric mean), best is about ")
-    assert ": 5 % error in 500 ms (400 to 600) on box to 20 s (16 to 24) on room." in two
-    assert two.endswith(" it is up to 900 times its longest run.")
+    assert (
+        ": 5 % error in 500 ms (400 to 600) on box to 20 s (16 to 24) on room, with the time of naive extrapolated."
+        in two
+    )
+    assert two.endswith(" it is up to 90 times its longest run.")
 
 
 def test_an_interval_beats_a_lower_end_at_a_smaller_error() -> None:
@@ -130,7 +146,7 @@ def test_if_nothing_else_can_be_told_typical_runs_are() -> None:
     answer = said((heavy, heavy), (UNKNOWN, UNKNOWN), efficiency=Interval(800.0, 300.0, 2000.0))
     assert answer.startswith(
         "On box, for the same error, a typical run of best needs about 800 times less time than one of naive "
-        "(300 to 2,000), if errors go on to fall as 1/sqrt(time). Times to a given error cannot be trusted: "
+        "(300 to 2,000), if errors go on to fall as 1/sqrt(time). No time to a given error can be trusted: "
     )
     assert "heavy tail" in answer
     assert "e+" not in answer
@@ -139,9 +155,41 @@ def test_if_nothing_else_can_be_told_typical_runs_are() -> None:
 def test_of_typical_runs_the_sentence_says_so() -> None:
     typical = RATIO.noted(f"baseline: {TYPICAL}; heavy tail")
     assert said((TIME, TIME), (typical, typical)).endswith(
-        " This holds for typical runs: a few rare events make most of the error."
+        " The verdict holds for typical runs: a few rare events make most of the error."
     )
     assert "typical" not in said((TIME, TIME), (RATIO, RATIO))
+
+
+def test_limits_are_a_few_words_of_the_answer_and_sentences_of_the_notes() -> None:
+    found = answer_of([scene((TIME, FAR), (FAR_RATIO, RATIO))], TARGETS)
+    assert found.text.endswith("error in 500 ms (400 to 600), with the time of naive extrapolated.")
+    assert found.notes == ("The time of naive is extrapolated: it is 90 times its longest run.",)
+    typical = FAR.noted(TYPICAL)
+    found = answer_of([scene((UNKNOWN, typical), (UNKNOWN, RATIO))], TARGETS)
+    assert found.text.endswith("5 % error in 2 s (1.5 to 2.5), in typical runs, extrapolated.")
+    assert len(found.notes) == 2
+
+
+def test_a_baseline_that_does_not_get_there_makes_a_speed_up_a_lower_limit() -> None:
+    never = Interval(math.inf, 25.0, math.inf, note="baseline: not reached in 100 times the longest run")
+    time = Interval(math.inf, 100.0, math.inf, note="not reached in 100 times the longest run")
+
+    def one(*ratios: Interval) -> SceneResult:
+        found = scene((TIME, TIME), ratios)
+        naive, best = found.strategies
+        return replace(found, strategies=(replace(naive, time_to=dict.fromkeys(TARGETS, time)), best))
+
+    assert answer_of([one(never, never)], TARGETS).text == (
+        "On box, best is at least 25 times faster than naive (not reached in 100 times the longest run): "
+        "5 % error in 500 ms (400 to 600)."
+    )
+    assert "10 % error in" in verdict([one(RATIO, never)], TARGETS), "an interval beats a limit"
+    room = replace(one(RATIO, RATIO), name="room")
+    assert verdict([one(never, never), room], TARGETS).startswith("On room (1 of 2 scenes), best is about 30 times")
+    naive, best = one(never, never).strategies
+    gain = replace(best, efficiency=Interval(40.0, 30.0, 50.0))
+    typical = verdict([replace(one(never, never), strategies=(naive, gain))], TARGETS)
+    assert "a typical run of best needs about 40 times less time than one of naive (30 to 50)" in typical
 
 
 def test_a_time_without_a_ratio_stands_alone() -> None:
@@ -158,7 +206,7 @@ def test_numbers_of_no_use_are_left_out_of_the_sentence() -> None:
     useless = replace(UNKNOWN, note=TOO_WIDE)
     assert said((useless, useless), (useless, useless)) == f"No time to a given error can be trusted: {TOO_WIDE}."
     assert said((TIME, TIME), (useless, useless)).endswith(
-        f"How much faster it is than naive cannot be told: {TOO_WIDE}."
+        f"How much faster it is than naive cannot be told. Speed-up over naive: {TOO_WIDE}."
     )
     assert (str(seconds_cell(useless)), str(factor_cell(useless))) == ("cannot tell", "cannot tell")
 

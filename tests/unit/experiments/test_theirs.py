@@ -15,6 +15,7 @@ from equaltime.experiments.model.experiment import Experiment, TheirNumber, Thei
 from equaltime.experiments.model.summary import Beside, Summary
 from equaltime.experiments.report import page, write_report
 from equaltime.experiments.report.tables import beside_table
+from equaltime.statistics.curves import AGAINST_SAMPLES
 
 from .fake_summary import CONSTANTS, TARGETS, doubted, summary
 
@@ -92,6 +93,14 @@ def test_each_number_is_printed_in_its_unit(found: Summary, ours: Any, strategy:
     table = beside_table("x", replace(found, beside=(line(found, ours, strategy),)))
     assert table is not None
     assert str(table.rows[0].cells[-1][0]).startswith(text)
+
+
+def test_a_slope_has_its_axis_beside_it(found: Summary) -> None:
+    one = line(found, "slope", "cut")
+    for note, axis in (("", "against time"), (f"{AGAINST_SAMPLES}: more", "against samples")):
+        table = beside_table("x", replace(found, beside=(replace(one, value=replace(one.value, note=note)),)))
+        assert table is not None
+        assert str(table.rows[0].cells[-1][1]).endswith(axis)
 
 
 def test_a_strategy_that_did_not_run_is_said_not_to_have(found: Summary) -> None:

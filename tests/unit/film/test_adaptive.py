@@ -244,3 +244,17 @@ def test_biased_metrics_say_so() -> None:
     assert all(et.Strategy.parse(f"best,adaptive={metric}").biased for metric in METRICS if metric != "error")
     with pytest.raises(StrategyError, match="error"):
         et.Strategy.parse("best,adaptive=errors")
+
+
+def test_the_learn_page_tells_how_dark_neighbours_are(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its example is run as it stands; 95 % intervals of the two ratios are 0.0025 and 0.003 to each side."""
+    root = Path(__file__).parents[3]
+    monkeypatch.chdir(root)
+    page = (root / "scenes" / "learn" / "README.md").read_text("utf-8")
+    (code,) = (block for part in page.split("```python")[1:] if "adaptive=" in (block := part.partition("```")[0]))
+    exec(code, {})
+    neighbours, error = map(float, capsys.readouterr().out.split())
+    assert neighbours == pytest.approx(0.991, abs=0.003)
+    assert error == pytest.approx(1.0, abs=0.003)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from equaltime.film.focus import Focus
 from equaltime.film.lamps import Lamps
 from equaltime.film.sums import focused_light, mirrored_lamps
 from equaltime.rendering.core import core_settings, make_renderer
+from equaltime.scene.effects.focusing import focusing_surfaces
 from equaltime.strategy import Strategy
 from equaltime.strict_json import to_json
 
@@ -170,10 +172,10 @@ def lobe(alpha: float) -> float:
     return 2.0 * (1.0 - 100.0 / peak) / (peak * (1.0 - (100.0 / peak) ** 2))
 
 
-def in_a_sun(bsdf: dict[str, Any], irradiance: float) -> et.Scene:
+def in_a_sun(bsdf: dict[str, Any], irradiance: float, **more: Any) -> et.Scene:
     """Return the panel in the light of a sun without extent, and no lamp."""
     sun = {"type": "directional", "direction": [0.0, 0.0, 1.0], "irradiance": irradiance}
-    return room(bsdf, lamp=sun)
+    return room(bsdf, lamp=sun, **more)
 
 
 @pytest.mark.parametrize(("alpha", "agrees"), [(0.005, True), (0.0055, False)])
@@ -217,6 +219,38 @@ def test_a_crop_tells_of_itself_unless_the_whole_film_is_asked_for() -> None:
     assert Focus.of(corner.core, settings, 1, 1, whole_film=True) == focus_of(room(MIRROR))
 
 
+@pytest.mark.parametrize(
+    ("bsdf", "words"),
+    [
+        (MIRROR, "mirrors"),
+        (GLASS, "glass"),
+        ({"type": "thindielectric"}, "glass"),
+        ({"type": "roughdielectric", "alpha": 0.01}, "glass"),
+        (NEARLY_SPECULAR, "rough metal"),
+        ({"type": "roughconductor", "alpha_u": 0.9, "alpha_v": 0.01}, "rough metal"),
+        ({"type": "roughconductor", "alpha": 0.3}, ""),
+        ({"type": "plastic"}, "plastics"),
+        ({"type": "roughplastic", "alpha": 0.3}, ""),
+        ({"type": "blendbsdf", "weight": 0.5, "first": MIRROR, "second": GLASS}, "mirrors and glass"),
+        ({"type": "principled", "roughness": 0.1, "metallic": 1.0}, "rough metal"),
+        ({"type": "principled", "roughness": 0.1}, "glossy surfaces"),
+        ({"type": "principled", "roughness": 0.9, "metallic": 1.0}, ""),
+        ({"type": "principled", "roughness": 0.9, "clearcoat": 1.0}, "clear coats"),
+        ({"type": "diffuse"}, ""),
+    ],
+)
+def test_the_surfaces_that_may_focus_light_are_named(bsdf: dict[str, Any], words: str) -> None:
+    assert focusing_surfaces(room(bsdf)) == words
+
+
+def test_the_doubt_names_what_the_scene_has() -> None:
+    """The doubt of a render whose panel is rough metal: the scene has neither glass nor a mirror."""
+    sun = in_a_sun(NEARLY_SPECULAR, 6.0, sky={"type": "constant", "radiance": 0.1})
+    told = et.render(sun, spp=2, strategy=ALONE).error.doubt
+    assert told.startswith("small bright emitters reach the image by way of rough metal, where samples meet them by")
+    assert "by way of specular surfaces" in RARE.doubt(samples=100.0, error=0.1, mean=0.3), "of an unknown kind"
+
+
 RARE = Focus(paths=0.2, light=0.3, share=1e-3)
 
 
@@ -239,6 +273,9 @@ def test_a_scene_without_specular_surfaces_leaves_no_doubt() -> None:
 
 def test_it_comes_back_from_json() -> None:
     assert Focus.from_dict(to_json(RARE)) == RARE
+    glass = replace(RARE, surfaces="glass")
+    assert Focus.from_dict(to_json(glass)) == glass
+    assert Focus.from_dict({"paths": 0.2, "light": 0.3, "share": 1e-3}) == RARE, "of an earlier version"
     assert Focus.from_dict(None) == Focus.none()
 
 

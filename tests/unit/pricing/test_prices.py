@@ -65,7 +65,9 @@ def test_the_price_list_is_printed_and_pictures_show_what_changes(
     assert main(["effects", box, "--quick", "--size", "8x8", "--threads", "1", "-o", str(tmp_path / "out")]) == 0
     short = capsys.readouterr().out.splitlines()
     assert short[0].startswith("What makes cornell-box.toml slow: first of all long_paths (light that was ")
-    assert short[1].startswith(("Could be left out: --without long_paths=", "Nothing can be left out"))
+    assert short[1].startswith(
+        ("Could be left out, for a picture off by at most 2 %: --without long_paths=", "Nothing can be left out")
+    )
     assert len(short) <= MOST_LINES
     assert main(["effects", box, "--quick", "--size", "8x8", "--threads", "1", "-v"]) == 0
     text = capsys.readouterr().out
@@ -108,12 +110,14 @@ def test_a_share_that_is_not_above_zero_is_none_and_large_memory_is_in_mb(capsys
     assert first.startswith("What makes b.toml slow: first of all principled")
     assert first.endswith(", 90 % ±10 of the noise; it cannot be left out")
     assert then == "Of what can be, first textures, 34 % ±4 of the noise."
-    assert lines[1] == "Could be left out: --without textures (picture off by at most 1.1 %)."
+    assert lines[1] == "Could be left out, for a picture off by at most 2 %: --without textures (at most 1.1 %)."
     assert lines[3].split() == ["textures", *["none", "measurable", "34", "%", "±4", "25", "MB", "1", "%", "±0.1"]]
+    assert lines[4] == "none measurable: the lower end of the 95 % interval is 0 or less."
     assert "Always there: principled (90 % ±10 of the noise)." in lines
     assert lines[-1] == "2 other effects cost nothing here. -v shows reasons, places and all shares."
     print_effects(found, "b.toml", verbose=True)
     told = capsys.readouterr().out
+    assert told.count("none measurable: the lower end of") == 1
     assert "(2: direct light): 1: 20 % ±10; 2 and more: 80 % ±10" in told
     assert "by the last surface that scattered it: diffuse 70 % ±10; no surface 30 % ±10" in told
 
@@ -123,7 +127,7 @@ def test_a_share_that_is_not_above_zero_is_none_and_large_memory_is_in_mb(capsys
     [
         ((0.2, 0.1), "What makes b.toml slow: first of all textures, 20 % ±2 of the noise."),
         ((None, 0.1), "it cannot be left out. Nothing that can be has a measurable cost."),
-        ((None, None), "b.toml: no effect has a measurable cost."),
+        ((None, None), "no effect has a measurable cost (the lower end of every 95 % interval is 0 or less)."),
     ],
 )
 def test_the_answer_names_the_costliest_effect_and_whether_it_can_be_left_out(

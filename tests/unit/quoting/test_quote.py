@@ -101,7 +101,7 @@ def test_a_quote_tells_the_samples_that_adaptive_counts_take(spp: int) -> None:
 def test_a_quote_of_a_caustic_says_that_it_is_in_doubt(capsys: pytest.CaptureFixture[str]) -> None:
     scene = SCENE.parent / "experiments" / "caustic.toml"
     assert main(["quote", str(scene), "--error", "99%", "--size", "48x48"]) == 0
-    assert "small bright emitters reach the image through glass or mirrors" in " ".join(capsys.readouterr().out.split())
+    assert "small bright emitters reach the image by way of " in " ".join(capsys.readouterr().out.split())
 
 
 def test_a_quote_of_a_time_says_the_error() -> None:

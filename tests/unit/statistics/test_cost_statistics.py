@@ -12,6 +12,7 @@ from scipy.stats import binomtest
 
 from equaltime.experiments.analysis.strategy_runs import speed_up
 from equaltime.statistics.curves import (
+    AGAINST_SAMPLES,
     Runs,
     error_at,
     error_curve,
@@ -203,11 +204,27 @@ def test_a_fitted_slope_is_doubted_far_out_and_refused_farther_out() -> None:
     assert "not reached in 100 times the longest run" in far.note
 
 
-def test_independent_samples_have_a_law_that_reaches_as_far_as_wanted() -> None:
-    found = time_to_error(replace(power_law(), independent=True), 64e4**-0.5)
-    assert close(found, 64e4, 0.1)
+def test_independent_samples_have_a_law_that_is_trusted_up_to_100_times_the_longest_run() -> None:
+    runs = replace(power_law(), independent=True)
+    found = time_to_error(runs, (64.0 * 80.0) ** -0.5)
+    assert close(found, 64.0 * 80.0, 0.1)
     assert found.trusted
     assert "by slope -1/2" in found.note
+    far = time_to_error(runs, (64.0 * 515.0) ** -0.5)
+    assert (far.value, far.trusted) == (math.inf, True)
+    assert far.low == pytest.approx(6400.0, rel=0.1)
+    assert far.note == "not reached in 100 times the longest run"
+    noisy = replace(power_law(scatter=0.3), independent=True)
+    edges = [time_to_error(noisy, (64.0 * factor) ** -0.5) for factor in np.geomspace(50.0, 250.0, 20)]
+    assert [math.isnan(one.value) for one in edges].count(True) > 1, "if the interval reaches into the limit"
+    assert edges[0].known
+    assert edges[-1].value == math.inf
+    ratio = speed_up(runs, power_law(), (64.0 * 515.0) ** -0.5)
+    assert not ratio.known
+    fast = replace(power_law(seed=2), relmse=power_law(seed=2).relmse / 600.0)
+    ratio = speed_up(runs, fast, (64.0 * 515.0) ** -0.5)
+    assert ratio.value == math.inf
+    assert ratio.low == pytest.approx(6400.0 / (64.0 * 515.0 / 600.0), rel=0.2)
 
 
 def test_an_error_below_the_noise_of_the_reference_is_the_least_there_is() -> None:
@@ -379,6 +396,14 @@ def test_the_slope(power: float) -> None:
     found = slope(power_law(power=power))
     assert found.low < power < found.high
     assert found.high - found.low < 0.02
+    assert AGAINST_SAMPLES not in found.note
+
+
+def test_a_slope_against_samples_says_so_whether_or_not_renders_have_a_start() -> None:
+    runs = replace(power_law(), spp=SPP)
+    without = replace(runs, seconds=np.broadcast_to(SPP, runs.seconds.shape))
+    for each in (runs, without, starting_anew(0.5)):
+        assert slope(each).note.startswith(AGAINST_SAMPLES)
 
 
 def test_curves_have_an_interval_at_every_checkpoint() -> None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 
 from equaltime.errors import StrategyError
-from equaltime.experiments.analysis.sentences import joined, listed
+from equaltime.experiments.analysis.sentences import Answer, joined, listed
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.statistics.curves import BELOW, TYPICAL
 from equaltime.statistics.in_words import about, figure
@@ -26,25 +26,26 @@ _Found = tuple[Interval, str, str]
 """Squared error of the combination over a part's, or an upper limit of it; label of the part; name of the scene."""
 
 
-def combination_verdict(scenes: Sequence[SceneResult]) -> str:
+def combination_verdict(scenes: Sequence[SceneResult]) -> Answer:
     """Return how much worse the baseline, a combination of techniques, is at worst than the better of its parts.
 
     The parts are the strategies of a single technique. Two sentences tell the worst scene at equal samples and at equal
-    time. Then come scenes that tell nothing, and the scene on which each part alone is worst.
+    time. Notes tell the scenes that tell nothing, and the scene on which each part alone is worst.
     """
     baseline = joined(scene.baseline for scene in scenes)
     parts = list(dict.fromkeys(part.label for scene in scenes for part in _parts(scene)))
     if not parts:
-        return f"{baseline} has no parts to compare with: no other strategy has the technique bsdf, light or uniform."
+        why = "no other strategy has the technique bsdf, light or uniform"
+        return Answer(f"{baseline} has no parts to compare with: {why}.")
     better = f"the better of {listed(parts)}" if len(parts) > 1 else parts[0]
     said = [
         f"Compared with {better}, {_worst(scenes, baseline, _in_samples, 'at equal samples')}.",
         f"At equal time, {_worst(scenes, baseline, _in_time)}.",
-        *_unknown(scenes),
     ]
+    notes = [*_unknown(scenes)]
     if alone := [told for label in parts if (told := _alone(scenes, label))]:
-        said.append(f"At equal time, {listed(alone)} the squared error of {baseline}.")
-    return " ".join(said) + _typical(scenes)
+        notes.append(f"At equal time, {listed(alone)} the squared error of {baseline}.")
+    return Answer.of(said, (*notes, _typical(scenes)))
 
 
 def _in_samples(part: StrategyResult) -> Interval:
@@ -60,7 +61,7 @@ def _typical(scenes: Sequence[SceneResult]) -> str:
     ratios = (ratio for scene in scenes for part in _parts(scene) for ratio in (part.fewer_samples, part.efficiency))
     if not any(_is_told(ratio) and TYPICAL in ratio.note for ratio in ratios):
         return ""
-    return " Where a few rare events make most of an error, these are ratios of typical runs."
+    return "Where a few rare events make most of an error, the ratios are those of typical runs."
 
 
 def _parts(scene: SceneResult) -> list[StrategyResult]:

@@ -17,8 +17,8 @@ __all__ = ["differing_renderers", "other_pictures", "size_of"]
 _Found = tuple[SceneResult, StrategyResult]
 
 
-def other_pictures(scenes: Sequence[SceneResult]) -> str:
-    """Return sentences on strategies whose pictures differ from the standard's, but for those that are biased.
+def other_pictures(scenes: Sequence[SceneResult]) -> tuple[str, ...]:
+    """Return notes on strategies whose pictures differ from the standard's, but for those that are biased.
 
     A strategy of equaltime's own is unbiased by its words. So the likely reason is light that its samples have not met.
     Renderers that failed the test of agreement are named apart (`differing_renderers`).
@@ -29,12 +29,11 @@ def other_pictures(scenes: Sequence[SceneResult]) -> str:
         if strategy.unequal and not strategy.disagrees and not strategy.biased
     ]
     standard = joined(scene.standard or "" for scene in scenes)
-    said = differing_renderers(scenes) + _not_the_picture_of(
-        standard, [one for one in found if one[1].renderer != "core"], len(scenes)
-    )
+    theirs = _not_the_picture_of(standard, [one for one in found if one[1].renderer != "core"], len(scenes))
+    said = [differing_renderers(scenes), theirs]
     if ours := [f"{_named(one, len(scenes))} {_probability(one[1])}" for one in found if one[1].renderer == "core"]:
-        said += f" Unlike {standard}, by a bias or because few samples met some light: {', '.join(ours)}."
-    return said
+        said.append(f"Unlike {standard}, by a bias or because few samples met some light: {', '.join(ours)}.")
+    return tuple(filter(None, said))
 
 
 def differing_renderers(scenes: Sequence[SceneResult]) -> str:
@@ -76,7 +75,7 @@ def _filter_hint(found: Sequence[_Found]) -> str:
 def _not_the_picture_of(standard: str, found: Sequence[_Found], scenes: int) -> str:
     """Return a sentence on renderers whose pictures differ, with the difference or its p-value; empty without any."""
     told = ", ".join(f"{_named(one, scenes)} {_off(one[1])}" for one in found)
-    return f" Not the picture of {standard}: {told}." if told else ""
+    return f"Not the picture of {standard}: {told}." if told else ""
 
 
 def _off(strategy: StrategyResult) -> str:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from equaltime.experiments.analysis.pictures import differing_renderers, size_of
-from equaltime.experiments.analysis.sentences import joined, less_time, listed, times
+from equaltime.experiments.analysis.sentences import Answer, joined, less_time, listed, times
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.statistics.curves import TYPICAL
 from equaltime.statistics.in_words import figure
@@ -16,12 +16,12 @@ from equaltime.words import percent
 __all__ = ["bias_verdict", "efficiency_verdict", "samples_verdict"]
 
 
-def bias_verdict(scenes: Sequence[SceneResult], level: float) -> str:
-    """Return sentences that name the strategies found biased, the strategies not found biased, and those not tested.
+def bias_verdict(scenes: Sequence[SceneResult], level: float) -> Answer:
+    """Return the strategies found biased; the notes name those not found biased, and those not tested.
 
     A strategy is biased if its expected image differs from the expected image of the scene's standard strategy, which
     is usually ``best``. ``level`` is the false-alarm rate of all these tests together. A renderer that failed the test
-    of agreement with equaltime has a sentence to itself.
+    of agreement with equaltime has a note to itself. If no strategy was found biased, the first note is the answer.
     """
     found, right, untested = [], [], []
     for scene, strategy in _others(scenes):
@@ -35,17 +35,22 @@ def bias_verdict(scenes: Sequence[SceneResult], level: float) -> str:
         else:
             right.append(f"{strategy.label}{on}{_could_hide(strategy.bias)}")
     standard = joined(scene.standard or "no strategy" for scene in scenes)
-    said = []
-    if found:
-        said.append(f"{_cause(scenes)}, however long it renders: {', '.join(found)}.")
-    if right:
-        said.append(f"No error was found in {listed(right)}.")
-    if untested:
-        said.append(f"Not tested: {', '.join(untested)}.")
+    said = [
+        (beginning, items, together)
+        for beginning, items, together in (
+            (f"{_cause(scenes)}, however long it renders: ", found, ", ".join),
+            ("No error was found in ", right, listed),
+            ("Not tested: ", untested, ", ".join),
+        )
+        if items
+    ]
+    notes = [f"{beginning}{together(items)}." for beginning, items, together in said[1:]]
     if found or right:
-        said.append(f"Compared with {standard}; the risk of a false alarm is {figure(100.0 * level)} %.")
-    different = differing_renderers(scenes).strip()
-    return " ".join((*said, different)).strip() or "No other strategy was compared."
+        notes.append(f"Compared with {standard}; the risk of a false alarm is {figure(100.0 * level)} %.")
+    notes += filter(None, [differing_renderers(scenes)])
+    if said:
+        return Answer.listing(*said[0]).noted(notes)
+    return Answer.of(notes[:1] or ["No other strategy was compared."], notes[1:])
 
 
 def _could_hide(bias: Interval | None) -> str:
@@ -61,7 +66,7 @@ def _cause(scenes: Sequence[SceneResult]) -> str:
     return "Cutting paths makes the picture wrong" if all("truncate=" in name for name in names) else "Wrong picture"
 
 
-def samples_verdict(scenes: Sequence[SceneResult]) -> str:
+def samples_verdict(scenes: Sequence[SceneResult]) -> Answer:
     """Return a sentence on the factor by which each strategy needs fewer samples than the baseline at equal error.
 
     The baseline is the strategy with which the experiment compares all others.
@@ -70,10 +75,11 @@ def samples_verdict(scenes: Sequence[SceneResult]) -> str:
     for scene, strategy in _others(scenes, baseline=True):
         on = f" on {scene.name}" if len(scenes) > 1 else ""
         said.append(f"{strategy.label}{on} {_fewer(strategy.fewer_samples)}")
-    return f"For the same error, compared with {joined(scene.baseline for scene in scenes)}: {', '.join(said)}."
+    beginning = f"For the same error, compared with {joined(scene.baseline for scene in scenes)}: "
+    return Answer.listing(beginning, said, ", ".join)
 
 
-def efficiency_verdict(scenes: Sequence[SceneResult]) -> str:
+def efficiency_verdict(scenes: Sequence[SceneResult]) -> Answer:
     """Return a sentence with each strategy's gain: the baseline's squared error x time, divided by the strategy's.
 
     The baseline is the strategy with which the experiment compares all others. With several scenes, each gain is a
@@ -88,7 +94,8 @@ def efficiency_verdict(scenes: Sequence[SceneResult]) -> str:
     ordered = sorted(found, key=lambda one: one not in standards)
     said = [_gain(label, found[label], len(scenes), label in standards) for label in ordered]
     average = f", on average over {len(scenes)} scenes (geometric mean)" if len(scenes) > 1 else ""
-    return f"For the same error, compared with typical runs of {baseline}{average}: {', '.join(said)}."
+    beginning = f"For the same error, compared with typical runs of {baseline}{average}: "
+    return Answer.listing(beginning, said, ", ".join)
 
 
 def _gain(label: str, found: Sequence[tuple[str, Interval]], scenes: int, ends: bool) -> str:

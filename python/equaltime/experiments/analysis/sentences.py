@@ -3,11 +3,69 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Final
 
 from equaltime.statistics.in_words import about, figure, span
 from equaltime.statistics.intervals import Interval
 
-__all__ = ["across", "compared", "joined", "less_time", "listed", "times", "where"]
+__all__ = [
+    "LONGEST",
+    "Answer",
+    "across",
+    "compared",
+    "joined",
+    "less_time",
+    "listed",
+    "times",
+    "where",
+]
+
+LONGEST: Final = 320
+"""Characters that a verdict may have: two lines of 160."""
+_ROOM: Final = 220
+"""Characters that the items of an enumeration in a verdict may have; the rest is for the words around them."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Answer to an experiment's question in a line or two, and sentences on what limits the answer."""
+
+    text: str
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, sentences: Sequence[str], notes: Iterable[str]) -> Answer:
+        """Return the answer in as many of its sentences as `LONGEST` allows, at least one; the rest becomes notes."""
+        told = list(sentences[:1])
+        for sentence in sentences[1:]:
+            if len(" ".join((*told, sentence))) > LONGEST:
+                break
+            told.append(sentence)
+        return cls(" ".join(told), (*sentences[len(told) :], *filter(None, notes)))
+
+    @classmethod
+    def listing(cls, beginning: str, items: Sequence[str], joined: Callable[[Sequence[str]], str]) -> Answer:
+        """Return one sentence that lists ``items``, whose words begin with ``beginning``.
+
+        ``joined`` joins the items. Those that would make the sentence too long are only counted, and a note has all.
+        """
+        kept = list(items[:1])
+        for item in items[1:]:
+            if len(", ".join((*kept, item))) > _ROOM:
+                break
+            kept.append(item)
+        if len(kept) == len(items):
+            return cls(f"{beginning}{joined(items)}.")
+        return cls(f"{beginning}{', '.join(kept)}, and {len(items) - len(kept)} more.", (f"In full: {joined(items)}.",))
+
+    def then(self, sentence: str) -> Answer:
+        """Return a copy with one more sentence, which may be empty: in the answer if `LONGEST` allows, else a note."""
+        return Answer.of((self.text, sentence), self.notes) if sentence else self
+
+    def noted(self, notes: Iterable[str]) -> Answer:
+        """Return a copy with more notes; empty ones are left out."""
+        return Answer(self.text, (*self.notes, *filter(None, notes)))
 
 
 def where(names: Sequence[str], count: int) -> str:

@@ -101,9 +101,10 @@ def summarise(experiment: Experiment, rows: Sequence[Row], folder: Path) -> Summ
         scenes,
         targets,
         facts,
-        answer,
+        answer.text,
         experiment.question,
         headline_target=headline_target(scenes, targets, experiment.question),
+        verdict_notes=answer.notes,
         directions=_existing(place.directions) if "directions" in experiment.figures else None,
     )
 

@@ -1,4 +1,4 @@
-"""The verdict of an experiment: a plain sentence that answers its question, then what limits the answer.
+"""The verdict of an experiment: a plain sentence that answers its question, and notes on what limits the answer.
 
 The verdict takes only numbers whose intervals can be trusted. `analysis.questions` and `analysis.combination` have the
 questions other than time.
@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 
 from equaltime.experiments.analysis.combination import combination_verdict
 from equaltime.experiments.analysis.pictures import other_pictures
 from equaltime.experiments.analysis.questions import bias_verdict, efficiency_verdict, samples_verdict
-from equaltime.experiments.analysis.sentences import across, compared, joined, less_time, where
+from equaltime.experiments.analysis.sentences import Answer, across, compared, joined, less_time, where
 from equaltime.experiments.analysis.winners import best_per_scene, fastest, quotient
 from equaltime.experiments.model.experiment import Question
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
@@ -37,26 +38,30 @@ def pick_standard(labels: Sequence[str], biased: Sequence[bool], errors: Sequenc
     return min(unbiased, key=lambda one: one[0] if math.isfinite(one[0]) else math.inf)[1] if unbiased else None
 
 
-def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Question = "time") -> str:
-    """Return the answer to an experiment's question in a line of one to five sentences, the answer first.
+def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Question = "time") -> Answer:
+    """Return the answer to an experiment's question in a line or two, and notes on what limits it.
 
-    The last sentence names strategies and renderers that converge to another picture although they do not declare
+    The last notes name strategies and renderers that converge to another picture although they do not declare
     themselves biased, and how far off these pictures are.
 
     For the question ``time`` the answer has two numbers: the speed-up of the standard strategy (usually ``best``) over
     the baseline, and its time to an error. Both numbers are for the smallest target error at which their intervals are
     trusted, on all scenes if possible. Numbers that need no extrapolation are preferred, then numbers for which only
-    the baseline is extrapolated. Without a trusted speed-up, a speed-up with a trusted lower limit is used.
+    the baseline is extrapolated. Without a trusted speed-up, a speed-up with a trusted lower limit is used, then the
+    efficiency of typical runs. The last choice is an error that the baseline does not reach, which makes the speed-up a
+    lower limit.
     """
     if question == "bias":
         return bias_verdict(scenes, LEVEL)
     if question == "samples":
-        return samples_verdict(scenes) + other_pictures(scenes)
-    if question == "combination":
-        return combination_verdict(scenes) + other_pictures(scenes)
-    if question == "efficiency":
-        return efficiency_verdict(scenes) + best_per_scene(scenes) + other_pictures(scenes)
-    return _answer_in_time(scenes, targets)[0] + other_pictures(scenes)
+        found = samples_verdict(scenes)
+    elif question == "combination":
+        found = combination_verdict(scenes)
+    elif question == "efficiency":
+        found = efficiency_verdict(scenes).then(best_per_scene(scenes))
+    else:
+        found, _ = _answer_in_time(scenes, targets)
+    return found.noted(other_pictures(scenes))
 
 
 def headline_target(scenes: Sequence[SceneResult], targets: Sequence[float], question: Question) -> float | None:
@@ -64,20 +69,36 @@ def headline_target(scenes: Sequence[SceneResult], targets: Sequence[float], que
     return _answer_in_time(scenes, targets)[1] if question == "time" else None
 
 
-def _answer_in_time(scenes: Sequence[SceneResult], targets: Sequence[float]) -> tuple[str, float | None]:
+def _answer_in_time(scenes: Sequence[SceneResult], targets: Sequence[float]) -> tuple[Answer, float | None]:
     """Return the answer to the question ``time``, and the error whose time it gives (None if it gives none)."""
-    for all_scenes in (True, False):
-        for ratio_is_good in (sound, sound_below):
-            for reach in _REACHES:
-                for target in sorted(targets):
-                    found = [one for scene in scenes if (one := _at(scene, target, reach, ratio_is_good)) is not None]
-                    if found and (len(found) == len(scenes) or not all_scenes):
-                        answer = _speed_up(found, target, len(scenes)) + fastest(scenes, target)
-                        return answer + _own_renderers(scenes, target), target
+    tests: list[tuple[bool, _Test]] = [
+        (everywhere, test) for everywhere in (True, False) for test in (sound, sound_below)
+    ]
+    if not _typical(scenes):  # which says more than a limit
+        tests += [(True, _is_limit), (False, _is_limit)]
+    for everywhere, ratio_is_good in tests:
+        for reach in _REACHES:
+            for target in sorted(targets):
+                found = [one for scene in scenes if (one := _at(scene, target, reach, ratio_is_good)) is not None]
+                if found and (len(found) == len(scenes) or not everywhere):
+                    answer = _speed_up(found, target, len(scenes)).then(fastest(scenes, target))
+                    return answer.noted(_own_renderers(scenes, target)), target
     alone = _time_alone(scenes, targets)
     if alone is None:
         return _without_ratio(scenes, alone), None
-    return _without_ratio(scenes, alone) + fastest(scenes, alone[2]), alone[2]
+    return _without_ratio(scenes, alone).then(fastest(scenes, alone[2])), alone[2]
+
+
+def _is_limit(ratio: Interval) -> bool:
+    """Tell whether a speed-up has a lower limit; it is infinite if the baseline does not reach the error."""
+    return sound_below(_limited(ratio))
+
+
+def _limited(ratio: Interval) -> Interval:
+    """Return a speed-up over a baseline that does not reach the error as its lower limit; others are unchanged."""
+    if not math.isinf(ratio.value):
+        return ratio
+    return replace(ratio, value=ratio.low).bounded("low", "the baseline does not reach the error")
 
 
 _Found = tuple[SceneResult, StrategyResult]
@@ -102,37 +123,47 @@ def _at(scene: SceneResult, target: float, reach: Callable[[Interval, Interval],
     return None
 
 
-def _speed_up(found: Sequence[_Found], target: float, count: int) -> str:
+def _speed_up(found: Sequence[_Found], target: float, count: int) -> Answer:
     """Return the sentence on speed-up and time to ``target``, on the scenes ``found`` of ``count`` scenes."""
     times = [strategy.time_to[target] for _, strategy in found]
-    ratios = [strategy.ratio[target] for _, strategy in found]
+    ratios = [_limited(strategy.ratio[target]) for _, strategy in found]
     label, baseline = joined(strategy.label for _, strategy in found), joined(scene.baseline for scene, _ in found)
-    faster = compared(label, product_mean(ratios), baseline)
-    answer = f"{where([scene.name for scene, _ in found], count)}, {faster}: "
+    faster = compared(label, product_mean(ratios), baseline) + _not_reached(found, target)
     each = [(scene.name, strategy.time_to[target]) for scene, strategy in found]
-    answer += f"{percent(target)} error in {across(each, in_time)}."
     several = len(found) > 1
-    farthest = max(times, key=lambda time: time.reach)
-    answer += _extrapolated(farthest, several)
-    if (reach := max(ratio.reach for ratio in ratios)) > farthest.reach:
-        answer += f" The time of {baseline} is extrapolated: it is {_longer(reach, several)} its longest run."
-    return answer + _rare((*times, *ratios))
+    farthest, reach = max(times, key=lambda time: time.reach), max(ratio.reach for ratio in ratios)
+    notes = [_extrapolated(farthest, target, several), _rare((*times, *ratios))]
+    limits = ", in typical runs" if notes[1] else ""
+    if farthest.reach > 1.0:
+        limits += ", extrapolated"
+    if reach > farthest.reach:
+        notes.insert(1, f"The time of {baseline} is extrapolated: it is {_longer(reach, several)} its longest run.")
+        limits += "" if farthest.reach > 1.0 else f", with the time of {baseline} extrapolated"
+    place = where([scene.name for scene, _ in found], count)
+    return Answer(f"{place}, {faster}: {percent(target)} error in {across(each, in_time)}{limits}.").noted(notes)
 
 
-def _own_renderers(scenes: Sequence[SceneResult], target: float) -> str:
-    """Return a sentence on each renderer other than equaltime, beside standard and baseline on the only scene."""
+def _not_reached(found: Sequence[_Found], target: float) -> str:
+    """Return in brackets why the baseline does not reach ``target``; empty if it does."""
+    for scene, strategy in found:
+        if math.isinf(strategy.ratio[target].value):
+            baseline = next(one for one in scene.strategies if one.label == scene.baseline)
+            return f" ({baseline.time_to[target].note.partition('; ')[0] or 'not reached'})"
+    return ""
+
+
+def _own_renderers(scenes: Sequence[SceneResult], target: float) -> Iterator[str]:
+    """Yield a note on each renderer other than equaltime, beside standard and baseline on the only scene."""
     if len(scenes) != 1:
-        return ""
+        return
     (scene,) = scenes
     own = [one for one in scene.strategies if one.renderer != "core" and one.label != scene.baseline]
     beside = [one for one in scene.strategies if one.label in (scene.baseline, scene.standard)]
-    said = ""
     for strategy in own if len(own) <= _MOST_OWN else ():
         ratios = {other.label: _times_as_long(scene, strategy, other, target) for other in beside}
         told = [f"{about(ratio)} times as long as {label} {span(ratio)}" for label, ratio in ratios.items() if ratio]
         if told:
-            said += f" {strategy.label} needs {' and '.join(told)} for {percent(target)}."
-    return said
+            yield f"{strategy.label} needs {' and '.join(told)} for {percent(target)}."
 
 
 def _times_as_long(
@@ -148,30 +179,30 @@ def _times_as_long(
     return quotient(strategy.time_to[target], other.time_to[target])
 
 
-def _without_ratio(scenes: Sequence[SceneResult], alone: tuple[SceneResult, StrategyResult, float] | None) -> str:
-    """Return a line with the efficiency of typical runs and a trusted time, or why both are missing.
+def _without_ratio(scenes: Sequence[SceneResult], alone: tuple[SceneResult, StrategyResult, float] | None) -> Answer:
+    """Return a line with the efficiency of typical runs and a trusted time, or that both are missing.
 
-    ``alone`` is the result of `_time_alone`: the first trusted time.
+    ``alone`` is the result of `_time_alone`: the first trusted time. The notes have the reasons.
     """
     typical = _typical(scenes)
     if alone is None:
-        reason = _reason(scenes)
-        if typical:
-            return f"{typical} Times to a given error cannot be trusted{reason}."
-        return f"No time to a given error can be trusted{reason}."
+        lacking = f"a given error can be trusted{_reason(scenes)}."
+        return Answer(typical, (f"No time to {lacking}",)) if typical else Answer(f"No time to {lacking}")
     scene, strategy, target = alone
     time = strategy.time_to[target]
-    reached = f"{strategy.label} reaches {percent(target)} error in {in_time(time)}."
-    caveats = _extrapolated(time) + _rare((time,))
+    notes = [_extrapolated(time, target), _rare((time,))]
+    limits = (", in typical runs" if notes[1] else "") + (", extrapolated" if notes[0] else "")
+    reached = f"{strategy.label} reaches {percent(target)} error in {in_time(time)}{limits}."
     if typical:
-        place = f"On {scene.name}, " if len(scenes) > 1 else "There, "
-        return f"{typical} {place}{reached}{_extrapolated(time)}"
+        place = f"On {scene.name}" if len(scenes) > 1 else "There"
+        return Answer.of((typical, f"{place}, {reached}"), notes)
+    answer = f"On {scene.name}, {reached}"
     if strategy.label == scene.baseline:
         alone_there = len(scene.strategies) == 1
-        return f"On {scene.name}, {reached}{caveats}{'' if alone_there else ' It is the baseline of the comparison.'}"
-    notes = next((s.notes for s in scene.strategies if s.label == scene.baseline), ()) or (strategy.ratio[target].note,)
-    reason = f": {notes[0]}" if notes[0] else ""
-    return f"On {scene.name}, {reached}{caveats} How much faster it is than {scene.baseline} cannot be told{reason}."
+        return Answer(answer if alone_there else f"{answer} It is the baseline of the comparison.").noted(notes)
+    why = next((s.notes for s in scene.strategies if s.label == scene.baseline), ()) or (strategy.ratio[target].note,)
+    notes.append(f"Speed-up over {scene.baseline}: {why[0]}." if why[0] else "")
+    return Answer(f"{answer} How much faster it is than {scene.baseline} cannot be told.").noted(notes)
 
 
 def _longer(reach: float, several: bool) -> str:
@@ -179,22 +210,21 @@ def _longer(reach: float, several: bool) -> str:
     return "a little longer than" if reach < 1.05 else f"{'up to ' if several else ''}{figure(reach)} times"
 
 
-def _extrapolated(time: Interval, several: bool = False) -> str:
+def _extrapolated(time: Interval, target: float, several: bool = False) -> str:
     """Return a sentence on how far a time is beyond the longest run; empty if a run was long enough.
 
-    ``several`` tells that the time is the farthest of several scenes.
+    ``target`` is the error that it is a time to. ``several`` tells that the time is the farthest of several scenes.
     """
     if time.reach <= 1.0:
         return ""
-    return (
-        f" Extrapolated: {'times are' if several else 'this time is'} {_longer(time.reach, several)} the longest run."
-    )
+    what, verb = ("times", "are") if several else ("the time", "is")
+    return f"Extrapolated: {what} to {percent(target)} {verb} {_longer(time.reach, several)} the longest run."
 
 
 def _rare(intervals: Iterable[Interval]) -> str:
     """Return a sentence if intervals describe medians of repeats instead of means; else an empty text."""
     typical = any(TYPICAL in interval.note for interval in intervals)
-    return " This holds for typical runs: a few rare events make most of the error." if typical else ""
+    return "The verdict holds for typical runs: a few rare events make most of the error." if typical else ""
 
 
 def _time_alone(

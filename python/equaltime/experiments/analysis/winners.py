@@ -53,7 +53,7 @@ def fastest(scenes: Sequence[SceneResult], target: float) -> str:
         return ""
     among = max((one.among for one in found), key=("", _MEAN, _KNOWN).index)
     time = f", {in_time(found[0].value)}" if len(scenes) == 1 and beaten else ""
-    return f" Fastest to {percent(target)}{among}: {_told(found, len(scenes))}{time}."
+    return f"Fastest to {percent(target)}{among}: {_told(found, len(scenes))}{time}."
 
 
 def best_per_scene(scenes: Sequence[SceneResult]) -> str:
@@ -68,7 +68,7 @@ def best_per_scene(scenes: Sequence[SceneResult]) -> str:
     ]
     if len(scenes) == 1 or len(found) < 2 or set.intersection(*(set(one.labels) for one in found)):
         return ""
-    return f" Best on each scene: {_told(found, len(scenes))}."
+    return f"Best on each scene: {_told(found, len(scenes))}."
 
 
 def _winners(scene: SceneResult, measure: _Measure) -> _Winners | None:

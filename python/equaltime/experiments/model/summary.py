@@ -48,7 +48,8 @@ class Curve:
     Every number in reports that is called a strategy's error is a point of this curve.
     """
     slope: Interval
-    """Slope of log error against log time: -0.5 for independent samples."""
+    """Slope of log error against log time: -0.5 for independent samples. It is against log samples for
+    other renderers than equaltime; its note then begins with `equaltime.statistics.curves.AGAINST_SAMPLES`."""
     own_estimate: tuple[Interval, ...]
     """Errors that the renders themselves state, without a reference; the value is NaN if the renderer states none."""
 
@@ -234,6 +235,8 @@ class Summary(Shown):
     """Numbers of the published claim, each with the number that the experiment measured; empty without a claim."""
     headline_target: float | None = None
     """Error whose time the verdict gives; None if it gives none."""
+    verdict_notes: tuple[str, ...] = ()
+    """Sentences on what limits the verdict, such as a time that is extrapolated."""
     directions: Path | None = None
     """File of ray directions drawn by uniform and by BSDF sampling, for the report; None if not wanted."""
 

@@ -25,7 +25,8 @@ def other_renderers(summary: Summary) -> tuple[str, ...]:
     are preferred to extrapolated ones.
     """
     found: dict[str, list[tuple[SceneResult, StrategyResult]]] = {}
-    answer = summary.verdict.replace(other_pictures(summary.scenes), "")
+    pictures = other_pictures(summary.scenes)
+    answer = " ".join((summary.verdict, *(note for note in summary.verdict_notes if note not in pictures)))
     for scene in summary.scenes:
         for strategy in scene.strategies:
             if strategy.renderer != "core" and not _names(answer, strategy.label):

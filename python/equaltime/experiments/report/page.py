@@ -9,6 +9,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from equaltime.experiments.analysis.sentences import Answer
 from equaltime.experiments.analysis.verdict import verdict
 from equaltime.experiments.model.summary import SceneResult, Summary
 from equaltime.experiments.report.charts import has_dots, has_pale_points, unmarked
@@ -61,7 +62,7 @@ class SceneView:
     name: str
     facts: str
     """Sentence on the scene's size, path depth, reference, repeats and equal time."""
-    verdict: str
+    verdict: Answer
     wide_chart: str
     """Chart of the error curves for a desktop: an ``<svg>`` element that needs no escaping."""
     narrow_chart: str
@@ -265,7 +266,7 @@ def write_report(summary: Summary, folder: Path, told: Callable[[float], object]
         folder / "report.html",
         title=summary.title,
         suffix=": what accuracy costs in time",
-        verdict=summary.verdict,
+        verdict=Answer(summary.verdict, summary.verdict_notes),
         headline_rule=summary.headline_rule,
         others=other_renderers(summary),
         quick=is_quick(summary),

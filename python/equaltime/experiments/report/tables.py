@@ -24,6 +24,7 @@ from equaltime.experiments.report.words import (
     seconds,
     seconds_cell,
 )
+from equaltime.statistics.curves import AGAINST_SAMPLES
 from equaltime.statistics.intervals import UNKNOWN, Interval, product_mean
 
 __all__ = [
@@ -148,6 +149,8 @@ def _row(line: Beside, several: bool) -> TableRow:
     if line.target is not None:
         place.append(f"at {percent(line.target)}")
     theirs = Cell(line.theirs or "\N{EN DASH}", state="trusted" if line.theirs else "unknown")
+    if line.quantity == "slope" and line.value.known:
+        place.append(_against(line.value))
     ours = _CELLS[line.quantity](line.value)
     note = (Cell(", ".join(place), state="unknown"),) if place else ()
     return TableRow(line.what, None, (), ((theirs,), (ours, *note)), f"{line.quantity}: {line.strategy}")
@@ -202,6 +205,11 @@ def _time_cell(scene: SceneResult, strategy: StrategyResult, target: float) -> C
     return seconds_cell(time)
 
 
+def _against(slope: Interval) -> str:
+    """Return against what a slope of the error was measured, in words."""
+    return "against samples" if slope.note.startswith(AGAINST_SAMPLES) else "against time"
+
+
 def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Style]) -> Table:
     """Return a table that shows whether each strategy's numbers can be trusted.
 
@@ -211,12 +219,14 @@ def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Style]) -> Ta
     """
     standard = scene.standard or "the standard"
     errors = [f"error after {seconds(scene.budget_s)}; below: at the end", "own estimate at the end"]
-    columns = ["slope", *errors, "bias", f"same picture as {standard}?"]
+    slopes = [strategy.curve.slope for strategy in scene.strategies]
+    axes = sorted({_against(slope) for slope in slopes if slope.known}, reverse=True) or ["against time"]
+    columns = [f"slope {axes[0]}" if len(axes) == 1 else "slope", *errors, "bias", f"same picture as {standard}?"]
     rows = []
     for strategy in scene.strategies:
         curve = strategy.curve
         cells = [
-            [plain_cell(curve.slope)],
+            [plain_cell(curve.slope), *(Cell(_against(curve.slope)) for _ in axes[1:] if curve.slope.known)],
             [measured_cell(strategy.error_at_budget), *map(measured_cell, curve.error[-1:])],
             [_own_estimate(curve.own_estimate, strategy.biased)],
             [_bias_cell(strategy.bias)],
@@ -224,8 +234,9 @@ def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Style]) -> Ta
         ]
         rows.append(label_row(scene, strategy, looks[strategy.label], cells))
     caption = (
-        "Slope of log error against log time (independent samples: \N{MINUS SIGN}0.5), errors, bias, and test for an "
-        "equal picture; 95 % intervals. The end is the last point of a curve"
+        f"Slope of log error {' or '.join(f'against log {axis.split()[-1]}' for axis in axes)} (independent samples: "
+        "\N{MINUS SIGN}0.5), errors, bias, and test for an equal picture; 95 % intervals. The end is the last point of "
+        "a curve"
     )
     return Table(f"{slug}-checks", caption, "strategy", tuple(columns), tuple(rows))
 

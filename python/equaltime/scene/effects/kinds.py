@@ -54,7 +54,7 @@ from equaltime.scene.model import (
 )
 from equaltime.scene.motion import moves
 
-__all__ = ["KINDS", "Effect", "Reason", "derive", "kind_of"]
+__all__ = ["KINDS", "Effect", "Reason", "derive", "kind_of", "nodes_of"]
 
 
 @dataclass(frozen=True)
@@ -174,7 +174,7 @@ def derive(scene: Scene) -> Mapping[str, tuple[Reason, ...]]:
     If no single object causes an effect, its only entry stands for the scene as a whole. Objects that change nothing in
     the image are left out (see `equaltime.scene.inert`). Raises SceneError if the core cannot use the scene.
     """
-    nodes = list(_nodes(scene))
+    nodes = list(nodes_of(scene))
     called = {name: kind_of(name) for name, used in scene.core.effects().items() if used}
     if scene.core.lights > 1:
         called["many_lights"] = KINDS["many_lights"]
@@ -189,7 +189,7 @@ def derive(scene: Scene) -> Mapping[str, tuple[Reason, ...]]:
     return {name: found[name] or (whole,) for name in dict.fromkeys(ordered)}
 
 
-def _nodes(scene: Scene) -> Iterator[Plugin]:
+def nodes_of(scene: Scene) -> Iterator[Plugin]:
     """Iterate over all nodes that are built, each once."""
     model, seen = scene.model, set[int]()
     shapes = (model.shapes[number] for number in shown(model))
