@@ -13,8 +13,6 @@ from equaltime.experiments.analysis.strategy_runs import speed_up
 from equaltime.images.metrics import tail_of
 from equaltime.statistics.curves import (
     FARTHEST_REACH,
-    TYPICAL,
-    Runs,
     error_at,
     error_curve,
     interval_of,
@@ -24,6 +22,7 @@ from equaltime.statistics.curves import (
     time_to_error,
 )
 from equaltime.statistics.intervals import UNKNOWN, Interval, exp
+from equaltime.statistics.runs import TYPICAL, Runs
 
 Array = NDArray[np.float64]
 

@@ -16,7 +16,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from equaltime.statistics.curves import Runs, time_to_error
+from equaltime.statistics.curves import time_to_error
+from equaltime.statistics.runs import Runs
 
 from .simulated_runs import SPP, Case, Renderer, cases, cases_of_typical_runs, firefly, gaussian, pareto, rare
 

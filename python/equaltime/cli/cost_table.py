@@ -24,8 +24,8 @@ from equaltime.experiments.report.words import (
     seconds,
     seconds_cell,
 )
-from equaltime.statistics.curves import TYPICAL
 from equaltime.statistics.intervals import UNKNOWN, Interval
+from equaltime.statistics.runs import TYPICAL
 
 __all__ = ["every_row", "in_brackets", "legend", "print_summary"]
 

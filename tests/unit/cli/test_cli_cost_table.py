@@ -17,8 +17,8 @@ from equaltime.experiments.report.latex import latex_table
 from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.tables import check_table, point_table
 from equaltime.experiments.report.words import facts, percent
-from equaltime.statistics.curves import TYPICAL
 from equaltime.statistics.intervals import UNKNOWN, Interval
+from equaltime.statistics.runs import TYPICAL
 
 from ..experiments.fake_summary import summary
 

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from equaltime.statistics.curves import Runs
 from equaltime.statistics.intervals import Interval
+from equaltime.statistics.runs import Runs
 
 SPP = np.array([2.0, 4.0, 8.0, 16.0, 32.0, 64.0])
 

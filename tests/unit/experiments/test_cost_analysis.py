@@ -31,8 +31,9 @@ from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.record import Row
 from equaltime.experiments.run.reference import KnownReference, write
 from equaltime.images.metrics import Reference, measure
-from equaltime.statistics.curves import AGAINST_SAMPLES, TYPICAL
+from equaltime.statistics.curves import AGAINST_SAMPLES
 from equaltime.statistics.intervals import Interval
+from equaltime.statistics.runs import TYPICAL
 
 Array = NDArray[np.float64]
 

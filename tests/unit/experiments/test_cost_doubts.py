@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from equaltime.experiments.analysis.strategy_runs import efficiency, speed_up
-from equaltime.statistics.curves import TYPICAL, Runs, error_at, error_curve, slope, time_to_error
+from equaltime.statistics.curves import error_at, error_curve, slope, time_to_error
 from equaltime.statistics.intervals import TOO_WIDE, Interval
+from equaltime.statistics.runs import TYPICAL, Runs
 
 from .made_up_runs import SPP, power_law, with_firefly
 

@@ -21,8 +21,9 @@ from equaltime.experiments.model.experiment import Question
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.images.bias_variance import BiasVariance
 from equaltime.statistics.agreement import LEVEL
-from equaltime.statistics.curves import BELOW, TYPICAL, Runs, error_curve, second_curve
+from equaltime.statistics.curves import BELOW, error_curve, second_curve
 from equaltime.statistics.intervals import UNKNOWN, Interval
+from equaltime.statistics.runs import TYPICAL, Runs
 
 from .fake_summary import curve
 from .made_up_runs import SPP, power_law

@@ -18,8 +18,8 @@ from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.tables import time_table
 from equaltime.experiments.report.words import factor_cell, plain_cell, seconds_cell
-from equaltime.statistics.curves import TYPICAL
 from equaltime.statistics.intervals import TOO_WIDE, UNKNOWN, Interval, product_mean
+from equaltime.statistics.runs import TYPICAL
 
 from .fake_summary import curve
 

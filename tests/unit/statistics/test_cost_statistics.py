@@ -13,7 +13,6 @@ from scipy.stats import binomtest
 from equaltime.experiments.analysis.strategy_runs import speed_up
 from equaltime.statistics.curves import (
     AGAINST_SAMPLES,
-    Runs,
     error_at,
     error_curve,
     falling,
@@ -32,6 +31,7 @@ from equaltime.statistics.intervals import (
     ratio_interval,
     student,
 )
+from equaltime.statistics.runs import Runs
 
 from ..experiments.made_up_runs import SPP, close, power_law, with_firefly
 

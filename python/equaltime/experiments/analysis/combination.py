@@ -8,9 +8,10 @@ from contextlib import suppress
 from equaltime.errors import StrategyError
 from equaltime.experiments.analysis.sentences import Answer, joined, listed
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
-from equaltime.statistics.curves import BELOW, TYPICAL
+from equaltime.statistics.curves import BELOW
 from equaltime.statistics.in_words import about, figure
 from equaltime.statistics.intervals import Interval, sound
+from equaltime.statistics.runs import TYPICAL
 from equaltime.strategy import Strategy
 
 __all__ = ["combination_verdict"]

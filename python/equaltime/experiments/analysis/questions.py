@@ -8,9 +8,9 @@ from collections.abc import Iterator, Sequence
 from equaltime.experiments.analysis.pictures import differing_renderers, size_of
 from equaltime.experiments.analysis.sentences import Answer, joined, less_time, listed, times
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
-from equaltime.statistics.curves import TYPICAL
 from equaltime.statistics.in_words import figure
 from equaltime.statistics.intervals import Interval, product_mean, sound
+from equaltime.statistics.runs import TYPICAL
 from equaltime.words import percent
 
 __all__ = ["bias_verdict", "efficiency_verdict", "samples_verdict"]

@@ -24,10 +24,7 @@ from equaltime.images.bias_variance import BiasVariance, relmse_of_parts
 from equaltime.images.metrics import Reference, squared_errors, tail_of
 from equaltime.statistics.curves import (
     BELOW,
-    TYPICAL,
-    Runs,
     interval_of,
-    is_below,
     log_time,
     log_times,
     slope_doubt,
@@ -36,6 +33,7 @@ from equaltime.statistics.curves import (
     typical_interval,
 )
 from equaltime.statistics.intervals import FEWEST_REPEATS, UNKNOWN, Z95, Interval, exp, join
+from equaltime.statistics.runs import TYPICAL, Runs
 from equaltime.strategy import Strategy
 
 __all__ = ["StrategyRuns", "efficiency", "fewer_samples", "runs_of", "speed_up"]
@@ -249,7 +247,7 @@ def _log_work(runs: Runs) -> Floats:
 
 def _raised(runs: Runs, checkpoint: int) -> Runs:
     """Return ``runs``, or upper limits of its squared errors if the reference's noise hides those at a checkpoint."""
-    return replace(runs, relmse=np.maximum(runs.relmse, 0.0)).moved(Z95) if is_below(runs, checkpoint) else runs
+    return replace(runs, relmse=np.maximum(runs.relmse, 0.0)).moved(Z95) if runs.is_below(checkpoint) else runs
 
 
 def _hidden(ratio: Interval, baseline: bool, this: bool) -> Interval:

@@ -29,9 +29,10 @@ from equaltime.experiments.run.reference import read as read_reference
 from equaltime.images.bias_variance import BiasVariance, relmse_of_parts
 from equaltime.images.metrics import Reference
 from equaltime.statistics.agreement import LEVEL, equality_test, near_normal, share
-from equaltime.statistics.curves import Runs, error_at, error_curve, least_error_at, second_curve, slope, time_to_error
+from equaltime.statistics.curves import error_at, error_curve, least_error_at, second_curve, slope, time_to_error
 from equaltime.statistics.in_words import probability
 from equaltime.statistics.intervals import FEWEST_REPEATS, UNKNOWN, Interval, signed_root, sound
+from equaltime.statistics.runs import Runs
 from equaltime.words import duration, percent
 
 __all__ = ["conclude", "concluded", "summarise"]

@@ -18,9 +18,9 @@ from equaltime.experiments.analysis.winners import best_per_scene, fastest, quot
 from equaltime.experiments.model.experiment import Question
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.statistics.agreement import LEVEL
-from equaltime.statistics.curves import TYPICAL
 from equaltime.statistics.in_words import about, figure, in_time, span
 from equaltime.statistics.intervals import Interval, product_mean, sound, sound_below
+from equaltime.statistics.runs import TYPICAL
 from equaltime.words import percent
 
 __all__ = ["headline_target", "pick_standard", "verdict"]

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from equaltime.experiments.analysis.sentences import joined, listed
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
-from equaltime.statistics.curves import TYPICAL
 from equaltime.statistics.in_words import in_time
 from equaltime.statistics.intervals import Interval, product_mean, sound, sound_below
+from equaltime.statistics.runs import TYPICAL
 from equaltime.strategy import PRESETS
 from equaltime.words import percent
 

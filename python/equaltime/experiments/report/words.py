@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from equaltime.experiments.model.summary import DISAGREES, SceneResult, StrategyResult, Summary
-from equaltime.statistics.curves import TYPICAL
 from equaltime.statistics.in_words import exponent, places, probability
 from equaltime.statistics.intervals import TELLING, TOO_WIDE, UNKNOWN, Interval
+from equaltime.statistics.runs import TYPICAL
 
 __all__ = [
     "DISAGREEING",
