@@ -147,7 +147,9 @@ template <class T>
 constexpr Point2<T> lane(const Point2<Pack<T>>& p, std::size_t i) noexcept {
   return {p.x[i], p.y[i]};
 }
-
+inline FlatEdges<float> lane(const FlatEdges<Floats>& e, std::size_t i) noexcept {
+  return {lane(e.corner, i), lane(e.edge_x, i), lane(e.edge_y, i)};
+}
 inline ViewPoint<float> lane(const ViewPoint<Floats>& v, std::size_t i) noexcept {
   return {lane(v.point, i), v.solid_angle[i]};
 }

@@ -28,86 +28,76 @@ EmitterBounds flat_bounds(std::initializer_list<Vec3d> corners, const Vec3f& nor
 
 // --- Near views ---------------------------------------------------------------------------------------------------
 
-template <>
-std::optional<SphericalTriangle> NearView<SphericalTriangle>::of(const Vec3f& corner, const Vec3f& edge_x,
-                                                                 const Vec3f& edge_y, Vec3f receiver) noexcept {
-  const SphericalTriangle view(Vec3d(corner) - Vec3d(receiver), Vec3d(edge_x), Vec3d(edge_y));
-  if (!(view.solid_angle() > kSmallestView)) return std::nullopt;
-  return view;
+SphericalTriangle TriangleShape::view(const FlatEdges<float>& edges, Vec3f receiver) noexcept {
+  return {Vec3d(edges.corner) - Vec3d(receiver), Vec3d(edges.edge_x), Vec3d(edges.edge_y)};
 }
 
-template <>
-Vec3f NearView<SphericalTriangle>::point(const SphericalTriangle& view, const Vec3f& corner, const Vec3f& edge_x,
-                                         const Vec3f& edge_y, Vec3f receiver, Point2f u) noexcept {
+Vec3f TriangleShape::point(const View& view, const FlatEdges<float>& edges, Vec3f receiver, Point2f u) noexcept {
   const Vec3d direction = view.sample(u);
-  const Vec3d normal = cross(Vec3d(edge_x), Vec3d(edge_y)), from(receiver);
-  const double t = dot(normal, Vec3d(corner) - from) / dot(normal, direction);
+  const Vec3d normal = cross(Vec3d(edges.edge_x), Vec3d(edges.edge_y)), from(receiver);
+  const double t = dot(normal, Vec3d(edges.corner) - from) / dot(normal, direction);
   return Vec3f(from + direction * t);
 }
 
-template <>
-std::optional<SphericalRectangle> NearView<SphericalRectangle>::of(const Vec3f& corner, const Vec3f& edge_x,
-                                                                   const Vec3f& edge_y, Vec3f receiver) noexcept {
-  const Vec3d x(edge_x), y(edge_y);
+SphericalRectangle RectangleShape::view(const FlatEdges<float>& edges, Vec3f receiver) noexcept {
+  const Vec3d x(edges.edge_x), y(edges.edge_y);
   const double width = length(x), height = length(y);
-  const SphericalRectangle view(Vec3d(corner) - Vec3d(receiver), x / width, y / height, width, height);
+  return {Vec3d(edges.corner) - Vec3d(receiver), x / width, y / height, width, height};
+}
+
+Vec3f RectangleShape::point(const View& view, const FlatEdges<float>&, Vec3f receiver, Point2f u) noexcept {
+  return Vec3f(Vec3d(receiver) + view.sample(u));
+}
+
+template <class Shape>
+std::optional<typename Shape::View> NearView<Shape>::of(const FlatEdges<float>& edges, Vec3f receiver) noexcept {
+  const auto view = Shape::view(edges, receiver);
   if (!(view.solid_angle() > kSmallestView)) return std::nullopt;
   return view;
 }
 
-template <>
-Vec3f NearView<SphericalRectangle>::point(const SphericalRectangle& view, const Vec3f&, const Vec3f&, const Vec3f&,
-                                          Vec3f receiver, Point2f u) noexcept {
-  return Vec3f(Vec3d(receiver) + view.sample(u));
-}
-
-template <class View>
-ViewPoint<float> NearView<View>::sample(bool near, const Vec3f& corner, const Vec3f& edge_x, const Vec3f& edge_y,
-                                        Vec3f receiver, Point2f u, ViewPoint<float> otherwise) noexcept {
+template <class Shape>
+ViewPoint<float> NearView<Shape>::sample(bool near, const FlatEdges<float>& edges, Vec3f receiver, Point2f u,
+                                         ViewPoint<float> otherwise) noexcept {
   if (!near) return otherwise;
-  const auto view = of(corner, edge_x, edge_y, receiver);
+  const auto view = of(edges, receiver);
   if (!view) return otherwise;
-  return {point(*view, corner, edge_x, edge_y, receiver, u), static_cast<float>(view->solid_angle())};
+  return {Shape::point(*view, edges, receiver, u), static_cast<float>(view->solid_angle())};
 }
 
-template <class View>
-float NearView<View>::pdf(const Vec3f& corner, const Vec3f& edge_x, const Vec3f& edge_y, Vec3f receiver) noexcept {
-  const auto view = of(corner, edge_x, edge_y, receiver);
+template <class Shape>
+float NearView<Shape>::pdf(const FlatEdges<float>& edges, Vec3f receiver) noexcept {
+  const auto view = of(edges, receiver);
   return view ? static_cast<float>(1 / view->solid_angle()) : 0.0F;
 }
 
-template struct NearView<SphericalTriangle>;
-template struct NearView<SphericalRectangle>;
+template struct NearView<TriangleShape>;
+template struct NearView<RectangleShape>;
 
 // --- Loading ------------------------------------------------------------------------------------------------------
 
-template <class Real>
-double TriangleLight<Real>::power() const noexcept {
+template <class Real, class Shape>
+double FlatLight<Real, Shape>::power() const noexcept {
   return emitted_power(radiance_, area_);
 }
 
 template <class Real>
 EmitterBounds TriangleLight<Real>::bounds() const noexcept {
-  const Vec3d v0(v0_);
-  return flat_bounds({v0, v0 + Vec3d(e1_), v0 + Vec3d(e2_)}, normal_, power());
+  const Vec3d v0(this->edges_.corner), e1(this->edges_.edge_x), e2(this->edges_.edge_y);
+  return flat_bounds({v0, v0 + e1, v0 + e2}, this->normal_, this->power());
 }
 
 template <class Real>
 TriangleLight<Real> TriangleLight<Real>::placed(const AffineMap& to) const noexcept {
-  const Vec3d v0(v0_);
-  const Vec3f a(to.point(v0)), b(to.point(v0 + Vec3d(e1_))), c(to.point(v0 + Vec3d(e2_)));
-  return to.mirrors() ? TriangleLight(a, c, b, radiance_) : TriangleLight(a, b, c, radiance_);
-}
-
-template <class Real>
-double RectangleLight<Real>::power() const noexcept {
-  return emitted_power(radiance_, area_);
+  const Vec3d v0(this->edges_.corner), e1(this->edges_.edge_x), e2(this->edges_.edge_y);
+  const Vec3f a(to.point(v0)), b(to.point(v0 + e1)), c(to.point(v0 + e2));
+  return to.mirrors() ? TriangleLight(a, c, b, this->radiance_) : TriangleLight(a, b, c, this->radiance_);
 }
 
 template <class Real>
 EmitterBounds RectangleLight<Real>::bounds() const noexcept {
-  const Vec3d corner(corner_), x(edge_x_), y(edge_y_);
-  return flat_bounds({corner, corner + x, corner + y, corner + x + y}, normal_, power());
+  const Vec3d corner(this->edges_.corner), x(this->edges_.edge_x), y(this->edges_.edge_y);
+  return flat_bounds({corner, corner + x, corner + y, corner + x + y}, this->normal_, this->power());
 }
 
 template <class Real>
@@ -149,6 +139,8 @@ DiskLight<Real> DiskLight<Real>::placed(const AffineMap& to) const noexcept {
   return {to.point(center_), to.vector(axis_u_), to.vector(axis_v_), flipped != to.mirrors(), radiance_};
 }
 
+template class FlatLight<float, TriangleShape>;
+template class FlatLight<float, RectangleShape>;
 template class TriangleLight<float>;
 template class RectangleLight<float>;
 template class SphereLight<float>;

@@ -12,25 +12,15 @@ constexpr double kLeastOfView = 0.25;
 }  // namespace
 
 template <>
-Vec3f TexturedRectangle::point_at(Point2d place) const noexcept {
-  return Vec3f(Vec3d(flat_.corner_) + Vec3d(flat_.edge_x_) * place.x + Vec3d(flat_.edge_y_) * place.y);
-}
-
-template <>
 Point2d TexturedRectangle::place_of(Vec3f point) const noexcept {
-  const Vec3d within = Vec3d(point) - Vec3d(flat_.corner_), x(flat_.edge_x_), y(flat_.edge_y_);
+  const Vec3d within = Vec3d(point) - Vec3d(flat_.edges_.corner), x(flat_.edges_.edge_x), y(flat_.edges_.edge_y);
   return {dot(within, x) / length_squared(x), dot(within, y) / length_squared(y)};
 }
 
 template <>
-Vec3f TexturedTriangle::point_at(Point2d place) const noexcept {
-  const double s = std::sqrt(place.x);
-  return Vec3f(Vec3d(flat_.v0_) + Vec3d(flat_.e1_) * (1 - s) + Vec3d(flat_.e2_) * (s * place.y));
-}
-
-template <>
 Point2d TexturedTriangle::place_of(Vec3f point) const noexcept {
-  const Vec3d within = Vec3d(point) - Vec3d(flat_.v0_), e1(flat_.e1_), e2(flat_.e2_), normal = cross(e1, e2);
+  const Vec3d within = Vec3d(point) - Vec3d(flat_.edges_.corner), e1(flat_.edges_.edge_x), e2(flat_.edges_.edge_y);
+  const Vec3d normal = cross(e1, e2);
   const double inverse = 1 / length_squared(normal);
   const double s = std::clamp(1 - dot(cross(within, e2), normal) * inverse, 0.0, 1.0);
   const double along = dot(cross(e1, within), normal) * inverse;
@@ -38,9 +28,15 @@ Point2d TexturedTriangle::place_of(Vec3f point) const noexcept {
 }
 
 template <class Flat>
+Vec3f TexturedAreaLight<Flat>::point_at(Point2d place) const noexcept {
+  const auto [a, b] = Flat::Shape::uniform(place);
+  return Vec3f(Vec3d(flat_.edges_.corner) + Vec3d(flat_.edges_.edge_x) * a + Vec3d(flat_.edges_.edge_y) * b);
+}
+
+template <class Flat>
 typename TexturedAreaLight<Flat>::View TexturedAreaLight<Flat>::view(Vec3f receiver) const noexcept {
   View view{std::nullopt, 0};
-  if (flat_.is_near(receiver)) view.flat = flat_.near_view(receiver);
+  if (flat_.is_near(receiver)) view.flat = NearView<typename Flat::Shape>::of(flat_.edges_, receiver);
   if (view.flat) view.share = std::clamp(1 / picture_->contrast(), kLeastOfView, 1.0);
   return view;
 }
@@ -64,7 +60,7 @@ Optional<LightSample<float>> TexturedAreaLight<Flat>::sample(Vec3f receiver, Poi
   Vec3f point;
   if (u.x < seen.share) {
     const Point2f in_view{static_cast<float>(std::min(u.x / seen.share, 1 - 0x1p-24)), static_cast<float>(u.y)};
-    point = flat_.point_in(*seen.flat, receiver, in_view);
+    point = Flat::Shape::point(*seen.flat, flat_.edges_, receiver, in_view);
   } else {
     point = point_at(picture_->sample({(u.x - seen.share) / (1 - seen.share), u.y}));
   }

@@ -45,7 +45,7 @@ class TexturedAreaLight {
  private:
   /// The solid angle of which points are drawn for a receiver, and the share of them.
   struct View {
-    std::optional<typename Flat::View> flat;
+    std::optional<typename Flat::Shape::View> flat;
     double share;  // 0 without it
   };
   [[nodiscard]] View view(Vec3f receiver) const noexcept;
