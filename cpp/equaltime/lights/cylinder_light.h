@@ -17,7 +17,7 @@ class CylinderLight {
   static constexpr const char* name = "cylinder";
   static constexpr bool Effects::*needs = &Effects::analytic_shapes;
 
-  CylinderLight(const CylinderGeometry<float>& tube, bool inward, const Spectrum& radiance) noexcept
+  CylinderLight(const Cylinder<float>& tube, bool inward, const Spectrum& radiance) noexcept
       : tube_(tube), radiance_(radiance), inward_(inward) {}
 
   [[nodiscard]] Optional<LightSample<float>> sample(Vec3f receiver, Point2f u, float pmf) const noexcept;
@@ -39,7 +39,7 @@ class CylinderLight {
   /// Density per solid angle of points uniform in a strip; 0 if the point's front does not face the receiver.
   [[nodiscard]] double density(const Strip& strip, const Vec3d& to_point, const Vec3d& normal) const noexcept;
 
-  CylinderGeometry<float> tube_;
+  Cylinder<float> tube_;
   Spectrum radiance_;
   bool inward_;
 };

@@ -102,27 +102,27 @@ TEST("lanes of a triangle have the bits of one path") {
 
 TEST("lanes of a sphere have the bits of one path") {
   check_hits([]<class Real>(const Case<Real>& c) {
-    const SphereGeometry<Real> sphere{c.at, c.radius};
+    const Sphere<Real> sphere{c.at, c.radius};
     const BasicRayD<Real> ray(c.ray);
-    return found(intersect_sphere(sphere, ray), exact_hit(sphere, ray));
+    return found(intersect(sphere, ray), exact_hit(sphere, ray));
   });
 }
 
 TEST("lanes of a disk have the bits of one path") {
   check_hits([]<class Real>(const Case<Real>& c) {
-    const DiskGeometry<Real> disk{c.at, c.axis, c.x / length_squared(c.x), c.y / length_squared(c.y)};
+    const Disk<Real> disk{c.at, c.axis, c.x / length_squared(c.x), c.y / length_squared(c.y)};
     const BasicRayD<Real> ray(c.ray);
-    return found(intersect_disk(disk, ray), exact_hit(disk, ray));
+    return found(intersect(disk, ray), exact_hit(disk, ray));
   });
 }
 
 TEST("lanes of a cylinder have the bits of one path") {
   check_hits([]<class Real>(const Case<Real>& c) {
-    const CylinderGeometry<Real> tube{c.at, c.axis, c.length, c.radius};
+    const Cylinder<Real> tube{c.at, c.axis, c.length, c.radius};
     const BasicRayD<Real> ray(c.ray);
-    const auto [hit, height] = exact_hit(tube, ray);
-    auto with_height = found(intersect_cylinder(tube, ray), hit);
-    with_height.numbers.push_back(height);
+    const CylinderHit<Real> hit = exact_hit(tube, ray);
+    auto with_height = found(intersect(tube, ray), hit);
+    with_height.numbers.push_back(hit.height);
     return with_height;
   });
 }
