@@ -69,40 +69,44 @@ template <Effects E>
     return make_interaction<E>(point, ray);
 }
 
-// What depends on the kind of an analytic shape, besides the hit itself.
+// Parts of a hit that depend on the kind of an analytic shape. Hits are passed by value: references would force them
+// into memory even where no part is asked for.
 
 /// The direction in which u grows, of any length.
-[[nodiscard]] inline Vec3f tangent_at(const Sphere<float>&, const Surface& surface,
-                                      const ShapeHit<float>& hit) noexcept {
+[[nodiscard]] inline Vec3f tangent_at(const Sphere<float>&, const Surface& surface, ShapeHit<float> hit) noexcept {
   return cross(surface.pole, Vec3f(hit.n));
 }
-[[nodiscard]] inline Vec3f tangent_at(const Disk<float>& disk, const Surface&, const ShapeHit<float>& hit) noexcept {
+[[nodiscard]] inline Vec3f tangent_at(const Disk<float>& disk, const Surface&, ShapeHit<float> hit) noexcept {
   return Vec3f(hit.p - disk.center);
 }
 [[nodiscard]] inline Vec3f tangent_at(const Cylinder<float>& cylinder, const Surface&,
-                                      const CylinderHit<float>& hit) noexcept {
+                                      CylinderHit<float> hit) noexcept {
   return Vec3f(cross(cylinder.axis, hit.n));
 }
 
 /// Azimuth and polar angle, in whole turns and half turns.
-[[nodiscard]] Point2f uv_at(const Sphere<float>&, const Surface& surface, const ShapeHit<float>& hit) noexcept;
+[[nodiscard]] Point2f uv_at(const Sphere<float>&, const Surface& surface, ShapeHit<float> hit) noexcept;
 /// Distance from the centre, in radii, and azimuth, in turns.
-[[nodiscard]] Point2f uv_at(const Disk<float>& disk, const Surface&, const ShapeHit<float>& hit) noexcept;
+[[nodiscard]] Point2f uv_at(const Disk<float>& disk, const Surface&, ShapeHit<float> hit) noexcept;
 /// Azimuth, in turns, and height, from 0 at the base to 1.
-[[nodiscard]] Point2f uv_at(const Cylinder<float>& cylinder, const Surface& surface,
-                            const CylinderHit<float>& hit) noexcept;
+[[nodiscard]] Point2f uv_at(const Cylinder<float>& cylinder, const Surface& surface, CylinderHit<float> hit) noexcept;
 
-/// The hit of an analytic shape: its shading normal is the geometric one.
-template <Effects E, class Shape>
-[[nodiscard]] SurfacePoint recompute_hit(const Shape& geometry, const Surface& surface, const RayD& ray,
-                                         std::uint32_t shape) noexcept {
-  const auto hit = exact_hit(geometry, ray);
+/// A point of an analytic shape: its shading normal is the geometric one.
+template <Effects E, class Shape, class Hit>
+[[nodiscard]] EQUALTIME_INLINE SurfacePoint point_of(const Shape& geometry, Hit hit, const Surface& surface,
+                                                     std::uint32_t shape) noexcept {
   SurfacePoint point{hit, Vec3f(hit.n), {}, shape, 0, surface.flipped, false, {}};
   if constexpr (E.anisotropy)
     if (surface.tangential) point.tangent = tangent_at(geometry, surface, hit);
   if constexpr (E.textures)
     if (surface.textured) point.prim_uv = uv_at(geometry, surface, hit);
   return point;
+}
+
+template <Effects E, class Shape>
+[[nodiscard]] SurfacePoint recompute_hit(const Shape& geometry, const Surface& surface, const RayD& ray,
+                                         std::uint32_t shape) noexcept {
+  return point_of<E>(geometry, exact_hit(geometry, ray), surface, shape);
 }
 
 template <Effects E>

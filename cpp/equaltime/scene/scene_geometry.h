@@ -126,11 +126,13 @@ EQUALTIME_INLINE detail::SurfacePoint SceneGeometry::recompute_hit(const ShapeRa
                                                                    [[maybe_unused]] float time) const noexcept {
   if constexpr (E.analytic_shapes)
     if (id.geometry >= set.mesh_count)
-      return AnalyticShapes::at(id.geometry - set.mesh_count, [&]<class Shape>(std::type_identity<Shape>) noexcept {
-        constexpr std::size_t kKind = AnalyticShapes::place_of<Shape>;
-        const std::uint32_t shape = analytic_shapes[kKind][set.first[kKind] + id.primitive];
-        return detail::recompute_hit<E>(geometries().template of<Shape>()[id.primitive], surfaces[shape], ray, shape);
-      });
+      return AnalyticShapes::at(
+          id.geometry - set.mesh_count, [&]<class Shape>(std::type_identity<Shape>) __attribute__((always_inline)) {
+            constexpr std::size_t kKind = AnalyticShapes::place_of<Shape>;
+            const std::uint32_t shape = analytic_shapes[kKind][set.first[kKind] + id.primitive];
+            return detail::recompute_hit<E>(geometries().template of<Shape>()[id.primitive], surfaces[shape], ray,
+                                            shape);
+          });
   std::uint32_t mesh = id.geometry;
   if constexpr (E.instances || E.motion) mesh += set.first_mesh;
   if constexpr (E.motion)
