@@ -60,8 +60,8 @@ inline std::vector<AnyLight> random_lights(Random& random, std::size_t n, double
   return lights;
 }
 
-inline std::vector<EmitterBounds> bounds_of(const std::vector<AnyLight>& lights) {
-  std::vector<EmitterBounds> bounds;
+inline std::vector<LightBounds> bounds_of(const std::vector<AnyLight>& lights) {
+  std::vector<LightBounds> bounds;
   for (const AnyLight& light : lights) bounds.push_back(std::visit([](const auto& l) { return l.bounds(); }, light));
   return bounds;
 }

@@ -48,11 +48,11 @@ template <class Real, class Value>
   const Vec3<Real> facet = where(reflects, [&] { return distribution.sample(wo, u); });
   const Vec3<Real> wi = where(
       reflects, [&] { return facet * (2 * dot(wo, facet)) - wo; }, [&] { return square_to_cosine_hemisphere(u); });
-  const Mask<Real> above = wi.z > 0;
-  if (none(above)) return std::nullopt;
+  const Mask<Real> upper = wi.z > 0;
+  if (none(upper)) return std::nullopt;
   const Vec3<Real> m = where(
       reflects, [&] { return facet; }, [&] { return normalize(wo + wi); });
-  return sample_of(wi, value(wi, m), above);
+  return sample_of(wi, value(wi, m), upper);
 }
 
 /// With o and i the cosines of the directions to m: D·G·o·i / (cosθo (o - η·i)²), for radiance, whose compression by

@@ -18,7 +18,7 @@
 #include "equaltime/build/build_nesting.h"
 #include "equaltime/build/build_sensor.h"
 #include "equaltime/build/check_description.h"
-#include "equaltime/build/coincident_lamps.h"
+#include "equaltime/build/coincident_emitters.h"
 #include "equaltime/build/emission.h"
 #include "equaltime/build/normalize.h"
 #include "equaltime/build/part_names.h"
@@ -288,7 +288,7 @@ std::size_t Builder::textured_emitters() const {
 }
 
 Scene Builder::build(Intersection mode) {
-  bring_lamps_forward(description_, normalization_);
+  bring_emitters_forward(description_, normalization_);
   area_lights_.textured_emitters = textured_emitters();
   textures_ = make_textures(std::move(description_.textures));
   materials_ = make_materials(description_, textures_, normalization_.length(1), bsdf_tables_);

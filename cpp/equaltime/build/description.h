@@ -147,7 +147,7 @@ struct GroupDescription {
   std::vector<ShapeDescription> shapes;
 };
 
-// --- Emitters that are not surfaces -------------------------------------------------------------------------------
+// --- Lights that are not surfaces ---------------------------------------------------------------------------------
 
 struct PointLightDescription {
   Vec3d position, intensity;  // intensity: power per solid angle

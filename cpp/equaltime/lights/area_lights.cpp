@@ -17,8 +17,8 @@ double emitted_power(const Spectrum& radiance, double area) noexcept {
 }
 
 /// Of a flat light: the middle of the box that holds it, and how far its corners are from there.
-EmitterBounds flat_bounds(std::initializer_list<Vec3d> corners, const Vec3f& normal, double power) noexcept {
-  EmitterBounds bounds{{}, 0, {Vec3d(normal), 0}, power * std::numbers::inv_pi};
+LightBounds flat_bounds(std::initializer_list<Vec3d> corners, const Vec3f& normal, double power) noexcept {
+  LightBounds bounds{{}, 0, {Vec3d(normal), 0}, power * std::numbers::inv_pi};
   for (const Vec3d& p : corners) bounds.box.include(p);
   for (const Vec3d& p : corners) bounds.radius = std::max(bounds.radius, length(p - bounds.box.center()));
   return bounds;
@@ -82,7 +82,7 @@ double FlatLight<Real, Shape>::power() const noexcept {
 }
 
 template <class Real>
-EmitterBounds TriangleLight<Real>::bounds() const noexcept {
+LightBounds TriangleLight<Real>::bounds() const noexcept {
   const Vec3d v0(this->edges_.corner), e1(this->edges_.edge_x), e2(this->edges_.edge_y);
   return flat_bounds({v0, v0 + e1, v0 + e2}, this->normal_, this->power());
 }
@@ -95,7 +95,7 @@ TriangleLight<Real> TriangleLight<Real>::placed(const AffineMap& to) const noexc
 }
 
 template <class Real>
-EmitterBounds RectangleLight<Real>::bounds() const noexcept {
+LightBounds RectangleLight<Real>::bounds() const noexcept {
   const Vec3d corner(this->edges_.corner), x(this->edges_.edge_x), y(this->edges_.edge_y);
   return flat_bounds({corner, corner + x, corner + y, corner + x + y}, this->normal_, this->power());
 }
@@ -106,7 +106,7 @@ double SphereLight<Real>::power() const noexcept {
 }
 
 template <class Real>
-EmitterBounds SphereLight<Real>::bounds() const noexcept {
+LightBounds SphereLight<Real>::bounds() const noexcept {
   const Vec3d half{radius_, radius_, radius_};
   return {{center_ - half, center_ + half}, radius_, {}, power() * 0.25 * std::numbers::inv_pi};
 }
@@ -122,7 +122,7 @@ double DiskLight<Real>::power() const noexcept {
 }
 
 template <class Real>
-EmitterBounds DiskLight<Real>::bounds() const noexcept {
+LightBounds DiskLight<Real>::bounds() const noexcept {
   const Vec3d &u = axis_u_, &v = axis_v_;
   const Vec3d half{elementary::hypot(u.x, v.x), elementary::hypot(u.y, v.y), elementary::hypot(u.z, v.z)};
   const double uu = length_squared(u), vv = length_squared(v), uv = dot(u, v);

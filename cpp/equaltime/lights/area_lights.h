@@ -9,7 +9,7 @@
 
 #include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
-#include "equaltime/lights/emitter_bounds.h"
+#include "equaltime/lights/light_bounds.h"
 #include "equaltime/lights/light_types.h"
 #include "equaltime/math/frame.h"
 #include "equaltime/math/motion.h"
@@ -152,7 +152,7 @@ class TriangleLight : public FlatLight<Real, TriangleShape> {
 
   TriangleLight(const Vec3<Real>& v0, const Vec3<Real>& v1, const Vec3<Real>& v2, const Rgb<Real>& radiance) noexcept;
 
-  [[nodiscard]] EmitterBounds bounds() const noexcept;
+  [[nodiscard]] LightBounds bounds() const noexcept;
   /// The same light, taken to where an instance puts it.
   [[nodiscard]] TriangleLight placed(const AffineMap& placement) const noexcept;
 };
@@ -166,7 +166,7 @@ class RectangleLight : public FlatLight<Real, RectangleShape> {
   RectangleLight(const Vec3<Real>& corner, const Vec3<Double<Real>>& edge_x, const Vec3<Double<Real>>& edge_y,
                  Mask<Real> flipped, const Rgb<Real>& radiance) noexcept;
 
-  [[nodiscard]] EmitterBounds bounds() const noexcept;
+  [[nodiscard]] LightBounds bounds() const noexcept;
 };
 
 /// A sampled direction towards a sphere, in a frame whose z axis points to the centre.
@@ -196,7 +196,7 @@ class SphereLight {
     return faces(receiver, to_center, length(to_center));
   }
   [[nodiscard]] double power() const noexcept;
-  [[nodiscard]] EmitterBounds bounds() const noexcept;
+  [[nodiscard]] LightBounds bounds() const noexcept;
   /// The same light, taken to where an instance puts it that scales all directions alike.
   [[nodiscard]] SphereLight placed(const AffineMap& placement) const noexcept;
 
@@ -231,7 +231,7 @@ class DiskLight {
   [[nodiscard]] Real pdf_direction(Vec3<Real> receiver, Vec3<Real> wi) const noexcept;
   [[nodiscard]] Mask<Real> faces(Vec3<Real> receiver) const noexcept { return height_of(receiver) > offset_; }
   [[nodiscard]] double power() const noexcept;
-  [[nodiscard]] EmitterBounds bounds() const noexcept;
+  [[nodiscard]] LightBounds bounds() const noexcept;
   [[nodiscard]] DiskLight placed(const AffineMap& placement) const noexcept;
 
  private:

@@ -4,7 +4,7 @@
 
 #include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
-#include "equaltime/lights/emitter_bounds.h"
+#include "equaltime/lights/light_bounds.h"
 #include "equaltime/lights/light_types.h"
 #include "equaltime/math/motion.h"
 #include "equaltime/sampling/sampler.h"
@@ -25,7 +25,7 @@ class CylinderLight {
   [[nodiscard]] float pdf_direction(Vec3f receiver, Vec3f wi) const noexcept;
   [[nodiscard]] bool faces(Vec3f receiver) const noexcept { return facing(Vec3d(receiver)).half > 0; }
   [[nodiscard]] double power() const noexcept;
-  [[nodiscard]] EmitterBounds bounds() const noexcept;
+  [[nodiscard]] LightBounds bounds() const noexcept;
   /// The same light, taken to where an instance puts it that scales all directions alike.
   [[nodiscard]] CylinderLight placed(const AffineMap& placement) const noexcept;
 

@@ -36,7 +36,7 @@ class Renderer {
   /// Brings every pixel to `samples`. Returns whether every pixel has its samples.
   ///
   /// Ends early, between blocks, when `seconds` have passed, or when `poll` returns false or throws; the calling thread
-  /// calls it about every 50 ms. A path of 1024 or more segments is abandoned, and its block is rendered again later.
+  /// calls it about every 50 ms. A path of 1024 or more bounces is abandoned, and its block is rendered again later.
   /// After `pause` seconds the call ends early too, but every worker has finished a block by then: repeated calls make
   /// progress. Exceptions of `poll` and of workers, such as std::bad_alloc, are rethrown. In each of these cases the
   /// next call continues where this one ended; no sample is lost or counted twice.

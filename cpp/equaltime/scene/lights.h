@@ -1,4 +1,4 @@
-// Lights: all emitters, and how one of them is picked. Each emissive triangle is a light of its own.
+// Lights: all lights, and how one of them is picked. Each emissive triangle is a light of its own.
 #pragma once
 
 #include <algorithm>

@@ -22,9 +22,9 @@ Optional<LightSample<float>> MovingLights::with_offset(Optional<LightSample<floa
   return sample;
 }
 
-EmitterBounds MovingLights::bounds(std::uint32_t light) const noexcept {
+LightBounds MovingLights::bounds(std::uint32_t light) const noexcept {
   const auto of = [](const AreaLight& any) { return std::visit([](const auto& l) { return l.bounds(); }, any); };
-  EmitterBounds all = of(at(light, kReferenceTime));
+  LightBounds all = of(at(light, kReferenceTime));
   all.box = instance.to_world.swept(of(local[light - first]).box);
   all.radius = 0.5 * length(all.box.extent());
   if (instance.to_world.turns()) all.normals = {};
