@@ -204,9 +204,10 @@ FocusedLight focused_light(const Scene& scene, const Settings& settings, const R
     if (!observer.specular()) return;
     const Sampler sampler = Sampler::at(SamplerKind::independent, chains.seed, pixel, i, 1);
     const Point2f u = sampler.get_2d(slot(BounceDimension::light_point, 0));
+    const LightSampleContext receiver{observer.place(), {}, false};
     const auto light =
         scene.lights.sample<kAllEffects>(chains.settings.light_selection, chains.settings.environment_sampling,
-                                         {observer.place(), {}, false}, sampler, 0, u, observer.time());
+                                         {receiver, sampler, 0, u, observer.time()});
     seen[i].vertex = true;
     if (!light || !(light->pdf > 0)) return;
     const auto L = static_cast<double>(light->radiance.luminance()), pdf = static_cast<double>(light->pdf);

@@ -76,8 +76,8 @@ std::optional<CameraConnection> look(const Scene& scene, const Window& window, c
   const float time = sampler.get_1d(slot(CameraDimension::time));
   const LightSampleContext receiver{Vec3f(outlook.origin()), {}, false};
   const Point2f u = sampler.get_2d(slot(BounceDimension::light_point, 0));
-  const auto light = scene.lights.sample<kAllEffects>(settings.light_selection, settings.environment_sampling, receiver,
-                                                      sampler, 0, u, time);
+  const auto light = scene.lights.sample<kAllEffects>(settings.light_selection, settings.environment_sampling,
+                                                      {receiver, sampler, 0, u, time});
   if (!light || light->delta || !(light->pdf > 0)) return std::nullopt;
   const auto place = outlook.place(Vec3d(light->wi));
   if (!place || !is_near(window, scene, *place)) return std::nullopt;

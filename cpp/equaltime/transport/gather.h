@@ -117,10 +117,11 @@ template <Effects E, Observer O>
   if (!E.point_lights && !aims) return {};
   const Lights& lights = at.scene.lights;
   const LightSampleContext receiver = receiver_at<E>(at.it, at.scatterer);
-  const auto picked = lights.pick(at.settings.light_selection, receiver, at.sampler, at.bounce);
+  const LightVertex vertex{receiver, at.sampler, at.bounce, u, at.time};
+  const auto picked = lights.pick(at.settings.light_selection, vertex);
   tell<event::LightPicked>(observer, picked);
   if (!picked) return {};
-  auto light = lights.sample<E>(*picked, at.settings.environment_sampling, receiver, at.sampler, at.bounce, u, at.time);
+  auto light = lights.sample<E>(*picked, at.settings.environment_sampling, vertex);
   if (!light || (!aims && !light->delta)) return {};
   return direct_light_from<E>(at, *light, observer);
 }
