@@ -14,12 +14,23 @@ struct PPlasticDescription {
 };
 
 template <class Real>
-struct PPlastic : MicrofacetPlastic<Real, PPlastic<Real>> {
+struct PPlastic {
   using Description = PPlasticDescription;
   static constexpr const char* name = "pplastic";
+  static constexpr bool Effects::*needs = &Effects::layered;
+  static constexpr bool is_delta = false;
+  static constexpr bool transmits = false;
+  static constexpr bool picks_lobe = true;
+  Microfacet<Real> distribution;
+  Real ior;  // interior over exterior
+  Rgb<Real> diffuse_reflectance, specular_reflectance;
 
   explicit PPlastic(const Description& d) noexcept
-      : MicrofacetPlastic<Real, PPlastic>(d, d.alpha_u, d.alpha_v), mean_entering_(1 - fresnel_diffuse(this->ior)) {
+      : distribution(d.distribution, static_cast<float>(d.alpha_u), static_cast<float>(d.alpha_v)),
+        ior(static_cast<float>(d.ior)),
+        diffuse_reflectance(spectrum(d.diffuse_reflectance)),
+        specular_reflectance(spectrum(d.specular_reflectance)),
+        mean_entering_(1 - fresnel_diffuse(ior)) {
     derive();
   }
   [[nodiscard]] static constexpr auto fields() noexcept {
@@ -36,18 +47,28 @@ struct PPlastic : MicrofacetPlastic<Real, PPlastic<Real>> {
                           textured_roughness());
   }
 
+  [[nodiscard]] BsdfValue<Real> eval(const Vec3<Real>& wo, const Vec3<Real>& wi, Mask<Real>) const noexcept {
+    return eval_plastic(*this, wo, wi);
+  }
+  [[nodiscard]] Optional<BsdfSample<Real>> sample(const Vec3<Real>& wo, Mask<Real>, Double<Real> u_lobe,
+                                                  Point2<Real> u) const noexcept {
+    return sample_plastic(*this, wo, u_lobe, u);
+  }
+  [[nodiscard]] Rgb<Real> albedo(const Vec3<Real>& wo, Mask<Real>) const noexcept { return plastic_albedo(*this, wo); }
   [[nodiscard]] InterfaceShares<Real> shares(Real cosine) const noexcept {
-    const Real reflectance = fresnel_dielectric(cosine, this->ior).reflectance;
+    const Real reflectance = fresnel_dielectric(cosine, ior).reflectance;
     return {reflectance, 1 - reflectance};
   }
-  [[nodiscard]] const Rgb<Real>& body() const noexcept { return this->diffuse_reflectance; }
+  [[nodiscard]] const Rgb<Real>& body() const noexcept { return diffuse_reflectance; }
   [[nodiscard]] Real mean_entering() const noexcept { return mean_entering_; }
+  [[nodiscard]] const LobeWeights<Real>& weights() const noexcept { return weights_; }
 
   /// Computes all that follows from the two colours, which textures may give.
-  void derive() noexcept { this->derive_weights(); }
+  void derive() noexcept { weights_ = plastic_weights(*this); }
 
  private:
   Real mean_entering_;
+  LobeWeights<Real> weights_;
 };
 
 }  // namespace equaltime

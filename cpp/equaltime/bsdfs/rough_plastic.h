@@ -17,14 +17,24 @@ struct RoughPlasticDescription {
 };
 
 template <class Real>
-struct RoughPlastic : MicrofacetPlastic<Real, RoughPlastic<Real>> {
+struct RoughPlastic {
   using Description = RoughPlasticDescription;
   static constexpr const char* name = "roughplastic";
+  static constexpr bool Effects::*needs = &Effects::layered;
+  static constexpr bool is_delta = false;
+  static constexpr bool transmits = false;
+  static constexpr bool picks_lobe = true;
+  Microfacet<Real> distribution;
+  Real ior;  // interior over exterior
   bool nonlinear;
+  Rgb<Real> diffuse_reflectance, specular_reflectance;
 
   RoughPlastic(const Description& d, BsdfTables& tables)
-      : MicrofacetPlastic<Real, RoughPlastic>(d, d.alpha, d.alpha),
+      : distribution(d.distribution, static_cast<float>(d.alpha), static_cast<float>(d.alpha)),
+        ior(static_cast<float>(d.ior)),
         nonlinear(d.nonlinear),
+        diffuse_reflectance(spectrum(d.diffuse_reflectance)),
+        specular_reflectance(spectrum(d.specular_reflectance)),
         transmittance_(
             &tables.rough_transmittance(d.distribution, static_cast<float>(d.alpha), static_cast<float>(d.ior))) {
     derive();
@@ -42,22 +52,32 @@ struct RoughPlastic : MicrofacetPlastic<Real, RoughPlastic<Real>> {
                       color_slot("specular_reflectance", &RoughPlastic::specular_reflectance)};
   }
 
+  [[nodiscard]] BsdfValue<Real> eval(const Vec3<Real>& wo, const Vec3<Real>& wi, Mask<Real>) const noexcept {
+    return eval_plastic(*this, wo, wi);
+  }
+  [[nodiscard]] Optional<BsdfSample<Real>> sample(const Vec3<Real>& wo, Mask<Real>, Double<Real> u_lobe,
+                                                  Point2<Real> u) const noexcept {
+    return sample_plastic(*this, wo, u_lobe, u);
+  }
+  [[nodiscard]] Rgb<Real> albedo(const Vec3<Real>& wo, Mask<Real>) const noexcept { return plastic_albedo(*this, wo); }
   [[nodiscard]] InterfaceShares<Real> shares(Real cosine) const noexcept {
     const Real entering = (*transmittance_)(cosine);
     return {1 - entering, entering};
   }
   [[nodiscard]] const Rgb<Real>& body() const noexcept { return body_; }
   [[nodiscard]] Real mean_entering() const noexcept { return transmittance_->mean(); }
+  [[nodiscard]] const LobeWeights<Real>& weights() const noexcept { return weights_; }
 
   /// Computes all that follows from the two colours, which textures may give.
   void derive() noexcept {
     const Real internal = transmittance_->internal_reflectance();
-    body_ = body_reflectance(this->diffuse_reflectance, internal, nonlinear, this->ior);
-    this->derive_weights();
+    body_ = body_reflectance(diffuse_reflectance, internal, nonlinear, ior);
+    weights_ = plastic_weights(*this);
   }
 
  private:
   Rgb<Real> body_;
+  LobeWeights<Real> weights_;
   const RoughTransmittance* transmittance_;  // of the scene's tables; all lanes share one
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "equaltime/math/elementary.h"
 
@@ -17,7 +18,7 @@ double emitted_power(const Spectrum& radiance, double area) noexcept {
 }
 
 /// Of a flat light: the middle of the box that holds it, and how far its corners are from there.
-LightBounds flat_bounds(std::initializer_list<Vec3d> corners, const Vec3f& normal, double power) noexcept {
+LightBounds flat_bounds(std::span<const Vec3d> corners, const Vec3f& normal, double power) noexcept {
   LightBounds bounds{{}, 0, {Vec3d(normal), 0}, power * std::numbers::inv_pi};
   for (const Vec3d& p : corners) bounds.box.include(p);
   for (const Vec3d& p : corners) bounds.radius = std::max(bounds.radius, length(p - bounds.box.center()));
@@ -26,7 +27,7 @@ LightBounds flat_bounds(std::initializer_list<Vec3d> corners, const Vec3f& norma
 
 }  // namespace
 
-// --- Near views ---------------------------------------------------------------------------------------------------
+// --- Shapes -------------------------------------------------------------------------------------------------------
 
 SphericalTriangle TriangleShape::view(const FlatEdges<float>& edges, Vec3f receiver) noexcept {
   return {Vec3d(edges.corner) - Vec3d(receiver), Vec3d(edges.edge_x), Vec3d(edges.edge_y)};
@@ -39,6 +40,17 @@ Vec3f TriangleShape::point(const View& view, const FlatEdges<float>& edges, Vec3
   return Vec3f(from + direction * t);
 }
 
+std::array<Vec3d, 3> TriangleShape::corners(const FlatEdges<float>& edges) noexcept {
+  const Vec3d v0(edges.corner);
+  return {v0, v0 + Vec3d(edges.edge_x), v0 + Vec3d(edges.edge_y)};
+}
+
+FlatSurface<float> TriangleShape::placed(const FlatEdges<float>& edges, const AffineMap& to) noexcept {
+  const auto [v0, v1, v2] = corners(edges);
+  const Vec3f a(to.point(v0)), b(to.point(v1)), c(to.point(v2));
+  return to.mirrors() ? triangle_surface(a, c, b) : triangle_surface(a, b, c);
+}
+
 SphericalRectangle RectangleShape::view(const FlatEdges<float>& edges, Vec3f receiver) noexcept {
   const Vec3d x(edges.edge_x), y(edges.edge_y);
   const double width = length(x), height = length(y);
@@ -47,6 +59,11 @@ SphericalRectangle RectangleShape::view(const FlatEdges<float>& edges, Vec3f rec
 
 Vec3f RectangleShape::point(const View& view, const FlatEdges<float>&, Vec3f receiver, Point2f u) noexcept {
   return Vec3f(Vec3d(receiver) + view.sample(u));
+}
+
+std::array<Vec3d, 4> RectangleShape::corners(const FlatEdges<float>& edges) noexcept {
+  const Vec3d corner(edges.corner), x(edges.edge_x), y(edges.edge_y);
+  return {corner, corner + x, corner + y, corner + x + y};
 }
 
 template <class Shape>
@@ -78,26 +95,12 @@ template struct NearView<RectangleShape>;
 
 template <class Real, class Shape>
 double FlatLight<Real, Shape>::power() const noexcept {
-  return emitted_power(radiance_, area_);
+  return emitted_power(radiance_, surface_.area);
 }
 
-template <class Real>
-LightBounds TriangleLight<Real>::bounds() const noexcept {
-  const Vec3d v0(this->edges_.corner), e1(this->edges_.edge_x), e2(this->edges_.edge_y);
-  return flat_bounds({v0, v0 + e1, v0 + e2}, this->normal_, this->power());
-}
-
-template <class Real>
-TriangleLight<Real> TriangleLight<Real>::placed(const AffineMap& to) const noexcept {
-  const Vec3d v0(this->edges_.corner), e1(this->edges_.edge_x), e2(this->edges_.edge_y);
-  const Vec3f a(to.point(v0)), b(to.point(v0 + e1)), c(to.point(v0 + e2));
-  return to.mirrors() ? TriangleLight(a, c, b, this->radiance_) : TriangleLight(a, b, c, this->radiance_);
-}
-
-template <class Real>
-LightBounds RectangleLight<Real>::bounds() const noexcept {
-  const Vec3d corner(this->edges_.corner), x(this->edges_.edge_x), y(this->edges_.edge_y);
-  return flat_bounds({corner, corner + x, corner + y, corner + x + y}, this->normal_, this->power());
+template <class Real, class Shape>
+LightBounds FlatLight<Real, Shape>::bounds() const noexcept {
+  return flat_bounds(Shape::corners(surface_.edges), surface_.normal, power());
 }
 
 template <class Real>
@@ -141,8 +144,6 @@ DiskLight<Real> DiskLight<Real>::placed(const AffineMap& to) const noexcept {
 
 template class FlatLight<float, TriangleShape>;
 template class FlatLight<float, RectangleShape>;
-template class TriangleLight<float>;
-template class RectangleLight<float>;
 template class SphereLight<float>;
 template class DiskLight<float>;
 

@@ -5,7 +5,9 @@
 // Lanes have a light each. Functions used at load (power, bounds, placed) are compiled for float alone.
 #pragma once
 
+#include <array>
 #include <optional>
+#include <type_traits>
 
 #include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
@@ -49,14 +51,23 @@ struct ViewPoint {
   Real solid_angle;
 };
 
-/// Where a flat light lies: its points are corner + a·edge_x + b·edge_y. Its shape bounds a and b.
+/// The points of a flat light: corner + a·edge_x + b·edge_y. Its shape bounds a and b.
 template <class Real>
 struct FlatEdges {
   Vec3<Real> corner, edge_x, edge_y;
 };
 
+/// A flat light without its radiance: its points, and what follows from them.
+template <class Real>
+struct FlatSurface {
+  FlatEdges<Real> edges;
+  Vec3<Real> normal, center;
+  Real area, offset, size_squared;  // size: the largest extent
+};
+
 /// The shape of a triangle: a, b >= 0 and a + b <= 1.
 struct TriangleShape {
+  static constexpr const char* name = "triangle";
   using View = SphericalTriangle;
 
   /// a and b of a point that is uniform over the area.
@@ -72,10 +83,14 @@ struct TriangleShape {
   [[nodiscard]] static View view(const FlatEdges<float>& edges, Vec3f receiver) noexcept;
   /// The point of the light that is uniform over the view.
   [[nodiscard]] static Vec3f point(const View& view, const FlatEdges<float>& edges, Vec3f receiver, Point2f u) noexcept;
+  [[nodiscard]] static std::array<Vec3d, 3> corners(const FlatEdges<float>& edges) noexcept;
+  /// The same triangle, taken to where an instance puts it.
+  [[nodiscard]] static FlatSurface<float> placed(const FlatEdges<float>& edges, const AffineMap& to) noexcept;
 };
 
 /// The shape of a rectangle, whose edges are orthogonal: a and b in [0, 1].
 struct RectangleShape {
+  static constexpr const char* name = "rectangle";
   using View = SphericalRectangle;
 
   template <LaneNumber T>
@@ -88,6 +103,7 @@ struct RectangleShape {
   }
   [[nodiscard]] static View view(const FlatEdges<float>& edges, Vec3f receiver) noexcept;
   [[nodiscard]] static Vec3f point(const View& view, const FlatEdges<float>& edges, Vec3f receiver, Point2f u) noexcept;
+  [[nodiscard]] static std::array<Vec3d, 4> corners(const FlatEdges<float>& edges) noexcept;
 };
 
 /// The solid angle of a flat light for one path with a near receiver.
@@ -102,35 +118,37 @@ struct NearView {
   [[nodiscard]] static float pdf(const FlatEdges<float>& edges, Vec3f receiver) noexcept;
 };
 
-/// A light on a part of a plane. A shape's constructor computes what follows from its edges.
+/// A light on a part of a plane.
 template <class Real, class ShapeOfLight>
 class FlatLight {
  public:
   using Shape = ShapeOfLight;
+  static constexpr const char* name = Shape::name;
+
+  FlatLight(const FlatSurface<Real>& surface, const Rgb<Real>& radiance) noexcept
+      : surface_(surface), radiance_(radiance) {}
 
   [[nodiscard]] EQUALTIME_INLINE Optional<LightSample<Real>> sample(Vec3<Real> receiver, Point2<Real> u,
                                                                     Real pmf) const noexcept {
+    const auto& [edges, normal, center, area, offset, size_squared] = surface_;
     const Real height = height_of(receiver);
-    const Mask<Real> front = height > offset_;
+    const Mask<Real> front = height > offset;
     if (none(front)) return std::nullopt;
     const auto [a, b] = Shape::uniform(u);
-    ViewPoint<Real> v{edges_.corner + edges_.edge_x * a + edges_.edge_y * b, 0};
+    ViewPoint<Real> v{edges.corner + edges.edge_x * a + edges.edge_y * b, 0};
     if (Mask<Real> near = is_near(receiver); any(near))
-      v = for_each_lane<Real>(NearView<Shape>::sample, near, edges_, receiver, u, v);
-    return {flat_sample(receiver, {v.point, normal_, offset_}, height, radiance_, area_, v.solid_angle, pmf), front};
+      v = for_each_lane<Real>(NearView<Shape>::sample, near, edges, receiver, u, v);
+    return {flat_sample(receiver, {v.point, normal, offset}, height, radiance_, area, v.solid_angle, pmf), front};
   }
   [[nodiscard]] Real pdf(Vec3<Real> receiver, Vec3<Real> wi, Vec3<Real> point) const noexcept;
   [[nodiscard]] Real pdf_direction(Vec3<Real> receiver, Vec3<Real> wi) const noexcept;
-  [[nodiscard]] Mask<Real> faces(Vec3<Real> receiver) const noexcept { return height_of(receiver) > offset_; }
+  [[nodiscard]] Mask<Real> faces(Vec3<Real> receiver) const noexcept { return height_of(receiver) > surface_.offset; }
   [[nodiscard]] double power() const noexcept;
-
- protected:
-  FlatLight(const FlatEdges<Real>& edges, const Rgb<Real>& radiance) noexcept : edges_(edges), radiance_(radiance) {}
-
-  FlatEdges<Real> edges_;
-  Vec3<Real> normal_, center_;
-  Real area_, offset_, size_squared_;  // size: the largest extent
-  Rgb<Real> radiance_;
+  [[nodiscard]] LightBounds bounds() const noexcept;
+  /// The same light, taken to where an instance puts it. A rectangle may become a parallelogram, so it has none.
+  [[nodiscard]] FlatLight placed(const AffineMap& to) const noexcept requires std::is_same_v<Shape, TriangleShape> {
+    return {Shape::placed(surface_.edges, to), radiance_};
+  }
 
  private:
   template <class Flat>
@@ -138,36 +156,31 @@ class FlatLight {
   /// The point that a direction meets, on either side.
   [[nodiscard]] Optional<Vec3<Real>> met(Vec3<Real> receiver, Vec3<Real> wi) const noexcept;
   [[nodiscard]] Real height_of(const Vec3<Real>& receiver) const noexcept {
-    return dot(normal_, receiver - edges_.corner);
+    return dot(surface_.normal, receiver - surface_.edges.corner);
   }
   [[nodiscard]] Mask<Real> is_near(Vec3<Real> receiver) const noexcept {
-    return length_squared(center_ - receiver) < kNearSquared * size_squared_;
+    return length_squared(surface_.center - receiver) < kNearSquared * surface_.size_squared;
   }
+
+  FlatSurface<Real> surface_;
+  Rgb<Real> radiance_;
 };
+template <class Shape>
+inline constexpr bool kHasLanes<FlatLight<float, Shape>> = true;
 
 template <class Real>
-class TriangleLight : public FlatLight<Real, TriangleShape> {
- public:
-  static constexpr const char* name = "triangle";
-
-  TriangleLight(const Vec3<Real>& v0, const Vec3<Real>& v1, const Vec3<Real>& v2, const Rgb<Real>& radiance) noexcept;
-
-  [[nodiscard]] LightBounds bounds() const noexcept;
-  /// The same light, taken to where an instance puts it.
-  [[nodiscard]] TriangleLight placed(const AffineMap& placement) const noexcept;
-};
+using TriangleLight = FlatLight<Real, TriangleShape>;
+template <class Real>
+using RectangleLight = FlatLight<Real, RectangleShape>;
 
 template <class Real>
-class RectangleLight : public FlatLight<Real, RectangleShape> {
- public:
-  static constexpr const char* name = "rectangle";
-
-  /// `corner` and the edges are those of the two triangles that rays meet; the edges are orthogonal.
-  RectangleLight(const Vec3<Real>& corner, const Vec3<Double<Real>>& edge_x, const Vec3<Double<Real>>& edge_y,
-                 Mask<Real> flipped, const Rgb<Real>& radiance) noexcept;
-
-  [[nodiscard]] LightBounds bounds() const noexcept;
-};
+[[nodiscard]] TriangleLight<Real> triangle_light(const Vec3<Real>& v0, const Vec3<Real>& v1, const Vec3<Real>& v2,
+                                                 const Rgb<Real>& radiance) noexcept;
+/// `corner` and the edges are those of the two triangles that rays meet; the edges are orthogonal.
+template <class Real>
+[[nodiscard]] RectangleLight<Real> rectangle_light(const Vec3<Real>& corner, const Vec3<Double<Real>>& edge_x,
+                                                   const Vec3<Double<Real>>& edge_y, Mask<Real> flipped,
+                                                   const Rgb<Real>& radiance) noexcept;
 
 /// A sampled direction towards a sphere, in a frame whose z axis points to the centre.
 template <class Real>
@@ -284,16 +297,18 @@ template <class Real, class Shape>
 Real FlatLight<Real, Shape>::pdf(Vec3<Real> receiver, Vec3<Real> wi, Vec3<Real> point) const noexcept {
   return where(faces(receiver), [&] {
     const Real in_view =
-        where(is_near(receiver), [&] { return for_each_lane<Real>(NearView<Shape>::pdf, edges_, receiver); });
+        where(is_near(receiver), [&] { return for_each_lane<Real>(NearView<Shape>::pdf, surface_.edges, receiver); });
     return where(
-        in_view > 0, [&] { return in_view; }, [&] { return area_pdf(receiver, wi, point, normal_, area_); });
+        in_view > 0, [&] { return in_view; },
+        [&] { return area_pdf(receiver, wi, point, surface_.normal, surface_.area); });
   });
 }
 
 template <class Real, class Shape>
 Optional<Vec3<Real>> FlatLight<Real, Shape>::met(Vec3<Real> receiver, Vec3<Real> wi) const noexcept {
-  const Vec3<Double<Real>> corner(edges_.corner), x(edges_.edge_x), y(edges_.edge_y);
-  const auto hit = plane_towards(receiver, wi, corner, x, y);
+  const auto& [corner, edge_x, edge_y] = surface_.edges;
+  using Vector = Vec3<Double<Real>>;
+  const auto hit = plane_towards(receiver, wi, Vector(corner), Vector(edge_x), Vector(edge_y));
   return {hit->point, hit.has_value() && Shape::contains(hit->a, hit->b)};
 }
 
@@ -304,31 +319,39 @@ Real FlatLight<Real, Shape>::pdf_direction(Vec3<Real> receiver, Vec3<Real> wi) c
 }
 
 template <class Real>
-TriangleLight<Real>::TriangleLight(const Vec3<Real>& v0, const Vec3<Real>& v1, const Vec3<Real>& v2,
-                                   const Rgb<Real>& radiance) noexcept
-    : FlatLight<Real, TriangleShape>({v0, v1 - v0, v2 - v0}, radiance) {
+[[nodiscard]] FlatSurface<Real> triangle_surface(const Vec3<Real>& v0, const Vec3<Real>& v1,
+                                                 const Vec3<Real>& v2) noexcept {
   const Vec3<Double<Real>> a(v0), b(v1), c(v2), scaled_normal = cross(b - a, c - a);
   const Double<Real> twice_area = length(scaled_normal);
-  const Vec3<Real>&e1 = this->edges_.edge_x, &e2 = this->edges_.edge_y;
-  this->normal_ = Vec3<Real>(scaled_normal / twice_area);
-  this->center_ = v0 + (e1 + e2) * (1.0F / 3.0F);
-  this->area_ = Real(0.5 * twice_area);
-  this->offset_ = triangle_plane(v0, v1, v2).offset;
-  this->size_squared_ = max(length_squared(e1), max(length_squared(e2), length_squared(v2 - v1)));
+  const Vec3<Real> e1 = v1 - v0, e2 = v2 - v0;
+  return {{v0, e1, e2},
+          Vec3<Real>(scaled_normal / twice_area),
+          v0 + (e1 + e2) * (1.0F / 3.0F),
+          Real(0.5 * twice_area),
+          triangle_plane(v0, v1, v2).offset,
+          max(length_squared(e1), max(length_squared(e2), length_squared(v2 - v1)))};
 }
 
 template <class Real>
-RectangleLight<Real>::RectangleLight(const Vec3<Real>& corner, const Vec3<Double<Real>>& edge_x,
+TriangleLight<Real> triangle_light(const Vec3<Real>& v0, const Vec3<Real>& v1, const Vec3<Real>& v2,
+                                   const Rgb<Real>& radiance) noexcept {
+  return {triangle_surface(v0, v1, v2), radiance};
+}
+
+template <class Real>
+RectangleLight<Real> rectangle_light(const Vec3<Real>& corner, const Vec3<Double<Real>>& edge_x,
                                      const Vec3<Double<Real>>& edge_y, Mask<Real> flipped,
-                                     const Rgb<Real>& radiance) noexcept
-    : FlatLight<Real, RectangleShape>({corner, Vec3<Real>(edge_x), Vec3<Real>(edge_y)}, radiance) {
+                                     const Rgb<Real>& radiance) noexcept {
   const Vec3<Double<Real>> scaled_normal = cross(edge_x, edge_y);
-  const Vec3<Real>&x = this->edges_.edge_x, &y = this->edges_.edge_y;
-  this->normal_ = Vec3<Real>(normalize(scaled_normal) * select(flipped, Double<Real>(-1), Double<Real>(1)));
-  this->center_ = corner + (x + y) * 0.5F;
-  this->area_ = Real(length(scaled_normal));
-  this->offset_ = triangle_plane(corner, corner + x, corner + x + y).offset;
-  this->size_squared_ = length_squared(x) + length_squared(y);
+  const Vec3<Real> x(edge_x), y(edge_y);
+  const FlatSurface<Real> surface{
+      {corner, x, y},
+      Vec3<Real>(normalize(scaled_normal) * select(flipped, Double<Real>(-1), Double<Real>(1))),
+      corner + (x + y) * 0.5F,
+      Real(length(scaled_normal)),
+      triangle_plane(corner, corner + x, corner + x + y).offset,
+      length_squared(x) + length_squared(y)};
+  return {surface, radiance};
 }
 
 // --- Sphere -------------------------------------------------------------------------------------------------------
@@ -460,8 +483,6 @@ Real DiskLight<Real>::pdf_direction(Vec3<Real> receiver, Vec3<Real> wi) const no
 
 extern template class FlatLight<float, TriangleShape>;
 extern template class FlatLight<float, RectangleShape>;
-extern template class TriangleLight<float>;
-extern template class RectangleLight<float>;
 extern template class SphereLight<float>;
 extern template class DiskLight<float>;
 

@@ -37,8 +37,7 @@ MovingLights moving_lights(std::vector<AreaLight>& lights, std::size_t begin, Mo
                       std::move(instance)};
   if (moving.instance.to_world.at(0).mirrors())  // whose triangles have their corners in another order
     for (AreaLight& light : moving.local)
-      if (const auto* picture = std::get_if<TexturedTriangle>(&light))
-        light = AreaLight(TriangleLight(picture->even()));
+      if (const auto* picture = std::get_if<TexturedTriangle>(&light)) light = AreaLight(picture->even());
   for (std::size_t i = begin; i < lights.size(); ++i)
     lights[i] = moving.at(static_cast<std::uint32_t>(i), MovingLights::kReferenceTime);
   return moving;

@@ -32,7 +32,7 @@ Point2f uv_at(const Disk<float>& disk, const Surface&, ShapeHit<float> hit) noex
 }
 
 Point2f uv_at(const Cylinder<float>& cylinder, const Surface& surface, CylinderHit<float> hit) noexcept {
-  const Vec3f n(hit.n);
+  const Vec3f n(hit.hit.n);
   const auto x = static_cast<double>(dot(surface.azimuth[0], n)), y = static_cast<double>(dot(surface.azimuth[1], n));
   return {static_cast<float>(azimuth(x, y)), static_cast<float>(hit.height / cylinder.length)};
 }

@@ -81,7 +81,7 @@ template <Effects E>
 }
 [[nodiscard]] inline Vec3f tangent_at(const Cylinder<float>& cylinder, const Surface&,
                                       CylinderHit<float> hit) noexcept {
-  return Vec3f(cross(cylinder.axis, hit.n));
+  return Vec3f(cross(cylinder.axis, hit.hit.n));
 }
 
 /// Azimuth and polar angle, in whole turns and half turns.
@@ -95,7 +95,7 @@ template <Effects E>
 template <Effects E, class Shape, class Hit>
 [[nodiscard]] EQUALTIME_INLINE SurfacePoint point_of(const Shape& geometry, Hit hit, const Surface& surface,
                                                      std::uint32_t shape) noexcept {
-  SurfacePoint point{hit, Vec3f(hit.n), {}, shape, 0, surface.flipped, false, {}};
+  SurfacePoint point{shape_hit(hit), Vec3f(shape_hit(hit).n), {}, shape, 0, surface.flipped, false, {}};
   if constexpr (E.anisotropy)
     if (surface.tangential) point.tangent = tangent_at(geometry, surface, hit);
   if constexpr (E.textures)

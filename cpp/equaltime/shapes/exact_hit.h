@@ -19,9 +19,14 @@ struct ShapeHit {
 };
 
 template <class Real>
-struct CylinderHit : ShapeHit<Real> {
+struct CylinderHit {
+  ShapeHit<Real> hit;
   Double<Real> height;  // from the base, along the axis
 };
+
+/// The hit without what only some shapes have.
+[[nodiscard]] inline const ShapeHit<float>& shape_hit(const ShapeHit<float>& hit) noexcept { return hit; }
+[[nodiscard]] inline const ShapeHit<float>& shape_hit(const CylinderHit<float>& hit) noexcept { return hit.hit; }
 
 namespace detail {
 /// The hit at a point with a unit normal. Its offset bounds the rounding of the point to float32.

@@ -105,13 +105,13 @@ void check_light(Make&& make) {
 
 TEST("lanes of a triangle have the bits of one path") {
   check_light([]<class Real>(const Case<Real>& c) {
-    return TriangleLight<Real>(Vec3<Real>(c.at), Vec3<Real>(c.at + c.x), Vec3<Real>(c.at + c.y), c.radiance);
+    return triangle_light<Real>(Vec3<Real>(c.at), Vec3<Real>(c.at + c.x), Vec3<Real>(c.at + c.y), c.radiance);
   });
 }
 
 TEST("lanes of a rectangle have the bits of one path") {
   check_light([]<class Real>(const Case<Real>& c) {
-    return RectangleLight<Real>(Vec3<Real>(c.at), c.x, c.y, c.turned, c.radiance);
+    return rectangle_light<Real>(Vec3<Real>(c.at), c.x, c.y, c.turned, c.radiance);
   });
 }
 

@@ -187,7 +187,7 @@ TEST("lights in one place, on a line, in one plane and of one normal all get the
     const auto x = static_cast<float>(i);
     worlds[0].push_back(PointLight<float>{{1, 2, 3}, white});
     worlds[1].push_back(PointLight<float>{{x, 2 * x, -x}, white});
-    worlds[2].push_back(TriangleLight({x, 0, 0}, {x + 1, 0, 0}, {x, 0, 1}, white));
+    worlds[2].push_back(triangle_light<float>({x, 0, 0}, {x + 1, 0, 0}, {x, 0, 1}, white));
     worlds[3].push_back(SphereLight({0, 0, 0}, 1, i % 2 == 0, white));
   }
   Random random(8);

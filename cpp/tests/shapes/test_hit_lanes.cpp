@@ -120,9 +120,9 @@ TEST("lanes of a cylinder have the bits of one path") {
   check_hits([]<class Real>(const Case<Real>& c) {
     const Cylinder<Real> tube{c.at, c.axis, c.length, c.radius};
     const BasicRayD<Real> ray(c.ray);
-    const CylinderHit<Real> hit = exact_hit(tube, ray);
+    const auto [hit, height] = exact_hit(tube, ray);
     auto with_height = found(intersect(tube, ray), hit);
-    with_height.numbers.push_back(hit.height);
+    with_height.numbers.push_back(height);
     return with_height;
   });
 }
