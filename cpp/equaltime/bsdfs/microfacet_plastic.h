@@ -24,7 +24,7 @@ struct InterfaceShares {
 
 /// To be called when the body or a colour has changed.
 template <template <class> class Model, class Real>
-[[nodiscard]] LobeWeights<Real> plastic_weights(const Model<Real>& model) noexcept {
+[[nodiscard]] inline LobeWeights<Real> plastic_weights(const Model<Real>& model) noexcept {
   return {model.specular_reflectance.mean(), model.body().mean() * model.mean_entering()};
 }
 
@@ -35,8 +35,8 @@ template <template <class> class Model, class Real>
 }
 
 template <template <class> class Model, class Real>
-[[nodiscard]] BsdfValue<Real> eval_plastic_at(const Model<Real>& model, const Vec3<Real>& wo, const Vec3<Real>& wi,
-                                              const Vec3<Real>& m) noexcept {
+[[nodiscard]] inline BsdfValue<Real> eval_plastic_at(const Model<Real>& model, const Vec3<Real>& wo,
+                                                     const Vec3<Real>& wi, const Vec3<Real>& m) noexcept {
   const InterfaceShares<Real> shares = model.shares(wo.z);
   const Real specular = specular_probability(model, shares);
   // The cosine of half the angle between them, the same from both: where total reflection begins, Fresnel's
@@ -51,15 +51,15 @@ template <template <class> class Model, class Real>
 }  // namespace detail
 
 template <template <class> class Model, class Real>
-[[nodiscard]] BsdfValue<Real> eval_plastic(const Model<Real>& model, const Vec3<Real>& wo,
-                                           const Vec3<Real>& wi) noexcept {
+[[nodiscard]] inline BsdfValue<Real> eval_plastic(const Model<Real>& model, const Vec3<Real>& wo,
+                                                  const Vec3<Real>& wi) noexcept {
   const Optional<Vec3<Real>> m = facet_between(wo, wi, Real(1));
   return where(wi.z > 0 && m.has_value(), [&] { return detail::eval_plastic_at(model, wo, wi, *m); });
 }
 
 template <template <class> class Model, class Real>
-[[nodiscard]] Optional<BsdfSample<Real>> sample_plastic(const Model<Real>& model, const Vec3<Real>& wo,
-                                                        Double<Real> u_lobe, Point2<Real> u) noexcept {
+[[nodiscard]] inline Optional<BsdfSample<Real>> sample_plastic(const Model<Real>& model, const Vec3<Real>& wo,
+                                                               Double<Real> u_lobe, Point2<Real> u) noexcept {
   const auto value = [&](const Vec3<Real>& wi, const Vec3<Real>& m) noexcept {
     return detail::eval_plastic_at(model, wo, wi, m);
   };
@@ -68,7 +68,7 @@ template <template <class> class Model, class Real>
 }
 
 template <template <class> class Model, class Real>
-[[nodiscard]] Rgb<Real> plastic_albedo(const Model<Real>& model, const Vec3<Real>& wo) noexcept {
+[[nodiscard]] inline Rgb<Real> plastic_albedo(const Model<Real>& model, const Vec3<Real>& wo) noexcept {
   const InterfaceShares<Real> shares = model.shares(wo.z);
   return model.specular_reflectance * shares.reflected + model.body() * (shares.entering * model.mean_entering());
 }

@@ -145,7 +145,8 @@ class FlatLight {
   [[nodiscard]] Mask<Real> faces(Vec3<Real> receiver) const noexcept { return height_of(receiver) > surface_.offset; }
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] LightBounds bounds() const noexcept;
-  /// The same light, taken to where an instance puts it. A rectangle may become a parallelogram, so it has none.
+  /// The same light, taken to where an instance puts it. Rectangles have no such function: they may become
+  /// parallelograms.
   [[nodiscard]] FlatLight placed(const AffineMap& to) const noexcept requires std::is_same_v<Shape, TriangleShape> {
     return {Shape::placed(surface_.edges, to), radiance_};
   }
