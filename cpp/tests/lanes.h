@@ -18,6 +18,7 @@
 #include "equaltime/math/spectrum.h"
 #include "equaltime/math/vector.h"
 #include "equaltime/sampling/scattering.h"
+#include "tests/check.h"
 
 namespace equaltime {
 
@@ -147,7 +148,9 @@ template <class T>
 constexpr Point2<T> lane(const Point2<Pack<T>>& p, std::size_t i) noexcept {
   return {p.x[i], p.y[i]};
 }
-
+inline FlatEdges<float> lane(const FlatEdges<Floats>& e, std::size_t i) noexcept {
+  return {lane(e.corner, i), lane(e.edge_x, i), lane(e.edge_y, i)};
+}
 inline ViewPoint<float> lane(const ViewPoint<Floats>& v, std::size_t i) noexcept {
   return {lane(v.point, i), v.solid_angle[i]};
 }
@@ -159,6 +162,10 @@ constexpr void set_lane(Pack<T>& x, std::size_t i, T value) noexcept {
 template <class T>
 constexpr void set_lane(Vec3<Pack<T>>& v, std::size_t i, const Vec3<T>& value) noexcept {
   v.x[i] = value.x, v.y[i] = value.y, v.z[i] = value.z;
+}
+template <class T>
+constexpr void set_lane(Point2<Pack<T>>& p, std::size_t i, const Point2<T>& value) noexcept {
+  p.x[i] = value.x, p.y[i] = value.y;
 }
 template <class T>
 constexpr void set_lane(Rgb<Pack<T>>& s, std::size_t i, const Rgb<T>& value) noexcept {
@@ -231,5 +238,34 @@ inline bool same(float a, float b) { return std::bit_cast<std::uint32_t>(a) == s
 inline bool same(double a, double b) { return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b); }
 inline bool same(const Spectrum& a, const Spectrum& b) { return same(a.r, b.r) && same(a.g, b.g) && same(a.b, b.b); }
 inline bool same(const Vec3f& a, const Vec3f& b) { return same(a.x, b.x) && same(a.y, b.y) && same(a.z, b.z); }
+
+// --- Lanes against single paths -----------------------------------------------------------------------------------
+
+/// How many lanes differ from the path of the next lane, and how many of these have a value where the path has none, or
+/// the other way round. A test asks for enough of both, or it would not see lanes that are mixed up.
+struct NextLane {
+  int differs = 0, parts = 0;
+};
+
+/// Checks that each lane of a result has the bits of one path, over packs of random cases. `random_case` draws the case
+/// of one path. `result` computes the result of a case, for lanes or for one path. A result has `has_value`, and
+/// agrees(wide, i, one) compares its lane i with that of one path.
+template <template <class> class Case, class RandomCase, class Result>
+NextLane check_lanes(int packs, RandomCase&& random_case, Result&& result) {
+  NextLane next_lane;
+  for (int k = 0; k < packs; ++k) {
+    std::array<Case<float>, kLanes> cases;
+    Case<Floats> all{};
+    for (std::size_t i = 0; i < kLanes; ++i) set_lane(all, i, cases[i] = random_case());
+    const auto wide = result(all);
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      const auto one = result(cases[i]), next = result(cases[(i + 1) % kLanes]);
+      CHECK(agrees(wide, i, one));
+      next_lane.differs += !agrees(wide, i, next);
+      next_lane.parts += one.has_value != next.has_value;
+    }
+  }
+  return next_lane;
+}
 
 }  // namespace equaltime

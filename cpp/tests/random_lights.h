@@ -36,9 +36,9 @@ inline AnyLight random_light(Random& random, double size, double decades) {
   const Vec3d x = random.direction() * size, y = normalize(cross(x, random.direction())) * (size * random.in(0.1, 1));
   switch (random.engine() % 7) {
     case 0:
-      return TriangleLight(Vec3f(at), Vec3f(at + x), Vec3f(at + random.direction() * size), radiance);
+      return triangle_light(Vec3f(at), Vec3f(at + x), Vec3f(at + random.direction() * size), radiance);
     case 1:
-      return RectangleLight(Vec3f(at), x, y, random.engine() % 2 == 0, radiance);
+      return rectangle_light(Vec3f(at), x, y, random.engine() % 2 == 0, radiance);
     case 2:
       return SphereLight(at, size, random.engine() % 2 == 0, radiance);
     case 3:
@@ -60,8 +60,8 @@ inline std::vector<AnyLight> random_lights(Random& random, std::size_t n, double
   return lights;
 }
 
-inline std::vector<EmitterBounds> bounds_of(const std::vector<AnyLight>& lights) {
-  std::vector<EmitterBounds> bounds;
+inline std::vector<LightBounds> bounds_of(const std::vector<AnyLight>& lights) {
+  std::vector<LightBounds> bounds;
   for (const AnyLight& light : lights) bounds.push_back(std::visit([](const auto& l) { return l.bounds(); }, light));
   return bounds;
 }

@@ -23,12 +23,12 @@ inline Transform placed(const Vec3d& x, const Vec3d& y, const Vec3d& z, const Ve
 inline SceneDescription room() {
   SceneDescription d;
   d.bsdfs = {DiffuseDescription{{0.7, 0.6, 0.5}}, DiffuseDescription{{0.1, 0.5, 0.2}}};
-  const SurfaceDescription grey{0, 0, {}}, green{1, 1, {}}, lamp{0, {}, Vec3d{17, 12, 4}};
+  const SurfaceDescription grey{0, 0, {}}, green{1, 1, {}}, emitter{0, {}, Vec3d{17, 12, 4}};
   d.shapes = {
       RectangleDescription{placed({1, 0, 0}, {0, 0, -1}, {0, 1, 0}, {0, 0, 0}), false, grey},
       RectangleDescription{placed({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 1, -1}), false, grey},
       RectangleDescription{placed({0, 0, 1}, {0, 1, 0}, {-1, 0, 0}, {1, 1, 0}), false, green},
-      RectangleDescription{placed({0.3, 0, 0}, {0, 0, 0.2}, {0, -1, 0}, {0, 1.9, 0}), false, lamp},
+      RectangleDescription{placed({0.3, 0, 0}, {0, 0, 0.2}, {0, -1, 0}, {0, 1.9, 0}), false, emitter},
   };
   d.sensor = PerspectiveDescription{placed({-1, 0, 0}, {0, 1, 0}, {0, 0, -1}, {-0.125, 1, 4}), 33, {}, {}};
   d.film = {33, 26, 0, 0, 33, 26, FilterKind::tent, 1};
@@ -119,11 +119,12 @@ inline std::vector<MotionKey> swing(const Vec3d& from, const Vec3d& to, double s
   return keys;
 }
 
-/// The same with a lamp, a ball and two walls of a box that swing through it while the camera moves.
+/// The same with an emitter, a ball and two walls of a box that swing through it while the camera moves.
 inline SceneDescription in_motion(SceneDescription d) {
-  const SurfaceDescription lamp{0, {}, Vec3d{2, 4, 8}}, green{1, 1, {}};
+  const SurfaceDescription emitter{0, {}, Vec3d{2, 4, 8}}, green{1, 1, {}};
   GroupDescription shining, box;
-  shining.shapes.emplace_back(RectangleDescription{placed({1, 0, 0}, {0, 0, 1}, {0, -1, 0}, {0, 1, 0}), false, lamp});
+  shining.shapes.emplace_back(
+      RectangleDescription{placed({1, 0, 0}, {0, 0, 1}, {0, -1, 0}, {0, 1, 0}), false, emitter});
   box.shapes.emplace_back(RectangleDescription{placed({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 1}), false, green});
   box.shapes.emplace_back(RectangleDescription{placed({0, 0, -1}, {0, 1, 0}, {1, 0, 0}, {1, 0, 0}), false, green});
   const auto first = static_cast<std::uint32_t>(d.groups.size());
@@ -150,7 +151,7 @@ inline SceneDescription hiding(SceneDescription d) {
 
 inline PerspectiveDescription& view_of(SceneDescription& d) { return std::get<PerspectiveDescription>(d.sensor); }
 
-/// Seen through a lens that is as large as a lamp.
+/// Seen through a lens that is as large as an emitter.
 inline SceneDescription through_a_lens(SceneDescription d) {
   d.sensor = ThinLensDescription{view_of(d), 0.25, 3.5};
   return d;
@@ -220,8 +221,8 @@ inline SceneDescription with_light(SceneDescription d, double s) {
         shape);
   for (GroupDescription& group : d.groups)
     for (ShapeDescription& shape : group.shapes)
-      if (auto* lamp = std::get_if<RectangleDescription>(&shape); lamp != nullptr && lamp->surface.radiance)
-        lamp->surface.radiance = *lamp->surface.radiance * s;
+      if (auto* emitter = std::get_if<RectangleDescription>(&shape); emitter != nullptr && emitter->surface.radiance)
+        emitter->surface.radiance = *emitter->surface.radiance * s;
   for (PointLightDescription& light : d.point_lights) light.intensity = light.intensity * s;
   for (SpotLightDescription& light : d.spot_lights) light.intensity = light.intensity * s;
   for (DirectionalLightDescription& light : d.directional_lights) light.irradiance = light.irradiance * s;

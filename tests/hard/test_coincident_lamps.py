@@ -202,7 +202,7 @@ def test_a_mesh_that_emits_twice_from_one_place_is_refused() -> None:
 
 
 def test_hundreds_of_lamps_in_one_place_are_refused() -> None:
-    with pytest.raises(ValueError, match=r"shape \d+: too many lamps lie in one place"):
+    with pytest.raises(ValueError, match=r"shape \d+: too many emitters lie in one place"):
         build(*[LAMP] * 300)
     build(*[LAMP] * 20)
 

@@ -15,7 +15,6 @@
 #include "equaltime/accel/packet_lanes.h"
 #include "equaltime/accel/ray_packet.h"
 #include "equaltime/accel/slivers.h"
-#include "equaltime/math/elementary.h"
 
 namespace equaltime {
 
@@ -23,8 +22,8 @@ namespace {
 
 /// Above this many triangles a BVH with spatial splits costs more seconds to build than it is likely to save.
 constexpr std::size_t kHighQualityTriangles = 1'000'000;
-/// Of spheres, of disks and of cylinders: what stands between the meshes and the instances.
-constexpr std::size_t kPrimitiveGroups = 3;
+/// The place of spheres among the geometries that are no meshes.
+constexpr std::size_t kSpheres = AnalyticShapes::place_of<Sphere<float>>;
 constexpr Hit kNothing{RTC_INVALID_GEOMETRY_ID, {RTC_INVALID_GEOMETRY_ID, RTC_INVALID_GEOMETRY_ID}};
 
 struct DeviceDelete {
@@ -49,36 +48,6 @@ void check(RTCDevice device, const char* during) {
     throw std::runtime_error(std::string("Embree failed while ") + during + ", error " + std::to_string(error));
 }
 
-RTCBounds bounds_of(const SphereGeometry<float>& s) noexcept {
-  return bounds_around(s.center, {s.radius, s.radius, s.radius});
-}
-
-RTCBounds bounds_of(const DiskGeometry<float>& d) noexcept {
-  // The axes are the duals of inv_u, inv_v within the plane; the ellipse reaches sqrt(u² + v²) along each coordinate.
-  const double volume = dot(d.normal, cross(d.inv_u, d.inv_v));
-  const Vec3d u = cross(d.inv_v, d.normal) / volume;
-  const Vec3d v = cross(d.normal, d.inv_u) / volume;
-  const Vec3d half{elementary::hypot(u.x, v.x), elementary::hypot(u.y, v.y), elementary::hypot(u.z, v.z)};
-  return bounds_around(d.center, half);
-}
-
-RTCBounds bounds_of(const CylinderGeometry<float>& c) noexcept {
-  const auto half = [&](double a) {
-    return 0.5 * c.length * std::abs(a) + c.radius * std::sqrt(std::max(0.0, 1 - a * a));
-  };
-  return bounds_around(c.base + c.axis * (0.5 * c.length), {half(c.axis.x), half(c.axis.y), half(c.axis.z)});
-}
-
-Optional<double> intersect_primitive(const SphereGeometry<float>& s, const RayD& r) noexcept {
-  return intersect_sphere(s, r);
-}
-Optional<double> intersect_primitive(const DiskGeometry<float>& d, const RayD& r) noexcept {
-  return intersect_disk(d, r);
-}
-Optional<double> intersect_primitive(const CylinderGeometry<float>& c, const RayD& r) noexcept {
-  return intersect_cylinder(c, r);
-}
-
 RayD to_ray(const RTCRay& r) noexcept {
   return RayD(Ray{{r.org_x, r.org_y, r.org_z}, {r.dir_x, r.dir_y, r.dir_z}, r.tfar});
 }
@@ -86,7 +55,7 @@ RayD to_ray(const RTCRay& r) noexcept {
 template <class Primitive>
 void bounds_callback(const RTCBoundsFunctionArguments* args) {
   const auto& primitives = *static_cast<const std::vector<Primitive>*>(args->geometryUserPtr);
-  *args->bounds_o = bounds_of(primitives[args->primID]);
+  *args->bounds_o = rounded(box_of(primitives[args->primID]));
 }
 
 template <class Primitive>
@@ -94,7 +63,7 @@ void intersect_callback(const RTCIntersectFunctionNArguments* args) {
   const auto& primitives = *static_cast<const std::vector<Primitive>*>(args->geometryUserPtr);
   for_each_valid_lane(args->valid, args->N, [&](unsigned count, unsigned lane) noexcept {
     const RayD ray(ray_of(RTCRayHitN_RayN(args->rayhit, count), count, lane));
-    const auto t = intersect_primitive(primitives[args->primID], ray);
+    const auto t = intersect(primitives[args->primID], ray);
     args->valid[lane] = t ? -1 : 0;  // which Embree 4 asks for
     if (t)
       put_hit(args->rayhit, count, lane, static_cast<float>(*t), args->context->instID[0], args->geomID, args->primID);
@@ -105,7 +74,7 @@ template <class Primitive>
 void occluded_callback(const RTCOccludedFunctionNArguments* args) {
   const auto& primitives = *static_cast<const std::vector<Primitive>*>(args->geometryUserPtr);
   for_each_valid_lane(args->valid, args->N, [&](unsigned count, unsigned lane) noexcept {
-    const bool met = intersect_primitive(primitives[args->primID], RayD(ray_of(args->ray, count, lane))).has_value();
+    const bool met = intersect(primitives[args->primID], RayD(ray_of(args->ray, count, lane))).has_value();
     args->valid[lane] = met ? -1 : 0;
     if (met) RTCRayN_tfar(args->ray, count, lane) = -kInfinity;
   });
@@ -127,10 +96,10 @@ struct Accel::Impl {
   std::vector<MovingInstance> moving;
   EmbreeScene scene;  // everything but walls and, if they are few, moving instances
   EnclosingSpheres walls;
-  std::vector<SphereGeometry<float>> beside_walls;  // the spheres that are no walls, if some are
-  Reach reach;                                      // of the origins of rays, by the instances
+  std::vector<Sphere<float>> beside_walls;  // the spheres that are no walls, if some are
+  Reach reach;                              // of the origins of rays, by the instances
 
-  EmbreeScene build(Geometries& all, std::vector<SphereGeometry<float>>& spheres, Intersection mode,
+  EmbreeScene build(Geometries& all, std::vector<Sphere<float>>& spheres, Intersection mode,
                     const std::vector<InstanceGeometry>& instances, bool moves);
   /// What a ray meets, with Embree's own numbers, all of which are invalid if that is nothing.
   template <bool kMoves>
@@ -148,7 +117,9 @@ struct Accel::Impl {
   /// Returns a hit with this class's numbers in place of Embree's; none if all are invalid.
   [[nodiscard]] Optional<Hit> numbered(Hit hit) const noexcept;
   /// How many geometries of the scene are no instances.
-  [[nodiscard]] std::size_t before_instances() const noexcept { return geometries.meshes.size() + kPrimitiveGroups; }
+  [[nodiscard]] std::size_t before_instances() const noexcept {
+    return geometries.meshes.size() + AnalyticShapes::size;
+  }
 
  private:
   void attach(RTCScene to, RTCGeometry geometry) const;
@@ -202,7 +173,7 @@ void Accel::Impl::add_instance(RTCScene to, const InstanceGeometry& instance) co
   attach(to, geometry);
 }
 
-EmbreeScene Accel::Impl::build(Geometries& all, std::vector<SphereGeometry<float>>& spheres, Intersection mode,
+EmbreeScene Accel::Impl::build(Geometries& all, std::vector<Sphere<float>>& spheres, Intersection mode,
                                const std::vector<InstanceGeometry>& instances, bool moves) {
   EmbreeScene made(rtcNewScene(device.get()));
   rtcSetSceneFlags(made.get(), mode == Intersection::robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
@@ -211,9 +182,12 @@ EmbreeScene Accel::Impl::build(Geometries& all, std::vector<SphereGeometry<float
   const auto quality = triangles <= kHighQualityTriangles ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_MEDIUM;
   rtcSetSceneBuildQuality(made.get(), quality);
   for (TriangleMesh& mesh : all.meshes) add_mesh(made.get(), mesh, quality);
-  add_primitives(made.get(), spheres);
-  add_primitives(made.get(), all.disks);
-  add_primitives(made.get(), all.cylinders);
+  AnalyticShapes::for_each([&]<class Shape>(std::type_identity<Shape>) {
+    if constexpr (std::is_same_v<Shape, Sphere<float>>)
+      add_primitives(made.get(), spheres);
+    else
+      add_primitives(made.get(), all.of<Shape>());
+  });
   for (const InstanceGeometry& instance : instances) add_instance(made.get(), instance);
   if (moves && moving.size() > kFewMoving)
     for (MovingInstance& instance : moving) attach(made.get(), instance.new_geometry(device.get()));
@@ -236,13 +210,13 @@ Accel::Accel(Geometries geometries, Intersection mode, std::vector<Geometries> g
       },
       &impl_->memory);
   for (Geometries& group : impl_->groups)
-    impl_->group_scenes.push_back(impl_->build(group, group.spheres, mode, {}, false));
+    impl_->group_scenes.push_back(impl_->build(group, group.of<Sphere<float>>(), mode, {}, false));
   const std::size_t unmoving = impl_->before_instances() + instances.size();
   for (const auto& [group, to_world] : moving)
     impl_->moving.emplace_back(impl_->group_scenes[group].get(), to_world,
                                static_cast<std::uint32_t>(unmoving + impl_->moving.size()));
   for (const InstanceGeometry& instance : instances) impl_->reach.limit(static_cast<float>(reach(instance)));
-  std::vector<SphereGeometry<float>>& spheres = impl_->geometries.spheres;
+  std::vector<Sphere<float>>& spheres = impl_->geometries.of<Sphere<float>>();
   impl_->walls = EnclosingSpheres(spheres, impl_->geometries.meshes);
   if (!impl_->walls.empty()) impl_->beside_walls = impl_->walls.taken_out_of(spheres);
   impl_->scene =
@@ -264,7 +238,7 @@ EQUALTIME_INLINE Hit Accel::Impl::nearest_of(RTCRayHit& query) const noexcept {
     if (moving.size() <= kFewMoving) equaltime::intersect(moving, query);
   if (!walls.empty())
     if (const auto nearer = walls.nearest(to_ray(query.ray)))
-      return {RTC_INVALID_GEOMETRY_ID, {static_cast<std::uint32_t>(geometries.meshes.size()), *nearer}};
+      return {RTC_INVALID_GEOMETRY_ID, {static_cast<std::uint32_t>(geometries.meshes.size() + kSpheres), *nearer}};
   return {query.hit.instID[0], {query.hit.geomID, query.hit.primID}};
 }
 
@@ -371,7 +345,7 @@ const Geometries& Accel::geometries() const noexcept { return impl_->geometries;
 const std::vector<Geometries>& Accel::groups() const noexcept { return impl_->groups; }
 std::size_t Accel::memory_bytes() const noexcept {
   return static_cast<std::size_t>(std::max<std::int64_t>(0, impl_->memory.load())) +
-         impl_->beside_walls.capacity() * sizeof(SphereGeometry<float>);
+         impl_->beside_walls.capacity() * sizeof(Sphere<float>);
 }
 
 std::string Accel::version() {

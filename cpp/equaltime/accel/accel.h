@@ -1,6 +1,6 @@
-// Accel: nearest hit and occlusion over triangle meshes (Embree), spheres, disks and cylinders (analytic, float64,
-// inside its BVH; walls and a few moving instances beside it). The only place that knows Embree. Immutable once built
-// and safe to query by any number of threads.
+// Accel: nearest hit and occlusion over triangle meshes (Embree) and analytic shapes (float64, inside its BVH; walls
+// and a few moving instances beside it). The only place that knows Embree. Immutable once built and safe to query by
+// any number of threads.
 #pragma once
 
 #include <array>
@@ -18,19 +18,26 @@
 
 namespace equaltime {
 
-/// Which primitive was hit. Meshes are numbered as given; then come all spheres as one group, all disks, all
-/// cylinders.
+/// Which primitive was hit. Meshes are numbered as given. Then each kind of AnalyticShapes has one number for all its
+/// primitives.
 struct PrimitiveId {
   std::uint32_t geometry;
   std::uint32_t primitive;
 };
 
-/// All that rays may meet. The order of its members is that of PrimitiveId::geometry.
+/// All that rays may meet, in the order of PrimitiveId::geometry.
 struct Geometries {
   std::vector<TriangleMesh> meshes;
-  std::vector<SphereGeometry<float>> spheres;
-  std::vector<DiskGeometry<float>> disks;
-  std::vector<CylinderGeometry<float>> cylinders;
+  AnalyticShapes::Lists analytic = {};
+
+  template <class Shape>
+  [[nodiscard]] std::vector<Shape>& of() noexcept {
+    return std::get<std::vector<Shape>>(analytic);
+  }
+  template <class Shape>
+  [[nodiscard]] const std::vector<Shape>& of() const noexcept {
+    return std::get<std::vector<Shape>>(analytic);
+  }
 };
 
 /// A group of geometries that is seen once more. Its own space is taken to that of all by a 3x4 matrix, column by

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "equaltime/accel/embree.h"
+#include "equaltime/math/bounds.h"
 #include "equaltime/math/numeric.h"
 #include "equaltime/math/vector.h"
 
@@ -77,8 +78,9 @@ inline void write(RTCRay& r, Float4 origin, Float4 direction, float t_max) noexc
 inline float rounded_down(double x) noexcept { return std::nextafter(static_cast<float>(x), -kInfinity); }
 inline float rounded_up(double x) noexcept { return std::nextafter(static_cast<float>(x), kInfinity); }
 
-inline RTCBounds bounds_around(const Vec3d& center, const Vec3d& half) noexcept {
-  const Vec3d lo = center - half, hi = center + half;
+/// A box in float32 that holds the given one.
+inline RTCBounds rounded(const Bounds& box) noexcept {
+  const auto& [lo, hi] = box;
   return {rounded_down(lo.x), rounded_down(lo.y), rounded_down(lo.z), 0,
           rounded_up(hi.x),   rounded_up(hi.y),   rounded_up(hi.z),   0};
 }

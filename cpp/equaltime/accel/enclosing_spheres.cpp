@@ -9,19 +9,13 @@ namespace equaltime {
 
 namespace {
 
-Bounds box_of(const SphereGeometry<float>& s) noexcept {
-  const Vec3d half{s.radius, s.radius, s.radius};
-  return {s.center - half, s.center + half};
-}
-
 bool holds(const Bounds& box, const Bounds& other) noexcept {
   return min(box.lo, other.lo) == box.lo && max(box.hi, other.hi) == box.hi;
 }
 
 }  // namespace
 
-EnclosingSpheres::EnclosingSpheres(const std::vector<SphereGeometry<float>>& spheres,
-                                   const std::vector<TriangleMesh>& meshes) {
+EnclosingSpheres::EnclosingSpheres(const std::vector<Sphere<float>>& spheres, const std::vector<TriangleMesh>& meshes) {
   if (spheres.empty()) return;
   Bounds smaller;  // and no wall
   for (const TriangleMesh& mesh : meshes)
@@ -41,7 +35,7 @@ EnclosingSpheres::EnclosingSpheres(const std::vector<SphereGeometry<float>>& sph
   std::sort(walls.begin(), walls.end());
   if (walls.size() % 2 == 1) walls.push_back(walls.back());
   for (std::size_t i = 0; i < walls.size(); i += 2) {
-    const SphereGeometry<float>&a = spheres[walls[i]], &b = spheres[walls[i + 1]];
+    const Sphere<float>&a = spheres[walls[i]], &b = spheres[walls[i + 1]];
     const Vec3<Lanes> center(Lanes{a.center.x, b.center.x}, Lanes{a.center.y, b.center.y},
                              Lanes{a.center.z, b.center.z});
     pairs_.push_back({center, Lanes{a.radius, b.radius}, {walls[i], walls[i + 1]}});

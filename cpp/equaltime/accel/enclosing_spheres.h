@@ -16,7 +16,7 @@ namespace equaltime {
 class EnclosingSpheres {
  public:
   EnclosingSpheres() = default;
-  EnclosingSpheres(const std::vector<SphereGeometry<float>>& spheres, const std::vector<TriangleMesh>& meshes);
+  EnclosingSpheres(const std::vector<Sphere<float>>& spheres, const std::vector<TriangleMesh>& meshes);
 
   [[nodiscard]] bool empty() const noexcept { return pairs_.empty(); }
   /// The number of the nearest that the ray meets before its t_max.
@@ -41,7 +41,7 @@ class EnclosingSpheres {
     return (met[0] | met[1]) != 0;
   }
   /// The spheres, by the same numbers, with nothing in the place of walls.
-  [[nodiscard]] std::vector<SphereGeometry<float>> taken_out_of(std::vector<SphereGeometry<float>> spheres) const {
+  [[nodiscard]] std::vector<Sphere<float>> taken_out_of(std::vector<Sphere<float>> spheres) const {
     for (const Pair& pair : pairs_)
       for (const std::uint32_t i : pair.numbers) spheres[i].radius = -kInfinity;  // has no box: Embree leaves it out
     return spheres;
@@ -56,7 +56,7 @@ class EnclosingSpheres {
     Lanes radius;
     std::array<std::uint32_t, 2> numbers;
   };
-  /// intersect_sphere of both by the same operations, whatever t_max is, infinite for none. Which of the walls of a
+  /// `intersect` of both by the same operations, whatever t_max is, infinite for none. Which of the walls of a
   /// room a ray comes near cannot be foreseen, so nothing branches on it.
   [[nodiscard]] EQUALTIME_INLINE static Lanes meet(const Pair& pair, const RayD& ray) noexcept {
     const Lanes zero{}, one = 1 + zero;

@@ -17,7 +17,8 @@ RTCBounds box_at(const Motion& to_world, const Bounds& local, unsigned step, uns
   const Bounds b = to_world.bounds_at(local, here);
   // Interpolation is in float32.
   const double slack = off + 8 * static_cast<double>(kUnitRoundoff) * max_component(max(abs(b.lo), abs(b.hi)));
-  return bounds_around(b.center(), b.extent() * 0.5 + Vec3d{slack, slack, slack});
+  const Vec3d half = b.extent() * 0.5 + Vec3d{slack, slack, slack};
+  return rounded({b.center() - half, b.center() + half});
 }
 
 /// Writes the ray as the group sees it, and tells whether Embree takes it.

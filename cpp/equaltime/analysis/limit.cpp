@@ -12,8 +12,6 @@ namespace equaltime {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-/// Samples that the renderer adds to every pixel of a block before it goes to the next.
-constexpr std::uint64_t kPassSamples = 16;
 
 [[nodiscard]] double seconds_since(Clock::time_point start) noexcept {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -43,7 +41,7 @@ class LimitRun {
   LimitPair pair(std::uint64_t first, std::uint64_t last, bool replay_first) {
     LimitPair result;
     if (replay_first) replay(first, last, result);
-    render(first, last, result);
+    render(last, result);
     if (!replay_first) replay(first, last, result);
     if (replayed_ != result.counters.rays + result.counters.shadow_rays)
       throw std::logic_error("the recorded rays are not those of the render");
@@ -54,21 +52,22 @@ class LimitRun {
   [[nodiscard]] const Renderer& renderer() const noexcept { return renderer_; }
 
  private:
-  void render(std::uint64_t first, std::uint64_t last, LimitPair& result) {
+  void render(std::uint64_t last, LimitPair& result) {
     const Counters before = renderer_.counters();
     const Clock::time_point start = Clock::now();
-    for (std::uint64_t done = first; done < last; done += kPassSamples)
-      if (!renderer_.advance(std::min(done + kPassSamples, last), {}, poll_)) throw std::runtime_error("cancelled");
+    if (!renderer_.advance(last, {}, poll_)) throw std::runtime_error("cancelled");
     result.render_seconds = seconds_since(start);
     const Counters& after = renderer_.counters();
     result.counters = {after.paths - before.paths, after.rays - before.rays, after.shadow_rays - before.shadow_rays,
                        after.nonfinite - before.nonfinite};
   }
 
+  /// In the renderer's passes: all samples that one adds to a block come before the next block.
   void replay(std::uint64_t first, std::uint64_t last, LimitPair& result) {
-    for (std::uint64_t done = first; done < last; done += kPassSamples)
+    const std::uint64_t pass = renderer_.pass_samples();
+    for (std::uint64_t done = first; done < last; done += pass)
       for (std::size_t block = 0; block < blocks_.size();) {
-        const Recording part = record(block, done, std::min(done + kPassSamples, last));
+        const Recording part = record(block, done, std::min(done + pass, last));
         const Clock::time_point start = Clock::now();
         result.found += trace(part);
         result.replay_seconds += seconds_since(start);

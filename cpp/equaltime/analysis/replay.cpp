@@ -51,7 +51,7 @@ class ReplayObserver : public PathObserver {
       vertex.prim_uv = prim_uv_at(scene_.geometry, *hit.it, time_);
     } else if (scene_.lights.environment()) {
       const LightValue<float> value = scene_.lights.environment_towards(
-          settings_.light_selection, settings_.environment_sampling, vertex.made.from, hit.ray.direction);
+          settings_.light_selection, settings_.environment_sampling, vertex.previous.from, hit.ray.direction);
       meets(scene_.lights.last(), value.radiance, value.pdf);
     }
   }
@@ -111,7 +111,7 @@ class ReplayObserver : public PathObserver {
   TracedVertex& current() noexcept { return replay_.vertices.back(); }
   void meets(std::uint32_t light, const Spectrum& radiance, float light_pdf) {
     TracedVertex& vertex = current();
-    const float weight = emission_mis_weight(settings_, vertex.made, light, light_pdf);
+    const float weight = emission_mis_weight(settings_, vertex.previous, light, light_pdf);
     vertex.emitter = TracedEmitter{light, radiance, light_pdf, weight, {}};
   }
   void block(const Ray& ray) {

@@ -42,7 +42,7 @@ struct TracedScattering {
 /// A ray, and what happens where it ends.
 struct TracedVertex {
   Ray ray;
-  PreviousVertex made;
+  PreviousVertex previous;
   Spectrum beta, L;                // on arrival: throughput, and what the path has gathered before
   std::optional<Interaction> it;   // none: the ray escapes
   std::optional<Point2f> prim_uv;  // unknown on surfaces without textures; see prim_uv_at

@@ -19,7 +19,7 @@ namespace {
 constexpr float kSpecularDensity = 100;
 /// A chain of more vertices carries little light.
 constexpr int kLongestChain = 16;
-/// Chains a pixel: least that tell whether it sees a lamp; least and most that tell what it sees.
+/// Chains a pixel: least that tell whether it sees an emitter; least and most that tell what it sees.
 constexpr std::uint64_t kScouts = 4, kFewest = 16, kMost = 4096;
 /// Number of squares of the film, in which one chain finds the kind of the first vertex; largest side in pixels.
 constexpr std::size_t kSquares = 4096, kLargestSquare = 4;
@@ -67,7 +67,7 @@ class ChainObserver : public PathObserver {
   [[nodiscard]] float density() const noexcept { return density_; }
 
   [[nodiscard]] float time() const noexcept { return time_; }
-  /// Radiance of the lamps, with the weight of the path's place under the pixel filter.
+  /// Radiance of the emitters, with the weight of the path's place under the pixel filter.
   [[nodiscard]] Spectrum radiance() const noexcept { return radiance_ * weight_; }
 
  private:
@@ -129,7 +129,7 @@ void for_each(std::size_t count, unsigned threads, const Work& work) {
 }
 
 using Pixels = std::vector<std::uint32_t>;  // y * width + x of the crop, ascending
-using Found = std::map<std::uint32_t, LampsOfPixel>;
+using Found = std::map<std::uint32_t, EmittersOfPixel>;
 
 /// Returns the pixels whose first vertex is specular. One chain from the middle of a square decides for its pixels.
 Pixels mirrors_of(const Chains& chains) {
@@ -141,7 +141,7 @@ Pixels mirrors_of(const Chains& chains) {
   for_each<MirrorObserver>(specular.size(), chains.threads, [&](std::size_t i, MirrorObserver& observer) {
     const std::size_t x = std::min(i % columns * side + side / 2, width - 1);
     const std::size_t y = std::min(i / columns * side + side / 2, height - 1);
-    chains.sample(y * width + x, kMost, observer);  // no search for lamps uses this sample
+    chains.sample(y * width + x, kMost, observer);  // no search for emitters uses this sample
     specular[i] = observer.specular() ? 1 : 0;
   });
   Pixels mirrors;
@@ -150,24 +150,24 @@ Pixels mirrors_of(const Chains& chains) {
   return mirrors;
 }
 
-/// Returns the lamps that pixels see, found by `all` chains from sample `first` on. The pixels share the chains evenly;
-/// with fewer than `least` a pixel, nothing is found.
-Found lamps_in(const Chains& chains, const Pixels& pixels, std::uint64_t all, std::uint64_t least,
-               std::uint64_t first) {
+/// Returns the emitters that pixels see, found by `all` chains from sample `first` on. The pixels share the chains
+/// evenly; with fewer than `least` a pixel, nothing is found.
+Found emitters_in(const Chains& chains, const Pixels& pixels, std::uint64_t all, std::uint64_t least,
+                  std::uint64_t first) {
   const std::uint64_t each = pixels.empty() ? 0 : std::min(all / pixels.size(), kMost);
   if (each < least) return {};
   const double scale = chains.scene.normalization.world_radiance_scale(), weight = 1.0 / static_cast<double>(each);
-  std::vector<LampsOfPixel> lamps(pixels.size());
+  std::vector<EmittersOfPixel> emitters(pixels.size());
   for_each<MirrorObserver>(pixels.size(), chains.threads, [&](std::size_t i, MirrorObserver& observer) {
     for (std::uint64_t index = 0; index < each; ++index) {
       chains.sample(pixels[i], first + index, observer);
       const Spectrum L = observer.radiance();
-      if (!L.is_black()) lamps[i].add(L, scale, weight);
+      if (!L.is_black()) emitters[i].add(L, scale, weight);
     }
   });
   Found found;
   for (std::size_t i = 0; i < pixels.size(); ++i)
-    if (lamps[i].points > 0) found.emplace(pixels[i], lamps[i]);
+    if (emitters[i].points > 0) found.emplace(pixels[i], emitters[i]);
   return found;
 }
 
@@ -175,7 +175,7 @@ Found lamps_in(const Chains& chains, const Pixels& pixels, std::uint64_t all, st
 Pixels with_neighbours(const Chains& chains, const Found& found) {
   const std::size_t width = chains.scene.camera.film.crop_width, height = chains.scene.camera.film.crop_height;
   std::set<std::uint32_t> all;
-  for (const auto& [pixel, lamps] : found) {
+  for (const auto& [pixel, emitters] : found) {
     const std::size_t x = pixel % width, y = pixel / width;
     for (std::size_t v = y - std::min<std::size_t>(y, 1); v < std::min(y + 2, height); ++v)
       for (std::size_t u = x - std::min<std::size_t>(x, 1); u < std::min(x + 2, width); ++u)
@@ -204,9 +204,10 @@ FocusedLight focused_light(const Scene& scene, const Settings& settings, const R
     if (!observer.specular()) return;
     const Sampler sampler = Sampler::at(SamplerKind::independent, chains.seed, pixel, i, 1);
     const Point2f u = sampler.get_2d(slot(BounceDimension::light_point, 0));
+    const LightSampleContext receiver{observer.place(), {}, false};
     const auto light =
         scene.lights.sample<kAllEffects>(chains.settings.light_selection, chains.settings.environment_sampling,
-                                         {observer.place(), {}, false}, sampler, 0, u, observer.time());
+                                         {receiver, sampler, 0, u, observer.time()});
     seen[i].vertex = true;
     if (!light || !(light->pdf > 0)) return;
     const auto L = static_cast<double>(light->radiance.luminance()), pdf = static_cast<double>(light->pdf);
@@ -224,15 +225,15 @@ FocusedLight focused_light(const Scene& scene, const Settings& settings, const R
   return found;
 }
 
-std::map<std::uint32_t, LampsOfPixel> mirrored_lamps(const Scene& scene, const Settings& settings,
-                                                     const RenderOptions& options, std::uint64_t samples) {
+std::map<std::uint32_t, EmittersOfPixel> mirrored_emitters(const Scene& scene, const Settings& settings,
+                                                           const RenderOptions& options, std::uint64_t samples) {
   if (scene.rules.hides_emitters) return {};
   const Chains chains(scene, settings, options);
   const std::uint64_t half = std::max<std::uint64_t>(samples, chains.pixels() / kPixelsPerChain) / 2;
-  const Found scouted = lamps_in(chains, mirrors_of(chains), half, kScouts, 0);
-  // Few pixels with a mirror see a lamp in it. They and their neighbours share the other half of the chains. These use
-  // samples of their own, so the choice of pixels does not bias what they find.
-  return lamps_in(chains, with_neighbours(chains, scouted), half, kFewest, kMost + 1);
+  const Found scouted = emitters_in(chains, mirrors_of(chains), half, kScouts, 0);
+  // Few pixels with a mirror see an emitter in it. They and their neighbours share the other half of the chains. These
+  // use samples of their own, so the choice of pixels does not bias what they find.
+  return emitters_in(chains, with_neighbours(chains, scouted), half, kFewest, kMost + 1);
 }
 
 }  // namespace equaltime

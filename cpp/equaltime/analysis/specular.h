@@ -27,7 +27,8 @@ struct FocusedLight {
 /// the pixels whose first vertex is specular. The other half looks again at pixels that see an emitter, and at their
 /// neighbours. A large film gets more chains: one for four pixels. Nothing is found if the first half has fewer than 4
 /// chains a pixel, if the second has fewer than 16, or if emitters are hidden.
-[[nodiscard]] std::map<std::uint32_t, LampsOfPixel> mirrored_lamps(const Scene& scene, const Settings& settings,
-                                                                   const RenderOptions& options, std::uint64_t samples);
+[[nodiscard]] std::map<std::uint32_t, EmittersOfPixel> mirrored_emitters(const Scene& scene, const Settings& settings,
+                                                                         const RenderOptions& options,
+                                                                         std::uint64_t samples);
 
 }  // namespace equaltime

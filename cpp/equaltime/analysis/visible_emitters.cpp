@@ -10,7 +10,7 @@ namespace equaltime {
 
 namespace {
 
-/// In pixels: what reaches further spreads a lamp so thin that it is no small one.
+/// In pixels: what reaches further spreads an emitter so thin that it is no small one.
 constexpr double kWidestFilter = 16;
 
 /// A point of an emitter, connected to the camera.
@@ -40,7 +40,7 @@ struct LensSample {
   }
 };
 
-/// Rectangle of pixels in which lamps are looked for: the crop, or the whole film.
+/// Rectangle of pixels in which emitters are looked for: the crop, or the whole film.
 struct Window {
   std::uint32_t x, y, width, height;
 
@@ -76,8 +76,8 @@ std::optional<CameraConnection> look(const Scene& scene, const Window& window, c
   const float time = sampler.get_1d(slot(CameraDimension::time));
   const LightSampleContext receiver{Vec3f(outlook.origin()), {}, false};
   const Point2f u = sampler.get_2d(slot(BounceDimension::light_point, 0));
-  const auto light = scene.lights.sample<kAllEffects>(settings.light_selection, settings.environment_sampling, receiver,
-                                                      sampler, 0, u, time);
+  const auto light = scene.lights.sample<kAllEffects>(settings.light_selection, settings.environment_sampling,
+                                                      {receiver, sampler, 0, u, time});
   if (!light || light->delta || !(light->pdf > 0)) return std::nullopt;
   const auto place = outlook.place(Vec3d(light->wi));
   if (!place || !is_near(window, scene, *place)) return std::nullopt;
@@ -86,7 +86,7 @@ std::optional<CameraConnection> look(const Scene& scene, const Window& window, c
 
 /// Adds a connected point to the pixels whose filters reach it. `per_point`: one over the number of points.
 void add(const Scene& scene, const Window& window, const CameraConnection& sight, double per_point,
-         std::map<std::uint32_t, LampsOfPixel>& found) {
+         std::map<std::uint32_t, EmittersOfPixel>& found) {
   const double scale = scene.normalization.world_radiance_scale(), radius = scene.camera.filter.radius();
   const auto& [x, y, solid_angle] = sight.place;
   const auto first = [&](double at, std::uint32_t from) {
@@ -107,14 +107,15 @@ void add(const Scene& scene, const Window& window, const CameraConnection& sight
 
 }  // namespace
 
-std::map<std::uint32_t, LampsOfPixel> find_visible_emitters(const Scene& scene, Settings settings, std::uint64_t seed,
-                                                            std::uint64_t points, bool whole_film) {
+std::map<std::uint32_t, EmittersOfPixel> find_visible_emitters(const Scene& scene, Settings settings,
+                                                               std::uint64_t seed, std::uint64_t points,
+                                                               bool whole_film) {
   const bool none = scene.lights.first_delta() == 0 && !scene.lights.environment();
   if (none || scene.rules.hides_emitters || settings.max_depth < 1 || !LensSample::possible(scene)) return {};
   settings.light_selection = LightSelection::power;
   scene.lights.prepare(settings.light_selection, settings.environment_sampling);
   const Window window(scene.camera.film, whole_film);
-  std::map<std::uint32_t, LampsOfPixel> found;
+  std::map<std::uint32_t, EmittersOfPixel> found;
   for (std::uint64_t i = 0; i < points; ++i) {
     const auto sight = look(scene, window, settings, Sampler::at(SamplerKind::sobol, seed, 0, i, 1));
     if (sight && !sight->radiance.is_black()) add(scene, window, *sight, 1 / static_cast<double>(points), found);

@@ -1,5 +1,5 @@
-// Lamps as the camera sees them, found from the lamps' side: one that fills a thousandth of a pixel is missed by most
-// renders of a few hundred samples, which do not know what they miss.
+// Emitters as the camera sees them, found from the emitters' side: one that fills a thousandth of a pixel is missed by
+// most renders of a few hundred samples, which do not know what they miss.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +10,9 @@
 namespace equaltime {
 
 /// Radiance that a pixel sees directly from emitters.
-struct LampsOfPixel {
+struct EmittersOfPixel {
   double mean[3] = {}, mean_square[3] = {};  // of each channel, in the user's units
-  std::uint32_t points = 0;                  // of lamps, of which these are made
+  std::uint32_t points = 0;                  // of emitters, of which these are made
 
   /// One more point, whose radiance in the user's units is `scale` times L, and whose weight in the means is `weight`.
   void add(const Spectrum& L, double scale, double weight) noexcept {
@@ -26,10 +26,10 @@ struct LampsOfPixel {
   }
 };
 
-/// By points that are drawn on lamps, and looked at by the rays that pinholes and lenses would send there: pixels
+/// By points that are drawn on emitters, and looked at by the rays that pinholes and lenses would send there: pixels
 /// (y * width + x of the crop, or of the whole film) that see some. None for other cameras, and those that move.
-[[nodiscard]] std::map<std::uint32_t, LampsOfPixel> find_visible_emitters(const Scene& scene, Settings settings,
-                                                                          std::uint64_t seed, std::uint64_t points,
-                                                                          bool whole_film = false);
+[[nodiscard]] std::map<std::uint32_t, EmittersOfPixel> find_visible_emitters(const Scene& scene, Settings settings,
+                                                                             std::uint64_t seed, std::uint64_t points,
+                                                                             bool whole_film = false);
 
 }  // namespace equaltime

@@ -4,8 +4,10 @@
 #include <array>
 #include <cassert>
 #include <cstddef>
+#include <tuple>
 #include <type_traits>
 #include <variant>
+#include <vector>
 
 #include "equaltime/base/effects.h"
 
@@ -16,6 +18,8 @@ namespace equaltime {
 template <class First, class... Others>
 struct TypeList {
   using Variant = std::variant<First, Others...>;
+  /// A list of each model.
+  using Lists = std::tuple<std::vector<First>, std::vector<Others>...>;
   static constexpr std::size_t size = 1 + sizeof...(Others);
   static constexpr std::array<const char*, size> names{First::name, Others::name...};
 
@@ -24,6 +28,30 @@ struct TypeList {
   static constexpr void for_each(F&& f) {
     f(std::type_identity<First>{});
     (f(std::type_identity<Others>{}), ...);
+  }
+
+  /// The place of a model in the list.
+  template <class Model>
+  static constexpr std::size_t place_of = [] {
+    constexpr bool is_model[] = {std::is_same_v<Model, First>, std::is_same_v<Model, Others>...};
+    std::size_t place = 0;
+    while (!is_model[place]) ++place;
+    return place;
+  }();
+
+  /// Calls f with std::type_identity of the model at a place.
+  template <class F>
+  [[gnu::always_inline]] static inline decltype(auto) at(std::size_t place, F&& f) noexcept {
+    return from<0>(place, f);
+  }
+
+ private:
+  template <std::size_t I, class F>
+  [[gnu::always_inline]] static inline decltype(auto) from(std::size_t place, F&& f) noexcept {
+    if constexpr (I + 1 < size)
+      if (place != I) return from<I + 1>(place, f);
+    assert(place == I);
+    return f(std::type_identity<std::variant_alternative_t<I, Variant>>{});
   }
 };
 

@@ -65,24 +65,24 @@ py::array_t<double> unseen(std::shared_ptr<Scene> scene, const Settings& setting
 }
 
 /// Pixels, their moments, and of how many points these are made.
-py::tuple arrays_of(const std::map<std::uint32_t, LampsOfPixel>& found) {
+py::tuple arrays_of(const std::map<std::uint32_t, EmittersOfPixel>& found) {
   const auto count = static_cast<py::ssize_t>(found.size());
   py::array_t<std::uint32_t> pixels(count), made_of(count);
   py::array_t<double> moments({count, py::ssize_t{2}, py::ssize_t{3}});
   std::uint32_t *pixel_to = pixels.mutable_data(), *made_of_to = made_of.mutable_data();
   double* moment_to = moments.mutable_data();
-  for (const auto& [pixel, lamps] : found) {
+  for (const auto& [pixel, emitters] : found) {
     *pixel_to++ = pixel;
-    *made_of_to++ = lamps.points;
-    moment_to = std::copy_n(lamps.mean, 3, moment_to);
-    moment_to = std::copy_n(lamps.mean_square, 3, moment_to);
+    *made_of_to++ = emitters.points;
+    moment_to = std::copy_n(emitters.mean, 3, moment_to);
+    moment_to = std::copy_n(emitters.mean_square, 3, moment_to);
   }
   return py::make_tuple(pixels, moments, made_of);
 }
 
 py::tuple in_sight(const Scene& scene, const Settings& settings, std::uint64_t seed, std::uint64_t points,
                    bool whole_film) {
-  std::map<std::uint32_t, LampsOfPixel> found;
+  std::map<std::uint32_t, EmittersOfPixel> found;
   {
     const py::gil_scoped_release release;
     found = find_visible_emitters(scene, settings, seed, points, whole_film);
@@ -92,10 +92,10 @@ py::tuple in_sight(const Scene& scene, const Settings& settings, std::uint64_t s
 
 py::tuple in_mirrors(const Scene& scene, const Settings& settings, std::uint64_t seed, unsigned threads,
                      std::uint64_t samples) {
-  std::map<std::uint32_t, LampsOfPixel> found;
+  std::map<std::uint32_t, EmittersOfPixel> found;
   {
     const py::gil_scoped_release release;
-    found = mirrored_lamps(scene, settings, {.seed = seed, .threads = threads}, samples);
+    found = mirrored_emitters(scene, settings, {.seed = seed, .threads = threads}, samples);
   }
   return arrays_of(found);
 }
@@ -123,12 +123,10 @@ void bind_breakdown(py::module_& m) {
   m.def("unshadowed", &unseen, "scene"_a, "settings"_a, "pixels"_a, "seed"_a = 0, "threads"_a = 0, "nets"_a = 2,
         "(N, 3): what the first sample of each of these pixels (y * width + x of the crop) would be if nothing stood "
         "between surfaces and the lights that it aims at.");
-  m.def(
-      "lamps_in_sight", &in_sight, "scene"_a, "settings"_a, "seed"_a = 0, "points"_a = 1, "whole_film"_a = false,
-      "What samples see of lamps themselves, by so many points of them: N pixels (y * width + x of the crop, or of the "
-      "whole film) that see any, the mean and the mean square of a sample of each, (N, 2, 3), and how many points "
-      "these "
-      "are made of. None are found by cameras other than pinholes and lenses that stand still.");
+  m.def("lamps_in_sight", &in_sight, "scene"_a, "settings"_a, "seed"_a = 0, "points"_a = 1, "whole_film"_a = false,
+        "What samples see of emitters themselves, by so many points of them: N pixels (y * width + x of the crop, or "
+        "of the whole film) that see any, the mean and the mean square of a sample of each, (N, 2, 3), and how many "
+        "points these are made of. None are found by cameras other than pinholes and lenses that stand still.");
   m.def("mirrored_lamps", &in_mirrors, "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "samples"_a = 1,
         "What samples see of emitters by specular reflection and refraction alone, by so many chains in all, as "
         "lamps_in_sight tells it.");

@@ -189,9 +189,8 @@ void bind_render(py::module_& m) {
             r.limit_to({x0, y0, x1, y1});
           },
           "window"_a,
-          "Render only the window (x0, y0, x1, y1) of the film from here on, anew; ValueError unless it is made of "
-          "whole "
-          "blocks.")
+          "Render only the window (x0, y0, x1, y1) of the film from here on, anew; counters start again at the pilot's "
+          "rays. ValueError unless it is made of whole blocks.")
       .def(
           "resume",
           [](Renderer& r, std::uint64_t paths, std::uint64_t rays, std::uint64_t shadow_rays,
@@ -223,7 +222,8 @@ void bind_render(py::module_& m) {
             const auto& film = r.scene().camera.film;
             return py::array_t<std::uint64_t>({film.crop_height, film.crop_width}, r.pixel_rays().data());
           },
-          "(H, W): rays of every pixel since it was made; ValueError unless they are counted.")
+          "(H, W): rays of every pixel's samples in the image since it was made, without those of second nets; "
+          "ValueError unless they are counted.")
       .def_property_readonly("counters", &counters)
       .def_property_readonly("nonfinite", &nonfinite)
       .def_property_readonly("faulty", &faulty, "(x, y, index, what) of samples that raised floating-point faults.")

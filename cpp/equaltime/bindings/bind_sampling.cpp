@@ -146,8 +146,9 @@ py::dict sample_lights(const Scene& scene, const std::string& lights, const Arra
   for (py::ssize_t i = 0; i < receivers.size; ++i) {
     const Sampler sampler = Sampler::at(SamplerKind::independent, seed, 0, static_cast<std::uint64_t>(i), 1);
     const float time = sampler.get_1d(slot(CameraDimension::time));
-    const auto s = scene.lights.sample<kAllEffects>(by.lights, by.environment, receivers[i], sampler, 0,
-                                                    sampler.vertex(0).light_point, time);
+    const LightSampleContext receiver = receivers[i];
+    const auto s = scene.lights.sample<kAllEffects>(by.lights, by.environment,
+                                                    {receiver, sampler, 0, sampler.vertex(0).light_point, time});
     if (s) out.set(i, s->wi, scene.radiance_of(*s, time) * static_cast<float>(scale), s->pdf);
   }
   return py::dict("wi"_a = out.direction, "radiance"_a = out.value, "pdf"_a = out.pdf, "valid"_a = out.valid);

@@ -133,8 +133,8 @@ void put_hit(const Scene& scene, const HitTables& to, std::size_t i, const Vec3d
 
 /// Nearest hits of rays given in the user's units: for tests, comparisons and outputs beside the image. Normals are on
 /// the side of the ray.
-py::dict intersect(const Scene& scene, const ArrayD& origins, const ArrayD& directions, float time,
-                   const std::optional<std::set<std::string>>& only, unsigned threads) {
+py::dict nearest_hits(const Scene& scene, const ArrayD& origins, const ArrayD& directions, float time,
+                      const std::optional<std::set<std::string>>& only, unsigned threads) {
   const auto o = rows<Vec3d>(origins, "origins"), d = rows<Vec3d>(directions, "directions");
   if (o.size() != d.size()) throw py::value_error("as many directions as origins");
   const auto n = static_cast<py::ssize_t>(o.size());
@@ -336,7 +336,7 @@ void bind_scene(py::module_& m) {
       .def_property_readonly("memory_bytes", &Scene::memory_bytes)
       .def_property_readonly(
           "film_shape", [](const Scene& s) { return std::pair(s.camera.film.crop_height, s.camera.film.crop_width); })
-      .def("intersect", &intersect, "origins"_a, "directions"_a, "time"_a = 0.5F, "only"_a = py::none(),
+      .def("intersect", &nearest_hits, "origins"_a, "directions"_a, "time"_a = 0.5F, "only"_a = py::none(),
            "threads"_a = 1, "What rays meet first, one array each by its name, of those in `only` if it is given.");
 }
 

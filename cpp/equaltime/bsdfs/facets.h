@@ -15,43 +15,44 @@ struct FacetLobe {
   Real f, pdf;
 };
 
-/// The upward normal of the facets that mirror wo to wi above the surface, or refract it to wi below; none where both
+/// The upward normal of the facets that reflect wo to wi above the surface, or refract it to wi below; none where both
 /// directions cannot see its right sides.
 template <class Real>
 [[nodiscard]] inline Optional<Vec3<Real>> facet_between(const Vec3<Real>& wo, const Vec3<Real>& wi, Real eta) noexcept {
-  const Mask<Real> mirrors = wi.z > 0;
+  const Mask<Real> reflects = wi.z > 0;
   const Vec3<Real> sum = where(
-      mirrors, [&] { return wo + wi; }, [&] { return wo + wi * eta; });
+      reflects, [&] { return wo + wi; }, [&] { return wo + wi * eta; });
   const Real squared = length_squared(sum);
   const Mask<Real> exists = squared > 0 && wi.z != 0;
   if (none(exists)) return std::nullopt;
   const Vec3<Real> m = sum * (select(sum.z < 0, Real(-1), Real(1)) / sqrt(squared));
-  return {m, exists && m.z > 0 && dot(wo, m) > 0 && (mirrors || dot(wi, m) < 0)};
+  return {m, exists && m.z > 0 && dot(wo, m) > 0 && (reflects || dot(wi, m) < 0)};
 }
 
 template <class Real>
-[[nodiscard]] inline FacetLobe<Real> mirrored(const Microfacet<Real>& distribution, const Vec3<Real>& wo,
-                                              const Vec3<Real>& wi, const Vec3<Real>& m) noexcept {
+[[nodiscard]] inline FacetLobe<Real> reflected(const Microfacet<Real>& distribution, const Vec3<Real>& wo,
+                                               const Vec3<Real>& wi, const Vec3<Real>& m) noexcept {
   const Real d = distribution.D(m);
   return {d * distribution.G1(wo) * distribution.G1(wi) / (4 * wo.z), distribution.reflected_pdf(wo, d)};
 }
 
-/// Samples a mirror direction of microfacets with this probability, by the smallest u_lobe, or else a direction of a
-/// diffuse body beneath them. `value(wi, m)` evaluates both lobes, with the normal m between wo and wi.
+/// Samples a direction that microfacets reflect to with this probability, by the smallest u_lobe, or else a direction
+/// of a diffuse body beneath them. `value(wi, m)` evaluates both lobes, with the normal m between wo and wi.
 template <class Real, class Value>
-[[nodiscard]] EQUALTIME_INLINE Optional<BsdfSample<Real>> sample_mirror_or_body(const Microfacet<Real>& distribution,
-                                                                                Real probability, const Vec3<Real>& wo,
-                                                                                Double<Real> u_lobe, Point2<Real> u,
-                                                                                Value&& value) noexcept {
-  const Mask<Real> mirrors = u_lobe < Double<Real>(probability);
-  const Vec3<Real> facet = where(mirrors, [&] { return distribution.sample(wo, u); });
+[[nodiscard]] EQUALTIME_INLINE Optional<BsdfSample<Real>> sample_specular_or_body(const Microfacet<Real>& distribution,
+                                                                                  Real probability,
+                                                                                  const Vec3<Real>& wo,
+                                                                                  Double<Real> u_lobe, Point2<Real> u,
+                                                                                  Value&& value) noexcept {
+  const Mask<Real> reflects = u_lobe < Double<Real>(probability);
+  const Vec3<Real> facet = where(reflects, [&] { return distribution.sample(wo, u); });
   const Vec3<Real> wi = where(
-      mirrors, [&] { return facet * (2 * dot(wo, facet)) - wo; }, [&] { return square_to_cosine_hemisphere(u); });
-  const Mask<Real> above = wi.z > 0;
-  if (none(above)) return std::nullopt;
+      reflects, [&] { return facet * (2 * dot(wo, facet)) - wo; }, [&] { return square_to_cosine_hemisphere(u); });
+  const Mask<Real> upper = wi.z > 0;
+  if (none(upper)) return std::nullopt;
   const Vec3<Real> m = where(
-      mirrors, [&] { return facet; }, [&] { return normalize(wo + wi); });
-  return sample_of(wi, value(wi, m), above);
+      reflects, [&] { return facet; }, [&] { return normalize(wo + wi); });
+  return sample_of(wi, value(wi, m), upper);
 }
 
 /// With o and i the cosines of the directions to m: D·G·o·i / (cosθo (o - η·i)²), for radiance, whose compression by

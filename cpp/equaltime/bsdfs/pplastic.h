@@ -2,13 +2,8 @@
 // light enters and leaves by one refraction each. Mitsuba's model of polarised plastic, for light that is not.
 #pragma once
 
-#include "equaltime/base/effects.h"
-#include "equaltime/base/optional.h"
-#include "equaltime/bsdfs/facets.h"
 #include "equaltime/bsdfs/fields.h"
-#include "equaltime/bsdfs/fresnel.h"
-#include "equaltime/bsdfs/lobe_weights.h"
-#include "equaltime/sampling/scattering.h"
+#include "equaltime/bsdfs/microfacet_plastic.h"
 
 namespace equaltime {
 
@@ -53,40 +48,26 @@ struct PPlastic {
   }
 
   [[nodiscard]] BsdfValue<Real> eval(const Vec3<Real>& wo, const Vec3<Real>& wi, Mask<Real>) const noexcept {
-    const Optional<Vec3<Real>> m = facet_between(wo, wi, Real(1));
-    return where(wi.z > 0 && m.has_value(), [&] { return eval_at(wo, wi, *m); });
+    return eval_plastic(*this, wo, wi);
   }
   [[nodiscard]] Optional<BsdfSample<Real>> sample(const Vec3<Real>& wo, Mask<Real>, Double<Real> u_lobe,
                                                   Point2<Real> u) const noexcept {
-    const auto value = [&](const Vec3<Real>& wi, const Vec3<Real>& m) noexcept { return eval_at(wo, wi, m); };
-    return sample_mirror_or_body(distribution, specular_probability(fresnel(wo.z)), wo, u_lobe, u, value);
+    return sample_plastic(*this, wo, u_lobe, u);
   }
-  [[nodiscard]] Rgb<Real> albedo(const Vec3<Real>& wo, Mask<Real>) const noexcept {
-    const Real reflectance = fresnel(wo.z);
-    return specular_reflectance * reflectance + diffuse_reflectance * ((1 - reflectance) * mean_entering_);
+  [[nodiscard]] Rgb<Real> albedo(const Vec3<Real>& wo, Mask<Real>) const noexcept { return plastic_albedo(*this, wo); }
+  [[nodiscard]] InterfaceShares<Real> shares(Real cosine) const noexcept {
+    const Real reflectance = fresnel_dielectric(cosine, ior).reflectance;
+    return {reflectance, 1 - reflectance};
   }
+  [[nodiscard]] const Rgb<Real>& body() const noexcept { return diffuse_reflectance; }
+  [[nodiscard]] Real mean_entering() const noexcept { return mean_entering_; }
+  [[nodiscard]] const LobeWeights<Real>& weights() const noexcept { return weights_; }
 
   /// Computes all that follows from the two colours, which textures may give.
-  void derive() noexcept { weights_ = {specular_reflectance.mean(), diffuse_reflectance.mean() * mean_entering_}; }
+  void derive() noexcept { weights_ = plastic_weights(*this); }
 
  private:
-  [[nodiscard]] BsdfValue<Real> eval_at(const Vec3<Real>& wo, const Vec3<Real>& wi,
-                                        const Vec3<Real>& m) const noexcept {
-    const Real reflected = fresnel(wo.z), specular = specular_probability(reflected);
-    // The cosine of half the angle between them, the same from both; see RoughPlastic.
-    const Real reflectance = fresnel(min(Real(1), 0.5F * length(wo + wi)));
-    const FacetLobe<Real> mirror = mirrored(distribution, wo, wi, m);
-    const Real cosine = cosine_hemisphere_pdf(wi.z);
-    return {specular_reflectance * (reflectance * mirror.f) +
-                diffuse_reflectance * (cosine * (1 - reflected) * (1 - fresnel(wi.z))),
-            specular * mirror.pdf + (1 - specular) * cosine};
-  }
-  [[nodiscard]] Real fresnel(Real cosine) const noexcept { return fresnel_dielectric(cosine, ior).reflectance; }
-  [[nodiscard]] Real specular_probability(Real reflectance) const noexcept {
-    return weights_.specular_probability(reflectance, 1 - reflectance);
-  }
-
-  Real mean_entering_;  // the mean transmittance of the interface from outside
+  Real mean_entering_;
   LobeWeights<Real> weights_;
 };
 

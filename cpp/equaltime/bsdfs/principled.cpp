@@ -137,7 +137,7 @@ BsdfValue<float> Principled::eval_at(const Vec3f& wo, const Vec3f& wi, const Vec
     const FacetLobe<float> main = refracted(distribution, wo, wi, m, eta);
     return {f.transmittance * main.f, lobe.facets * f.refracting * main.pdf};
   }
-  const FacetLobe<float> main = mirrored(distribution, wo, wi, m);
+  const FacetLobe<float> main = reflected(distribution, wo, wi, m);
   BsdfValue<float> value{f.reflectance * main.f, lobe.facets * (1 - f.refracting) * main.pdf};
   if (!front) return value;
   if (clearcoat > 0) {

@@ -56,9 +56,9 @@ struct RoughConductor {
                                                   Point2<Real> u) const noexcept {
     const Vec3<Real> m = distribution.sample(wo, u);
     const Vec3<Real> wi = m * (2 * dot(wo, m)) - wo;
-    const Mask<Real> above = wi.z > 0;
-    if (none(above)) return std::nullopt;
-    return sample_of(wi, eval_at(wo, wi, m), above);
+    const Mask<Real> upper = wi.z > 0;
+    if (none(upper)) return std::nullopt;
+    return sample_of(wi, eval_at(wo, wi, m), upper);
   }
   /// That of the smooth conductor: the rough one reflects a little less, which shadowing takes.
   [[nodiscard]] Rgb<Real> albedo(const Vec3<Real>& wo, Mask<Real>) const noexcept {

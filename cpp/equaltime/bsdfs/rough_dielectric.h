@@ -69,14 +69,14 @@ struct RoughDielectric {
     const Vec3<Real> m = distribution.sample(wo, u);
     const Real c = min(Real(1), dot(wo, m));
     const DielectricFresnel<Real> fresnel = fresnel_dielectric(c, eta);
-    const Mask<Real> mirrors = u_lobe < Double<Real>(fresnel.reflectance);
+    const Mask<Real> reflects = u_lobe < Double<Real>(fresnel.reflectance);
     const Vec3<Real> wi = where(
-        mirrors, [&] { return m * (2 * c) - wo; },
+        reflects, [&] { return m * (2 * c) - wo; },
         [&] { return m * (c / eta - fresnel.cos_transmitted) - wo * (1 / eta); });
-    const Mask<Real> leaves = (mirrors && wi.z > 0) || (!mirrors && wi.z < 0);
+    const Mask<Real> leaves = (reflects && wi.z > 0) || (!reflects && wi.z < 0);
     if (none(leaves)) return std::nullopt;
     const Real eta_scale = where(
-        mirrors, [] { return Real(1); }, [&] { return 1 / square(eta); });
+        reflects, [] { return Real(1); }, [&] { return 1 / square(eta); });
     return sample_of(wi, eval_at(wo, wi, m, eta, fresnel.reflectance), leaves, eta_scale);
   }
   /// Nearly that of the smooth dielectric. Where that one reflects all, facets that lean still refract.
@@ -88,12 +88,12 @@ struct RoughDielectric {
  private:
   [[nodiscard]] BsdfValue<Real> eval_at(const Vec3<Real>& wo, const Vec3<Real>& wi, const Vec3<Real>& m, Real eta,
                                         Real reflectance) const noexcept {
-    const Mask<Real> mirrors = wi.z > 0;
+    const Mask<Real> reflects = wi.z > 0;
     const auto [f, pdf] = where(
-        mirrors, [&] { return mirrored(distribution, wo, wi, m); },
+        reflects, [&] { return reflected(distribution, wo, wi, m); },
         [&] { return refracted(distribution, wo, wi, m, eta); });
-    const Real fresnel = select(mirrors, reflectance, 1 - reflectance);
-    return {select(mirrors, specular_reflectance, specular_transmittance) * (fresnel * f), fresnel * pdf};
+    const Real fresnel = select(reflects, reflectance, 1 - reflectance);
+    return {select(reflects, specular_reflectance, specular_transmittance) * (fresnel * f), fresnel * pdf};
   }
 };
 

@@ -2,15 +2,10 @@
 // is the share of light that one refraction by microfacets lets through.
 #pragma once
 
-#include "equaltime/base/effects.h"
-#include "equaltime/base/optional.h"
-#include "equaltime/bsdfs/facets.h"
 #include "equaltime/bsdfs/fields.h"
-#include "equaltime/bsdfs/fresnel.h"
-#include "equaltime/bsdfs/lobe_weights.h"
+#include "equaltime/bsdfs/microfacet_plastic.h"
 #include "equaltime/bsdfs/plastic.h"
 #include "equaltime/bsdfs/tables.h"
-#include "equaltime/sampling/scattering.h"
 
 namespace equaltime {
 
@@ -58,42 +53,30 @@ struct RoughPlastic {
   }
 
   [[nodiscard]] BsdfValue<Real> eval(const Vec3<Real>& wo, const Vec3<Real>& wi, Mask<Real>) const noexcept {
-    const Optional<Vec3<Real>> m = facet_between(wo, wi, Real(1));
-    return where(wi.z > 0 && m.has_value(), [&] { return eval_at(wo, wi, *m); });
+    return eval_plastic(*this, wo, wi);
   }
   [[nodiscard]] Optional<BsdfSample<Real>> sample(const Vec3<Real>& wo, Mask<Real>, Double<Real> u_lobe,
                                                   Point2<Real> u) const noexcept {
-    const auto value = [&](const Vec3<Real>& wi, const Vec3<Real>& m) noexcept { return eval_at(wo, wi, m); };
-    return sample_mirror_or_body(distribution, specular_probability((*transmittance_)(wo.z)), wo, u_lobe, u, value);
+    return sample_plastic(*this, wo, u_lobe, u);
   }
-  [[nodiscard]] Rgb<Real> albedo(const Vec3<Real>& wo, Mask<Real>) const noexcept {
-    const Real entering = (*transmittance_)(wo.z);
-    return specular_reflectance * (1 - entering) + body_ * (entering * transmittance_->mean());
+  [[nodiscard]] Rgb<Real> albedo(const Vec3<Real>& wo, Mask<Real>) const noexcept { return plastic_albedo(*this, wo); }
+  [[nodiscard]] InterfaceShares<Real> shares(Real cosine) const noexcept {
+    const Real entering = (*transmittance_)(cosine);
+    return {1 - entering, entering};
   }
+  [[nodiscard]] const Rgb<Real>& body() const noexcept { return body_; }
+  [[nodiscard]] Real mean_entering() const noexcept { return transmittance_->mean(); }
+  [[nodiscard]] const LobeWeights<Real>& weights() const noexcept { return weights_; }
 
   /// Computes all that follows from the two colours, which textures may give.
   void derive() noexcept {
-    body_ = body_reflectance(diffuse_reflectance, Real(transmittance_->internal_reflectance()), nonlinear, ior);
-    weights_ = {specular_reflectance.mean(), body_.mean() * transmittance_->mean()};
+    const Real internal = transmittance_->internal_reflectance();
+    body_ = body_reflectance(diffuse_reflectance, internal, nonlinear, ior);
+    weights_ = plastic_weights(*this);
   }
 
  private:
-  [[nodiscard]] BsdfValue<Real> eval_at(const Vec3<Real>& wo, const Vec3<Real>& wi,
-                                        const Vec3<Real>& m) const noexcept {
-    const Real entering = (*transmittance_)(wo.z), specular = specular_probability(entering);
-    // The cosine of half the angle between them, the same from both: where total reflection begins, Fresnel's
-    // reflectance is so steep that the rounding of wo·m and wi·m would tell.
-    const Real reflectance = fresnel_dielectric(min(Real(1), 0.5F * length(wo + wi)), ior).reflectance;
-    const FacetLobe<Real> mirror = mirrored(distribution, wo, wi, m);
-    const Real cosine = cosine_hemisphere_pdf(wi.z);
-    return {specular_reflectance * (reflectance * mirror.f) + body_ * (cosine * entering * (*transmittance_)(wi.z)),
-            specular * mirror.pdf + (1 - specular) * cosine};
-  }
-  [[nodiscard]] Real specular_probability(Real entering) const noexcept {
-    return weights_.specular_probability(1 - entering, entering);
-  }
-
-  Rgb<Real> body_;  // f·π of the body without the interface's transmittances
+  Rgb<Real> body_;
   LobeWeights<Real> weights_;
   const RoughTransmittance* transmittance_;  // of the scene's tables; all lanes share one
 };

@@ -43,9 +43,9 @@ struct ThinDielectric {
   [[nodiscard]] static BsdfValue<Real> eval(const Vec3<Real>&, const Vec3<Real>&, Mask<Real>) noexcept { return {}; }
   [[nodiscard]] Optional<BsdfSample<Real>> sample(const Vec3<Real>& wo, Mask<Real>, Double<Real> u_lobe,
                                                   Point2<Real>) const noexcept {
-    const Mask<Real> mirrors = u_lobe < Double<Real>(reflectance(wo));
-    const Vec3<Real> wi{-wo.x, -wo.y, select(mirrors, wo.z, -wo.z)};
-    return BsdfSample<Real>{wi, select(mirrors, specular_reflectance, specular_transmittance), 0, true};
+    const Mask<Real> reflects = u_lobe < Double<Real>(reflectance(wo));
+    const Vec3<Real> wi{-wo.x, -wo.y, select(reflects, wo.z, -wo.z)};
+    return BsdfSample<Real>{wi, select(reflects, specular_reflectance, specular_transmittance), 0, true};
   }
   /// What goes straight through, of the light of both ways.
   [[nodiscard]] Rgb<Real> transmittance(const Vec3<Real>& wo) const noexcept {

@@ -42,8 +42,10 @@ template <class F>
 void each_of(const ShapesToNest& shapes, const ShapeRange& set, const Geometries& all, F&& f) {
   for (std::size_t i = 0; i < all.meshes.size(); ++i)
     f(ClosedShape{shapes.mesh_shapes[set.first_mesh + i], &all.meshes[i], nullptr});
-  for (std::size_t i = 0; i < all.spheres.size(); ++i)
-    f(ClosedShape{shapes.sphere_shapes[set.first_sphere + i], nullptr, &all.spheres[i]});
+  constexpr std::size_t kSpheres = AnalyticShapes::place_of<Sphere<float>>;
+  const std::vector<Sphere<float>>& spheres = all.of<Sphere<float>>();
+  for (std::size_t i = 0; i < spheres.size(); ++i)
+    f(ClosedShape{shapes.analytic_shapes[kSpheres][set.first[kSpheres] + i], nullptr, &spheres[i]});
 }
 
 /// The box around all the places of a shape, in its own space.
@@ -57,11 +59,7 @@ Bounds bounds_of(const ClosedShape& closed) noexcept {
     include(closed.mesh->vertices);
     for (const std::vector<Vec3f>& later : closed.mesh->later) include(later);
   }
-  if (closed.sphere != nullptr) {
-    const Vec3d half = Vec3d{1, 1, 1} * closed.sphere->radius;
-    b.include(closed.sphere->center - half);
-    b.include(closed.sphere->center + half);
-  }
+  if (closed.sphere != nullptr) b.include(box_of(*closed.sphere));
   return b;
 }
 

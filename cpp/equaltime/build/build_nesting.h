@@ -1,6 +1,7 @@
 // Ranks the dielectrics that overlap, and finds what holds the camera.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -27,7 +28,8 @@ struct ShapesToNest {
   const ShapeRange& top_set;
   const std::vector<ShapeRange>& group_sets;
   const std::vector<std::optional<std::size_t>>& only_instances;  // of each group
-  const std::vector<std::uint32_t>&mesh_shapes, &sphere_shapes;
+  const std::vector<std::uint32_t>& mesh_shapes;
+  const std::array<std::vector<std::uint32_t>, AnalyticShapes::size>& analytic_shapes;
 };
 
 /// Gives a rank to each surface whose shape has a priority and touches another such shape, and finds what holds the

@@ -2,6 +2,7 @@
 #include "equaltime/build/build_scene.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
@@ -17,7 +18,7 @@
 #include "equaltime/build/build_nesting.h"
 #include "equaltime/build/build_sensor.h"
 #include "equaltime/build/check_description.h"
-#include "equaltime/build/coincident_lamps.h"
+#include "equaltime/build/coincident_emitters.h"
 #include "equaltime/build/emission.h"
 #include "equaltime/build/normalize.h"
 #include "equaltime/build/part_names.h"
@@ -46,6 +47,8 @@ class Builder {
   void add(std::size_t index, SphereDescription& sphere);
   void add(std::size_t index, CylinderDescription& cylinder);
   void add(std::size_t index, InstanceDescription& instance);
+  template <class Shape, class MakeLight>
+  void add_analytic(std::size_t index, const Shape& shape, Surface& surface, MakeLight&& make_light);
   ShapeRange add_set(std::vector<ShapeDescription>& shapes);
   void add_groups();
   void move_group(std::size_t first_shape, std::size_t first_light);
@@ -70,7 +73,8 @@ class Builder {
   std::vector<MovingLights> moving_lights_;
   std::vector<std::optional<std::size_t>> only_instances_;  // of each group
   bool in_group_ = false;                                   // the set being built is one
-  std::vector<std::uint32_t> mesh_shapes_, sphere_shapes_, disk_shapes_, cylinder_shapes_;
+  std::vector<std::uint32_t> mesh_shapes_;
+  std::array<std::vector<std::uint32_t>, AnalyticShapes::size> analytic_shapes_;
   AreaLightBuilder area_lights_{textures_};
   std::size_t dropped_triangles_ = 0;
 };
@@ -147,6 +151,18 @@ void Builder::add(std::size_t index, RectangleDescription& r) {
   add_mesh(index, std::move(out));
 }
 
+/// Adds the geometry of a shape, and its light if it emits: `make_light` makes one of a radiance.
+template <class Shape, class MakeLight>
+void Builder::add_analytic(std::size_t index, const Shape& shape, Surface& surface, MakeLight&& make_light) {
+  constexpr std::size_t kKind = AnalyticShapes::place_of<Shape>;
+  std::vector<Shape>& all = geometries_.of<Shape>();
+  surface.kind = kKind;
+  if (!surface.radiance.is_black())
+    area_lights_.add(surface, index, all.size(), make_light(area_lights_.mean_radiance(surface)));
+  all.push_back(shape);
+  analytic_shapes_[kKind].push_back(static_cast<std::uint32_t>(index));
+}
+
 void Builder::add(std::size_t index, DiskDescription& d) {
   const Vec3d center = space_.point(d.to_world.column(3));
   const double scale = space_.length(1);
@@ -155,16 +171,12 @@ void Builder::add(std::size_t index, DiskDescription& d) {
   const double area = length(scaled_normal);
   if (!(area > 0) || !is_finite(center)) fail(index, "a disk needs an area");
   const Vec3d n = scaled_normal / area;
-  geometries_.disks.push_back({center, n, cross(v, n) / dot(u, cross(v, n)), cross(n, u) / dot(v, cross(n, u))});
+  const Disk<float> disk{center, n, cross(v, n) / dot(u, cross(v, n)), cross(n, u) / dot(v, cross(n, u))};
   const bool flipped = d.flip_normals != (orientation(d.to_world) < 0);
   Surface& surface = surfaces_[add_surface(d.surface, flipped)];
-  surface.kind = SurfaceKind::disk;
   surface.azimuth[0] = Vec3f(u), surface.azimuth[1] = Vec3f(v);
-  if (!surface.radiance.is_black()) {
-    area_lights_.add(surface, index, geometries_.disks.size() - 1,
-                     DiskLight(center, u, v, flipped, area_lights_.mean_radiance(surface)));
-  }
-  disk_shapes_.push_back(static_cast<std::uint32_t>(index));
+  add_analytic(index, disk, surface,
+               [&](const Spectrum& radiance) { return DiskLight(center, u, v, flipped, radiance); });
 }
 
 void Builder::add(std::size_t index, SphereDescription& s) {
@@ -172,16 +184,12 @@ void Builder::add(std::size_t index, SphereDescription& s) {
     fail(index, "a sphere needs a finite centre and a positive radius");
   const Vec3d center = space_.point(s.center);
   const double radius = space_.length(s.radius);
-  geometries_.spheres.push_back({center, radius});
   Surface& surface = surfaces_[add_surface(s.surface, s.flip_normals)];
   surface.pole = Vec3f(s.pole);
   set_azimuth(surface, s.pole, s.meridian, s.mirrored);
-  surface.kind = SurfaceKind::sphere, surface.size = static_cast<float>(radius);
-  if (!surface.radiance.is_black()) {
-    area_lights_.add(surface, index, geometries_.spheres.size() - 1,
-                     SphereLight(center, radius, s.flip_normals, area_lights_.mean_radiance(surface)));
-  }
-  sphere_shapes_.push_back(static_cast<std::uint32_t>(index));
+  surface.size = static_cast<float>(radius);
+  add_analytic(index, Sphere<float>{center, radius}, surface,
+               [&](const Spectrum& radiance) { return SphereLight(center, radius, s.flip_normals, radiance); });
 }
 
 void Builder::add(std::size_t index, CylinderDescription& c) {
@@ -189,17 +197,13 @@ void Builder::add(std::size_t index, CylinderDescription& c) {
   const double height = length(axis), radius = space_.length(c.radius);
   if (!(height > 0) || !(radius > 0) || !std::isfinite(height) || !std::isfinite(radius))
     fail(index, "a cylinder needs two finite ends that differ, and a positive radius");
-  const CylinderGeometry<float> cylinder{base, axis / height, height, radius};
-  geometries_.cylinders.push_back(cylinder);
+  const Cylinder<float> cylinder{base, axis / height, height, radius};
   Surface& surface = surfaces_[add_surface(c.surface, c.flip_normals)];
   set_azimuth(surface, cylinder.axis, c.meridian, c.mirrored);
-  surface.kind = SurfaceKind::cylinder, surface.size = static_cast<float>(radius);
+  surface.size = static_cast<float>(radius);
   surface.pole = Vec3f(axis);
-  if (!surface.radiance.is_black()) {
-    area_lights_.add(surface, index, geometries_.cylinders.size() - 1,
-                     CylinderLight(cylinder, c.flip_normals, area_lights_.mean_radiance(surface)));
-  }
-  cylinder_shapes_.push_back(static_cast<std::uint32_t>(index));
+  add_analytic(index, cylinder, surface,
+               [&](const Spectrum& radiance) { return CylinderLight(cylinder, c.flip_normals, radiance); });
 }
 
 void Builder::add(std::size_t index, InstanceDescription& instance) {
@@ -217,7 +221,8 @@ void Builder::add(std::size_t index, InstanceDescription& instance) {
 /// Adds shapes to the set being built, and returns where they are.
 ShapeRange Builder::add_set(std::vector<ShapeDescription>& shapes) {
   const auto count = [](const auto& list) { return static_cast<std::uint32_t>(list.size()); };
-  ShapeRange set{count(mesh_shapes_), 0, count(sphere_shapes_), count(disk_shapes_), count(cylinder_shapes_)};
+  ShapeRange set{count(mesh_shapes_), 0};
+  std::ranges::transform(analytic_shapes_, set.first.begin(), count);
   for (ShapeDescription& shape : shapes) std::visit([&](auto& s) { add(surfaces_.size(), s); }, shape);
   set.mesh_count = count(mesh_shapes_) - set.first_mesh;
   return set;
@@ -283,7 +288,7 @@ std::size_t Builder::textured_emitters() const {
 }
 
 Scene Builder::build(Intersection mode) {
-  bring_lamps_forward(description_, normalization_);
+  bring_emitters_forward(description_, normalization_);
   area_lights_.textured_emitters = textured_emitters();
   textures_ = make_textures(std::move(description_.textures));
   materials_ = make_materials(description_, textures_, normalization_.length(1), bsdf_tables_);
@@ -304,7 +309,7 @@ Scene Builder::build(Intersection mode) {
   const std::optional<CameraMotion> camera_motion = make_camera_motion(description_, normalization_);
   Nesting nesting = make_nesting(description_,
                                  {materials_, accel.geometries(), accel.groups(), instances, moving, camera_motion, top,
-                                  group_sets_, only_instances_, mesh_shapes_, sphere_shapes_},
+                                  group_sets_, only_instances_, mesh_shapes_, analytic_shapes_},
                                  normalization_.point(placement(description_.sensor).column(3)),
                                  media_.at(description_.camera_medium), surfaces_);
   const bool by_number =  // lights are asked which surface they are
@@ -322,9 +327,7 @@ Scene Builder::build(Intersection mode) {
                        .moving = std::move(moving),
                        .meshes = std::move(views),
                        .deforming = std::move(deforming),
-                       .sphere_shapes = std::move(sphere_shapes_),
-                       .disk_shapes = std::move(disk_shapes_),
-                       .cylinder_shapes = std::move(cylinder_shapes_),
+                       .analytic_shapes = std::move(analytic_shapes_),
                        .emitters = by_number ? std::move(area_lights_.emitters) : std::vector<Emitter>(),
                        .dropped_triangles = dropped_triangles_},
           .appearance = {std::move(bsdf_tables_), std::move(materials_), std::move(textures_), lets_light_pass},

@@ -90,6 +90,7 @@ struct SurfaceDescription {
   std::optional<std::uint32_t> emission = {};  // index of a texture that multiplies the radiance
 };
 struct MeshDescription {
+  static constexpr const char* name = "mesh";
   std::vector<Vec3d> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise seen from the front
   std::vector<Vec3d> normals = {};                      // one a vertex, or none
@@ -100,16 +101,19 @@ struct MeshDescription {
   std::vector<std::vector<Vec3d>> later_vertices = {}, later_normals = {};
 };
 struct RectangleDescription {  // the image of [-1, 1]² under to_world, front towards +z
+  static constexpr const char* name = "rectangle";
   Transform to_world = {};
   bool flip_normals = false;
   SurfaceDescription surface = {};
 };
 struct DiskDescription {  // the image of the unit disk under to_world, front towards +z
+  static constexpr const char* name = "disk";
   Transform to_world = {};
   bool flip_normals = false;
   SurfaceDescription surface = {};
 };
 struct SphereDescription {
+  static constexpr const char* name = "sphere";
   Vec3d center = {};
   double radius = 1;
   bool flip_normals = false;
@@ -119,7 +123,8 @@ struct SphereDescription {
   bool mirrored = false;    // azimuth runs the other way round
 };
 struct CylinderDescription {  // a tube without caps, front outwards
-  Vec3d base, end;            // of its axis
+  static constexpr const char* name = "cylinder";
+  Vec3d base, end;  // of its axis
   double radius = 1;
   bool flip_normals = false;
   SurfaceDescription surface = {};
@@ -129,18 +134,20 @@ struct CylinderDescription {  // a tube without caps, front outwards
 /// A group of shapes, once more: to_world takes its space to the scene's. Keys, if there are any, stand for it and make
 /// it move; what is the only instance of its group, and has keys, may emit.
 struct InstanceDescription {
+  static constexpr const char* name = "instance";
   std::uint32_t group = 0;
   Transform to_world = {};
   std::vector<MotionKey> keys = {};
 };
-using ShapeDescription = std::variant<MeshDescription, RectangleDescription, DiskDescription, SphereDescription,
-                                      CylinderDescription, InstanceDescription>;
+using ShapeDescriptions = TypeList<MeshDescription, RectangleDescription, DiskDescription, SphereDescription,
+                                   CylinderDescription, InstanceDescription>;
+using ShapeDescription = ShapeDescriptions::Variant;
 /// Shapes that are seen where instances put them, and nowhere else. None of them is an instance.
 struct GroupDescription {
   std::vector<ShapeDescription> shapes;
 };
 
-// --- Emitters that are not surfaces -------------------------------------------------------------------------------
+// --- Lights that are not surfaces ---------------------------------------------------------------------------------
 
 struct PointLightDescription {
   Vec3d position, intensity;  // intensity: power per solid angle

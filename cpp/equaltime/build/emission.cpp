@@ -73,7 +73,7 @@ void AreaLightBuilder::add(Surface& surface, std::size_t shape, std::size_t prim
 
 void AreaLightBuilder::add_rectangle(Surface& surface, std::size_t shape, const Vec3f& corner, const Vec3d& edge_x,
                                      const Vec3d& edge_y, bool flipped) {
-  const auto lit_by = [&](const Spectrum& mean) { return RectangleLight(corner, edge_x, edge_y, flipped, mean); };
+  const auto lit_by = [&](const Spectrum& mean) { return rectangle_light(corner, edge_x, edge_y, flipped, mean); };
   if (surface.emission == kNone || std::holds_alternative<MeshAttribute>(textures[surface.emission]))
     return add(surface, shape, 0, lit_by(mean_radiance(surface)));
   const auto picture =
@@ -89,10 +89,10 @@ void AreaLightBuilder::add_triangles(std::size_t shape, const TriangleMesh& mesh
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const auto [a, b, c] = corners_of(mesh, i, flipped);
     if (emissions.empty()) {
-      add(surface, shape, i, TriangleLight(a, b, c, surface.radiance));
+      add(surface, shape, i, triangle_light(a, b, c, surface.radiance));
       continue;
     }
-    const TriangleLight light(a, b, c, Spectrum(static_cast<float>(emissions[i].mean)));
+    const TriangleLight<float> light = triangle_light(a, b, c, Spectrum(static_cast<float>(emissions[i].mean)));
     if (emissions[i].distribution)
       add(surface, shape, i, TexturedTriangle(light, emissions[i].distribution));
     else

@@ -1,14 +1,8 @@
 #include "equaltime/build/part_names.h"
 
-#include <iterator>
-
 namespace equaltime {
 
 namespace {
-
-/// In the order of ShapeDescription.
-constexpr const char* kShapeKinds[] = {"mesh", "rectangle", "disk", "sphere", "cylinder", "instance"};
-static_assert(std::size(kShapeKinds) == std::variant_size_v<ShapeDescription>);
 
 std::string name(const char* part, std::size_t number, const char* kind) {
   return std::string(part) + " " + std::to_string(number) + " (" + kind + ")";
@@ -26,7 +20,7 @@ std::string bsdf_name(const SceneDescription& description, std::size_t index) {
 }
 
 std::string shape_name(const std::vector<ShapeDescription>& shapes, std::size_t index) {
-  return name("shape", index, kShapeKinds[shapes[index].index()]);
+  return name("shape", index, ShapeDescriptions::names[shapes[index].index()]);
 }
 
 std::string shape_name(const SceneDescription& description, std::size_t group, std::size_t index) {

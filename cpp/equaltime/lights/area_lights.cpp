@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "equaltime/math/elementary.h"
 
@@ -17,8 +18,8 @@ double emitted_power(const Spectrum& radiance, double area) noexcept {
 }
 
 /// Of a flat light: the middle of the box that holds it, and how far its corners are from there.
-EmitterBounds flat_bounds(std::initializer_list<Vec3d> corners, const Vec3f& normal, double power) noexcept {
-  EmitterBounds bounds{{}, 0, {Vec3d(normal), 0}, power * std::numbers::inv_pi};
+LightBounds flat_bounds(std::span<const Vec3d> corners, const Vec3f& normal, double power) noexcept {
+  LightBounds bounds{{}, 0, {Vec3d(normal), 0}, power * std::numbers::inv_pi};
   for (const Vec3d& p : corners) bounds.box.include(p);
   for (const Vec3d& p : corners) bounds.radius = std::max(bounds.radius, length(p - bounds.box.center()));
   return bounds;
@@ -26,88 +27,80 @@ EmitterBounds flat_bounds(std::initializer_list<Vec3d> corners, const Vec3f& nor
 
 }  // namespace
 
-// --- Near views ---------------------------------------------------------------------------------------------------
+// --- Shapes -------------------------------------------------------------------------------------------------------
 
-template <>
-std::optional<SphericalTriangle> NearView<SphericalTriangle>::of(const Vec3f& corner, const Vec3f& edge_x,
-                                                                 const Vec3f& edge_y, Vec3f receiver) noexcept {
-  const SphericalTriangle view(Vec3d(corner) - Vec3d(receiver), Vec3d(edge_x), Vec3d(edge_y));
-  if (!(view.solid_angle() > kSmallestView)) return std::nullopt;
-  return view;
+SphericalTriangle TriangleShape::view(const FlatEdges<float>& edges, Vec3f receiver) noexcept {
+  return {Vec3d(edges.corner) - Vec3d(receiver), Vec3d(edges.edge_x), Vec3d(edges.edge_y)};
 }
 
-template <>
-Vec3f NearView<SphericalTriangle>::point(const SphericalTriangle& view, const Vec3f& corner, const Vec3f& edge_x,
-                                         const Vec3f& edge_y, Vec3f receiver, Point2f u) noexcept {
+Vec3f TriangleShape::point(const View& view, const FlatEdges<float>& edges, Vec3f receiver, Point2f u) noexcept {
   const Vec3d direction = view.sample(u);
-  const Vec3d normal = cross(Vec3d(edge_x), Vec3d(edge_y)), from(receiver);
-  const double t = dot(normal, Vec3d(corner) - from) / dot(normal, direction);
+  const Vec3d normal = cross(Vec3d(edges.edge_x), Vec3d(edges.edge_y)), from(receiver);
+  const double t = dot(normal, Vec3d(edges.corner) - from) / dot(normal, direction);
   return Vec3f(from + direction * t);
 }
 
-template <>
-std::optional<SphericalRectangle> NearView<SphericalRectangle>::of(const Vec3f& corner, const Vec3f& edge_x,
-                                                                   const Vec3f& edge_y, Vec3f receiver) noexcept {
-  const Vec3d x(edge_x), y(edge_y);
+std::array<Vec3d, 3> TriangleShape::corners(const FlatEdges<float>& edges) noexcept {
+  const Vec3d v0(edges.corner);
+  return {v0, v0 + Vec3d(edges.edge_x), v0 + Vec3d(edges.edge_y)};
+}
+
+FlatSurface<float> TriangleShape::placed(const FlatEdges<float>& edges, const AffineMap& to) noexcept {
+  const auto [v0, v1, v2] = corners(edges);
+  const Vec3f a(to.point(v0)), b(to.point(v1)), c(to.point(v2));
+  return to.mirrors() ? triangle_surface(a, c, b) : triangle_surface(a, b, c);
+}
+
+SphericalRectangle RectangleShape::view(const FlatEdges<float>& edges, Vec3f receiver) noexcept {
+  const Vec3d x(edges.edge_x), y(edges.edge_y);
   const double width = length(x), height = length(y);
-  const SphericalRectangle view(Vec3d(corner) - Vec3d(receiver), x / width, y / height, width, height);
+  return {Vec3d(edges.corner) - Vec3d(receiver), x / width, y / height, width, height};
+}
+
+Vec3f RectangleShape::point(const View& view, const FlatEdges<float>&, Vec3f receiver, Point2f u) noexcept {
+  return Vec3f(Vec3d(receiver) + view.sample(u));
+}
+
+std::array<Vec3d, 4> RectangleShape::corners(const FlatEdges<float>& edges) noexcept {
+  const Vec3d corner(edges.corner), x(edges.edge_x), y(edges.edge_y);
+  return {corner, corner + x, corner + y, corner + x + y};
+}
+
+template <class Shape>
+std::optional<typename Shape::View> NearView<Shape>::of(const FlatEdges<float>& edges, Vec3f receiver) noexcept {
+  const auto view = Shape::view(edges, receiver);
   if (!(view.solid_angle() > kSmallestView)) return std::nullopt;
   return view;
 }
 
-template <>
-Vec3f NearView<SphericalRectangle>::point(const SphericalRectangle& view, const Vec3f&, const Vec3f&, const Vec3f&,
-                                          Vec3f receiver, Point2f u) noexcept {
-  return Vec3f(Vec3d(receiver) + view.sample(u));
-}
-
-template <class View>
-ViewPoint<float> NearView<View>::sample(bool near, const Vec3f& corner, const Vec3f& edge_x, const Vec3f& edge_y,
-                                        Vec3f receiver, Point2f u, ViewPoint<float> otherwise) noexcept {
+template <class Shape>
+ViewPoint<float> NearView<Shape>::sample(bool near, const FlatEdges<float>& edges, Vec3f receiver, Point2f u,
+                                         ViewPoint<float> otherwise) noexcept {
   if (!near) return otherwise;
-  const auto view = of(corner, edge_x, edge_y, receiver);
+  const auto view = of(edges, receiver);
   if (!view) return otherwise;
-  return {point(*view, corner, edge_x, edge_y, receiver, u), static_cast<float>(view->solid_angle())};
+  return {Shape::point(*view, edges, receiver, u), static_cast<float>(view->solid_angle())};
 }
 
-template <class View>
-float NearView<View>::pdf(const Vec3f& corner, const Vec3f& edge_x, const Vec3f& edge_y, Vec3f receiver) noexcept {
-  const auto view = of(corner, edge_x, edge_y, receiver);
+template <class Shape>
+float NearView<Shape>::pdf(const FlatEdges<float>& edges, Vec3f receiver) noexcept {
+  const auto view = of(edges, receiver);
   return view ? static_cast<float>(1 / view->solid_angle()) : 0.0F;
 }
 
-template struct NearView<SphericalTriangle>;
-template struct NearView<SphericalRectangle>;
+template struct NearView<TriangleShape>;
+template struct NearView<RectangleShape>;
 
 // --- Loading ------------------------------------------------------------------------------------------------------
 
-template <class Real>
-double TriangleLight<Real>::power() const noexcept {
-  return emitted_power(radiance_, area_);
+template <class Real, class Shape>
+double FlatLight<Real, Shape>::power() const noexcept {
+  return emitted_power(radiance_, surface_.area);
 }
 
-template <class Real>
-EmitterBounds TriangleLight<Real>::bounds() const noexcept {
-  const Vec3d v0(v0_);
-  return flat_bounds({v0, v0 + Vec3d(e1_), v0 + Vec3d(e2_)}, normal_, power());
-}
-
-template <class Real>
-TriangleLight<Real> TriangleLight<Real>::placed(const AffineMap& to) const noexcept {
-  const Vec3d v0(v0_);
-  const Vec3f a(to.point(v0)), b(to.point(v0 + Vec3d(e1_))), c(to.point(v0 + Vec3d(e2_)));
-  return to.mirrors() ? TriangleLight(a, c, b, radiance_) : TriangleLight(a, b, c, radiance_);
-}
-
-template <class Real>
-double RectangleLight<Real>::power() const noexcept {
-  return emitted_power(radiance_, area_);
-}
-
-template <class Real>
-EmitterBounds RectangleLight<Real>::bounds() const noexcept {
-  const Vec3d corner(corner_), x(edge_x_), y(edge_y_);
-  return flat_bounds({corner, corner + x, corner + y, corner + x + y}, normal_, power());
+template <class Real, class Shape>
+LightBounds FlatLight<Real, Shape>::bounds() const noexcept {
+  return flat_bounds(Shape::corners(surface_.edges), surface_.normal, power());
 }
 
 template <class Real>
@@ -116,7 +109,7 @@ double SphereLight<Real>::power() const noexcept {
 }
 
 template <class Real>
-EmitterBounds SphereLight<Real>::bounds() const noexcept {
+LightBounds SphereLight<Real>::bounds() const noexcept {
   const Vec3d half{radius_, radius_, radius_};
   return {{center_ - half, center_ + half}, radius_, {}, power() * 0.25 * std::numbers::inv_pi};
 }
@@ -132,7 +125,7 @@ double DiskLight<Real>::power() const noexcept {
 }
 
 template <class Real>
-EmitterBounds DiskLight<Real>::bounds() const noexcept {
+LightBounds DiskLight<Real>::bounds() const noexcept {
   const Vec3d &u = axis_u_, &v = axis_v_;
   const Vec3d half{elementary::hypot(u.x, v.x), elementary::hypot(u.y, v.y), elementary::hypot(u.z, v.z)};
   const double uu = length_squared(u), vv = length_squared(v), uv = dot(u, v);
@@ -149,8 +142,8 @@ DiskLight<Real> DiskLight<Real>::placed(const AffineMap& to) const noexcept {
   return {to.point(center_), to.vector(axis_u_), to.vector(axis_v_), flipped != to.mirrors(), radiance_};
 }
 
-template class TriangleLight<float>;
-template class RectangleLight<float>;
+template class FlatLight<float, TriangleShape>;
+template class FlatLight<float, RectangleShape>;
 template class SphereLight<float>;
 template class DiskLight<float>;
 

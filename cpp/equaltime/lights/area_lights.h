@@ -5,11 +5,13 @@
 // Lanes have a light each. Functions used at load (power, bounds, placed) are compiled for float alone.
 #pragma once
 
+#include <array>
 #include <optional>
+#include <type_traits>
 
 #include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
-#include "equaltime/lights/emitter_bounds.h"
+#include "equaltime/lights/light_bounds.h"
 #include "equaltime/lights/light_types.h"
 #include "equaltime/math/frame.h"
 #include "equaltime/math/motion.h"
@@ -49,119 +51,137 @@ struct ViewPoint {
   Real solid_angle;
 };
 
-/// The solid angle of a flat light, given by a corner and two edges, for one path with a near receiver.
-template <class View>
+/// The points of a flat light: corner + a·edge_x + b·edge_y. Its shape bounds a and b.
+template <class Real>
+struct FlatEdges {
+  Vec3<Real> corner, edge_x, edge_y;
+};
+
+/// A flat light without its radiance: its points, and what follows from them.
+template <class Real>
+struct FlatSurface {
+  FlatEdges<Real> edges;
+  Vec3<Real> normal, center;
+  Real area, offset, size_squared;  // size: the largest extent
+};
+
+/// The shape of a triangle: a, b >= 0 and a + b <= 1.
+struct TriangleShape {
+  static constexpr const char* name = "triangle";
+  using View = SphericalTriangle;
+
+  /// a and b of a point that is uniform over the area.
+  template <LaneNumber T>
+  [[nodiscard]] EQUALTIME_INLINE static Point2<T> uniform(Point2<T> u) noexcept {
+    const T s = sqrt(u.x);
+    return {1 - s, s * u.y};
+  }
+  template <LaneNumber T>
+  [[nodiscard]] static auto contains(T a, T b) noexcept {
+    return a >= 0 && b >= 0 && a + b <= 1;
+  }
+  [[nodiscard]] static View view(const FlatEdges<float>& edges, Vec3f receiver) noexcept;
+  /// The point of the light that is uniform over the view.
+  [[nodiscard]] static Vec3f point(const View& view, const FlatEdges<float>& edges, Vec3f receiver, Point2f u) noexcept;
+  [[nodiscard]] static std::array<Vec3d, 3> corners(const FlatEdges<float>& edges) noexcept;
+  /// The same triangle, taken to where an instance puts it.
+  [[nodiscard]] static FlatSurface<float> placed(const FlatEdges<float>& edges, const AffineMap& to) noexcept;
+};
+
+/// The shape of a rectangle, whose edges are orthogonal: a and b in [0, 1].
+struct RectangleShape {
+  static constexpr const char* name = "rectangle";
+  using View = SphericalRectangle;
+
+  template <LaneNumber T>
+  [[nodiscard]] EQUALTIME_INLINE static Point2<T> uniform(Point2<T> u) noexcept {
+    return u;
+  }
+  template <LaneNumber T>
+  [[nodiscard]] static auto contains(T a, T b) noexcept {
+    return a >= 0 && a <= 1 && b >= 0 && b <= 1;
+  }
+  [[nodiscard]] static View view(const FlatEdges<float>& edges, Vec3f receiver) noexcept;
+  [[nodiscard]] static Vec3f point(const View& view, const FlatEdges<float>& edges, Vec3f receiver, Point2f u) noexcept;
+  [[nodiscard]] static std::array<Vec3d, 4> corners(const FlatEdges<float>& edges) noexcept;
+};
+
+/// The solid angle of a flat light for one path with a near receiver.
+template <class Shape>
 struct NearView {
   /// Nothing if the view is too small for float64: then the area is sampled.
-  [[nodiscard]] static std::optional<View> of(const Vec3f& corner, const Vec3f& edge_x, const Vec3f& edge_y,
-                                              Vec3f receiver) noexcept;
-  /// A point of the light, uniform over the view.
-  [[nodiscard]] static Vec3f point(const View& view, const Vec3f& corner, const Vec3f& edge_x, const Vec3f& edge_y,
-                                   Vec3f receiver, Point2f u) noexcept;
+  [[nodiscard]] static std::optional<typename Shape::View> of(const FlatEdges<float>& edges, Vec3f receiver) noexcept;
   /// A point of the light, uniform over the view; `otherwise` if the receiver is not near or there is no view.
-  [[nodiscard]] static ViewPoint<float> sample(bool near, const Vec3f& corner, const Vec3f& edge_x, const Vec3f& edge_y,
-                                               Vec3f receiver, Point2f u, ViewPoint<float> otherwise) noexcept;
+  [[nodiscard]] static ViewPoint<float> sample(bool near, const FlatEdges<float>& edges, Vec3f receiver, Point2f u,
+                                               ViewPoint<float> otherwise) noexcept;
   /// Density of these points; 0 if there is no view.
-  [[nodiscard]] static float pdf(const Vec3f& corner, const Vec3f& edge_x, const Vec3f& edge_y,
-                                 Vec3f receiver) noexcept;
+  [[nodiscard]] static float pdf(const FlatEdges<float>& edges, Vec3f receiver) noexcept;
 };
 
-template <class Real>
-class TriangleLight {
+/// A light on a part of a plane.
+template <class Real, class ShapeOfLight>
+class FlatLight {
  public:
-  static constexpr const char* name = "triangle";
+  using Shape = ShapeOfLight;
+  static constexpr const char* name = Shape::name;
 
-  TriangleLight(const Vec3<Real>& v0, const Vec3<Real>& v1, const Vec3<Real>& v2, const Rgb<Real>& radiance) noexcept;
+  FlatLight(const FlatSurface<Real>& surface, const Rgb<Real>& radiance) noexcept
+      : surface_(surface), radiance_(radiance) {}
 
   [[nodiscard]] EQUALTIME_INLINE Optional<LightSample<Real>> sample(Vec3<Real> receiver, Point2<Real> u,
                                                                     Real pmf) const noexcept {
+    const auto& [edges, normal, center, area, offset, size_squared] = surface_;
     const Real height = height_of(receiver);
-    const Mask<Real> front = height > offset_;
+    const Mask<Real> front = height > offset;
     if (none(front)) return std::nullopt;
-    const Real s = sqrt(u.x);
-    ViewPoint<Real> v{v0_ + e1_ * (1 - s) + e2_ * (s * u.y), 0};
+    const auto [a, b] = Shape::uniform(u);
+    ViewPoint<Real> v{edges.corner + edges.edge_x * a + edges.edge_y * b, 0};
     if (Mask<Real> near = is_near(receiver); any(near))
-      v = for_each_lane<Real>(NearView<View>::sample, near, v0_, e1_, e2_, receiver, u, v);
-    return {flat_sample(receiver, {v.point, normal_, offset_}, height, radiance_, area_, v.solid_angle, pmf), front};
+      v = for_each_lane<Real>(NearView<Shape>::sample, near, edges, receiver, u, v);
+    return {flat_sample(receiver, {v.point, normal, offset}, height, radiance_, area, v.solid_angle, pmf), front};
   }
   [[nodiscard]] Real pdf(Vec3<Real> receiver, Vec3<Real> wi, Vec3<Real> point) const noexcept;
   [[nodiscard]] Real pdf_direction(Vec3<Real> receiver, Vec3<Real> wi) const noexcept;
-  [[nodiscard]] Mask<Real> faces(Vec3<Real> receiver) const noexcept { return height_of(receiver) > offset_; }
+  [[nodiscard]] Mask<Real> faces(Vec3<Real> receiver) const noexcept { return height_of(receiver) > surface_.offset; }
   [[nodiscard]] double power() const noexcept;
-  [[nodiscard]] EmitterBounds bounds() const noexcept;
-  /// The same light, taken to where an instance puts it.
-  [[nodiscard]] TriangleLight placed(const AffineMap& placement) const noexcept;
+  [[nodiscard]] LightBounds bounds() const noexcept;
+  /// The same light, taken to where an instance puts it. Rectangles have no such function: they may become
+  /// parallelograms.
+  [[nodiscard]] FlatLight placed(const AffineMap& to) const noexcept requires std::is_same_v<Shape, TriangleShape> {
+    return {Shape::placed(surface_.edges, to), radiance_};
+  }
 
  private:
   template <class Flat>
   friend class TexturedAreaLight;
-  using View = SphericalTriangle;
-  // For the textured light, which takes one path at a time.
-  [[nodiscard]] std::optional<View> near_view(Vec3f receiver) const noexcept {
-    return NearView<View>::of(v0_, e1_, e2_, receiver);
-  }
-  [[nodiscard]] Vec3f point_in(const View& view, Vec3f receiver, Point2f u) const noexcept {
-    return NearView<View>::point(view, v0_, e1_, e2_, receiver, u);
-  }
   /// The point that a direction meets, on either side.
   [[nodiscard]] Optional<Vec3<Real>> met(Vec3<Real> receiver, Vec3<Real> wi) const noexcept;
-  [[nodiscard]] Real height_of(const Vec3<Real>& receiver) const noexcept { return dot(normal_, receiver - v0_); }
+  [[nodiscard]] Real height_of(const Vec3<Real>& receiver) const noexcept {
+    return dot(surface_.normal, receiver - surface_.edges.corner);
+  }
   [[nodiscard]] Mask<Real> is_near(Vec3<Real> receiver) const noexcept {
-    return length_squared(center_ - receiver) < kNearSquared * size_squared_;
+    return length_squared(surface_.center - receiver) < kNearSquared * surface_.size_squared;
   }
 
-  Vec3<Real> v0_, e1_, e2_, normal_, center_;
-  Real area_, offset_, size_squared_;
+  FlatSurface<Real> surface_;
   Rgb<Real> radiance_;
 };
+template <class Shape>
+inline constexpr bool kHasLanes<FlatLight<float, Shape>> = true;
 
 template <class Real>
-class RectangleLight {
- public:
-  static constexpr const char* name = "rectangle";
+using TriangleLight = FlatLight<Real, TriangleShape>;
+template <class Real>
+using RectangleLight = FlatLight<Real, RectangleShape>;
 
-  /// `corner` and the edges are those of the two triangles that rays meet; the edges are orthogonal.
-  RectangleLight(const Vec3<Real>& corner, const Vec3<Double<Real>>& edge_x, const Vec3<Double<Real>>& edge_y,
-                 Mask<Real> flipped, const Rgb<Real>& radiance) noexcept;
-
-  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample<Real>> sample(Vec3<Real> receiver, Point2<Real> u,
-                                                                    Real pmf) const noexcept {
-    const Real height = height_of(receiver);
-    const Mask<Real> front = height > offset_;
-    if (none(front)) return std::nullopt;
-    ViewPoint<Real> v{corner_ + edge_x_ * u.x + edge_y_ * u.y, 0};
-    if (Mask<Real> near = is_near(receiver); any(near))
-      v = for_each_lane<Real>(NearView<View>::sample, near, corner_, edge_x_, edge_y_, receiver, u, v);
-    return {flat_sample(receiver, {v.point, normal_, offset_}, height, radiance_, area_, v.solid_angle, pmf), front};
-  }
-  [[nodiscard]] Real pdf(Vec3<Real> receiver, Vec3<Real> wi, Vec3<Real> point) const noexcept;
-  [[nodiscard]] Real pdf_direction(Vec3<Real> receiver, Vec3<Real> wi) const noexcept;
-  [[nodiscard]] Mask<Real> faces(Vec3<Real> receiver) const noexcept { return height_of(receiver) > offset_; }
-  [[nodiscard]] double power() const noexcept;
-  [[nodiscard]] EmitterBounds bounds() const noexcept;
-
- private:
-  template <class Flat>
-  friend class TexturedAreaLight;
-  using View = SphericalRectangle;
-  // For the textured light, which takes one path at a time.
-  [[nodiscard]] std::optional<View> near_view(Vec3f receiver) const noexcept {
-    return NearView<View>::of(corner_, edge_x_, edge_y_, receiver);
-  }
-  [[nodiscard]] Vec3f point_in(const View& view, Vec3f receiver, Point2f u) const noexcept {
-    return NearView<View>::point(view, corner_, edge_x_, edge_y_, receiver, u);
-  }
-  /// The point that a direction meets, on either side.
-  [[nodiscard]] Optional<Vec3<Real>> met(Vec3<Real> receiver, Vec3<Real> wi) const noexcept;
-  [[nodiscard]] Real height_of(const Vec3<Real>& receiver) const noexcept { return dot(normal_, receiver - corner_); }
-  [[nodiscard]] Mask<Real> is_near(Vec3<Real> receiver) const noexcept {
-    return length_squared(center_ - receiver) < kNearSquared * size_squared_;
-  }
-
-  Vec3<Real> corner_, edge_x_, edge_y_, normal_, center_;
-  Real area_, offset_, size_squared_;
-  Rgb<Real> radiance_;
-};
+template <class Real>
+[[nodiscard]] TriangleLight<Real> triangle_light(const Vec3<Real>& v0, const Vec3<Real>& v1, const Vec3<Real>& v2,
+                                                 const Rgb<Real>& radiance) noexcept;
+/// `corner` and the edges are those of the two triangles that rays meet; the edges are orthogonal.
+template <class Real>
+[[nodiscard]] RectangleLight<Real> rectangle_light(const Vec3<Real>& corner, const Vec3<Double<Real>>& edge_x,
+                                                   const Vec3<Double<Real>>& edge_y, Mask<Real> flipped,
+                                                   const Rgb<Real>& radiance) noexcept;
 
 /// A sampled direction towards a sphere, in a frame whose z axis points to the centre.
 template <class Real>
@@ -190,7 +210,7 @@ class SphereLight {
     return faces(receiver, to_center, length(to_center));
   }
   [[nodiscard]] double power() const noexcept;
-  [[nodiscard]] EmitterBounds bounds() const noexcept;
+  [[nodiscard]] LightBounds bounds() const noexcept;
   /// The same light, taken to where an instance puts it that scales all directions alike.
   [[nodiscard]] SphereLight placed(const AffineMap& placement) const noexcept;
 
@@ -225,7 +245,7 @@ class DiskLight {
   [[nodiscard]] Real pdf_direction(Vec3<Real> receiver, Vec3<Real> wi) const noexcept;
   [[nodiscard]] Mask<Real> faces(Vec3<Real> receiver) const noexcept { return height_of(receiver) > offset_; }
   [[nodiscard]] double power() const noexcept;
-  [[nodiscard]] EmitterBounds bounds() const noexcept;
+  [[nodiscard]] LightBounds bounds() const noexcept;
   [[nodiscard]] DiskLight placed(const AffineMap& placement) const noexcept;
 
  private:
@@ -272,86 +292,67 @@ template <class Real>
           ahead};
 }
 
-// --- Triangle -----------------------------------------------------------------------------------------------------
+// --- Triangles and rectangles -------------------------------------------------------------------------------------
 
-template <class Real>
-TriangleLight<Real>::TriangleLight(const Vec3<Real>& v0, const Vec3<Real>& v1, const Vec3<Real>& v2,
-                                   const Rgb<Real>& radiance) noexcept
-    : v0_(v0),
-      e1_(v1 - v0),
-      e2_(v2 - v0),
-      center_(v0 + (e1_ + e2_) * (1.0F / 3.0F)),
-      offset_(triangle_plane(v0, v1, v2).offset),
-      size_squared_(max(length_squared(e1_), max(length_squared(e2_), length_squared(v2 - v1)))),
-      radiance_(radiance) {
-  const Vec3<Double<Real>> a(v0), b(v1), c(v2), scaled_normal = cross(b - a, c - a);
-  const Double<Real> twice_area = length(scaled_normal);
-  area_ = Real(0.5 * twice_area);
-  normal_ = Vec3<Real>(scaled_normal / twice_area);
-}
-
-template <class Real>
-Real TriangleLight<Real>::pdf(Vec3<Real> receiver, Vec3<Real> wi, Vec3<Real> point) const noexcept {
+template <class Real, class Shape>
+Real FlatLight<Real, Shape>::pdf(Vec3<Real> receiver, Vec3<Real> wi, Vec3<Real> point) const noexcept {
   return where(faces(receiver), [&] {
     const Real in_view =
-        where(is_near(receiver), [&] { return for_each_lane<Real>(NearView<View>::pdf, v0_, e1_, e2_, receiver); });
+        where(is_near(receiver), [&] { return for_each_lane<Real>(NearView<Shape>::pdf, surface_.edges, receiver); });
     return where(
-        in_view > 0, [&] { return in_view; }, [&] { return area_pdf(receiver, wi, point, normal_, area_); });
+        in_view > 0, [&] { return in_view; },
+        [&] { return area_pdf(receiver, wi, point, surface_.normal, surface_.area); });
   });
 }
 
-template <class Real>
-Optional<Vec3<Real>> TriangleLight<Real>::met(Vec3<Real> receiver, Vec3<Real> wi) const noexcept {
-  const Vec3<Double<Real>> v0(v0_), e1(e1_), e2(e2_);
-  const auto hit = plane_towards(receiver, wi, v0, e1, e2);
-  return {hit->point, hit.has_value() && hit->a >= 0 && hit->b >= 0 && hit->a + hit->b <= 1};
+template <class Real, class Shape>
+Optional<Vec3<Real>> FlatLight<Real, Shape>::met(Vec3<Real> receiver, Vec3<Real> wi) const noexcept {
+  const auto& [corner, edge_x, edge_y] = surface_.edges;
+  using Vector = Vec3<Double<Real>>;
+  const auto hit = plane_towards(receiver, wi, Vector(corner), Vector(edge_x), Vector(edge_y));
+  return {hit->point, hit.has_value() && Shape::contains(hit->a, hit->b)};
 }
 
-template <class Real>
-Real TriangleLight<Real>::pdf_direction(Vec3<Real> receiver, Vec3<Real> wi) const noexcept {
+template <class Real, class Shape>
+Real FlatLight<Real, Shape>::pdf_direction(Vec3<Real> receiver, Vec3<Real> wi) const noexcept {
   const auto point = met(receiver, wi);
   return where(point.has_value(), [&] { return pdf(receiver, wi, *point); });
 }
 
-// --- Rectangle ----------------------------------------------------------------------------------------------------
+template <class Real>
+[[nodiscard]] FlatSurface<Real> triangle_surface(const Vec3<Real>& v0, const Vec3<Real>& v1,
+                                                 const Vec3<Real>& v2) noexcept {
+  const Vec3<Double<Real>> a(v0), b(v1), c(v2), scaled_normal = cross(b - a, c - a);
+  const Double<Real> twice_area = length(scaled_normal);
+  const Vec3<Real> e1 = v1 - v0, e2 = v2 - v0;
+  return {{v0, e1, e2},
+          Vec3<Real>(scaled_normal / twice_area),
+          v0 + (e1 + e2) * (1.0F / 3.0F),
+          Real(0.5 * twice_area),
+          triangle_plane(v0, v1, v2).offset,
+          max(length_squared(e1), max(length_squared(e2), length_squared(v2 - v1)))};
+}
 
 template <class Real>
-RectangleLight<Real>::RectangleLight(const Vec3<Real>& corner, const Vec3<Double<Real>>& edge_x,
+TriangleLight<Real> triangle_light(const Vec3<Real>& v0, const Vec3<Real>& v1, const Vec3<Real>& v2,
+                                   const Rgb<Real>& radiance) noexcept {
+  return {triangle_surface(v0, v1, v2), radiance};
+}
+
+template <class Real>
+RectangleLight<Real> rectangle_light(const Vec3<Real>& corner, const Vec3<Double<Real>>& edge_x,
                                      const Vec3<Double<Real>>& edge_y, Mask<Real> flipped,
-                                     const Rgb<Real>& radiance) noexcept
-    : corner_(corner),
-      edge_x_(edge_x),
-      edge_y_(edge_y),
-      normal_(normalize(cross(edge_x, edge_y)) * select(flipped, Double<Real>(-1), Double<Real>(1))),
-      center_(corner + (edge_x_ + edge_y_) * 0.5F),
-      area_(Real(length(cross(edge_x, edge_y)))),
-      offset_(triangle_plane(corner, corner + edge_x_, corner + edge_x_ + edge_y_).offset),
-      size_squared_(length_squared(edge_x_) + length_squared(edge_y_)),
-      radiance_(radiance) {}
-
-template <class Real>
-Real RectangleLight<Real>::pdf(Vec3<Real> receiver, Vec3<Real> wi, Vec3<Real> point) const noexcept {
-  return where(faces(receiver), [&] {
-    const Real in_view = where(is_near(receiver), [&] {
-      return for_each_lane<Real>(NearView<View>::pdf, corner_, edge_x_, edge_y_, receiver);
-    });
-    return where(
-        in_view > 0, [&] { return in_view; }, [&] { return area_pdf(receiver, wi, point, normal_, area_); });
-  });
-}
-
-template <class Real>
-Optional<Vec3<Real>> RectangleLight<Real>::met(Vec3<Real> receiver, Vec3<Real> wi) const noexcept {
-  const Vec3<Double<Real>> corner(corner_), x(edge_x_), y(edge_y_);
-  const auto hit = plane_towards(receiver, wi, corner, x, y);
-  const auto within = [](Double<Real> part) { return part >= 0 && part <= 1; };
-  return {hit->point, hit.has_value() && within(hit->a) && within(hit->b)};
-}
-
-template <class Real>
-Real RectangleLight<Real>::pdf_direction(Vec3<Real> receiver, Vec3<Real> wi) const noexcept {
-  const auto point = met(receiver, wi);
-  return where(point.has_value(), [&] { return pdf(receiver, wi, *point); });
+                                     const Rgb<Real>& radiance) noexcept {
+  const Vec3<Double<Real>> scaled_normal = cross(edge_x, edge_y);
+  const Vec3<Real> x(edge_x), y(edge_y);
+  const FlatSurface<Real> surface{
+      {corner, x, y},
+      Vec3<Real>(normalize(scaled_normal) * select(flipped, Double<Real>(-1), Double<Real>(1))),
+      corner + (x + y) * 0.5F,
+      Real(length(scaled_normal)),
+      triangle_plane(corner, corner + x, corner + x + y).offset,
+      length_squared(x) + length_squared(y)};
+  return {surface, radiance};
 }
 
 // --- Sphere -------------------------------------------------------------------------------------------------------
@@ -481,8 +482,8 @@ Real DiskLight<Real>::pdf_direction(Vec3<Real> receiver, Vec3<Real> wi) const no
   return where(hit.has_value() && square(hit->a) + square(hit->b) <= 1, [&] { return pdf(receiver, wi, hit->point); });
 }
 
-extern template class TriangleLight<float>;
-extern template class RectangleLight<float>;
+extern template class FlatLight<float, TriangleShape>;
+extern template class FlatLight<float, RectangleShape>;
 extern template class SphereLight<float>;
 extern template class DiskLight<float>;
 

@@ -71,7 +71,7 @@ double CylinderLight::power() const noexcept {
   return 2 * square(std::numbers::pi) * tube_.radius * tube_.length * static_cast<double>(radiance_.mean());
 }
 
-EmitterBounds CylinderLight::bounds() const noexcept {
+LightBounds CylinderLight::bounds() const noexcept {
   const Vec3d& a = tube_.axis;
   const auto reach = [&](double along) {
     return 0.5 * tube_.length * std::abs(along) + tube_.radius * std::sqrt(std::max(0.0, 1 - along * along));

@@ -4,7 +4,7 @@
 
 #include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
-#include "equaltime/lights/emitter_bounds.h"
+#include "equaltime/lights/light_bounds.h"
 #include "equaltime/lights/light_types.h"
 #include "equaltime/math/motion.h"
 #include "equaltime/sampling/sampler.h"
@@ -17,7 +17,7 @@ class CylinderLight {
   static constexpr const char* name = "cylinder";
   static constexpr bool Effects::*needs = &Effects::analytic_shapes;
 
-  CylinderLight(const CylinderGeometry<float>& tube, bool inward, const Spectrum& radiance) noexcept
+  CylinderLight(const Cylinder<float>& tube, bool inward, const Spectrum& radiance) noexcept
       : tube_(tube), radiance_(radiance), inward_(inward) {}
 
   [[nodiscard]] Optional<LightSample<float>> sample(Vec3f receiver, Point2f u, float pmf) const noexcept;
@@ -25,7 +25,7 @@ class CylinderLight {
   [[nodiscard]] float pdf_direction(Vec3f receiver, Vec3f wi) const noexcept;
   [[nodiscard]] bool faces(Vec3f receiver) const noexcept { return facing(Vec3d(receiver)).half > 0; }
   [[nodiscard]] double power() const noexcept;
-  [[nodiscard]] EmitterBounds bounds() const noexcept;
+  [[nodiscard]] LightBounds bounds() const noexcept;
   /// The same light, taken to where an instance puts it that scales all directions alike.
   [[nodiscard]] CylinderLight placed(const AffineMap& placement) const noexcept;
 
@@ -39,7 +39,7 @@ class CylinderLight {
   /// Density per solid angle of points uniform in a strip; 0 if the point's front does not face the receiver.
   [[nodiscard]] double density(const Strip& strip, const Vec3d& to_point, const Vec3d& normal) const noexcept;
 
-  CylinderGeometry<float> tube_;
+  Cylinder<float> tube_;
   Spectrum radiance_;
   bool inward_;
 };

@@ -10,14 +10,14 @@ namespace equaltime {
 
 namespace {
 
-/// Four numbers worked on together: the two children as emitters, then as what the receiver faces.
+/// Four numbers worked on together: the two children as lights, then as what the receiver faces.
 using Lanes = float __attribute__((vector_size(16)));
 
 Lanes twice(const std::array<float, 2>& children) noexcept {
   return Lanes{children[0], children[1], children[0], children[1]};
 }
-Lanes side_by_side(const std::array<float, 2>& emitters, float receiver) noexcept {
-  return Lanes{emitters[0], emitters[1], receiver, receiver};
+Lanes side_by_side(const std::array<float, 2>& lights, float receiver) noexcept {
+  return Lanes{lights[0], lights[1], receiver, receiver};
 }
 Lanes square_root(Lanes v) noexcept {
   return Lanes{std::sqrt(v[0]), std::sqrt(v[1]), std::sqrt(v[2]), std::sqrt(v[3])};
@@ -38,7 +38,7 @@ float probability(std::int64_t places) noexcept {
 
 }  // namespace
 
-/// Intensity times bounds of the cosines at emitter and receiver, over a bound of the squared distance (eq. 3 of the
+/// Intensity times bounds of the cosines at light and receiver, over a bound of the squared distance (eq. 3 of the
 /// paper), both times the same number: instead of dividing by its own squared distance, each is multiplied by the
 /// other's, in float64, where nothing over- or underflows. 0 only if no light of the child can reach the receiver.
 EQUALTIME_INLINE std::array<double, 2> LightTree::importance(const Node& node,

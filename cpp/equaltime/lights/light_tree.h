@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "equaltime/base/optional.h"
-#include "equaltime/lights/emitter_bounds.h"
+#include "equaltime/lights/light_bounds.h"
 #include "equaltime/lights/light_types.h"
 
 namespace equaltime {
@@ -23,7 +23,7 @@ class LightTree {
 
   LightTree() = default;
   /// Lights keep their index; those of intensity 0 are never picked.
-  explicit LightTree(std::span<const EmitterBounds> lights);
+  explicit LightTree(std::span<const LightBounds> lights);
 
   [[nodiscard]] bool empty() const noexcept { return first_ == kNoLight; }
   /// Whether any light may reach the receiver. If not, nothing can be picked; if so, nothing may be picked all the
@@ -49,7 +49,7 @@ class LightTree {
     std::array<float, 2> x, y, z, radius;         // of a sphere that holds the child's lights
     std::array<float, 2> axis_x, axis_y, axis_z;  // of the cone that holds their normals
     std::array<float, 2> cos_spread, sin_spread;  // of its half angle
-    std::array<float, 2> intensity;               // see EmitterBounds
+    std::array<float, 2> intensity;               // see LightBounds
     std::array<std::uint32_t, 2> index;           // of a node, or of a light where count is 1
     std::array<std::uint32_t, 2> count;           // lights below
   };

@@ -24,7 +24,7 @@ double coordinate(const Vec3d& v, int axis) noexcept { return axis == 0 ? v.x : 
 
 /// What a cluster costs by chance: intensity, extent and orientation. The extent is that of a sphere around its box,
 /// which is what importance sees; unlike the box's area it is 0 for a single point only.
-double cost(const EmitterBounds& cluster) noexcept {
+double cost(const LightBounds& cluster) noexcept {
   return cluster.intensity * length_squared(cluster.box.extent()) * orientation_measure(cluster.normals);
 }
 
@@ -36,7 +36,7 @@ struct Bins {
         lo(coordinate(centers.lo, along)),
         extent(coordinate(centers.extent(), along)) {}
 
-  [[nodiscard]] std::size_t of(const EmitterBounds& light) const noexcept {
+  [[nodiscard]] std::size_t of(const LightBounds& light) const noexcept {
     const double place = (coordinate(light.box.center(), axis) - lo) / extent;
     return std::min(static_cast<std::size_t>(place * static_cast<double>(count)), count - 1);
   }
@@ -50,7 +50,7 @@ struct Bins {
 
 class LightTreeBuilder {
  public:
-  LightTreeBuilder(LightTree& tree, std::span<const EmitterBounds> lights) : tree_(tree) {
+  LightTreeBuilder(LightTree& tree, std::span<const LightBounds> lights) : tree_(tree) {
     tree_.trails_.assign(lights.size(), LightTree::kNoTrail);
     for (std::uint32_t i = 0; i < lights.size(); ++i)
       if (lights[i].intensity > 0) leaves_.push_back({lights[i], i, 1});
@@ -63,7 +63,7 @@ class LightTreeBuilder {
  private:
   /// A cluster and where it is found: a node, or a light where count is 1.
   struct Child {
-    EmitterBounds bounds;
+    LightBounds bounds;
     std::uint32_t index, count;
   };
   using Range = std::span<Child>;
@@ -132,13 +132,11 @@ class LightTreeBuilder {
   };
   /// The edge between bins, with lights on both sides, whose two clusters cost least.
   static Edge cheapest_edge(Range leaves, const Bins& bins) noexcept {
-    std::array<std::optional<EmitterBounds>, kBins> content;
-    const auto add = [](std::optional<EmitterBounds>& to, const EmitterBounds& more) {
-      to = to ? join(*to, more) : more;
-    };
+    std::array<std::optional<LightBounds>, kBins> content;
+    const auto add = [](std::optional<LightBounds>& to, const LightBounds& more) { to = to ? join(*to, more) : more; };
     for (const Child& leaf : leaves) add(content[bins.of(leaf.bounds)], leaf.bounds);
     std::array<double, kBins> right_cost{};
-    std::optional<EmitterBounds> right, left;
+    std::optional<LightBounds> right, left;
     for (std::size_t i = bins.count; i-- > 1;) {
       if (content[i]) add(right, *content[i]);
       right_cost[i] = right ? cost(*right) : kWorst;
@@ -153,7 +151,7 @@ class LightTreeBuilder {
   }
 
   static void fill(LightTree::Node& node, std::size_t side, const Child& child) noexcept {
-    const EmitterBounds& b = child.bounds;
+    const LightBounds& b = child.bounds;
     const Vec3f center(b.box.center()), axis(b.normals.axis);
     node.x[side] = center.x, node.y[side] = center.y, node.z[side] = center.z;
     node.axis_x[side] = axis.x, node.axis_y[side] = axis.y, node.axis_z[side] = axis.z;
@@ -171,6 +169,6 @@ class LightTreeBuilder {
   std::vector<Child> leaves_;
 };
 
-LightTree::LightTree(std::span<const EmitterBounds> lights) { LightTreeBuilder(*this, lights); }
+LightTree::LightTree(std::span<const LightBounds> lights) { LightTreeBuilder(*this, lights); }
 
 }  // namespace equaltime

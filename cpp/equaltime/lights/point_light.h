@@ -1,7 +1,7 @@
 // Point light: radiant intensity from one point, alike in all directions.
 #pragma once
 
-#include "equaltime/lights/emitter_bounds.h"
+#include "equaltime/lights/light_bounds.h"
 #include "equaltime/lights/light_types.h"
 #include "equaltime/math/numeric.h"
 
@@ -23,7 +23,7 @@ struct PointLight {
   [[nodiscard]] double power(double) const noexcept {
     return 4 * std::numbers::pi * static_cast<double>(intensity.mean());
   }
-  [[nodiscard]] EmitterBounds bounds() const noexcept {
+  [[nodiscard]] LightBounds bounds() const noexcept {
     return {{Vec3d(position), Vec3d(position)}, 0, {}, static_cast<double>(intensity.mean())};
   }
 };

@@ -41,7 +41,7 @@ double SpotLight::power(double) const noexcept {
   return 2 * std::numbers::pi * mean_intensity() * share;
 }
 
-EmitterBounds SpotLight::bounds() const noexcept {
+LightBounds SpotLight::bounds() const noexcept {
   const Vec3d p(position_);
   return {{p, p}, 0, {axis_, cutoff_}, mean_intensity()};
 }

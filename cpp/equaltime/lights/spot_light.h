@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "equaltime/base/optional.h"
-#include "equaltime/lights/emitter_bounds.h"
+#include "equaltime/lights/light_bounds.h"
 #include "equaltime/lights/light_types.h"
 #include "equaltime/textures/texture.h"
 
@@ -32,7 +32,7 @@ class SpotLight {
   /// Nothing outside the cone. Without what the slide does to it.
   [[nodiscard]] Optional<LightSample<float>> sample(Vec3f receiver, float pmf) const noexcept;
   [[nodiscard]] double power(double scene_radius) const noexcept;
-  [[nodiscard]] EmitterBounds bounds() const noexcept;
+  [[nodiscard]] LightBounds bounds() const noexcept;
   [[nodiscard]] const std::optional<ProjectedTexture>& slide() const noexcept { return slide_; }
   /// Where the slide is looked up for the light that comes from wi.
   [[nodiscard]] TextureCoords place_on_slide(const Vec3f& wi) const noexcept;

@@ -12,25 +12,17 @@ constexpr double kLeastOfView = 0.25;
 }  // namespace
 
 template <>
-Vec3f TexturedRectangle::point_at(Point2d place) const noexcept {
-  return Vec3f(Vec3d(flat_.corner_) + Vec3d(flat_.edge_x_) * place.x + Vec3d(flat_.edge_y_) * place.y);
-}
-
-template <>
 Point2d TexturedRectangle::place_of(Vec3f point) const noexcept {
-  const Vec3d within = Vec3d(point) - Vec3d(flat_.corner_), x(flat_.edge_x_), y(flat_.edge_y_);
+  const Vec3d within = Vec3d(point) - Vec3d(flat_.surface_.edges.corner), x(flat_.surface_.edges.edge_x),
+              y(flat_.surface_.edges.edge_y);
   return {dot(within, x) / length_squared(x), dot(within, y) / length_squared(y)};
 }
 
 template <>
-Vec3f TexturedTriangle::point_at(Point2d place) const noexcept {
-  const double s = std::sqrt(place.x);
-  return Vec3f(Vec3d(flat_.v0_) + Vec3d(flat_.e1_) * (1 - s) + Vec3d(flat_.e2_) * (s * place.y));
-}
-
-template <>
 Point2d TexturedTriangle::place_of(Vec3f point) const noexcept {
-  const Vec3d within = Vec3d(point) - Vec3d(flat_.v0_), e1(flat_.e1_), e2(flat_.e2_), normal = cross(e1, e2);
+  const Vec3d within = Vec3d(point) - Vec3d(flat_.surface_.edges.corner), e1(flat_.surface_.edges.edge_x),
+              e2(flat_.surface_.edges.edge_y);
+  const Vec3d normal = cross(e1, e2);
   const double inverse = 1 / length_squared(normal);
   const double s = std::clamp(1 - dot(cross(within, e2), normal) * inverse, 0.0, 1.0);
   const double along = dot(cross(e1, within), normal) * inverse;
@@ -38,9 +30,16 @@ Point2d TexturedTriangle::place_of(Vec3f point) const noexcept {
 }
 
 template <class Flat>
+Vec3f TexturedAreaLight<Flat>::point_at(Point2d place) const noexcept {
+  const auto [a, b] = Flat::Shape::uniform(place);
+  return Vec3f(Vec3d(flat_.surface_.edges.corner) + Vec3d(flat_.surface_.edges.edge_x) * a +
+               Vec3d(flat_.surface_.edges.edge_y) * b);
+}
+
+template <class Flat>
 typename TexturedAreaLight<Flat>::View TexturedAreaLight<Flat>::view(Vec3f receiver) const noexcept {
   View view{std::nullopt, 0};
-  if (flat_.is_near(receiver)) view.flat = flat_.near_view(receiver);
+  if (flat_.is_near(receiver)) view.flat = NearView<typename Flat::Shape>::of(flat_.surface_.edges, receiver);
   if (view.flat) view.share = std::clamp(1 / picture_->contrast(), kLeastOfView, 1.0);
   return view;
 }
@@ -49,11 +48,11 @@ template <class Flat>
 double TexturedAreaLight<Flat>::density(Vec3f receiver, const View& view, Vec3f point) const noexcept {
   const Vec3d to_light = Vec3d(point) - Vec3d(receiver);
   const double distance2 = length_squared(to_light);
-  const double height = -dot(Vec3d(flat_.normal_), to_light);
+  const double height = -dot(Vec3d(flat_.surface_.normal), to_light);
   if (!(height > 0)) return 0;
   const Point2d place = place_of(point);
   const double of_picture = picture_->density(place.x, place.y) * distance2 * std::sqrt(distance2) /
-                            (height * static_cast<double>(flat_.area_));
+                            (height * static_cast<double>(flat_.surface_.area));
   return view.flat ? std::lerp(of_picture, 1 / view.flat->solid_angle(), view.share) : of_picture;
 }
 
@@ -64,7 +63,7 @@ Optional<LightSample<float>> TexturedAreaLight<Flat>::sample(Vec3f receiver, Poi
   Vec3f point;
   if (u.x < seen.share) {
     const Point2f in_view{static_cast<float>(std::min(u.x / seen.share, 1 - 0x1p-24)), static_cast<float>(u.y)};
-    point = flat_.point_in(*seen.flat, receiver, in_view);
+    point = Flat::Shape::point(*seen.flat, flat_.surface_.edges, receiver, in_view);
   } else {
     point = point_at(picture_->sample({(u.x - seen.share) / (1 - seen.share), u.y}));
   }
@@ -73,7 +72,7 @@ Optional<LightSample<float>> TexturedAreaLight<Flat>::sample(Vec3f receiver, Poi
   const Vec3f to_light = point - receiver;
   const float distance = std::sqrt(length_squared(to_light));
   return LightSample<float>{
-      to_light * (1 / distance), flat_.radiance_, pdf, distance, {point, flat_.normal_, flat_.offset_}};
+      to_light * (1 / distance), flat_.radiance_, pdf, distance, {point, flat_.surface_.normal, flat_.surface_.offset}};
 }
 
 template <class Flat>

@@ -32,7 +32,7 @@ class TexturedAreaLight {
   [[nodiscard]] float pdf_direction(Vec3f receiver, Vec3f wi) const noexcept;
   [[nodiscard]] bool faces(Vec3f receiver) const noexcept { return flat_.faces(receiver); }
   [[nodiscard]] double power() const noexcept { return flat_.power(); }
-  [[nodiscard]] EmitterBounds bounds() const noexcept { return flat_.bounds(); }
+  [[nodiscard]] LightBounds bounds() const noexcept { return flat_.bounds(); }
   [[nodiscard]] std::size_t memory_bytes() const noexcept { return picture_->memory_bytes(); }
   /// The same light, taken to where an instance puts it that mirrors nothing.
   template <Movable F = Flat>  // a template, so that it need not compile for lights that cannot be moved
@@ -45,7 +45,7 @@ class TexturedAreaLight {
  private:
   /// The solid angle of which points are drawn for a receiver, and the share of them.
   struct View {
-    std::optional<typename Flat::View> flat;
+    std::optional<typename Flat::Shape::View> flat;
     double share;  // 0 without it
   };
   [[nodiscard]] View view(Vec3f receiver) const noexcept;

@@ -60,12 +60,6 @@ inline Real safe_sqrt(Real x) noexcept {
   return sqrt(max(x, Real(0)));
 }
 
-/// a*b - c*d with an error of at most 1.5 ulp (Kahan): the products cancel without losing the difference.
-template <LaneNumber Real>
-inline Real difference_of_products(Real a, Real b, Real c, Real d) noexcept {
-  return Real(Double<Real>(a) * Double<Real>(b) - Double<Real>(c) * Double<Real>(d));
-}
-
 /// One of two numbers by bits, for a choice that no processor can foresee: compilers would branch.
 constexpr float select(bool first, float a, float b) noexcept {
   const std::uint32_t kept = 0 - static_cast<std::uint32_t>(first);

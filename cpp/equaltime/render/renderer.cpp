@@ -13,7 +13,7 @@ namespace equaltime {
 
 namespace {
 
-/// Most samples that a pass adds to a pixel: blocks stay short, and a stop is prompt.
+/// Most samples that a pass adds to a pixel of a large film: blocks stay short, and a stop is prompt.
 constexpr std::uint64_t kPassSamples = 16;
 /// Paths of a pass over a small film, which adds more samples to a pixel: starting passes must not dominate the time.
 constexpr std::uint64_t kPassPaths = 4096;
@@ -110,16 +110,19 @@ bool Renderer::advance(std::uint64_t samples, std::stop_token cancel, std::optio
   return advance_until(samples, {.cancel = std::move(cancel), .seconds = seconds});
 }
 
+std::uint64_t Renderer::pass_samples() const noexcept {
+  const std::uint64_t pixels = std::uint64_t{film_.width()} * film_.height();
+  return std::max(kPassSamples, kPassPaths / std::max<std::uint64_t>(pixels, 1));
+}
+
 bool Renderer::advance_until(std::uint64_t samples, const StopWhen& when) {
   Stop stop(when);  // counts the pilot's time, but never cuts the pilot: half of one decides nothing
   if (Stop asked({.poll = when.poll, .cancel = when.cancel}); !run_pilot(asked)) {
     asked.rethrow();
     return false;
   }
-  const std::uint64_t pixels = std::uint64_t{film_.width()} * film_.height();
-  const std::uint64_t pass = std::max(kPassSamples, kPassPaths / std::max<std::uint64_t>(pixels, 1));
   while (position_.done < samples) {
-    if (position_.target <= position_.done) position_.target = std::min(samples, position_.done + pass);
+    if (position_.target <= position_.done) position_.target = std::min(samples, position_.done + pass_samples());
     run_pass(stop);
     const bool complete = position_.next_block == blocks_.size() && cancelled_blocks_.empty();
     if (complete) {
@@ -147,11 +150,13 @@ bool Renderer::run_pilot(Stop& stop) {
   decision_ = std::move(decision);
   settings_ = decision_->applied(settings_);
   kernel_ = &choose_kernel(both(need_, effects_of(settings_)));
-  if (!resumed_) {  // or an earlier render has counted them
-    counters_.rays += decision_->rays;
-    counters_.shadow_rays += decision_->shadow_rays;
-  }
+  if (!resumed_) counters_ += first_counters();  // or an earlier render has counted them
   return true;
+}
+
+Counters Renderer::first_counters() const noexcept {
+  if (!decision_) return {};
+  return {.rays = decision_->rays, .shadow_rays = decision_->shadow_rays};
 }
 
 bool Renderer::has_samples(const PixelBlock& block, std::uint64_t average) const noexcept {
@@ -189,7 +194,8 @@ void Renderer::limit_to(const PixelBlock& window) {
   schedule_ = {};
   position_ = {};
   cancelled_blocks_.clear();
-  counters_ = {};
+  counters_ = first_counters();
+  resumed_ = false;
   nonfinite_ = {};
   faulty_ = {};
   std::fill(pixel_rays_.begin(), pixel_rays_.end(), 0);

@@ -24,7 +24,7 @@ struct RenderOptions {
   std::uint32_t replicates = 2;  // of the film
   std::uint32_t nets = 2;  // scrambled point sets of a pixel: one a replicate, or 1, whose halves are the replicates
   std::uint32_t second_net = 0;  // with one net: one of this many pixels has a second net (`SecondNets`); 0: none
-  bool pixel_rays = false;       // count the rays of every pixel
+  bool pixel_rays = false;       // count the rays of every pixel's samples in the image
   Effects also = {};             // further effects for the kernel to support, to measure what they cost
   Traps traps = Traps::ignore;   // of floating-point faults
 };
@@ -36,7 +36,7 @@ class Renderer {
   /// Brings every pixel to `samples`. Returns whether every pixel has its samples.
   ///
   /// Ends early, between blocks, when `seconds` have passed, or when `poll` returns false or throws; the calling thread
-  /// calls it about every 50 ms. A path of 1024 or more segments is abandoned, and its block is rendered again later.
+  /// calls it about every 50 ms. A path of 1024 or more bounces is abandoned, and its block is rendered again later.
   /// After `pause` seconds the call ends early too, but every worker has finished a block by then: repeated calls make
   /// progress. Exceptions of `poll` and of workers, such as std::bad_alloc, are rethrown. In each of these cases the
   /// next call continues where this one ended; no sample is lost or counted twice.
@@ -60,8 +60,8 @@ class Renderer {
   void set_sample_rates(std::uint64_t pilot, std::vector<float> rates);
 
   /// From here on, only the blocks in a window of the film are rendered, from the start: other processes render the
-  /// rest. The moments there must be those of no samples, or be put there before `resume`. Throws
-  /// std::invalid_argument if the window does not consist of whole blocks.
+  /// rest. The moments there must be those of no samples, or be put there before `resume`. Counters start again at the
+  /// rays of the pilot, if it is rendered. Throws std::invalid_argument if the window does not consist of whole blocks.
   void limit_to(const PixelBlock& window);
 
   /// Takes up an earlier render whose moments were put into the film. Throws std::invalid_argument if the pixels'
@@ -79,10 +79,13 @@ class Renderer {
   [[nodiscard]] const SampleLog<NonFinite>& nonfinite() const noexcept { return nonfinite_; }
   /// Samples that raised floating-point faults, the first of each worker and pass; none where faults are ignored.
   [[nodiscard]] const SampleLog<FaultySample>& faulty() const noexcept { return faulty_; }
-  /// Rays of every pixel since this was made, row-major; empty unless they are counted.
+  /// Rays of every pixel since this was made, row-major; empty unless they are counted. They are those of the samples
+  /// in the image: second nets are left out, so that a pixel costs alike with and without one.
   [[nodiscard]] const std::vector<std::uint64_t>& pixel_rays() const noexcept { return pixel_rays_; }
   [[nodiscard]] const Kernel& kernel() const noexcept { return *kernel_; }
   [[nodiscard]] unsigned threads() const noexcept { return threads_; }
+  /// Most samples that a pass adds to a pixel.
+  [[nodiscard]] std::uint64_t pass_samples() const noexcept;
   /// All blocks of the film, by number: the order in which they are begun. `limit_to` leaves this list as it is.
   [[nodiscard]] std::vector<PixelBlock> blocks() const;
 
@@ -91,6 +94,8 @@ class Renderer {
   bool advance_until(std::uint64_t samples, const StopWhen& when);
   /// Renders the pilot if roulette or splitting is undecided. Returns false, and changes nothing, if it was stopped.
   [[nodiscard]] bool run_pilot(Stop& stop);
+  /// Counters before the first sample: the rays of the pilot, if it is rendered.
+  [[nodiscard]] Counters first_counters() const noexcept;
   void run_pass(Stop& stop);
   /// Returns the task of a block in the current pass.
   [[nodiscard]] BlockTask task(std::size_t block) noexcept;

@@ -19,7 +19,7 @@ constexpr double kMostShare = 0.05;  // largest fraction of a sum over the pilot
 constexpr std::size_t kParts = 8;    // of the pilot; each part is judged with the copies that the others chose
 constexpr double kCopies = SplittingPilot::kCopies;
 /// Pixels of the smallest film for which splitting is decided automatically. The pilot of a smaller film contains too
-/// few of the noisiest pixels, such as the edges of lamps.
+/// few of the noisiest pixels, such as the edges of emitters.
 constexpr std::uint64_t kLeastFilmPixels = 65536;
 /// Time per ray of kernels with splitting, relative to kernels without: median of 13 scenes (1.02 to 1.24).
 constexpr double kCopyRay = 1.1;

@@ -38,7 +38,7 @@ template <class Albedo>
 inline constexpr int kLongPathDepth = 1024;
 
 /// Probability of going on from a depth n of kLongPathDepth or more, beside the rule's: (n / (n + 1))², so that a path
-/// gets to a depth d with (1024 / d)². It ends with probability 1, after 1024 more segments on average. Weights grow
+/// gets to a depth d with (1024 / d)². It ends with probability 1, after 1024 more bounces on average. Weights grow
 /// as d², which any loss makes up for: the variance stays finite for every albedo below 1, as it would not by a
 /// constant.
 [[nodiscard]] constexpr float long_path_survival(int depth) noexcept {

@@ -63,17 +63,4 @@ template <class Real>
 }
 inline constexpr float kUniformHemispherePdf = kInvPi / 2;
 
-/// Uniform direction of the cone round +z with 1 - cosθ_max = `one_minus_cos_max`, which keeps thin cones accurate.
-template <class Real>
-[[nodiscard]] inline Vec3<Real> square_to_uniform_cone(Point2<Real> u, Real one_minus_cos_max) noexcept {
-  const Real one_minus_cos = u.x * one_minus_cos_max;
-  const Real sin_theta = safe_sqrt(one_minus_cos * (2 - one_minus_cos));
-  const auto [sin_phi, cos_phi] = sin_cos_turn(u.y);
-  return {sin_theta * cos_phi, sin_theta * sin_phi, 1 - one_minus_cos};
-}
-template <class Real>
-[[nodiscard]] constexpr Real uniform_cone_pdf(Real one_minus_cos_max) noexcept {
-  return 1 / (kTwoPi * one_minus_cos_max);
-}
-
 }  // namespace equaltime

@@ -33,8 +33,9 @@ Effects derive_effects(const Scene& scene) noexcept {
   const SceneGeometry& geometry = scene.geometry;
   const Volumes& volumes = scene.volumes;
   Effects e;
-  e.analytic_shapes =
-      !geometry.sphere_shapes.empty() || !geometry.disk_shapes.empty() || !geometry.cylinder_shapes.empty();
+  AnalyticShapes::for_each([&]<class Shape>(std::type_identity<Shape>) {
+    if (!geometry.analytic_shapes[AnalyticShapes::place_of<Shape>].empty()) e.*Shape::needs = true;
+  });
   e.point_lights = scene.lights.has_deltas();
   e.environment = scene.lights.environment().has_value();
   e.instances = !geometry.instances.empty();

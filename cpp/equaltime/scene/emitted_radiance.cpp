@@ -11,14 +11,11 @@ TextureCoords place_of(const SceneGeometry& geometry, const Geometries& all, con
                        const Vec3d& p) noexcept {
   const auto [shape, primitive] = emitter;
   const Surface& surface = geometry.surfaces[shape];
-  if (surface.kind == SurfaceKind::sphere)
-    return {detail::sphere_uv(surface, Vec3f(normalize(p - all.spheres[primitive].center)))};
-  if (surface.kind == SurfaceKind::disk) return {detail::disk_uv(all.disks[primitive], p)};
-  if (surface.kind == SurfaceKind::cylinder) {
-    const CylinderGeometry<float>& tube = all.cylinders[primitive];
-    const double height = dot(p - tube.base, tube.axis);
-    return {detail::cylinder_uv(surface, Vec3f(normalize(p - tube.base - tube.axis * height)), height / tube.length)};
-  }
+  if (surface.mesh == kNone)
+    return AnalyticShapes::at(surface.kind, [&, i = primitive]<class Shape>(std::type_identity<Shape>) noexcept {
+      const Shape& light = all.of<Shape>()[i];
+      return TextureCoords{detail::uv_at(light, surface, hit_at(light, p))};
+    });
   const MeshView& mesh = geometry.meshes[surface.mesh];
   const auto& [a, b, c] = mesh.triangles[primitive];
   if (surface.light_per_primitive) {

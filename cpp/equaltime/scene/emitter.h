@@ -5,7 +5,7 @@
 
 namespace equaltime {
 
-/// `primitive`: the triangle of a mesh, or the number among all spheres, disks or cylinders.
+/// `primitive`: the triangle of a mesh, or the number among all analytic shapes of the kind.
 struct Emitter {
   std::uint32_t shape, primitive;
 };

@@ -9,7 +9,7 @@ namespace equaltime {
 /// The primitives of the scene itself, or of one group, as ranges of the lists in SceneGeometry.
 struct ShapeRange {
   std::uint32_t first_mesh = 0, mesh_count = 0;
-  std::uint32_t first_sphere = 0, first_disk = 0, first_cylinder = 0;
+  std::array<std::uint32_t, AnalyticShapes::size> first = {};  // of each kind of analytic shapes
 };
 
 class Instance {

@@ -76,7 +76,7 @@ void Lights::prepare(LightSelection selection, EnvironmentSampling environment) 
   if (environment_) of(*environment_, [environment](const auto& e) { e.prepare(environment); });
   if (selection != LightSelection::tree) return;
   std::call_once(lazy_tree_->once, [this] {
-    std::vector<EmitterBounds> bounds;
+    std::vector<LightBounds> bounds;
     bounds.reserve(distant_begin_);
     for (const AreaLight& light : area_) bounds.push_back(of(light, [](const auto& l) { return l.bounds(); }));
     for (const MovingLights& lights : moving_)
@@ -92,7 +92,8 @@ void Lights::prepare(LightSelection selection, EnvironmentSampling environment) 
 }
 
 // The tree holds finite lights only. Infinite lights get probability 1/2, or 1 if no finite light can reach the
-// receiver. Probabilities by power would starve one side: indoors the infinite lights, under a bright sky the lamps.
+// receiver. Probabilities by power would starve one side: indoors the infinite lights, under a bright sky the finite
+// ones.
 
 Optional<SampledLight> Lights::pick_by_tree(const LightSampleContext& receiver, std::uint64_t bits) const noexcept {
   constexpr int kSpare = 64 - LightTree::kUnitBits;

@@ -1,4 +1,4 @@
-// Lights: all emitters, and how one of them is picked. Each emissive triangle is a light of its own.
+// Lights: all lights, and how one of them is picked. Each emissive triangle is a light of its own.
 #pragma once
 
 #include <algorithm>
@@ -31,6 +31,16 @@ using Environment = Environments::Variant;
 
 /// Probability of a light: equal for all, by power, or by the light tree, which also depends on the receiver.
 enum class LightSelection : std::uint8_t { uniform, power, tree };
+
+/// A vertex that samples lights: where it is, and its random numbers. Pass it by value: a reference would force the
+/// path's state into memory.
+struct LightVertex {
+  const LightSampleContext& receiver;
+  const Sampler& sampler;
+  std::uint32_t bounce;  // index of the vertex's random numbers
+  Point2f u;             // its numbers for a point of a light
+  float time;            // of the path, in [0, 1]
+};
 
 /// The lights of a scene. Their numbers are in this order: area lights, point and spot lights, directional lights, and
 /// last the environment.
@@ -65,27 +75,21 @@ class Lights {
   /// Prepares the tables that a selection needs, once. Call it before `pick`; any number of threads may.
   void prepare(LightSelection selection, EnvironmentSampling environment) const;
 
-  /// Picks one light and samples it at u as seen from the receiver, at the path's time. The pdf includes the pick's
-  /// probability. Nothing if the light's front does not face the receiver: a sample of value 0.
+  /// Picks one light and samples it as seen from a vertex. The pdf includes the pick's probability. Nothing if the
+  /// light's front does not face the receiver: a sample of value 0.
   template <Effects E>
   [[nodiscard]] EQUALTIME_INLINE Optional<LightSample<float>> sample(LightSelection selection,
                                                                      EnvironmentSampling environment,
-                                                                     const LightSampleContext& receiver,
-                                                                     const Sampler& sampler, std::uint32_t bounce,
-                                                                     Point2f u, float time) const noexcept {
-    const auto picked = pick(selection, receiver, sampler, bounce);
-    return picked ? sample<E>(*picked, environment, receiver, sampler, bounce, u, time) : std::nullopt;
+                                                                     LightVertex at) const noexcept {
+    const auto picked = pick(selection, at);
+    return picked ? sample<E>(*picked, environment, at) : std::nullopt;
   }
   /// The two steps of `sample`: `pick` selects a light, the next samples it. `pick` returns nothing if no light can
   /// reach the receiver.
-  [[nodiscard]] EQUALTIME_INLINE Optional<SampledLight> pick(LightSelection selection,
-                                                             const LightSampleContext& receiver, const Sampler& sampler,
-                                                             std::uint32_t bounce) const noexcept;
+  [[nodiscard]] EQUALTIME_INLINE Optional<SampledLight> pick(LightSelection selection, LightVertex at) const noexcept;
   template <Effects E>
   [[nodiscard]] EQUALTIME_INLINE Optional<LightSample<float>> sample(SampledLight pick, EnvironmentSampling environment,
-                                                                     const LightSampleContext& receiver,
-                                                                     const Sampler& sampler, std::uint32_t bounce,
-                                                                     Point2f u, float time) const noexcept;
+                                                                     LightVertex at) const noexcept;
 
   /// Whether the light can be sampled as directions: it is no point, and shows the receiver its front.
   template <Effects E>
@@ -130,9 +134,9 @@ class Lights {
   }
   /// The sample without its light's number.
   template <Effects E>
-  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample<float>> sample_picked(
-      SampledLight pick, EnvironmentSampling environment, const LightSampleContext& receiver, const Sampler& sampler,
-      std::uint32_t bounce, Point2f u, float time) const noexcept;
+  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample<float>> sample_picked(SampledLight pick,
+                                                                            EnvironmentSampling environment,
+                                                                            LightVertex at) const noexcept;
   [[nodiscard]] Optional<LightSample<float>> sample_delta(const SampledLight& pick, Vec3f receiver) const noexcept;
   [[nodiscard]] Optional<LightSample<float>> sample_environment(EnvironmentSampling sampling, const Sampler& sampler,
                                                                 std::uint32_t bounce, float pmf) const noexcept;
@@ -163,12 +167,11 @@ class Lights {
   std::uint32_t deltas_begin_ = 0, distant_begin_ = 0, environment_begin_ = 0, size_ = 0;
 };
 
-EQUALTIME_INLINE Optional<SampledLight> Lights::pick(LightSelection selection, const LightSampleContext& receiver,
-                                                     const Sampler& sampler, std::uint32_t bounce) const noexcept {
+EQUALTIME_INLINE Optional<SampledLight> Lights::pick(LightSelection selection, LightVertex at) const noexcept {
   if (!any_power()) return std::nullopt;
   if (size_ == 1) return SampledLight{0, 1};
-  const std::uint64_t bits = sampler.bits(slot(BounceDimension::light_pick, bounce));
-  if (selection == LightSelection::tree) return pick_by_tree(receiver, bits);
+  const std::uint64_t bits = at.sampler.bits(slot(BounceDimension::light_pick, at.bounce));
+  if (selection == LightSelection::tree) return pick_by_tree(at.receiver, bits);
   const AliasTable& table = tables_[static_cast<std::size_t>(selection)];
   const std::uint32_t light = table.sample(bits);
   return SampledLight{light, table.pmf(light)};
@@ -176,32 +179,28 @@ EQUALTIME_INLINE Optional<SampledLight> Lights::pick(LightSelection selection, c
 
 template <Effects E>
 EQUALTIME_INLINE Optional<LightSample<float>> Lights::sample(SampledLight pick, EnvironmentSampling environment,
-                                                             const LightSampleContext& receiver, const Sampler& sampler,
-                                                             std::uint32_t bounce, Point2f u,
-                                                             float time) const noexcept {
-  auto sample = sample_picked<E>(pick, environment, receiver, sampler, bounce, u, time);
+                                                             LightVertex at) const noexcept {
+  auto sample = sample_picked<E>(pick, environment, at);
   sample->light = pick.light;
   return sample;
 }
 
 template <Effects E>
 EQUALTIME_INLINE Optional<LightSample<float>> Lights::sample_picked(SampledLight pick, EnvironmentSampling environment,
-                                                                    const LightSampleContext& receiver,
-                                                                    const Sampler& sampler, std::uint32_t bounce,
-                                                                    Point2f u,
-                                                                    [[maybe_unused]] float time) const noexcept {
+                                                                    LightVertex at) const noexcept {
   if constexpr (E.environment)
-    if (pick.light >= environment_begin_) return sample_environment(environment, sampler, bounce, pick.pmf);
+    if (pick.light >= environment_begin_) return sample_environment(environment, at.sampler, at.bounce, pick.pmf);
   if constexpr (E.point_lights)
-    if (pick.light >= deltas_begin_) return sample_delta(pick, receiver.p);
-  auto sample = visit_at<E>(pick.light, time, [&](const auto& l) noexcept {
-    if constexpr (requires { l.sample(receiver.p, Point2d{}, pick.pmf); })
-      return l.sample(receiver.p, sampler.get_2d_precise(slot(BounceDimension::light_point, bounce)), pick.pmf);
+    if (pick.light >= deltas_begin_) return sample_delta(pick, at.receiver.p);
+  auto sample = visit_at<E>(pick.light, at.time, [&](const auto& l) noexcept {
+    const Vec3f& p = at.receiver.p;
+    if constexpr (requires { l.sample(p, Point2d{}, pick.pmf); })
+      return l.sample(p, at.sampler.get_2d_precise(slot(BounceDimension::light_point, at.bounce)), pick.pmf);
     else
-      return l.sample(receiver.p, u, pick.pmf);
+      return l.sample(p, at.u, pick.pmf);
   });
   if constexpr (E.motion)
-    if (const MovingLights* lights = moving(pick.light)) sample = lights->with_offset(sample, time);
+    if (const MovingLights* lights = moving(pick.light)) sample = lights->with_offset(sample, at.time);
   return sample;
 }
 

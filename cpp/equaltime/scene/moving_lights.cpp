@@ -22,9 +22,9 @@ Optional<LightSample<float>> MovingLights::with_offset(Optional<LightSample<floa
   return sample;
 }
 
-EmitterBounds MovingLights::bounds(std::uint32_t light) const noexcept {
+LightBounds MovingLights::bounds(std::uint32_t light) const noexcept {
   const auto of = [](const AreaLight& any) { return std::visit([](const auto& l) { return l.bounds(); }, any); };
-  EmitterBounds all = of(at(light, kReferenceTime));
+  LightBounds all = of(at(light, kReferenceTime));
   all.box = instance.to_world.swept(of(local[light - first]).box);
   all.radius = 0.5 * length(all.box.extent());
   if (instance.to_world.turns()) all.normals = {};
@@ -37,8 +37,7 @@ MovingLights moving_lights(std::vector<AreaLight>& lights, std::size_t begin, Mo
                       std::move(instance)};
   if (moving.instance.to_world.at(0).mirrors())  // whose triangles have their corners in another order
     for (AreaLight& light : moving.local)
-      if (const auto* picture = std::get_if<TexturedTriangle>(&light))
-        light = AreaLight(TriangleLight(picture->even()));
+      if (const auto* picture = std::get_if<TexturedTriangle>(&light)) light = AreaLight(picture->even());
   for (std::size_t i = begin; i < lights.size(); ++i)
     lights[i] = moving.at(static_cast<std::uint32_t>(i), MovingLights::kReferenceTime);
   return moving;

@@ -30,7 +30,7 @@ struct MovingLights {
   [[nodiscard]] Optional<LightSample<float>> with_offset(Optional<LightSample<float>> sample,
                                                          float time) const noexcept;
   /// Bounds of a light over the whole shutter.
-  [[nodiscard]] EmitterBounds bounds(std::uint32_t light) const noexcept;
+  [[nodiscard]] LightBounds bounds(std::uint32_t light) const noexcept;
 };
 
 /// Returns the lights from index `begin` on in the local space of a moving instance. `lights` keeps them in world

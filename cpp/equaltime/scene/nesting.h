@@ -49,10 +49,10 @@ struct CameraMedium {
 /// A mesh or a sphere, which may be closed and hold the camera.
 struct ClosedShape {
   std::uint32_t shape = kNone;
-  const TriangleMesh* mesh = nullptr;             // Accel owns it, and the sphere
-  const SphereGeometry<float>* sphere = nullptr;  // null for a mesh
-  std::shared_ptr<ClosedMesh> index = {};         // speeds up tests of a mesh at many points or times
-  std::uint32_t instance = kNone;  // number of the instance that shows the shape; kNone: the scene itself
+  const TriangleMesh* mesh = nullptr;      // Accel owns it, and the sphere
+  const Sphere<float>* sphere = nullptr;   // null for a mesh
+  std::shared_ptr<ClosedMesh> index = {};  // speeds up tests of a mesh at many points or times
+  std::uint32_t instance = kNone;          // number of the instance that shows the shape; kNone: the scene itself
 
   /// Updates `state` if the shape holds the camera at a time. `camera` is in the scene's space. `in` is the instance at
   /// that time; null if the shape is in none.

@@ -69,51 +69,44 @@ template <Effects E>
     return make_interaction<E>(point, ray);
 }
 
+// Parts of a hit that depend on the kind of an analytic shape. Hits are passed by value: references would force them
+// into memory even where no part is asked for.
+
+/// The direction in which u grows, of any length.
+[[nodiscard]] inline Vec3f tangent_at(const Sphere<float>&, const Surface& surface, ShapeHit<float> hit) noexcept {
+  return cross(surface.pole, Vec3f(hit.n));
+}
+[[nodiscard]] inline Vec3f tangent_at(const Disk<float>& disk, const Surface&, ShapeHit<float> hit) noexcept {
+  return Vec3f(hit.p - disk.center);
+}
+[[nodiscard]] inline Vec3f tangent_at(const Cylinder<float>& cylinder, const Surface&,
+                                      CylinderHit<float> hit) noexcept {
+  return Vec3f(cross(cylinder.axis, hit.hit.n));
+}
+
 /// Azimuth and polar angle, in whole turns and half turns.
-[[nodiscard]] Point2f sphere_uv(const Surface& surface, const Vec3f& n) noexcept;
-/// Azimuth, in turns, and height, from 0 at the base to 1.
-[[nodiscard]] Point2f cylinder_uv(const Surface& surface, const Vec3f& n, double height) noexcept;
+[[nodiscard]] Point2f uv_at(const Sphere<float>&, const Surface& surface, ShapeHit<float> hit) noexcept;
 /// Distance from the centre, in radii, and azimuth, in turns.
-[[nodiscard]] Point2f disk_uv(const DiskGeometry<float>& disk, const Vec3d& point) noexcept;
+[[nodiscard]] Point2f uv_at(const Disk<float>& disk, const Surface&, ShapeHit<float> hit) noexcept;
+/// Azimuth, in turns, and height, from 0 at the base to 1.
+[[nodiscard]] Point2f uv_at(const Cylinder<float>& cylinder, const Surface& surface, CylinderHit<float> hit) noexcept;
 
-/// A point of a sphere, disk or cylinder: its shading normal is the geometric one.
-[[nodiscard]] EQUALTIME_INLINE SurfacePoint point_of(ShapeHit<float> hit, const Surface& surface,
+/// A point of an analytic shape: its shading normal is the geometric one.
+template <Effects E, class Shape, class Hit>
+[[nodiscard]] EQUALTIME_INLINE SurfacePoint point_of(const Shape& geometry, Hit hit, const Surface& surface,
                                                      std::uint32_t shape) noexcept {
-  return {hit, Vec3f(hit.n), {}, shape, 0, surface.flipped, false, {}};
+  SurfacePoint point{shape_hit(hit), Vec3f(shape_hit(hit).n), {}, shape, 0, surface.flipped, false, {}};
+  if constexpr (E.anisotropy)
+    if (surface.tangential) point.tangent = tangent_at(geometry, surface, hit);
+  if constexpr (E.textures)
+    if (surface.textured) point.prim_uv = uv_at(geometry, surface, hit);
+  return point;
 }
 
-template <Effects E>
-[[nodiscard]] SurfacePoint recompute_hit(const SphereGeometry<float>& sphere, const Surface& surface, const RayD& ray,
+template <Effects E, class Shape>
+[[nodiscard]] SurfacePoint recompute_hit(const Shape& geometry, const Surface& surface, const RayD& ray,
                                          std::uint32_t shape) noexcept {
-  SurfacePoint point = point_of(exact_hit(sphere, ray), surface, shape);
-  if constexpr (E.anisotropy)
-    if (surface.tangential) point.tangent = cross(surface.pole, point.shading_normal);
-  if constexpr (E.textures)
-    if (surface.textured) point.prim_uv = sphere_uv(surface, point.shading_normal);
-  return point;
-}
-
-template <Effects E>
-[[nodiscard]] SurfacePoint recompute_hit(const DiskGeometry<float>& disk, const Surface& surface, const RayD& ray,
-                                         std::uint32_t shape) noexcept {
-  SurfacePoint point = point_of(exact_hit(disk, ray), surface, shape);
-  if constexpr (E.anisotropy)
-    if (surface.tangential) point.tangent = Vec3f(point.hit.p - disk.center);
-  if constexpr (E.textures)
-    if (surface.textured) point.prim_uv = disk_uv(disk, point.hit.p);
-  return point;
-}
-
-template <Effects E>
-[[nodiscard]] SurfacePoint recompute_hit(const CylinderGeometry<float>& cylinder, const Surface& surface,
-                                         const RayD& ray, std::uint32_t shape) noexcept {
-  const auto [hit, height] = exact_hit(cylinder, ray);
-  SurfacePoint point = point_of(hit, surface, shape);
-  if constexpr (E.anisotropy)
-    if (surface.tangential) point.tangent = Vec3f(cross(cylinder.axis, hit.n));
-  if constexpr (E.textures)
-    if (surface.textured) point.prim_uv = cylinder_uv(surface, point.shading_normal, height / cylinder.length);
-  return point;
+  return point_of<E>(geometry, exact_hit(geometry, ray), surface, shape);
 }
 
 template <Effects E>

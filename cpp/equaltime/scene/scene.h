@@ -51,7 +51,7 @@ struct Scene {
   SceneGeometry geometry;       // surfaces: which one a ray meets, and where exactly
   Appearance appearance;        // materials and textures
   Volumes volumes;              // media and nested dielectrics
-  Lights lights;                // all emitters, and how one is sampled
+  Lights lights;                // and how one is sampled
   Camera camera;                // sensor, pixel filter and film
   PathRules rules;              // how null surfaces count, and whether emitters are visible
   Normalization normalization;  // units of the description

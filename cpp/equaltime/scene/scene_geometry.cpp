@@ -25,8 +25,35 @@ Derivatives on_mesh(const MeshView& mesh, std::uint32_t primitive, const std::ar
   return {Vec3f(frame.s) * unit, Vec3f(frame.t) * unit};
 }
 
+/// The directions away from the axis of a surface, and round it, at an azimuth in turns.
+struct Azimuth {
+  Vec3f outward, around;
+
+  Azimuth(const Surface& s, float turns) noexcept {
+    const auto [sine, cosine] = sin_cos(kTurn * turns);
+    outward = s.azimuth[0] * cosine + s.azimuth[1] * sine;
+    around = s.azimuth[1] * cosine - s.azimuth[0] * sine;
+  }
+};
+
+// Derivatives of the point of an analytic shape.
+
+Derivatives on(std::type_identity<Sphere<float>>, const Surface& s, Point2f uv) noexcept {
+  const auto [outward, around] = Azimuth(s, uv.x);
+  const auto [sin_polar, cos_polar] = sin_cos(kPi * uv.y);
+  return {around * (kTurn * s.size * sin_polar), (outward * cos_polar - s.pole * sin_polar) * (kPi * s.size)};
+}
+Derivatives on(std::type_identity<Disk<float>>, const Surface& s, Point2f uv) noexcept {
+  const auto [outward, around] = Azimuth(s, uv.y);
+  return {outward, around * (kTurn * uv.x)};
+}
+Derivatives on(std::type_identity<Cylinder<float>>, const Surface& s, Point2f uv) noexcept {
+  return {Azimuth(s, uv.x).around * (kTurn * s.size), s.pole};
+}
+
 std::size_t held_by(const Geometries& all) noexcept {
-  std::size_t bytes = held(all.meshes) + held(all.spheres) + held(all.disks) + held(all.cylinders);
+  std::size_t bytes = held(all.meshes);
+  std::apply([&](const auto&... lists) { ((bytes += held(lists)), ...); }, all.analytic);
   for (const TriangleMesh& mesh : all.meshes) {
     bytes += held(mesh.vertices) + held(mesh.triangles) + held(mesh.later);
     for (const std::vector<Vec3f>& later : mesh.later) bytes += held(later);
@@ -71,14 +98,8 @@ Derivatives SceneGeometry::derivatives(const Interaction& it, float time) const 
     const Vec3d n = deforms ? deforming[s.mesh]->plane(it.primitive, time).n : meshes[s.mesh].planes[it.primitive].n;
     return on_mesh(meshes[s.mesh], it.primitive, corners(s.mesh, it.primitive, time), n, s.size);
   }
-  const float turns = kTurn * (s.kind == SurfaceKind::disk ? it.prim_uv.y : it.prim_uv.x);
-  const auto [sin_turns, cos_turns] = sin_cos(turns);
-  const Vec3f outward = s.azimuth[0] * cos_turns + s.azimuth[1] * sin_turns;
-  const Vec3f around = s.azimuth[1] * cos_turns - s.azimuth[0] * sin_turns;
-  if (s.kind == SurfaceKind::disk) return {outward, around * (kTurn * it.prim_uv.x)};
-  if (s.kind == SurfaceKind::cylinder) return {around * (kTurn * s.size), s.pole};
-  const auto [sin_polar, cos_polar] = sin_cos(kPi * it.prim_uv.y);
-  return {around * (kTurn * s.size * sin_polar), (outward * cos_polar - s.pole * sin_polar) * (kPi * s.size)};
+  return AnalyticShapes::at(
+      s.kind, [&]<class Shape>(std::type_identity<Shape> kind) noexcept { return on(kind, s, it.prim_uv); });
 }
 
 std::size_t SceneGeometry::triangle_count() const noexcept {
@@ -90,8 +111,9 @@ std::size_t SceneGeometry::triangle_count() const noexcept {
 std::size_t SceneGeometry::memory_bytes() const noexcept {
   std::size_t bytes = accel.memory_bytes() + held_by(accel.geometries()) + held(accel.groups());
   for (const Geometries& group : accel.groups()) bytes += held_by(group);
-  bytes += held(surfaces) + held(groups) + held(instances) + held(moving) + held(deforming) + held(meshes) +
-           held(sphere_shapes) + held(disk_shapes) + held(cylinder_shapes) + held(emitters);
+  bytes +=
+      held(surfaces) + held(groups) + held(instances) + held(moving) + held(deforming) + held(meshes) + held(emitters);
+  for (const std::vector<std::uint32_t>& shapes : analytic_shapes) bytes += held(shapes);
   for (const MovingInstanceGeometry& instance : moving) bytes += instance.to_world.memory_bytes();
   for (const Surface& surface : surfaces) bytes += held_by(surface);
   return bytes;

@@ -38,8 +38,8 @@ struct SceneGeometry {
   std::vector<MovingInstanceGeometry> moving;
   std::vector<MeshView> meshes;
   std::vector<std::optional<DeformingMesh>> deforming;  // one per mesh; empty if none deforms
-  /// Shape of each sphere, disk and cylinder.
-  std::vector<std::uint32_t> sphere_shapes, disk_shapes, cylinder_shapes;
+  /// Shape of each analytic primitive, by kind.
+  std::array<std::vector<std::uint32_t>, AnalyticShapes::size> analytic_shapes;
   /// Shape and primitive of each area light. Empty if no texture emits and no dielectrics overlap.
   std::vector<Emitter> emitters;
   std::size_t dropped_triangles = 0;  // of area 0: no ray can meet them
@@ -124,21 +124,15 @@ template <Effects E, class GeometriesOf>
 EQUALTIME_INLINE detail::SurfacePoint SceneGeometry::recompute_hit(const ShapeRange& set, GeometriesOf&& geometries,
                                                                    const PrimitiveId& id, const RayD& ray,
                                                                    [[maybe_unused]] float time) const noexcept {
-  if constexpr (E.analytic_shapes) {
-    const std::uint32_t i = id.primitive;
-    if (id.geometry == set.mesh_count) {
-      const std::uint32_t shape = sphere_shapes[set.first_sphere + i];
-      return detail::recompute_hit<E>(geometries().spheres[i], surfaces[shape], ray, shape);
-    }
-    if (id.geometry == set.mesh_count + 1) {
-      const std::uint32_t shape = disk_shapes[set.first_disk + i];
-      return detail::recompute_hit<E>(geometries().disks[i], surfaces[shape], ray, shape);
-    }
-    if (id.geometry > set.mesh_count) {
-      const std::uint32_t shape = cylinder_shapes[set.first_cylinder + i];
-      return detail::recompute_hit<E>(geometries().cylinders[i], surfaces[shape], ray, shape);
-    }
-  }
+  if constexpr (E.analytic_shapes)
+    if (id.geometry >= set.mesh_count)
+      return AnalyticShapes::at(
+          id.geometry - set.mesh_count, [&]<class Shape>(std::type_identity<Shape>) __attribute__((always_inline)) {
+            constexpr std::size_t kKind = AnalyticShapes::place_of<Shape>;
+            const std::uint32_t shape = analytic_shapes[kKind][set.first[kKind] + id.primitive];
+            return detail::recompute_hit<E>(geometries().template of<Shape>()[id.primitive], surfaces[shape], ray,
+                                            shape);
+          });
   std::uint32_t mesh = id.geometry;
   if constexpr (E.instances || E.motion) mesh += set.first_mesh;
   if constexpr (E.motion)

@@ -21,8 +21,12 @@ struct ShapeHit {
 template <class Real>
 struct CylinderHit {
   ShapeHit<Real> hit;
-  Double<Real> height;  // above the base, along the axis
+  Double<Real> height;  // from the base, along the axis
 };
+
+/// The hit without what only some shapes have.
+[[nodiscard]] inline const ShapeHit<float>& shape_hit(const ShapeHit<float>& hit) noexcept { return hit; }
+[[nodiscard]] inline const ShapeHit<float>& shape_hit(const CylinderHit<float>& hit) noexcept { return hit.hit; }
 
 namespace detail {
 /// The hit at a point with a unit normal. Its offset bounds the rounding of the point to float32.
@@ -40,9 +44,9 @@ template <class Real>
 }  // namespace detail
 
 template <class Real>
-[[nodiscard]] EQUALTIME_INLINE ShapeHit<Real> exact_hit(const SphereGeometry<Real>& sphere,
+[[nodiscard]] EQUALTIME_INLINE ShapeHit<Real> exact_hit(const Sphere<Real>& sphere,
                                                         const BasicRayD<Real>& ray) noexcept {
-  const auto hit = intersect_sphere(sphere, ray);
+  const auto hit = intersect(sphere, ray);
   const Double<Real> t = where(
       hit.has_value(), [&] { return *hit; }, [&] { return detail::nearest(ray, sphere.center); });
   const Vec3<Double<Real>> n = normalize(ray.origin + ray.direction * t - sphere.center);
@@ -50,8 +54,7 @@ template <class Real>
 }
 
 template <class Real>
-[[nodiscard]] EQUALTIME_INLINE ShapeHit<Real> exact_hit(const DiskGeometry<Real>& disk,
-                                                        const BasicRayD<Real>& ray) noexcept {
+[[nodiscard]] EQUALTIME_INLINE ShapeHit<Real> exact_hit(const Disk<Real>& disk, const BasicRayD<Real>& ray) noexcept {
   const Double<Real> slope = dot(disk.normal, ray.direction);
   const Double<Real> t = where(
       slope != 0, [&] { return dot(disk.normal, disk.center - ray.origin) / slope; },
@@ -60,9 +63,9 @@ template <class Real>
 }
 
 template <class Real>
-[[nodiscard]] EQUALTIME_INLINE CylinderHit<Real> exact_hit(const CylinderGeometry<Real>& cylinder,
+[[nodiscard]] EQUALTIME_INLINE CylinderHit<Real> exact_hit(const Cylinder<Real>& cylinder,
                                                            const BasicRayD<Real>& ray) noexcept {
-  const auto hit = intersect_cylinder(cylinder, ray);
+  const auto hit = intersect(cylinder, ray);
   const Double<Real> t = where(
       hit.has_value(), [&] { return *hit; },
       [&] { return detail::nearest(ray, cylinder.base + cylinder.axis * (0.5 * cylinder.length)); });
@@ -72,6 +75,19 @@ template <class Real>
       hit.has_value(), [&] { return along; }, [&] { return clamp(along, 0, cylinder.length); });
   const Vec3<Double<Real>> n = normalize(r - cylinder.axis * along);
   return {detail::hit_at<Real>(cylinder.base + cylinder.axis * height + n * cylinder.radius, n), height};
+}
+
+// A point that is on a shape but for its rounding, as a hit: its offset is not computed.
+
+[[nodiscard]] inline ShapeHit<float> hit_at(const Sphere<float>& sphere, const Vec3d& p) noexcept {
+  return {p, normalize(p - sphere.center), 0};
+}
+[[nodiscard]] inline ShapeHit<float> hit_at(const Disk<float>& disk, const Vec3d& p) noexcept {
+  return {p, disk.normal, 0};
+}
+[[nodiscard]] inline CylinderHit<float> hit_at(const Cylinder<float>& cylinder, const Vec3d& p) noexcept {
+  const double height = dot(p - cylinder.base, cylinder.axis);
+  return {{p, normalize(p - cylinder.base - cylinder.axis * height), 0}, height};
 }
 
 /// Barycentric coordinates of a point on a triangle: u, v >= 0, u + v <= 1, p = v0 + u·e1 + v·e2.

@@ -1,5 +1,10 @@
-// The primitives that rays meet, and the t in float64 at which a ray meets spheres, disks and cylinders. All values
-// share one space: the scene's normalised space (see math/normalization.h).
+// The primitives that rays meet: triangles of meshes, and analytic shapes. All values share one space: the scene's
+// normalised space (see math/normalization.h).
+//
+// An analytic shape has
+//   name, and needs (an effect);
+//   intersect(shape, ray): the t in float64 at which a ray meets it; box_of(shape); exact_hit (exact_hit.h);
+//   what textures and anisotropic BSDFs ask for (scene/recompute_hit.h).
 #pragma once
 
 #include <algorithm>
@@ -7,8 +12,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "equaltime/base/effects.h"
 #include "equaltime/base/lanes.h"
 #include "equaltime/base/optional.h"
+#include "equaltime/base/type_list.h"
+#include "equaltime/math/bounds.h"
 #include "equaltime/math/ray.h"
 #include "equaltime/math/vector.h"
 
@@ -46,13 +54,17 @@ struct Between {
 [[nodiscard]] std::array<Vec3f, 3> corners_at(const TriangleMesh& mesh, std::uint32_t triangle, float time) noexcept;
 
 template <class Real>
-struct SphereGeometry {
+struct Sphere {
+  static constexpr const char* name = "sphere";
+  static constexpr bool Effects::*needs = &Effects::analytic_shapes;
   Vec3<Double<Real>> center;
   Double<Real> radius;
 };
 
 template <class Real>
-struct DiskGeometry {
+struct Disk {
+  static constexpr const char* name = "disk";
+  static constexpr bool Effects::*needs = &Effects::analytic_shapes;
   Vec3<Double<Real>> center;
   Vec3<Double<Real>> normal;  // unit
   Vec3<Double<Real>> inv_u;   // dual axes: u = inv_u·(p - center), v likewise; inside where u² + v² <= 1
@@ -60,11 +72,19 @@ struct DiskGeometry {
 };
 
 template <class Real>
-struct CylinderGeometry {  // a tube without caps
+struct Cylinder {  // a tube without caps
+  static constexpr const char* name = "cylinder";
+  static constexpr bool Effects::*needs = &Effects::analytic_shapes;
   Vec3<Double<Real>> base;
   Vec3<Double<Real>> axis;  // unit, from the base to the other end
   Double<Real> length, radius;
 };
+
+using AnalyticShapes = TypeList<Sphere<float>, Disk<float>, Cylinder<float>>;
+
+[[nodiscard]] Bounds box_of(const Sphere<float>& sphere) noexcept;
+[[nodiscard]] Bounds box_of(const Disk<float>& disk) noexcept;
+[[nodiscard]] Bounds box_of(const Cylinder<float>& cylinder) noexcept;
 
 namespace detail {
 /// The t, in ascending order, at which oc + t·d, in any number of dimensions, is at the distance `radius` from 0. None
@@ -97,8 +117,7 @@ template <LaneNumber T>
 /// Nearest t in (0, t_max) at which the ray meets the sphere, with float64 accuracy for any ratio of distance and
 /// radius (Haines, Günther & Akenine-Möller 2019: discriminant from the point of closest approach).
 template <class Real>
-[[nodiscard]] inline Optional<Double<Real>> intersect_sphere(const SphereGeometry<Real>& sphere,
-                                                             const BasicRayD<Real>& ray) noexcept {
+[[nodiscard]] inline Optional<Double<Real>> intersect(const Sphere<Real>& sphere, const BasicRayD<Real>& ray) noexcept {
   const auto roots = detail::ball_roots(ray.origin - sphere.center, ray.direction, sphere.radius);
   if (none(roots.has_value())) return std::nullopt;
   const Double<Real> t = where(
@@ -107,8 +126,7 @@ template <class Real>
 }
 
 template <class Real>
-[[nodiscard]] inline Optional<Double<Real>> intersect_disk(const DiskGeometry<Real>& disk,
-                                                           const BasicRayD<Real>& ray) noexcept {
+[[nodiscard]] inline Optional<Double<Real>> intersect(const Disk<Real>& disk, const BasicRayD<Real>& ray) noexcept {
   const Vec3<Double<Real>> to_center = disk.center - ray.origin;
   const Double<Real> cosine = dot(disk.normal, ray.direction);
   const Double<Real> t = where(cosine != 0, [&] { return dot(disk.normal, to_center) / cosine; });
@@ -119,8 +137,8 @@ template <class Real>
 }
 
 template <class Real>
-[[nodiscard]] inline Optional<Double<Real>> intersect_cylinder(const CylinderGeometry<Real>& cylinder,
-                                                               const BasicRayD<Real>& ray) noexcept {
+[[nodiscard]] inline Optional<Double<Real>> intersect(const Cylinder<Real>& cylinder,
+                                                      const BasicRayD<Real>& ray) noexcept {
   const Vec3<Double<Real>>&d = ray.direction, oc = ray.origin - cylinder.base;
   const Double<Real> rise = dot(d, cylinder.axis), start = dot(oc, cylinder.axis);
   const auto roots = detail::ball_roots(oc - cylinder.axis * start, d - cylinder.axis * rise, cylinder.radius);

@@ -87,7 +87,7 @@ std::optional<Enclosure> enclosure(const TriangleMesh& mesh, const Vec3d& point,
   return Enclosure{whole > 0 || (whole == 0 && volume < 0), std::abs(volume) / 6};
 }
 
-Enclosure enclosure(const SphereGeometry<float>& sphere, bool flipped, const Vec3d& point) noexcept {
+Enclosure enclosure(const Sphere<float>& sphere, bool flipped, const Vec3d& point) noexcept {
   const bool inside = length(point - sphere.center) < sphere.radius;
   return {inside != flipped, 4.0 / 3.0 * std::numbers::pi * sphere.radius * sphere.radius * sphere.radius};
 }

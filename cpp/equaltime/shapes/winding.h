@@ -18,7 +18,7 @@ struct Enclosure {
 
 /// At a time from 0 to 1, if the mesh deforms. Nothing if it is not closed.
 [[nodiscard]] std::optional<Enclosure> enclosure(const TriangleMesh& mesh, const Vec3d& point, float time) noexcept;
-[[nodiscard]] Enclosure enclosure(const SphereGeometry<float>& sphere, bool flipped, const Vec3d& point) noexcept;
+[[nodiscard]] Enclosure enclosure(const Sphere<float>& sphere, bool flipped, const Vec3d& point) noexcept;
 
 /// The same for a mesh that is asked about many points. The winding number is counted along a line through the point,
 /// by the triangles that the line crosses. Triangles that share an edge agree on which side of it the line passes, so

@@ -29,41 +29,41 @@ struct PreviousVertex {
 };
 
 /// MIS weight of emission that a scattered ray hits. `light_pdf`: density of light sampling for the ray's direction.
-[[nodiscard]] EQUALTIME_INLINE float emission_mis_weight(const Settings& s, const PreviousVertex& ray,
+[[nodiscard]] EQUALTIME_INLINE float emission_mis_weight(const Settings& s, const PreviousVertex& previous,
                                                          std::uint32_t light, float light_pdf) noexcept {
-  if (ray.specular_bounce || !aims_at_lights(s.technique)) return 1;
+  if (previous.specular_bounce || !aims_at_lights(s.technique)) return 1;
   if (s.technique == Technique::light) return light_pdf > 0 ? 0.0F : 1.0F;
   if (s.technique == Technique::mis) [[likely]]
-    return mis_weight(s.heuristic, ray.pdf, light_pdf);
-  if (ray.mixed.light != OneSampleMis::kEvery && ray.mixed.light != light) return 0;
+    return mis_weight(s.heuristic, previous.pdf, light_pdf);
+  if (previous.mixed.light != OneSampleMis::kEvery && previous.mixed.light != light) return 0;
   // The ray's density is the mean of both pdfs, because each technique is chosen with probability 1/2.
-  const float pdf_sum = ray.pdf + light_pdf;
-  return pdf_sum > 0 ? ray.mixed.pdf_sum / pdf_sum : 0.0F;
+  const float pdf_sum = previous.pdf + light_pdf;
+  return pdf_sum > 0 ? previous.mixed.pdf_sum / pdf_sum : 0.0F;
 }
 
-/// Radiance that the surface itself sends back along the ray. `ray` is passed by value, here and below: a reference
-/// would force the whole path state into memory.
+/// Radiance that the surface itself sends back along the ray. `previous` is passed by value, here and below: a
+/// reference would force the whole path state into memory.
 template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE Spectrum surface_emission(const Scene& scene, const Settings& settings,
-                                                         const Interaction& it, PreviousVertex ray, float time,
+                                                         const Interaction& it, PreviousVertex previous, float time,
                                                          O& observer) noexcept(!O::allocates) {
   if (!scene.geometry.emits(it) || !it.front) return {};
   const std::uint32_t light = scene.geometry.light_of(it);
   float light_pdf = 0;
-  if (!ray.specular_bounce && aims_at_lights(settings.technique))
-    light_pdf = scene.lights.area_pdf<E>(settings.light_selection, light, ray.from, -it.wo, it.anchor.p, time);
+  if (!previous.specular_bounce && aims_at_lights(settings.technique))
+    light_pdf = scene.lights.area_pdf<E>(settings.light_selection, light, previous.from, -it.wo, it.anchor.p, time);
   tell<event::EmitterHit>(observer, light, light_pdf);
-  return scene.radiance<E>(it) * emission_mis_weight(settings, ray, light, light_pdf);
+  return scene.radiance<E>(it) * emission_mis_weight(settings, previous, light, light_pdf);
 }
 
 template <Effects E>
 [[nodiscard]] Spectrum environment_emission(const Scene& scene, const Settings& settings, Vec3f direction,
-                                            PreviousVertex made) noexcept {
+                                            PreviousVertex previous) noexcept {
   if constexpr (E.environment) {
     if (!scene.lights.environment()) return {};
-    const LightValue<float> value =
-        scene.lights.environment_towards(settings.light_selection, settings.environment_sampling, made.from, direction);
-    return value.radiance * emission_mis_weight(settings, made, scene.lights.size() - 1, value.pdf);
+    const LightValue<float> value = scene.lights.environment_towards(
+        settings.light_selection, settings.environment_sampling, previous.from, direction);
+    return value.radiance * emission_mis_weight(settings, previous, scene.lights.size() - 1, value.pdf);
   }
   return {};
 }
@@ -117,10 +117,11 @@ template <Effects E, Observer O>
   if (!E.point_lights && !aims) return {};
   const Lights& lights = at.scene.lights;
   const LightSampleContext receiver = receiver_at<E>(at.it, at.scatterer);
-  const auto picked = lights.pick(at.settings.light_selection, receiver, at.sampler, at.bounce);
+  const LightVertex vertex{receiver, at.sampler, at.bounce, u, at.time};
+  const auto picked = lights.pick(at.settings.light_selection, vertex);
   tell<event::LightPicked>(observer, picked);
   if (!picked) return {};
-  auto light = lights.sample<E>(*picked, at.settings.environment_sampling, receiver, at.sampler, at.bounce, u, at.time);
+  auto light = lights.sample<E>(*picked, at.settings.environment_sampling, vertex);
   if (!light || (!aims && !light->delta)) return {};
   return direct_light_from<E>(at, *light, observer);
 }

@@ -12,7 +12,7 @@
 
 namespace equaltime {
 
-/// Number of segments after which a path asks its observer whether to go on, again and again.
+/// Number of bounces after which a path asks its observer whether to go on, again and again.
 inline constexpr std::uint32_t kCancelInterval = 1024;
 
 /// Radiance of a path that begins with a camera ray, its copies after splitting included. `time` is in [0, 1].
@@ -22,9 +22,9 @@ template <Effects E, Observer O>
   PathState<E> path{camera_ray, time, sampler, PathMediumStack<E>(scene, camera_ray, time)};
   std::optional<Bsdf> own;  // BSDF that textures make at the vertex; declared once, because it is large
   for (;;) {
-    if (path.segment() % kCancelInterval == kCancelInterval - 1 && observer.cancelled()) [[unlikely]]
+    if (path.bounce() % kCancelInterval == kCancelInterval - 1 && observer.cancelled()) [[unlikely]]
       return path.L;
-    const VertexNumbers u = path.sampler.vertex(path.segment());  // before the ray is traced: both overlap then
+    const VertexNumbers u = path.sampler.vertex(path.bounce());  // before the ray is traced: both overlap then
     const Ray ray = path.ray;  // a copy: by reference it would hold all of the path in memory
     tell<event::RayTraced>(observer, ray, path.time, path.previous, path.beta, path.L);
     auto hit = closest<E>(scene.geometry, ray, path.time, observer);

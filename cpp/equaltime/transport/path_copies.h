@@ -39,7 +39,7 @@ requires(E.splitting) class PathCopies<E> {
     split_ = true;
     if (scatterer.bsdf != nullptr) own_.emplace(*scatterer.bsdf);
     scatterer_ = scatterer.bsdf != nullptr ? Scatterer(*own_) : scatterer;
-    const std::uint32_t segment = path.segment();
+    const std::uint32_t bounce = path.bounce();
     const float fraction = 1 / static_cast<float>(1U << log2_copies_);
     path.beta *= fraction;
     path.eta_scale *= fraction;  // roulette ignores the split
@@ -47,7 +47,7 @@ requires(E.splitting) class PathCopies<E> {
     for (std::uint32_t copy = (1U << log2_copies_) - 1; copy > 0; --copy) {
       path.sampler = whole.copy(copy, log2_copies_);
       if (const auto scattered =
-              sample_bsdf<E>(it, scatterer, path.sampler, segment, path.sampler.vertex(segment).bsdf_direction))
+              sample_bsdf<E>(it, scatterer, path.sampler, bounce, path.sampler.vertex(bounce).bsdf_direction))
         keep(scene, it, *scattered, path);
     }
     path.sampler = whole.copy(0, log2_copies_);

@@ -29,7 +29,7 @@ struct PathState {
   std::uint32_t crossed = 0;  // surfaces crossed so far that do not count
 
   /// Index of the ray, and of the random numbers at its end.
-  [[nodiscard]] std::uint32_t segment() const noexcept { return static_cast<std::uint32_t>(depth - 1) + crossed; }
+  [[nodiscard]] std::uint32_t bounce() const noexcept { return static_cast<std::uint32_t>(depth - 1) + crossed; }
 
   /// Multiplies the throughput by the weight of a sampled direction.
   EQUALTIME_INLINE void weaken(const ScatterSample& s) noexcept {

@@ -31,8 +31,8 @@ template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE Arrival arrive(const Scene& scene, const Settings& settings, PathState<E>& path,
                                               SurfaceIntersection<E>& hit, Vertex& v, std::optional<Bsdf>& own,
                                               O& observer) noexcept(!O::allocates) {
-  const std::uint32_t segment = path.segment();
-  const PhaseFunction* phase = path.media.sample_distance(scene, path.ray, path.sampler, segment, path.beta, hit);
+  const std::uint32_t bounce = path.bounce();
+  const PhaseFunction* phase = path.media.sample_distance(scene, path.ray, path.sampler, bounce, path.beta, hit);
   Optional<Interaction>& it = interaction(hit);
   tell<event::DistanceSampled>(observer, it ? &*it : nullptr, phase != nullptr, path.beta);
   if constexpr (E.media || E.hidden_emitters)
@@ -51,8 +51,8 @@ template <Effects E, Observer O>
   if ((path.depth >= settings.max_depth && !crosses) || (phase == nullptr && v.material == kNone)) return Arrival::ends;
   if constexpr (E.masks) {
     if (phase == nullptr)
-      v.material = scene.choose_component(v.material, *it,
-                                          path.sampler.get_1d_precise(slot(BounceDimension::material, segment)));
+      v.material =
+          scene.choose_component(v.material, *it, path.sampler.get_1d_precise(slot(BounceDimension::material, bounce)));
     if (phase == nullptr && scene.appearance.materials[v.material].kind == Material::Kind::nothing) {
       path.cross(scene, *it, scene.rules.count_null_interfaces);
       return Arrival::crosses;
@@ -81,32 +81,32 @@ template <Effects E, Observer O>
                                                                PathState<E>& path, const Interaction& it,
                                                                const Vertex& v, VertexNumbers u, PathCopies<E>& copies,
                                                                O& observer) noexcept(!O::allocates) {
-  const std::uint32_t segment = path.segment();
+  const std::uint32_t bounce = path.bounce();
   Optional<ScatterSample> scattered;
   if (is_delta<E>(v.scatterer)) {
-    scattered = sample_bsdf<E>(it, v.scatterer, path.sampler, segment, {});
+    scattered = sample_bsdf<E>(it, v.scatterer, path.sampler, bounce, {});
   } else if (uses_one_direction(settings.technique)) [[unlikely]] {
     const Interaction it_copy = it;
     const Sampler sampler_copy = path.sampler;
     const OneSampleVertex vertex = sample_one_direction<E>(
-        {scene, settings, it_copy, v.scatterer, path.media.here(), sampler_copy, segment, path.depth, path.time}, u,
+        {scene, settings, it_copy, v.scatterer, path.media.here(), sampler_copy, bounce, path.depth, path.time}, u,
         observer);
     add_direct_light<E>(path, vertex.direct, observer);
     path.previous.mixed = vertex.mixed;
     scattered = vertex.scattered;
   } else {
-    if constexpr (!E.splitting) scattered = sample_bsdf<E>(it, v.scatterer, path.sampler, segment, u.bsdf_direction);
+    if constexpr (!E.splitting) scattered = sample_bsdf<E>(it, v.scatterer, path.sampler, bounce, u.bsdf_direction);
     const VertexContext<E> at{scene,        settings, it,         v.scatterer, path.media.here(),
-                              path.sampler, segment,  path.depth, path.time};
+                              path.sampler, bounce,   path.depth, path.time};
     const Spectrum direct = direct_light<E>(at, u.light_point, observer);
     add_direct_light<E>(path, direct, observer);
     if constexpr (E.splitting) {
       if (copies.due()) {
         copies.split(scene, it, v.scatterer, path);
-        u = path.sampler.vertex(segment);
+        u = path.sampler.vertex(bounce);
         tell<event::PathSplit>(observer);
       }
-      scattered = sample_bsdf<E>(it, v.scatterer, path.sampler, segment, u.bsdf_direction);
+      scattered = sample_bsdf<E>(it, v.scatterer, path.sampler, bounce, u.bsdf_direction);
     }
   }
   return scattered;
@@ -122,7 +122,7 @@ template <Effects E, Observer O>
   if (path.depth >= kLongPathDepth && settings.max_depth == kUnlimitedDepth) [[unlikely]]
     survival *= long_path_survival(path.depth);
   tell<event::RouletteSurvived>(observer, survival);
-  if (survival < 1 && path.sampler.get_1d_precise(slot(BounceDimension::roulette, path.segment())) >= survival)
+  if (survival < 1 && path.sampler.get_1d_precise(slot(BounceDimension::roulette, path.bounce())) >= survival)
     return false;
   path.beta *= 1 / survival;
   return true;

@@ -22,14 +22,14 @@ template <Effects E, Observer O>
                                              O& observer) noexcept(!O::allocates) {
   const Lights& lights = at.scene.lights;
   const LightSampleContext receiver = receiver_at<E>(at.it, at.scatterer);
-  const auto picked = lights.pick(at.settings.light_selection, receiver, at.sampler, at.bounce);
+  const LightVertex light_vertex{receiver, at.sampler, at.bounce, u.light_point, at.time};
+  const auto picked = lights.pick(at.settings.light_selection, light_vertex);
   tell<event::LightPicked>(observer, picked);
   const bool has_directions = picked && lights.has_directions<E>(picked->light, receiver, at.time);
   const bool from_light = at.sampler.get_1d(slot(BounceDimension::technique, at.bounce)) < 0.5F;
   OneSampleVertex vertex;
   if (from_light && has_directions) {
-    const auto light = lights.sample<E>(SampledLight{picked->light, 1}, at.settings.environment_sampling, receiver,
-                                        at.sampler, at.bounce, u.light_point, at.time);
+    const auto light = lights.sample<E>(SampledLight{picked->light, 1}, at.settings.environment_sampling, light_vertex);
     if (!light) return vertex;
     const auto [value, above] = eval_bsdf<E>(at.it, at.scatterer, light->wi);
     vertex.mixed = {picked->light, value.pdf + light->pdf};
@@ -38,8 +38,7 @@ template <Effects E, Observer O>
     return vertex;
   }
   if (picked && !has_directions) {
-    const auto point = lights.sample<E>(*picked, at.settings.environment_sampling, receiver, at.sampler, at.bounce,
-                                        u.light_point, at.time);
+    const auto point = lights.sample<E>(*picked, at.settings.environment_sampling, light_vertex);
     if (point) vertex.direct = direct_light_from<E>(at, *point, observer);
   }
   auto scattered = sample_bsdf<E>(at.it, at.scatterer, at.sampler, at.bounce, u.bsdf_direction);

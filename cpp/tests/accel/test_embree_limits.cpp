@@ -12,8 +12,12 @@ using namespace equaltime;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN(), kInf = std::numeric_limits<float>::infinity();
 
-Geometries triangle() { return {{{{{-3, -3, 1}, {3, -3, 1}, {0, 3, 1}}, {{0, 1, 2}}}}, {}, {}, {}}; }
-Geometries ball() { return {{}, {{{0, 0, 1}, 0.5}}, {}, {}}; }
+Geometries triangle() { return {{{{{-3, -3, 1}, {3, -3, 1}, {0, 3, 1}}, {{0, 1, 2}}}}}; }
+Geometries ball() {
+  Geometries ball;
+  ball.of<Sphere<float>>() = {{{0, 0, 1}, 0.5}};
+  return ball;
+}
 
 /// A group that is seen once, `scale` times as large.
 std::vector<InstanceGeometry> seen(float scale) { return {{0, {scale, 0, 0, 0, scale, 0, 0, 0, scale, 0, 0, 0}}}; }

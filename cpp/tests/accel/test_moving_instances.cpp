@@ -15,12 +15,12 @@ using namespace equaltime;
 using random_scene::Random;
 
 /// A floor; and to be moved, a wedge that is open behind, and two balls.
-Geometries floor_of_two() { return {{{{{-3, -1, -3}, {3, -1, -3}, {0, -1, 4}}, {{0, 1, 2}}}}, {}, {}, {}}; }
+Geometries floor_of_two() { return {{{{{-3, -1, -3}, {3, -1, -3}, {0, -1, 4}}, {{0, 1, 2}}}}}; }
 std::vector<Geometries> wedge_and_balls() {
   Geometries wedge, balls;
   wedge.meshes.push_back({{{0, -1, 0}, {0, 1, 0}, {1, -1, 1}, {1, 1, 1}, {-1, -1, 1}, {-1, 1, 1}},
                           {{0, 1, 2}, {1, 2, 3}, {0, 1, 4}, {1, 4, 5}}});
-  balls.spheres = {{{0.25, 0, 0}, 0.5}, {{-0.5, 0.25, 0}, 0.375}};
+  balls.of<Sphere<float>>() = {{{0.25, 0, 0}, 0.5}, {{-0.5, 0.25, 0}, 0.375}};
   return {wedge, balls};
 }
 

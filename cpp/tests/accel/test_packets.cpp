@@ -25,9 +25,9 @@ Geometries all_kinds(Random& random) {
     mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
   }
   all.meshes.push_back(std::move(mesh));
-  for (int i = 0; i < 20; ++i) all.spheres.push_back({random.point(2), random.in(0.05, 0.2)});
-  all.disks.push_back({{0, 0, 1.5}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}});
-  all.cylinders.push_back({{-1, -1, -1}, {0, 0, 1}, 2, 0.3});
+  for (int i = 0; i < 20; ++i) all.of<Sphere<float>>().push_back({random.point(2), random.in(0.05, 0.2)});
+  all.of<Disk<float>>().push_back({{0, 0, 1.5}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}});
+  all.of<Cylinder<float>>().push_back({{-1, -1, -1}, {0, 0, 1}, 2, 0.3});
   return all;
 }
 

@@ -47,7 +47,7 @@ void set_lane(Case<Floats>& wide, std::size_t i, const Case<float>& one) {
   wide.radius[i] = one.radius, wide.turned[i] = one.turned;
   set_lane(wide.radiance, i, one.radiance);
   set_lane(wide.receiver, i, one.receiver), set_lane(wide.wi, i, one.wi), set_lane(wide.point, i, one.point);
-  wide.u.x[i] = one.u.x, wide.u.y[i] = one.u.y, wide.pmf[i] = one.pmf;
+  set_lane(wide.u, i, one.u), wide.pmf[i] = one.pmf;
 }
 
 bool same_sample(const LightSample<Floats>& samples, std::size_t i, const LightSample<float>& sample) {
@@ -68,78 +68,82 @@ Optional<LightSample<Real>> sampled(const Light& light, const Case<Real>& c) {
     return {light.sample(c.pmf), true};
 }
 
-/// Whether lane i of a light of lanes has the same bits as the light of one path.
-template <class Wide, class One>
-bool agrees(const Wide& wide, const Case<Floats>& asked, std::size_t i, const One& one, const Case<float>& c) {
-  const auto samples = sampled(wide, asked);
-  const auto sample = sampled(one, c);
-  if (samples.has_value()[i] != sample.has_value()) return false;
-  if (sample && !same_sample(*samples, i, *sample)) return false;
-  if constexpr (requires { one.faces(c.receiver); })
-    return wide.faces(asked.receiver)[i] == one.faces(c.receiver) &&
-           same(wide.pdf(asked.receiver, asked.wi, asked.point)[i], one.pdf(c.receiver, c.wi, c.point)) &&
-           same(wide.pdf_direction(asked.receiver, asked.wi)[i], one.pdf_direction(c.receiver, c.wi));
-  return true;
+/// All that a light gives for a case. Only lights that have a front have densities.
+template <class Real>
+struct Answer {
+  LightSample<Real> sample;
+  Mask<Real> has_value, faces = false;
+  Real pdf = 0, pdf_direction = 0;
+};
+
+template <class Light, class Real>
+Answer<Real> answer(const Light& light, const Case<Real>& c) {
+  const auto sample = sampled(light, c);
+  Answer<Real> answer{*sample, sample.has_value()};
+  if constexpr (requires { light.faces(c.receiver); })
+    answer.faces = light.faces(c.receiver), answer.pdf = light.pdf(c.receiver, c.wi, c.point),
+    answer.pdf_direction = light.pdf_direction(c.receiver, c.wi);
+  return answer;
+}
+
+bool agrees(const Answer<Floats>& wide, std::size_t i, const Answer<float>& one) {
+  return wide.has_value[i] == one.has_value && (!one.has_value || same_sample(wide.sample, i, one.sample)) &&
+         wide.faces[i] == one.faces && same(wide.pdf[i], one.pdf) && same(wide.pdf_direction[i], one.pdf_direction);
 }
 
 /// `make` makes a light of a case, of lanes or of one path.
 template <class Make>
-void check_lanes(Make&& make) {
+void check_light(Make&& make) {
+  using Light = decltype(make(Case<float>{}));
+  static_assert(kHasLanes<Light>);
   Random random(1);
-  int mixed_up = 0, parted = 0;  // the twin: numbers of the next lane do not give the same
-  for (int k = 0; k < 500; ++k) {
-    std::array<Case<float>, kLanes> cases;
-    Case<Floats> all{};
-    for (std::size_t i = 0; i < kLanes; ++i) set_lane(all, i, cases[i] = random_case(random));
-    const auto wide = make(all);
-    static_assert(kHasLanes<decltype(make(cases[0]))>);
-    for (std::size_t i = 0; i < kLanes; ++i) {
-      const Case<float>&one = cases[i], &next = cases[(i + 1) % kLanes];
-      CHECK(agrees(wide, all, i, make(one), one));
-      mixed_up += !agrees(wide, all, i, make(next), next);
-      parted += sampled(make(one), one).has_value() != sampled(make(next), next).has_value();
-    }
-  }
-  CHECK(mixed_up > 500);
-  CHECK(parted > 100 || !requires(decltype(make(Case<float>{})) light, Vec3f p) { light.faces(p); });
+  const NextLane next = check_lanes<Case>(
+      500, [&] { return random_case(random); }, [&](const auto& c) { return answer(make(c), c); });
+  CHECK(next.differs > 500);
+  CHECK(next.parts > 100 || !requires(Light light, Vec3f p) { light.faces(p); });
 }
 
 TEST("lanes of a triangle have the bits of one path") {
-  check_lanes([]<class Real>(const Case<Real>& c) {
-    return TriangleLight<Real>(Vec3<Real>(c.at), Vec3<Real>(c.at + c.x), Vec3<Real>(c.at + c.y), c.radiance);
+  check_light([]<class Real>(const Case<Real>& c) {
+    return triangle_light<Real>(Vec3<Real>(c.at), Vec3<Real>(c.at + c.x), Vec3<Real>(c.at + c.y), c.radiance);
   });
 }
 
 TEST("lanes of a rectangle have the bits of one path") {
-  check_lanes([]<class Real>(const Case<Real>& c) {
-    return RectangleLight<Real>(Vec3<Real>(c.at), c.x, c.y, c.turned, c.radiance);
+  check_light([]<class Real>(const Case<Real>& c) {
+    return rectangle_light<Real>(Vec3<Real>(c.at), c.x, c.y, c.turned, c.radiance);
   });
 }
 
 TEST("lanes of a sphere have the bits of one path") {
-  check_lanes([]<class Real>(const Case<Real>& c) { return SphereLight<Real>(c.at, c.radius, c.turned, c.radiance); });
+  check_light([]<class Real>(const Case<Real>& c) { return SphereLight<Real>(c.at, c.radius, c.turned, c.radiance); });
 }
 
 TEST("lanes of a disk have the bits of one path") {
-  check_lanes([]<class Real>(const Case<Real>& c) { return DiskLight<Real>(c.at, c.x, c.y, c.turned, c.radiance); });
+  check_light([]<class Real>(const Case<Real>& c) { return DiskLight<Real>(c.at, c.x, c.y, c.turned, c.radiance); });
 }
 
 TEST("lanes of a point and of a direction have the bits of one path") {
-  check_lanes([]<class Real>(const Case<Real>& c) { return PointLight<Real>{Vec3<Real>(c.at), c.radiance}; });
-  check_lanes([]<class Real>(const Case<Real>& c) { return DirectionalLight<Real>{c.wi, c.radiance}; });
+  check_light([]<class Real>(const Case<Real>& c) { return PointLight<Real>{Vec3<Real>(c.at), c.radiance}; });
+  check_light([]<class Real>(const Case<Real>& c) { return DirectionalLight<Real>{c.wi, c.radiance}; });
 }
+
+/// A point, which every case has.
+template <class Real>
+struct Moved {
+  Vec3<Real> p;
+  Mask<Real> has_value = true;
+};
+bool agrees(const Moved<Floats>& wide, std::size_t i, const Moved<float>& one) { return same(lane(wide.p, i), one.p); }
 
 TEST("lanes of a point off a surface have the bits of one path") {
   Random random(2);
-  for (int k = 0; k < 500; ++k) {
-    std::array<Case<float>, kLanes> cases;
-    Case<Floats> all{};
-    for (std::size_t i = 0; i < kLanes; ++i) set_lane(all, i, cases[i] = random_case(random));
-    const auto moved = []<class Real>(const Case<Real>& c) {
-      return OffsetPoint<Real>{c.point, c.wi, point_offset(c.point, c.wi)}.moved(c.turned);
-    };
-    for (std::size_t i = 0; i < kLanes; ++i) CHECK(same(lane(moved(all), i), moved(cases[i])));
-  }
+  const NextLane next = check_lanes<Case>(
+      500, [&] { return random_case(random); },
+      []<class Real>(const Case<Real>& c) {
+        return Moved<Real>{OffsetPoint<Real>{c.point, c.wi, point_offset(c.point, c.wi)}.moved(c.turned)};
+      });
+  CHECK(next.differs == 2000);
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ Seen look_for_lost_light(const std::vector<AnyLight>& lights, const LightTree& t
     const auto light = static_cast<std::uint32_t>(random.engine() % lights.size());
     const double tiny = std::pow(10, random.in(-8, 0));
     const Point2f u{static_cast<float>(random.in(0, 1)), static_cast<float>(random.in(0, 1))};
-    const EmitterBounds bounds = std::visit([](const auto& l) { return l.bounds(); }, lights[light]);
+    const LightBounds bounds = std::visit([](const auto& l) { return l.bounds(); }, lights[light]);
     if (round % 3 == 1) {
       const Vec3d aside = normalize(cross(bounds.normals.axis, random.direction()));
       const double away = bounds.radius * std::pow(10, random.in(-1, 4));
@@ -142,12 +142,12 @@ TEST("the same search finds light lost by a cone half a degree off, and by a sph
   // The twin of the test above.
   Random random(6);
   const std::vector<AnyLight> lights = random_lights(random, 50, 0.3);
-  std::vector<EmitterBounds> tilted = bounds_of(lights), shrunk = tilted;
-  for (EmitterBounds& b : tilted) {
+  std::vector<LightBounds> tilted = bounds_of(lights), shrunk = tilted;
+  for (LightBounds& b : tilted) {
     const Vec3d across = normalize(cross(b.normals.axis, random.direction()));
     b.normals.axis = normalize(b.normals.axis + across * 0.0087);
   }
-  for (EmitterBounds& b : shrunk) b.radius *= 0.95;
+  for (LightBounds& b : shrunk) b.radius *= 0.95;
   CHECK(look_for_lost_light(lights, LightTree(tilted), 30000).lost > 0);
   CHECK(look_for_lost_light(lights, LightTree(shrunk), 30000).lost > 0);
 }
@@ -187,7 +187,7 @@ TEST("lights in one place, on a line, in one plane and of one normal all get the
     const auto x = static_cast<float>(i);
     worlds[0].push_back(PointLight<float>{{1, 2, 3}, white});
     worlds[1].push_back(PointLight<float>{{x, 2 * x, -x}, white});
-    worlds[2].push_back(TriangleLight({x, 0, 0}, {x + 1, 0, 0}, {x, 0, 1}, white));
+    worlds[2].push_back(triangle_light<float>({x, 0, 0}, {x + 1, 0, 0}, {x, 0, 1}, white));
     worlds[3].push_back(SphereLight({0, 0, 0}, 1, i % 2 == 0, white));
   }
   Random random(8);
@@ -202,7 +202,7 @@ TEST("lights in one place, on a line, in one plane and of one normal all get the
 TEST("a receiver at a light's place, or within a cluster, may pick any light") {
   Random random(9);
   const std::vector<AnyLight> lights = random_lights(random, 40);
-  const std::vector<EmitterBounds> bounds = bounds_of(lights);
+  const std::vector<LightBounds> bounds = bounds_of(lights);
   const LightTree tree(bounds);
   for (std::uint32_t i = 0; i < lights.size(); ++i) {
     const LightSampleContext receiver{Vec3f(bounds[i].box.center()), Vec3f(random.direction()), true};
@@ -225,7 +225,7 @@ TEST("a light too far for the square of its distance takes none from those nearb
 }
 
 TEST("a light that never shines is never picked, and no light at all leaves the tree empty") {
-  std::vector<EmitterBounds> bounds =
+  std::vector<LightBounds> bounds =
       bounds_of({PointLight<float>{{0, 0, 0}, Spectrum(1)}, PointLight<float>{{1, 0, 0}, Spectrum(0)},
                  PointLight<float>{{2, 0, 0}, Spectrum(2)}});
   const LightTree tree(bounds);
@@ -233,7 +233,7 @@ TEST("a light that never shines is never picked, and no light at all leaves the 
   CHECK(tree.pmf(receiver, 1) == 0 && tree.pmf(receiver, 0) > 0 && tree.pmf(receiver, 2) > 0);
   bounds[0].intensity = bounds[2].intensity = 0;
   CHECK(LightTree(bounds).empty() && !LightTree(bounds).pick(receiver, 0) && !LightTree(bounds).may_light(receiver));
-  CHECK(LightTree(std::vector<EmitterBounds>{}).empty());
+  CHECK(LightTree(std::vector<LightBounds>{}).empty());
 }
 
 TEST("no order of places makes the tree deeper than a trail is long") {
@@ -251,12 +251,12 @@ TEST("no order of places makes the tree deeper than a trail is long") {
 
 TEST("lengths and powers times a power of two change no bit of any choice") {
   Random random(10);
-  const std::vector<EmitterBounds> bounds = bounds_of(random_lights(random, 500));
+  const std::vector<LightBounds> bounds = bounds_of(random_lights(random, 500));
   const LightTree tree(bounds);
   for (const double s : {0x1p-20, 0x1p20})
     for (const double l : {0x1p-20, 1.0, 0x1p20}) {
-      std::vector<EmitterBounds> scaled = bounds;
-      for (EmitterBounds& b : scaled) {
+      std::vector<LightBounds> scaled = bounds;
+      for (LightBounds& b : scaled) {
         b.box = {b.box.lo * s, b.box.hi * s};
         b.radius *= s, b.intensity *= l;
       }

@@ -122,6 +122,19 @@ TEST("windows that are rendered one after another, in two steps each, give the i
   CHECK(same_bits(renderer.film().moments(), reference()));
 }
 
+TEST("the counters of a window include the pilot's rays, whether the pilot or the window comes first") {
+  Settings settings = shallow();
+  settings.roulette = Roulette::efficiency;
+  Renderer pilot_first(scene(), settings, kMany), window_first(scene(), settings, kMany);
+  const PixelBlock window{0, 0, 4, 4};
+  static_cast<void>(pilot_first.settings());
+  pilot_first.limit_to(window), window_first.limit_to(window);
+  CHECK(pilot_first.advance(2) && window_first.advance(2));
+  const Counters &a = pilot_first.counters(), &b = window_first.counters();
+  CHECK(a.paths == 2 * 16 && b.paths == a.paths && a.rays == b.rays && a.shadow_rays == b.shadow_rays);
+  CHECK(a.rays > pilot_first.decision()->rays && pilot_first.decision()->rays > 0);
+}
+
 TEST("windows that are no whole blocks, or none at all, are refused") {
   Renderer renderer(scene(), shallow(), kMany);
   const auto refused = [&](const PixelBlock& window) {

@@ -2,7 +2,6 @@
 #include "equaltime/shapes/exact_hit.h"
 
 #include <array>
-#include <cstdint>
 #include <vector>
 
 #include "tests/check.h"
@@ -53,7 +52,7 @@ void set_lane(Case<Floats>& wide, std::size_t i, const Case<float>& one) {
 /// Whether the ray meets the shape, and all numbers of the hit.
 template <class Real>
 struct Found {
-  Mask<Real> met;
+  Mask<Real> has_value;
   std::vector<Double<Real>> numbers = {};
 
   template <class T>
@@ -71,34 +70,23 @@ Found<Real> found(const Optional<Double<Real>>& t, const ShapeHit<Real>& hit) {
 }
 
 bool agrees(const Found<Floats>& wide, std::size_t i, const Found<float>& one) {
-  bool agrees = wide.met[i] == one.met;
+  bool agrees = wide.has_value[i] == one.has_value;
   for (std::size_t k = 0; k < one.numbers.size(); ++k) agrees = agrees && same(wide.numbers[k][i], one.numbers[k]);
   return agrees;
 }
 
 /// `find` finds the hit of a case, of lanes or of one path.
 template <class Find>
-void check_lanes(Find&& find) {
+void check_hits(Find&& find) {
   Random random(1);
-  int mixed_up = 0, parted = 0;  // the twin: numbers of the next lane do not give the same
-  for (int k = 0; k < 1000; ++k) {
-    std::array<Case<float>, kLanes> cases;
-    Case<Floats> all{};
-    for (std::size_t i = 0; i < kLanes; ++i) set_lane(all, i, cases[i] = random_case(random));
-    const Found<Floats> wide = find(all);
-    for (std::size_t i = 0; i < kLanes; ++i) {
-      const Found<float> one = find(cases[i]), next = find(cases[(i + 1) % kLanes]);
-      CHECK(agrees(wide, i, one));
-      mixed_up += !agrees(wide, i, next);
-      parted += one.met != next.met;
-    }
-  }
-  CHECK(mixed_up == 4000);
-  CHECK(parted > 500);
+  const NextLane next = check_lanes<Case>(
+      1000, [&] { return random_case(random); }, find);
+  CHECK(next.differs == 4000);
+  CHECK(next.parts > 500);
 }
 
 TEST("lanes of a triangle have the bits of one path") {
-  check_lanes([]<class Real>(const Case<Real>& c) {
+  check_hits([]<class Real>(const Case<Real>& c) {
     const auto& [v0, v1, v2] = c.corners;
     const auto& [n0, n1, n2] = c.normals;
     const TrianglePlane<Real> plane = triangle_plane(v0, v1, v2);
@@ -113,27 +101,27 @@ TEST("lanes of a triangle have the bits of one path") {
 }
 
 TEST("lanes of a sphere have the bits of one path") {
-  check_lanes([]<class Real>(const Case<Real>& c) {
-    const SphereGeometry<Real> sphere{c.at, c.radius};
+  check_hits([]<class Real>(const Case<Real>& c) {
+    const Sphere<Real> sphere{c.at, c.radius};
     const BasicRayD<Real> ray(c.ray);
-    return found(intersect_sphere(sphere, ray), exact_hit(sphere, ray));
+    return found(intersect(sphere, ray), exact_hit(sphere, ray));
   });
 }
 
 TEST("lanes of a disk have the bits of one path") {
-  check_lanes([]<class Real>(const Case<Real>& c) {
-    const DiskGeometry<Real> disk{c.at, c.axis, c.x / length_squared(c.x), c.y / length_squared(c.y)};
+  check_hits([]<class Real>(const Case<Real>& c) {
+    const Disk<Real> disk{c.at, c.axis, c.x / length_squared(c.x), c.y / length_squared(c.y)};
     const BasicRayD<Real> ray(c.ray);
-    return found(intersect_disk(disk, ray), exact_hit(disk, ray));
+    return found(intersect(disk, ray), exact_hit(disk, ray));
   });
 }
 
 TEST("lanes of a cylinder have the bits of one path") {
-  check_lanes([]<class Real>(const Case<Real>& c) {
-    const CylinderGeometry<Real> tube{c.at, c.axis, c.length, c.radius};
+  check_hits([]<class Real>(const Case<Real>& c) {
+    const Cylinder<Real> tube{c.at, c.axis, c.length, c.radius};
     const BasicRayD<Real> ray(c.ray);
     const auto [hit, height] = exact_hit(tube, ray);
-    auto with_height = found(intersect_cylinder(tube, ray), hit);
+    auto with_height = found(intersect(tube, ray), hit);
     with_height.numbers.push_back(height);
     return with_height;
   });

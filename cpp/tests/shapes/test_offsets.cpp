@@ -71,7 +71,7 @@ int self_hits(float scale_of_offset, int rays, Random& random) {
   const TriangleMesh kept = mesh;
   std::vector<TriangleMesh> meshes;
   meshes.push_back(std::move(mesh));
-  const Accel accel(Geometries{std::move(meshes), {}, {}, {}});
+  const Accel accel(Geometries{std::move(meshes)});
   int hits = 0;
   for (std::uint32_t k = 0; k < triangles; ++k)
     for (int i = 0; i < rays; ++i) {
@@ -123,7 +123,7 @@ int met_ends(float scale_of_offset) {
     const TriangleMesh kept = mesh;
     std::vector<TriangleMesh> meshes;
     meshes.push_back(std::move(mesh));
-    const Accel accel(Geometries{std::move(meshes), {}, {}, {}});
+    const Accel accel(Geometries{std::move(meshes)});
     for (int r = 0; r < 1000; ++r) {
       const Leaving a = leave(random, kept, 0, scale_of_offset);
       Leaving b = leave(random, kept, 1, scale_of_offset);

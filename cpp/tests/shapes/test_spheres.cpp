@@ -17,7 +17,7 @@ using namespace equaltime;
 using random_scene::Random;
 
 /// Every root, whatever its sign.
-Optional<double> by_both_roots(const SphereGeometry<float>& s, const RayD& ray) {
+Optional<double> by_both_roots(const Sphere<float>& s, const RayD& ray) {
   const Vec3d oc = ray.origin - s.center, &d = ray.direction;
   const double a = length_squared(d), b = -dot(oc, d);
   const double discriminant = square(s.radius) - length_squared(oc + d * (b / a));
@@ -31,7 +31,7 @@ Optional<double> by_both_roots(const SphereGeometry<float>& s, const RayD& ray) 
 }
 
 /// The power twin: takes what is a little within the sphere for outside.
-Optional<double> hasty(const SphereGeometry<float>& s, const RayD& ray, double slack) {
+Optional<double> hasty(const Sphere<float>& s, const RayD& ray, double slack) {
   const Vec3d oc = ray.origin - s.center;
   if (dot(oc, ray.direction) > 0 && length_squared(oc) >= square(s.radius) * (1 - slack)) return std::nullopt;
   return by_both_roots(s, ray);
@@ -46,8 +46,7 @@ TEST("a sphere that a ray leaves behind is refused exactly where both its roots 
   for (int i = 0; i < 4096; ++i) directions.push_back(random.direction()), decades.push_back(random.in(0, 1));
   int refused = 0, met = 0, wrong = 0, hasty_by_rounding = 0, hasty_by_much = 0;
   for (int ball = 0; ball < 100'000; ++ball) {
-    const SphereGeometry<float> sphere{random.direction() * std::pow(10, random.in(-6, 6)),
-                                       std::pow(10, random.in(-6, 6))};
+    const Sphere<float> sphere{random.direction() * std::pow(10, random.in(-6, 6)), std::pow(10, random.in(-6, 6))};
     const double scale = std::pow(10, random.in(-6, 6)), depth = std::pow(10, random.in(-17, 0));
     for (int i = 0; i < 100; ++i) {
       const std::size_t k = random.engine() % 4096;
@@ -59,7 +58,7 @@ TEST("a sphere that a ray leaves behind is refused exactly where both its roots 
       const double t_max = i % 3 == 0 ? 1.0 : static_cast<double>(kInfinity);
       const RayD ray(origin, directions[k] * std::pow(10.0F, static_cast<float>(6 * decades[k] - 3)), t_max);
       const auto expected = by_both_roots(sphere, ray);
-      wrong += !same(intersect_sphere(sphere, ray), expected);
+      wrong += !same(intersect(sphere, ray), expected);
       hasty_by_rounding += !same(hasty(sphere, ray, 1e-12), expected);
       hasty_by_much += !same(hasty(sphere, ray, 1), expected);
       expected ? ++met : ++refused;
@@ -75,12 +74,13 @@ TEST("a sphere that a ray leaves behind is refused exactly where both its roots 
 /// A room within balls a thousand times its size, with balls in it, a square and a disk.
 Geometries room_of_balls(Random& random) {
   Geometries all;
+  auto& spheres = all.of<Sphere<float>>();
   all.meshes.push_back({{{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}}, {{0, 1, 2}, {0, 2, 3}}});
   for (const double side : {-1.0, 1.0})
     for (const Vec3d& axis : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}})
-      all.spheres.push_back({axis * (side * 1998), 2000});
-  while (all.spheres.size() < 10) all.spheres.push_back({random.point(1.5), random.in(0.1, 0.6)});
-  all.disks.push_back({{0, 0, 1.5}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}});
+      spheres.push_back({axis * (side * 1998), 2000});
+  while (spheres.size() < 10) spheres.push_back({random.point(1.5), random.in(0.1, 0.6)});
+  all.of<Disk<float>>().push_back({{0, 0, 1.5}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}});
   return all;
 }
 
@@ -88,12 +88,12 @@ TEST("walls are met one by one where Embree's tree finds them") {
   Random random(4);
   const Geometries room = room_of_balls(random);
   Geometries with_satellite = room;  // far from all walls, so that none of them holds all that is smaller
-  with_satellite.spheres.push_back({{0, 0, 1e6}, 0.1});
-  CHECK(!EnclosingSpheres(room.spheres, room.meshes).empty() &&
-        EnclosingSpheres(with_satellite.spheres, room.meshes).empty());
+  with_satellite.of<Sphere<float>>().push_back({{0, 0, 1e6}, 0.1});
+  CHECK(!EnclosingSpheres(room.of<Sphere<float>>(), room.meshes).empty() &&
+        EnclosingSpheres(with_satellite.of<Sphere<float>>(), room.meshes).empty());
   const Accel beside(room), within(with_satellite);
   Geometries ball;
-  ball.spheres.push_back({{0, 0, 0}, 0.1});
+  ball.of<Sphere<float>>().push_back({{0, 0, 0}, 0.1});
   const Motion far_away(scenes::swing({1e3, 0, 0}, {1e3, 9, 0}, 1));
   const Accel beside_instance(room, Intersection::robust, {ball}, {{0, {1, 0, 0, 0, 1, 0, 0, 0, 1, 1e3F, 0, 0}}});
   const Accel beside_motion(room, Intersection::robust, {ball}, {}, {{0, far_away}});
@@ -119,7 +119,7 @@ TEST("walls are met one by one where Embree's tree finds them") {
 }
 
 TEST("a wall is a sphere whose box holds all that is smaller and no wall") {
-  const std::vector<SphereGeometry<float>> spheres = {{{0, 0, 0}, 9}, {{1, 0, 0}, 1}, {{0, 0, 0}, 4}, {{20, 0, 0}, 2}};
+  const std::vector<Sphere<float>> spheres = {{{0, 0, 0}, 9}, {{1, 0, 0}, 1}, {{0, 0, 0}, 4}, {{20, 0, 0}, 2}};
   const auto count = [&](std::size_t n) {
     const EnclosingSpheres walls({spheres.begin(), spheres.begin() + static_cast<std::ptrdiff_t>(n)}, {});
     const auto left = walls.taken_out_of(spheres);
@@ -130,8 +130,9 @@ TEST("a wall is a sphere whose box holds all that is smaller and no wall") {
 
 TEST("of walls in one place the first is met") {
   Geometries all;
-  all.spheres.push_back({{0, 0, 0}, 0.01});
-  for (int i = 0; i < 3; ++i) all.spheres.push_back({{0, 0, 0}, 1});
+  auto& spheres = all.of<Sphere<float>>();
+  spheres.push_back({{0, 0, 0}, 0.01});
+  for (int i = 0; i < 3; ++i) spheres.push_back({{0, 0, 0}, 1});
   const Accel accel(all);
   Random random(5);
   for (int i = 0; i < 1000; ++i) {

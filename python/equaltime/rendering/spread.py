@@ -101,7 +101,7 @@ class SpreadRenderer(_core.Renderer):
 
     @property
     def pixel_rays(self) -> NDArray[np.uint64]:
-        """Number of rays traced for each pixel, (H, W); 0 if rays are not counted."""
+        """Number of rays of each pixel's samples in the image, (H, W); 0 if rays are not counted."""
         return self._pixel_rays
 
     @property

@@ -103,7 +103,7 @@ class Rendered:
     """(R, h', w'): moments of the second nets in the window, which are further samples of some pixels to show the
     noise; empty if there are none."""
     pixel_rays: NDArray[np.uint64] | None
-    """(h, w): number of rays of each pixel's added samples; None if they were not counted."""
+    """(h, w): number of rays of each pixel's added samples, second nets left out; None if not counted."""
     counters: Mapping[str, int]
     """Numbers of paths, rays and shadow rays of the added samples."""
     nonfinite: tuple[tuple[int, int, int], ...]

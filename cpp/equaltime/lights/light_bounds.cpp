@@ -1,4 +1,4 @@
-#include "equaltime/lights/emitter_bounds.h"
+#include "equaltime/lights/light_bounds.h"
 
 #include <algorithm>
 #include <cmath>
@@ -33,8 +33,8 @@ double orientation_measure(const NormalCone& cone) noexcept {
   return kPiD * (2 * (1 - cosine) + (kPiD - cone.spread) * sine);
 }
 
-EmitterBounds join(const EmitterBounds& a, const EmitterBounds& b) noexcept {
-  EmitterBounds both{a.box, 0, join(a.normals, b.normals), a.intensity + b.intensity};
+LightBounds join(const LightBounds& a, const LightBounds& b) noexcept {
+  LightBounds both{a.box, 0, join(a.normals, b.normals), a.intensity + b.intensity};
   both.box.include(b.box);
   const Vec3d center = both.box.center();
   const double reach = std::max(length(center - a.box.center()) + a.radius, length(center - b.box.center()) + b.radius);

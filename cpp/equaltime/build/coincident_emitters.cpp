@@ -1,4 +1,4 @@
-#include "equaltime/build/coincident_lamps.h"
+#include "equaltime/build/coincident_emitters.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,13 +19,13 @@ namespace equaltime {
 
 namespace {
 
-/// How far a lamp is moved beyond what its own and the surface's rounding need: what float32 leaves of the length of a
-/// ray across the scene, which is up to 2^11 long.
+/// How far an emitter is moved beyond what its own and the surface's rounding need: what float32 leaves of the length
+/// of a ray across the scene, which is up to 2^11 long.
 constexpr double kClearance = 16 * static_cast<double>(kUnitRoundoff) * 0x1p11;
 /// Corners of the polygon round a disk.
 constexpr int kDiskCorners = 24;
-/// Pairs of coincident lamps, for each lamp on average, that a scene may have: more are no scene that is meant, and
-/// take time that grows with their square.
+/// Pairs of coincident emitters, for each emitter on average, that a scene may have: more are no scene that is meant,
+/// and take time that grows with their square.
 constexpr std::size_t kMostPairs = 64;
 
 using Polygon = std::vector<Vec3d>;
@@ -41,7 +41,7 @@ struct FaceName {
   }
 };
 
-/// A triangle in normalised space. Its winding gives the normal, and a lamp emits to that side.
+/// A triangle in normalised space. Its winding gives the normal, and an emitter emits to that side.
 struct Face {
   std::array<Vec3d, 3> v;
   Vec3d n;
@@ -117,29 +117,29 @@ double area(const Polygon& polygon) noexcept {
   return 0.5 * length(sum);
 }
 
-/// How high a face reaches above the lamp's plane, if the two are one within rounding where they overlap.
-std::optional<double> coincidence(const Face& lamp, const Face& face) {
-  const double near = 4 * (lamp.margin + face.margin);
-  const Polygon shared = common(face, lamp);
-  const double sides = length(lamp.v[1] - lamp.v[0]) + length(lamp.v[2] - lamp.v[0]);
+/// How high a face reaches above the emitter's plane, if the two are one within rounding where they overlap.
+std::optional<double> coincidence(const Face& emitter, const Face& face) {
+  const double near = 4 * (emitter.margin + face.margin);
+  const Polygon shared = common(face, emitter);
+  const double sides = length(emitter.v[1] - emitter.v[0]) + length(emitter.v[2] - emitter.v[0]);
   if (shared.size() < 3 || !(area(shared) > near * sides)) return std::nullopt;
   double highest = -near;
   for (const Vec3d& p : shared) {
-    const double h = dot(lamp.n, p - lamp.v[0]);
+    const double h = dot(emitter.n, p - emitter.v[0]);
     if (std::abs(h) > near) return std::nullopt;
     highest = std::max(highest, h);
   }
   return highest + near + kClearance;
 }
 
-/// The faces of lamps, in a tree of boxes: each node holds a range, halved at the middle of its longest side.
-class LampTree {
+/// The faces of emitters, in a tree of boxes: each node holds a range, halved at the middle of its longest side.
+class EmitterTree {
  public:
-  explicit LampTree(std::vector<Face>& faces) : faces_(faces) { build(0, faces.size()); }
-  /// Tells whether the box overlaps the box of any lamp.
+  explicit EmitterTree(std::vector<Face>& faces) : faces_(faces) { build(0, faces.size()); }
+  /// Tells whether the box overlaps the box of any emitter.
   [[nodiscard]] bool touches(const Bounds& box) const {
     bool found = false;
-    find(box, [&](std::size_t lamp) { found = found || touch(faces_[lamp].bounds(), box); });
+    find(box, [&](std::size_t emitter) { found = found || touch(faces_[emitter].bounds(), box); });
     return found;
   }
   /// Calls f with the number of every face whose box overlaps.
@@ -195,7 +195,8 @@ concept Flat = requires(const S& s) {
   for_each_triangle(s, [](auto&&...) {});
 };
 
-/// The places at which an instance is compared: a lamp that slides in a surface lies in it at both ends of its motion.
+/// The places at which an instance is compared: an emitter that slides in a surface lies in it at both ends of its
+/// motion.
 std::vector<Transform> places(const InstanceDescription& instance) {
   if (instance.keys.empty()) return {instance.to_world};
   if (stays(instance.keys)) return {instance.keys.front().to_world};
@@ -208,26 +209,26 @@ Vec3d before(const Transform& transform, const Vec3d& v) noexcept {
   return Vec3d{dot(cross(y, z), v), dot(cross(z, x), v), dot(cross(x, y), v)} / dot(x, cross(y, z));
 }
 
-/// Flat lamps.
-class FlatLamps {
+/// Flat emitters.
+class FlatEmitters {
  public:
-  FlatLamps(SceneDescription& description, const Normalization& space)
-      : description_(description), space_(space), lamps_(collected()), lifts_(lamps_.size(), 0) {}
+  FlatEmitters(SceneDescription& description, const Normalization& space)
+      : description_(description), space_(space), emitters_(collected()), lifts_(emitters_.size(), 0) {}
 
   void bring_forward() {
-    if (lamps_.empty()) return;
-    const LampTree tree(lamps_);
+    if (emitters_.empty()) return;
+    const EmitterTree tree(emitters_);
     const double widened = margin();
     for (std::size_t shape = 0; shape < description_.shapes.size(); ++shape) compare_all(tree, shape, widened);
-    raise_above_lamps();
-    for (std::size_t i = 0; i < lamps_.size(); ++i)
-      if (lifts_[i] > 0) lift(lamps_[i], lifts_[i]);
+    raise_above_emitters();
+    for (std::size_t i = 0; i < emitters_.size(); ++i)
+      if (lifts_[i] > 0) lift(emitters_[i], lifts_[i]);
   }
 
  private:
-  /// One lamp before another that emits to the same side.
+  /// One emitter before another that emits to the same side.
   struct Above {
-    std::size_t lamp;
+    std::size_t emitter;
     FaceName below;
     double by;
   };
@@ -275,21 +276,21 @@ class FlatLamps {
   }
 
   [[nodiscard]] std::vector<Face> collected() const {
-    std::vector<Face> lamps;
+    std::vector<Face> emitters;
     for (std::size_t shape = 0; shape < description_.shapes.size(); ++shape)
       for_each_face(
           shape, [](const auto&, const Transform&, bool emits, bool) { return emits; },
-          [&](const Face& face) { lamps.push_back(face); });
-    return lamps;
+          [&](const Face& face) { emitters.push_back(face); });
+    return emitters;
   }
 
-  /// How far the box of a face's corners is from a lamp's box at most if the two can be one: `coincidence` asks for a
-  /// shared area of more than 4 `margin` times the lamp's sides, and the lamp's area is an eighth of their
+  /// How far the box of a face's corners is from an emitter's box at most if the two can be one: `coincidence` asks for
+  /// a shared area of more than 4 `margin` times the emitter's sides, and the emitter's area is an eighth of their
   /// square.
   [[nodiscard]] double margin() const noexcept {
     double widest = 0;
-    for (const Face& lamp : lamps_)
-      widest = std::max(widest, length(lamp.v[1] - lamp.v[0]) + length(lamp.v[2] - lamp.v[0]));
+    for (const Face& emitter : emitters_)
+      widest = std::max(widest, length(emitter.v[1] - emitter.v[0]) + length(emitter.v[2] - emitter.v[0]));
     return widest / 32 + kClearance;
   }
 
@@ -309,61 +310,62 @@ class FlatLamps {
     return box;
   }
 
-  /// Compares the faces of a shape with lamps. Instances of a mesh that lie far from every lamp are passed over, so
-  /// that very many take no longer than few.
-  void compare_all(const LampTree& tree, std::size_t shape, double margin) {
+  /// Compares the faces of a shape with emitters. Instances of a mesh that lie far from every emitter are passed over,
+  /// so that very many take no longer than few.
+  void compare_all(const EmitterTree& tree, std::size_t shape, double margin) {
     const auto wanted = [&]<class S>(const S& part, const Transform& placed, bool, bool instanced) {
       if constexpr (std::same_as<S, MeshDescription>) return !instanced || tree.touches(box_of(part, placed, margin));
       return true;
     };
     for_each_face(shape, wanted, [&](const Face& other) {
-      tree.find(other.bounds(), [&](std::size_t lamp) { compare(lamp, other); });
+      tree.find(other.bounds(), [&](std::size_t emitter) { compare(emitter, other); });
     });
   }
 
   void compare(std::size_t number, const Face& other) {
-    const FaceName &lamp = lamps_[number].name, &name = other.name;
-    if (lamp == name || (lamp.shape == name.shape && lamp.place != name.place)) return;
-    const auto by = coincidence(lamps_[number], other);
+    const FaceName &emitter = emitters_[number].name, &name = other.name;
+    if (emitter == name || (emitter.shape == name.shape && emitter.place != name.place)) return;
+    const auto by = coincidence(emitters_[number], other);
     if (!by) return;
-    if (lamp.same_part(name))
-      fail(lamp.shape, "its triangles " + std::to_string(name.number) + " and " + std::to_string(lamp.number) +
-                           " emit from one place: leave one of them out, or make them two shapes");
-    if (other.emits && ++pairs_ > kMostPairs * lamps_.size())
-      fail(lamp.shape, "too many lamps lie in one place: leave all but one of them out");
-    if (!other.emits || dot(lamps_[number].n, other.n) < 0)
+    if (emitter.same_part(name))
+      fail(emitter.shape, "its triangles " + std::to_string(name.number) + " and " + std::to_string(emitter.number) +
+                              " emit from one place: leave one of them out, or make them two shapes");
+    if (other.emits && ++pairs_ > kMostPairs * emitters_.size())
+      fail(emitter.shape, "too many emitters lie in one place: leave all but one of them out");
+    if (!other.emits || dot(emitters_[number].n, other.n) < 0)
       lifts_[number] = std::max(lifts_[number], *by);
-    else if (name < lamp)
+    else if (name < emitter)
       above_.push_back({number, name, *by});
   }
 
-  void raise_above_lamps() {
+  void raise_above_emitters() {
     std::map<FaceName, std::size_t> numbers;
-    for (std::size_t i = 0; !above_.empty() && i < lamps_.size(); ++i) numbers[lamps_[i].name] = i;
-    std::ranges::sort(above_, {}, [&](const Above& a) { return lamps_[a.lamp].name; });
-    for (const auto& [lamp, below, by] : above_) lifts_[lamp] = std::max(lifts_[lamp], lifts_[numbers.at(below)] + by);
+    for (std::size_t i = 0; !above_.empty() && i < emitters_.size(); ++i) numbers[emitters_[i].name] = i;
+    std::ranges::sort(above_, {}, [&](const Above& a) { return emitters_[a.emitter].name; });
+    for (const auto& [emitter, below, by] : above_)
+      lifts_[emitter] = std::max(lifts_[emitter], lifts_[numbers.at(below)] + by);
   }
 
   /// Moves the shape of a face, in its own space, so that the face is as high above its place as it shall be, or
   /// higher.
-  void lift(const Face& lamp, double by) {
-    ShapeDescription* shape = &description_.shapes[lamp.name.shape];
+  void lift(const Face& emitter, double by) {
+    ShapeDescription* shape = &description_.shapes[emitter.name.shape];
     Transform to_world;
     if (const auto* instance = std::get_if<InstanceDescription>(shape)) {
-      to_world = places(*instance)[lamp.name.place];
-      shape = &description_.groups[instance->group].shapes[lamp.name.part];
+      to_world = places(*instance)[emitter.name.place];
+      shape = &description_.groups[instance->group].shapes[emitter.name.part];
     }
-    std::vector<Vec3d>& moved = moved_[{lamp.name.shape, lamp.name.part}];
+    std::vector<Vec3d>& moved = moved_[{emitter.name.shape, emitter.name.part}];
     auto* mesh = std::get_if<MeshDescription>(shape);
     moved.resize(mesh != nullptr ? mesh->vertices.size() : 1);
     const auto move = [&](std::size_t i) {
-      const double already = dot(lamp.n, to_world.vector(moved[i]));
-      const Vec3d step = before(to_world, lamp.n * std::max(0.0, space_.world_length(by) - already));
+      const double already = dot(emitter.n, to_world.vector(moved[i]));
+      const Vec3d step = before(to_world, emitter.n * std::max(0.0, space_.world_length(by) - already));
       moved[i] += step;
       return step;
     };
     if (mesh != nullptr)
-      for (const std::uint32_t i : mesh->triangles[lamp.name.number]) mesh->vertices[i] += move(i);
+      for (const std::uint32_t i : mesh->triangles[emitter.name.number]) mesh->vertices[i] += move(i);
     else if (auto* rectangle = std::get_if<RectangleDescription>(shape))
       translate(rectangle->to_world, move(0));
     else if (auto* disk = std::get_if<DiskDescription>(shape))
@@ -375,10 +377,10 @@ class FlatLamps {
 
   SceneDescription& description_;
   const Normalization& space_;
-  std::vector<Face> lamps_;
+  std::vector<Face> emitters_;
   std::vector<double> lifts_;  // of each, in normalised space
   std::vector<Above> above_;
-  std::size_t pairs_ = 0;                           // of lamps
+  std::size_t pairs_ = 0;                           // of emitters
   std::map<const MeshDescription*, Bounds> boxes_;  // of instanced meshes, in their own space
   /// How far a part of a shape, or each vertex of a mesh, is moved in its own space.
   std::map<std::pair<std::size_t, std::size_t>, std::vector<Vec3d>> moved_;
@@ -407,12 +409,12 @@ Vec3d reach(const CylinderDescription& c, const Normalization& space) noexcept {
   return max(abs(space.point(c.base)), abs(space.point(c.end)));
 }
 
-/// Lamps that are spheres, or cylinders: their radius changes. Those that are one lie next to each other along a
+/// Emitters that are spheres, or cylinders: their radius changes. Those that are one lie next to each other along a
 /// direction across which no grid is likely to be aligned.
 template <class Round>
-class RoundLamps {
+class RoundEmitters {
  public:
-  RoundLamps(SceneDescription& description, const Normalization& space) : space_(space) {
+  RoundEmitters(SceneDescription& description, const Normalization& space) : space_(space) {
     for (ShapeDescription& shape : description.shapes)
       if (auto* round = std::get_if<Round>(&shape)) all_.push_back(round);
     for (std::size_t i = 0; i < all_.size(); ++i) {
@@ -438,17 +440,17 @@ class RoundLamps {
     const Vec3d far = reach(s, space_) + Vec3d{radius, radius, radius};
     return 8 * static_cast<double>(point_offset(Vec3f(far), {1, 1, 1}));
   }
-  /// Before all that are one with a lamp, unless they come later and emit to the same side.
+  /// Before all that are one with an emitter, unless they come later and emit to the same side.
   [[nodiscard]] double lift(std::size_t number) const noexcept {
-    const Round& lamp = *all_[number];
+    const Round& emitter = *all_[number];
     double sum = 0;
     const double width = near_ * length(kDirection);
-    auto at = std::ranges::lower_bound(along_, std::pair<double, std::size_t>(key(lamp) - width, 0));
-    for (; at != along_.end() && at->first <= key(lamp) + width; ++at) {
+    auto at = std::ranges::lower_bound(along_, std::pair<double, std::size_t>(key(emitter) - width, 0));
+    for (; at != along_.end() && at->first <= key(emitter) + width; ++at) {
       const Round& other = *all_[at->second];
-      if (at->second == number || !(space_.length(apart(lamp, other)) <= near(lamp))) continue;
-      const bool alike = emits_light(other.surface) && lamp.flip_normals == other.flip_normals;
-      if (!alike || at->second < number) sum += 2 * near(lamp) + kClearance;
+      if (at->second == number || !(space_.length(apart(emitter, other)) <= near(emitter))) continue;
+      const bool alike = emits_light(other.surface) && emitter.flip_normals == other.flip_normals;
+      if (!alike || at->second < number) sum += 2 * near(emitter) + kClearance;
     }
     return sum;
   }
@@ -461,10 +463,10 @@ class RoundLamps {
 
 }  // namespace
 
-void bring_lamps_forward(SceneDescription& description, const Normalization& space) {
-  FlatLamps(description, space).bring_forward();
-  RoundLamps<SphereDescription>(description, space).bring_forward();
-  RoundLamps<CylinderDescription>(description, space).bring_forward();
+void bring_emitters_forward(SceneDescription& description, const Normalization& space) {
+  FlatEmitters(description, space).bring_forward();
+  RoundEmitters<SphereDescription>(description, space).bring_forward();
+  RoundEmitters<CylinderDescription>(description, space).bring_forward();
 }
 
 }  // namespace equaltime

@@ -1,4 +1,4 @@
-// Emitter bounds: where one light or many are, where their normals point, and how brightly they shine, in float64.
+// LightBounds: where one light or many are, where their normals point, and how brightly they shine, in float64.
 // All lights are taken to emit within 90° of their normals (θe of Conty Estevez & Kulla 2018). Normalised space.
 #pragma once
 
@@ -21,13 +21,13 @@ struct NormalCone {
 /// closed form): π for a single direction, 4π for all.
 [[nodiscard]] double orientation_measure(const NormalCone& cone) noexcept;
 
-struct EmitterBounds {
+struct LightBounds {
   Bounds box;
   double radius = 0;  // of a sphere around the box's centre that holds the lights
   NormalCone normals;
   double intensity = 0;  // the sum of each light's largest radiant intensity; 0 for one that never shines
 };
 
-[[nodiscard]] EmitterBounds join(const EmitterBounds& a, const EmitterBounds& b) noexcept;
+[[nodiscard]] LightBounds join(const LightBounds& a, const LightBounds& b) noexcept;
 
 }  // namespace equaltime
