@@ -118,7 +118,7 @@ void over_bands(const PixelEstimates& image, std::size_t halo, const Work& work)
 }
 
 /// Whether all pixels have as many samples, and a known variance: then one sum serves for all.
-bool even(const PixelEstimates& image) noexcept {
+bool are_uniform(const PixelEstimates& image) noexcept {
   const std::size_t pixels = image.height * image.width;
   for (std::size_t i = 0; i < pixels; ++i)
     if (image.samples[i] != image.samples[0] || !std::isfinite(image.variance[kChannels * i])) return false;
@@ -126,9 +126,9 @@ bool even(const PixelEstimates& image) noexcept {
 }
 
 /// `errors` of the band's own rows from its variances, of which `noise` is the sum over neighbourhoods. Uses `sums` and
-/// `shared` where pixels are uneven.
-void pool(const Band& band, bool is_even, Scratch& s) {
-  if (is_even) {
+/// `shared` where pixels are not uniform.
+void pool(const Band& band, bool uniform, Scratch& s) {
+  if (uniform) {
     band.each_own([&](std::size_t i, double share) { s.errors[i] = std::sqrt(s.noise[i] * share); });
     return;
   }
@@ -287,11 +287,12 @@ ErrorSums contribute(const Band& band, double floor, Scratch& s, const ErrorCont
     const Reference lenient = reference(own, own.leaning(0.5 * own.noise()), brighter);
     const Reference without = reference(own, own.leaning(own.noise()), outside);
     const Reference cautious = reference(own, own.leaning(own.noise_at_worst()), outside);
-    const double above = with.denominator(floor), below = without.denominator(floor);
+    const double denominator_with = with.denominator(floor), denominator_without = without.denominator(floor);
     const double caution = kLeastCaution + kMoreCaution * std::max(without.shared, own.noise());
     // in this form it is scaled exactly where the light is, by a power of two
-    const double part = variance / (above * elementary::pow(below / above, caution));
-    const double by_with = (1.0 - caution) / above, by_without = caution / below;
+    const double part =
+        variance / (denominator_with * elementary::pow(denominator_without / denominator_with, caution));
+    const double by_with = (1.0 - caution) / denominator_with, by_without = caution / denominator_without;
     s.shared[i] =
         2.0 * share * part * (by_with * with.shared * with.value + by_without * without.shared * without.value);
     if (i < own_begin || i >= own_end) return;
@@ -314,13 +315,13 @@ void ErrorSums::add(const ErrorSums& other) noexcept {
 }
 
 ErrorSums error_parts(const PixelEstimates& image, double floor, const ErrorContributions& contributions) {
-  const bool is_even = even(image);
+  const bool uniform = are_uniform(image);
   std::vector<ErrorSums> found((image.height + kBandRows - 1) / kBandRows);
   for (const std::span<double> part : {contributions.value, contributions.lenient, contributions.cautious})
     std::fill(part.begin(), part.end(), 0.0);
   over_bands(image, 3 * kRadius, [&](const Band& band, std::size_t number, Scratch& s) {
     band.box_sum(band.pixels.variance, s.noise);
-    pool(band, is_even, s);
+    pool(band, uniform, s);
     find_local_means(band, s);
     for (std::size_t i = 0; i < band.size(); ++i) {
       const double apart = band.pixels.mean[i] - s.local[i];
@@ -349,10 +350,10 @@ ErrorSums error_parts(const PixelEstimates& image, double floor, const ErrorCont
 }
 
 void standard_errors(const PixelEstimates& image, std::span<float> errors) {
-  const bool is_even = even(image);
+  const bool uniform = are_uniform(image);
   over_bands(image, kRadius, [&](const Band& band, std::size_t, Scratch& s) {
     band.box_sum(band.pixels.variance, s.noise);
-    pool(band, is_even, s);
+    pool(band, uniform, s);
     const std::size_t before = kChannels * band.first * image.width;
     band.each_own([&](std::size_t i, double) {
       const bool fits = s.errors[i] <= static_cast<double>(std::numeric_limits<float>::max());

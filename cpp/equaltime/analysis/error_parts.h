@@ -19,7 +19,7 @@ struct PixelEstimates {
 
 /// Sums over all pixels and channels.
 struct ErrorSums {
-  double slopes = 0;  ///< of -1/2 times the derivative of the value's contributions by `floor`
+  double slopes = 0;  ///< of minus the derivatives, by `floor`, of each channel's share of error²
   /// Of products of the noise that reaches contributions by the local means around a pixel, and by the whole mean.
   double locals_squared = 0, crossed = 0, means_squared = 0;
 

@@ -52,7 +52,7 @@ class ReplayObserver : public PathObserver {
     } else if (scene_.lights.environment()) {
       const LightValue<float> value = scene_.lights.environment_towards(
           settings_.light_selection, settings_.environment_sampling, vertex.previous.from, hit.ray.direction);
-      meets(scene_.lights.last(), value.radiance, value.pdf);
+      meets(scene_.lights.environment_index(), value.radiance, value.pdf);
     }
   }
   void on(const event::EmissionAdded& added) noexcept {
@@ -100,7 +100,7 @@ class ReplayObserver : public PathObserver {
     scattering = {at.scatterer.name(), at.it, albedo<kAllEffects>(at.it, at.scatterer), {}, {}};
     if (at.scattered) scattering.scattered = *at.scattered;
   }
-  void on(const event::RouletteSurvived& survived) { current().scattering->survival = survived.probability; }
+  void on(const event::RouletteBegun& survived) { current().scattering->survival = survived.probability; }
   /// The path is at its end.
   void finish() {
     current().faults = take_faults();

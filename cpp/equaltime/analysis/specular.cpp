@@ -57,7 +57,7 @@ class ChainObserver : public PathObserver {
     place_ = at.it.anchor.p;
     density_ = kind == Vertex::specular && !at.scattered->delta ? at.scattered->pdf : 0;
   }
-  [[nodiscard]] bool leaves() const noexcept { return left_; }
+  [[nodiscard]] bool stops_path() const noexcept { return left_; }
 
   /// Whether the path has met a specular vertex, and where it was left.
   [[nodiscard]] bool specular() const noexcept { return specular_; }

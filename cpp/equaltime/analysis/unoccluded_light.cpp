@@ -19,8 +19,8 @@ struct WithoutShadows : PathObserver {
 
 }  // namespace
 
-std::vector<double> unoccluded_direct_light(std::shared_ptr<const Scene> scene, Settings settings,
-                                            const RenderOptions& options, std::span<const std::uint32_t> pixels) {
+std::vector<double> radiance_without_occlusion(std::shared_ptr<const Scene> scene, Settings settings,
+                                               const RenderOptions& options, std::span<const std::uint32_t> pixels) {
   // Another technique or light selection may find light that the render's own hardly ever finds.
   settings.technique = Technique::mis;
   settings.light_selection = LightSelection::tree;

@@ -1,5 +1,5 @@
-// Unoccluded direct light of pixels whose samples were all black: their paths are traced again without shadow rays.
-// Zero means that no light faces any vertex. A positive value estimates how much light occluders may hide.
+// Radiance without occlusion, for pixels whose samples were all black: their paths are traced again without shadow
+// rays. Zero means that no light faces any vertex. A positive value estimates how much light occluders may hide.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +12,10 @@
 namespace equaltime {
 
 /// For each of these pixels (y * width + x of the crop) the first sample of a render with the same options, by MIS
-/// and the light tree whatever the settings say: three channels a pixel, in the user's units.
-[[nodiscard]] std::vector<double> unoccluded_direct_light(std::shared_ptr<const Scene> scene, Settings settings,
-                                                          const RenderOptions& options,
-                                                          std::span<const std::uint32_t> pixels);
+/// and the light tree whatever the settings say: three channels a pixel, in the user's units. Light sampled at all
+/// vertices and emission count; a sample that is not finite is 0.
+[[nodiscard]] std::vector<double> radiance_without_occlusion(std::shared_ptr<const Scene> scene, Settings settings,
+                                                             const RenderOptions& options,
+                                                             std::span<const std::uint32_t> pixels);
 
 }  // namespace equaltime

@@ -58,7 +58,8 @@ py::array_t<double> unseen(std::shared_ptr<Scene> scene, const Settings& setting
     throw py::value_error("a pixel is outside of the film");
   const std::vector<double> found = [&] {
     const py::gil_scoped_release release;
-    return unoccluded_direct_light(std::move(scene), settings, {.seed = seed, .threads = threads, .nets = nets}, asked);
+    return radiance_without_occlusion(std::move(scene), settings, {.seed = seed, .threads = threads, .nets = nets},
+                                      asked);
   }();
   const std::size_t shape[] = {count, 3};
   return py::array_t<double>(shape, found.data());

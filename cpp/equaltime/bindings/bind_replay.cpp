@@ -62,7 +62,7 @@ class Report {
   }
   py::dict light(std::uint32_t index) const {
     const Lights& lights = scene_.lights;
-    const bool environment = lights.environment() && index == lights.last();
+    const bool environment = lights.environment() && index == lights.environment_index();
     const bool area = index < lights.first_delta();
     return py::dict("index"_a = index,
                     "kind"_a = environment ? "environment"

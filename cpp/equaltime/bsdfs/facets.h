@@ -18,7 +18,7 @@ struct FacetLobe {
 /// The upward normal of the facets that reflect wo to wi above the surface, or refract it to wi below; none where both
 /// directions cannot see its right sides.
 template <class Real>
-[[nodiscard]] inline Optional<Vec3<Real>> facet_between(const Vec3<Real>& wo, const Vec3<Real>& wi, Real eta) noexcept {
+[[nodiscard]] inline Optional<Vec3<Real>> half_vector(const Vec3<Real>& wo, const Vec3<Real>& wi, Real eta) noexcept {
   const Mask<Real> reflects = wi.z > 0;
   const Vec3<Real> sum = where(
       reflects, [&] { return wo + wi; }, [&] { return wo + wi * eta; });

@@ -53,7 +53,7 @@ template <template <class> class Model, class Real>
 template <template <class> class Model, class Real>
 [[nodiscard]] inline BsdfValue<Real> eval_plastic(const Model<Real>& model, const Vec3<Real>& wo,
                                                   const Vec3<Real>& wi) noexcept {
-  const Optional<Vec3<Real>> m = facet_between(wo, wi, Real(1));
+  const Optional<Vec3<Real>> m = half_vector(wo, wi, Real(1));
   return where(wi.z > 0 && m.has_value(), [&] { return detail::eval_plastic_at(model, wo, wi, *m); });
 }
 

@@ -155,7 +155,7 @@ BsdfValue<float> Principled::eval_at(const Vec3f& wo, const Vec3f& wi, const Vec
 BsdfValue<float> Principled::eval(const Vec3f& wo, const Vec3f& wi, bool front) const noexcept {
   front = front || !transmits;
   if (!(glassiness_ > 0) && (!front || !(wi.z > 0))) return {};
-  const Optional<Vec3f> m = facet_between(wo, wi, front ? ior : 1 / ior);
+  const Optional<Vec3f> m = half_vector(wo, wi, front ? ior : 1 / ior);
   return m ? eval_at(wo, wi, *m, front) : BsdfValue<float>();
 }
 
@@ -168,7 +168,7 @@ Optional<BsdfSample<float>> Principled::sample(const Vec3f& wo, bool front, doub
   bool refracts = false;
   if (u_lobe < lobe.diffuse) {
     wi = square_to_cosine_hemisphere(u);
-    const Optional<Vec3f> between = facet_between(wo, wi, eta);
+    const Optional<Vec3f> between = half_vector(wo, wi, eta);
     if (!between) return std::nullopt;
     m = *between;
   } else {

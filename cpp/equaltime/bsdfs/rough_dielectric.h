@@ -58,7 +58,7 @@ struct RoughDielectric {
 
   [[nodiscard]] BsdfValue<Real> eval(const Vec3<Real>& wo, const Vec3<Real>& wi, Mask<Real> front) const noexcept {
     const Real eta = relative_ior(ior, front);
-    const Optional<Vec3<Real>> m = facet_between(wo, wi, eta);
+    const Optional<Vec3<Real>> m = half_vector(wo, wi, eta);
     return where(m.has_value(), [&] {
       return eval_at(wo, wi, *m, eta, fresnel_dielectric(min(Real(1), dot(wo, *m)), eta).reflectance);
     });

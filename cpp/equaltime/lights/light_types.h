@@ -1,5 +1,6 @@
 // What every light gives and takes. A light is sampled as seen from a receiving point; pdfs are per solid angle there.
-// Radiance leaves a surface light from its front side only. The pick probability is not in these pdfs: Lights adds it.
+// Radiance leaves a surface light from its front side only. A sample's pdf includes the pick probability that it is
+// given; a density of its own, `pdf`, does not: there Lights multiplies.
 #pragma once
 
 #include "equaltime/math/spectrum.h"
@@ -22,9 +23,11 @@ struct SampledLight {
 
 template <class Real>
 struct LightSample {
-  Vec3<Real> wi;       // unit, from the receiver
-  Rgb<Real> radiance;  // arriving, before occlusion; for a point light already divided by distance²
-  Real pdf;            // includes the pick; for a point light the pick alone
+  Vec3<Real> wi;  // unit, from the receiver
+  /// Arriving, before occlusion; for a point light already divided by distance². For a textured light its mean, from
+  /// which Scene::radiance_of makes the radiance of the point.
+  Rgb<Real> radiance;
+  Real pdf;  // includes the pick; for a point light the pick alone
   Real distance;
   OffsetPoint<Real> target;     // its normal towards the receiver
   Mask<Real> infinite = false;  // the light is a direction: target has no meaning

@@ -66,7 +66,7 @@ Sharing sharing(const RenderOptions& options) noexcept {
   return options.nets == 1 && options.replicates > 1 ? Sharing::halves : Sharing::alternate;
 }
 
-Effects both(Effects a, const Effects& b) noexcept {
+Effects united(Effects a, const Effects& b) noexcept {
   for (const auto& [value, name] : kEffectFields) a.*value = a.*value || b.*value;
   return a;
 }
@@ -78,8 +78,8 @@ Renderer::Renderer(std::shared_ptr<const Scene> scene, const Settings& settings,
       settings_(settings),
       options_(options),
       threads_(thread_count(options.threads)),
-      need_(both(derive_effects(*scene_), options.also)),
-      kernel_(&choose_kernel(both(need_, effects_of(settings)))),
+      need_(united(derive_effects(*scene_), options.also)),
+      kernel_(&choose_kernel(united(need_, effects_of(settings)))),
       film_(scene_->camera.film.crop_width, scene_->camera.film.crop_height, std::max(1U, options.replicates),
             sharing(options)),
       blocks_(blocks()) {
@@ -149,7 +149,7 @@ bool Renderer::run_pilot(Stop& stop) {
   if (stop.requested()) return false;
   decision_ = std::move(decision);
   settings_ = decision_->applied(settings_);
-  kernel_ = &choose_kernel(both(need_, effects_of(settings_)));
+  kernel_ = &choose_kernel(united(need_, effects_of(settings_)));
   if (!resumed_) counters_ += first_counters();  // or an earlier render has counted them
   return true;
 }

@@ -36,10 +36,10 @@ class Renderer {
   /// Brings every pixel to `samples`. Returns whether every pixel has its samples.
   ///
   /// Ends early, between blocks, when `seconds` have passed, or when `poll` returns false or throws; the calling thread
-  /// calls it about every 50 ms. A path of 1024 or more bounces is abandoned, and its block is rendered again later.
-  /// After `pause` seconds the call ends early too, but every worker has finished a block by then: repeated calls make
-  /// progress. Exceptions of `poll` and of workers, such as std::bad_alloc, are rethrown. In each of these cases the
-  /// next call continues where this one ended; no sample is lost or counted twice.
+  /// calls it about every 50 ms. Once stopped, a path of 1024 or more bounces is abandoned, and its block is rendered
+  /// again later. After `pause` seconds the call ends early too, but every worker has finished a block by then:
+  /// repeated calls make progress. Exceptions of `poll` and of workers, such as std::bad_alloc, are rethrown. In each
+  /// of these cases the next call continues where this one ended; no sample is lost or counted twice.
   bool advance(std::uint64_t samples, std::optional<double> seconds = {}, const Poll& poll = {},
                std::optional<double> pause = {});
 
@@ -65,7 +65,8 @@ class Renderer {
   void limit_to(const PixelBlock& window);
 
   /// Takes up an earlier render whose moments were put into the film. Throws std::invalid_argument if the pixels'
-  /// counts are not what passes of this renderer leave there.
+  /// counts are not what passes of this renderer leave there, as those of a film that lacks samples that were not
+  /// finite.
   void resume(const Counters& so_far, const Position& position);
 
   /// The settings with the roulette and the splitting map that a pilot chose. The first call renders the pilot.

@@ -221,7 +221,7 @@ RouletteDecision decide_roulette(const Scene& scene, const Settings& settings, u
   RouletteDecision decision;
   decision.roulette = settings.roulette == Roulette::automatic ? Roulette::throughput : settings.roulette;
   const bool fixed = settings.roulette != Roulette::automatic;
-  const bool can_pay = !uses_one_direction(settings.technique) &&
+  const bool can_pay = !replaces_bsdf_sampling(settings.technique) &&
                        std::uint64_t{scene.camera.film.width} * scene.camera.film.height >= kLeastFilmPixels;
   if (!is_undecided(settings) || !(fixed || can_pay)) return decision;
   Splitting found = estimate_splitting(scene, settings, threads, stop);

@@ -29,7 +29,8 @@ using DeltaLight = DeltaLights::Variant;
 using Environments = TypeList<ConstantEnvironment, ImageEnvironment>;
 using Environment = Environments::Variant;
 
-/// Probability of a light: equal for all, by power, or by the light tree, which also depends on the receiver.
+/// Probability of a light: equal for all that have power, by power, or by the light tree, which also depends on the
+/// receiver.
 enum class LightSelection : std::uint8_t { uniform, power, tree };
 
 /// A vertex that samples lights: where it is, and its random numbers. Pass it by value: a reference would force the
@@ -52,7 +53,7 @@ class Lights {
 
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
   /// The number of the environment, if there is one.
-  [[nodiscard]] std::uint32_t last() const noexcept { return size_ - 1; }
+  [[nodiscard]] std::uint32_t environment_index() const noexcept { return size_ - 1; }
   /// Number of the first point, spot or directional light: no ray can hit these.
   [[nodiscard]] std::uint32_t first_delta() const noexcept { return deltas_begin_; }
   [[nodiscard]] bool any_power() const noexcept { return !tables_[0].empty(); }

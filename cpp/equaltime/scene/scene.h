@@ -1,5 +1,6 @@
 // Scene: everything that paths need, compiled from a SceneDescription, in normalised space (math/normalization.h).
-// Any number of threads may read it. Nothing changes once it is built, but that Lights makes its tree when first asked.
+// Any number of threads may read it. Nothing changes once it is built, but that Lights makes its tree and an
+// environment its table when first asked.
 #pragma once
 
 #include <optional>

@@ -87,17 +87,18 @@ using AnalyticShapes = TypeList<Sphere<float>, Disk<float>, Cylinder<float>>;
 [[nodiscard]] Bounds box_of(const Cylinder<float>& cylinder) noexcept;
 
 namespace detail {
-/// The t, in ascending order, at which oc + t·d, in any number of dimensions, is at the distance `radius` from 0. None
-/// if d is 0 or misses, or if both are surely below 0.
+/// Two t in ascending order.
 template <LaneNumber T>
 struct Roots {
   T first, second;
 };
+/// The t, in ascending order, at which oc + t·d, in any number of dimensions, is at the distance `radius` from 0. None
+/// if d is 0 or misses, or if both are surely below 0.
 template <LaneNumber T>
 [[nodiscard]] inline Optional<Roots<T>> ball_roots(const Vec3<T>& oc, const Vec3<T>& d, T radius) noexcept {
   const T b = -dot(oc, d), distance_squared = length_squared(oc), radius_squared = square(radius);
-  // Outside and on the way out, as rays mostly are that the ball's box stands round: the roots below keep their signs
-  // when they are rounded, because the root of a square is the number itself. No root, no quotient for these.
+  // Outside and on the way out, as rays mostly are that the ball's box stands round: both t are below 0, and stay so
+  // when rounded, since sqrt(x²) is |x| exactly. So these rays need no square root and no division.
   const Mask<T> ahead = !(b < 0 && distance_squared >= radius_squared);
   if (none(ahead)) return std::nullopt;
   const T a = length_squared(d);

@@ -114,8 +114,8 @@ struct DirectionSampled {
   const Optional<ScatterSample>& scattered;
 };
 
-/// Roulette lets the path live with this probability.
-struct RouletteSurvived {
+/// Roulette is about to let the path live with this probability.
+struct RouletteBegun {
   float probability;
 };
 

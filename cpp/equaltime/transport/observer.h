@@ -21,8 +21,8 @@ struct PathObserver {
   static constexpr bool allocates = false;    // its functions may throw std::bad_alloc
   static constexpr bool sees_shadows = true;  // if false, shadow rays are not traced: every light is visible
   using Guard = Unguarded;                    // an object of this class lives while Embree searches
-  static constexpr bool leaves() noexcept { return false; }     // whether the path ends here for it
-  static constexpr bool cancelled() noexcept { return false; }  // whether a long path is to be given up
+  static constexpr bool stops_path() noexcept { return false; }  // whether the path ends here for it
+  static constexpr bool cancelled() noexcept { return false; }   // whether a long path is to be given up
 };
 
 static_assert(std::is_empty_v<PathObserver>);

@@ -37,7 +37,7 @@ template <Effects E, Observer O>
       tell<event::VertexReached>(observer, v.scatterer);
       const Optional<ScatterSample> scattered = scatter<E>(scene, settings, path, it, v, u, copies, observer);
       tell<event::DirectionSampled>(observer, it, v.material, v.scatterer, scattered);
-      goes_on = scattered && !observer.leaves() && depart<E>(scene, settings, path, it, v, *scattered, observer);
+      goes_on = scattered && !observer.stops_path() && depart<E>(scene, settings, path, it, v, *scattered, observer);
     }
     if (!goes_on && !copies.pop(path, observer)) return path.L;
   }

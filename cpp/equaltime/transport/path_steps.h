@@ -21,7 +21,8 @@ EQUALTIME_INLINE void add_emission(const Scene& scene, const Settings& settings,
   if (!it && path.hidden_emitters.sees_no_environment(scene)) return;
   const Spectrum L = path.beta * (it ? surface_emission<E>(scene, settings, *it, path.previous, path.time, observer)
                                      : environment_emission<E>(scene, settings, path.ray.direction, path.previous));
-  tell<event::EmissionAdded>(observer, L, it ? scene.geometry.light_of(*it) : scene.lights.last(), path.depth);
+  tell<event::EmissionAdded>(observer, L, it ? scene.geometry.light_of(*it) : scene.lights.environment_index(),
+                             path.depth);
   path.L += L;
 }
 
@@ -75,7 +76,7 @@ EQUALTIME_INLINE void add_direct_light(PathState<E>& path, const Spectrum& direc
 }
 
 /// Adds the light that reaches the vertex from a sampled light, and draws the direction in which the path goes on, if
-/// it does.
+/// it does. Where paths are never split, the direction is drawn first, which compiles to less code.
 template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE Optional<ScatterSample> scatter(const Scene& scene, const Settings& settings,
                                                                PathState<E>& path, const Interaction& it,
@@ -85,7 +86,7 @@ template <Effects E, Observer O>
   Optional<ScatterSample> scattered;
   if (is_delta<E>(v.scatterer)) {
     scattered = sample_bsdf<E>(it, v.scatterer, path.sampler, bounce, {});
-  } else if (uses_one_direction(settings.technique)) [[unlikely]] {
+  } else if (replaces_bsdf_sampling(settings.technique)) [[unlikely]] {
     const Interaction it_copy = it;
     const Sampler sampler_copy = path.sampler;
     const OneSampleVertex vertex = sample_one_direction<E>(
@@ -121,7 +122,7 @@ template <Effects E, Observer O>
                                         [&]() noexcept { return albedo<E>(it, bsdf); });
   if (path.depth >= kLongPathDepth && settings.max_depth == kUnlimitedDepth) [[unlikely]]
     survival *= long_path_survival(path.depth);
-  tell<event::RouletteSurvived>(observer, survival);
+  tell<event::RouletteBegun>(observer, survival);
   if (survival < 1 && path.sampler.get_1d_precise(slot(BounceDimension::roulette, path.bounce())) >= survival)
     return false;
   path.beta *= 1 / survival;

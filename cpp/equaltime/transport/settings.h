@@ -17,7 +17,7 @@ enum class Technique : std::uint8_t { uniform, bsdf, light, mis, mixture };
 
 [[nodiscard]] constexpr bool aims_at_lights(Technique technique) noexcept { return technique >= Technique::light; }
 /// Whether a vertex draws the path's next direction by other means than the BSDF alone.
-[[nodiscard]] constexpr bool uses_one_direction(Technique technique) noexcept {
+[[nodiscard]] constexpr bool replaces_bsdf_sampling(Technique technique) noexcept {
   return technique == Technique::uniform || technique == Technique::mixture;
 }
 

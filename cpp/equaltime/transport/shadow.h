@@ -1,5 +1,5 @@
 // Shadow rays: visibility, and transmittance through null surfaces and thin glass. Each crossing attenuates the light
-// and counts as one vertex of the path, as it would for a path that went through the surface.
+// and, where null surfaces count, is one vertex of the path, as it is for a path that goes through the surface.
 #pragma once
 
 #include "equaltime/base/effects.h"
