@@ -253,6 +253,7 @@ def test_the_factors_that_verdicts_tell_stand_in_the_table(tmp_path: Path) -> No
     assert "\N{GREATER-THAN OR EQUAL TO} 500\N{MULTIPLICATION SIGN}" in page.visible
     assert "900" not in page.visible
     assert "2.0\N{MULTIPLICATION SIGN}" in page.visible
+    assert "at 32 samples" in page.visible
 
 
 def test_the_geometric_mean_over_scenes_adds_their_intervals_on_the_logarithm(tmp_path: Path) -> None:

@@ -178,7 +178,8 @@ _GAINS = ("gain at equal time", "gain at equal samples")
 def time_table(slug: str, scene: SceneResult, targets: Sequence[float], looks: Mapping[str, Style]) -> Table:
     """Return a table with each strategy's time to each target error, and below it the speed-up over the baseline.
 
-    The last two columns are the gains at equal time and at equal samples, which verdicts may tell. ``slug`` begins the
+    The last two columns are the gains at equal time and at equal samples, which verdicts may tell. Below the latter
+    stands the count of samples per pixel. ``slug`` begins the
     table's id. ``looks`` gives colour, marker and line style by label of a strategy.
     """
     rows = []
@@ -191,6 +192,9 @@ def time_table(slug: str, scene: SceneResult, targets: Sequence[float], looks: M
             cells.append([time, *faster])
         for gain in (strategy.efficiency, strategy.fewer_samples):
             cells.append([_NOTHING if strategy.label == scene.baseline else factor_cell(gain)])
+        count = scene.equal_samples(strategy)
+        if strategy.label != scene.baseline and strategy.fewer_samples.known and count is not None:
+            cells[-1].append(Cell(f"at {count:,} samples"))
         rows.append(label_row(scene, strategy, looks[strategy.label], cells))
     caption = f"Time to a given error, and speed-up and gain over {scene.baseline}; 95 % intervals"
     columns = [*(f"to {percent(target)}" for target in targets), *_GAINS]
