@@ -31,7 +31,8 @@ def combination_verdict(scenes: Sequence[SceneResult]) -> Answer:
     """Return how much worse the baseline, a combination of techniques, is at worst than the better of its parts.
 
     The parts are the strategies of a single technique. Two sentences tell the worst scene at equal samples and at equal
-    time. Notes tell the equal count of samples, the scenes that tell nothing, and the scene on which each part alone is worst.
+    time. Notes tell the equal count of samples, the scenes that tell nothing, and the scene on which each part alone is
+    worst.
     """
     baseline = joined(scene.baseline for scene in scenes)
     parts = list(dict.fromkeys(part.label for scene in scenes for part in _parts(scene)))
