@@ -303,7 +303,7 @@ def _time_unit(value: float) -> Unit:
         return Unit(1e3, f"{_THIN}ms")
     if not math.isfinite(size) or size < 600.0:
         return Unit(1.0, f"{_THIN}s")
-    if size < 36000.0:
+    if size < 7190.0:
         return Unit(1.0 / 60.0, f"{_THIN}min")
     return Unit(1.0 / 3600.0, f"{_THIN}h") if size < 864000.0 else Unit(1.0 / 86400.0, f"{_THIN}d")
 
