@@ -22,6 +22,7 @@ __all__ = [
     "shortened",
     "suggestion",
     "time_unit",
+    "without_numbers",
 ]
 
 MOST_NAMES: Final = 512
@@ -101,6 +102,11 @@ class Shown:
 
     def _repr_html_(self) -> str:
         return f"<pre>{html.escape(str(self))}</pre>"
+
+
+def without_numbers(text: str) -> str:
+    """Return a text without its numbers, to find texts that differ in them alone."""
+    return re.sub(r"[0-9][0-9.,e+]*", "", text)
 
 
 def a(noun: str) -> str:
