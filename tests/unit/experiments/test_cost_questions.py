@@ -177,8 +177,8 @@ def test_a_combination_is_compared_with_the_better_of_its_parts_on_the_worst_sce
         "Compared with the better of bsdf and light, right has at worst 1.2 times the squared error at equal samples "
         "(1.08 to 1.32), against bsdf on smooth. At equal time, right has at worst 2 times the squared error "
         "(1.8 to 2.2), against light on rough. Equal samples: at 32 a pixel, the largest count that both have. "
-        "At equal time, bsdf alone has up to 5 times (on rough) and light alone has up to 50 times (on smooth) the "
-        "squared error of right."
+        "At equal time, bsdf alone has 5 times (its worst scene: rough) and light alone has 50 times (its worst scene: "
+        "smooth) the squared error of right."
     )
     assert verdict([smooth], [0.1], "combination") == (
         "Compared with the better of bsdf and light, right has 1.2 times the squared error at equal samples "
@@ -218,7 +218,7 @@ def test_a_scene_where_the_better_part_is_open_does_not_count() -> None:
     assert "1.2 times the squared error at equal samples (1.08 to 1.32), against bsdf on known. " in found
     assert "right has at most 0.22 times the squared error, against bsdf on known. " in found
     assert " Not known on unknown (few repeats). " in found
-    assert "time, bsdf alone has at least 4.55 times (on known) and light alone has at least 4.55 times (on kn" in found
+    assert "time, bsdf alone has at least 4.55 times (its worst scene: known) and light alone has at least 4.5" in found
     assert combination_verdict([unknown]).startswith(
         "Compared with the better of bsdf and light, the squared error of right cannot be compared at equal samples. "
         "At equal time, the squared error of right cannot be compared. Not known on unknown (few repeats)."

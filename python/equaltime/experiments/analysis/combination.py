@@ -168,6 +168,6 @@ def _alone(scenes: Sequence[SceneResult], label: str) -> str:
         return ""
     worst = min(told, key=_most)
     several = len(scenes) > 1
-    sign = "at least " if not sound(worst[0]) else "up to " if several else ""
-    place = f" (on {worst[2]})" if several else ""
+    sign = "at least " if not sound(worst[0]) else ""
+    place = f" (its worst scene: {worst[2]})" if several else ""
     return f"{label} alone has {sign}{figure(1.0 / _most(worst))} times{place}"
