@@ -240,9 +240,16 @@ def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Style]) -> Ta
     caption = (
         f"Slope of log error {' or '.join(f'against log {axis.split()[-1]}' for axis in axes)} (independent samples: "
         "\N{MINUS SIGN}0.5), errors, bias, and test for an equal picture; 95 % intervals. The end is the last point of "
-        "a curve"
+        f"a curve.{_WHY_STANDARD * (scene.standard is not None)}"
     )
     return Table(f"{slug}-checks", caption, "strategy", tuple(columns), tuple(rows))
+
+
+_WHY_STANDARD = (
+    " Pictures are compared with those of the standard: the baseline where the question is bias, else best, and "
+    "without it the unbiased strategy with the smallest error on the scene"
+)
+"""Why the strategy that others are compared with may differ from scene to scene."""
 
 
 def _bias_cell(bias: Interval | None) -> Cell:
