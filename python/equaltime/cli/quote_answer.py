@@ -25,7 +25,7 @@ _MOST_LIGHTS = 3
 _SAME_SAMPLES = (
     "this quote has rendered these samples: a render with the same seed takes them again, and states about this error"
 )
-"""What a quote for few samples says: it predicts nothing about another seed."""
+"""Line of a quote for few samples, which predicts nothing about another seed."""
 
 
 @dataclass(frozen=True)
