@@ -51,7 +51,8 @@ class Strategy(BaseModel):
     glass, and sample point lights directly. If lights cover a small solid angle at every vertex, the weights of
     ``mixture`` double with every bounce."""
     heuristic: Literal["balance", "power"] | None = None
-    """Weights that combine the two rays of ``mis``: balance or power heuristic (default). None for other techniques."""
+    """Weights that combine the two rays of ``mis``: balance or power heuristic. The default is power, but the preset
+    ``mis`` has balance. None for other techniques."""
     lights: Literal["uniform", "power", "tree"] = "tree"
     """Probability of choosing a light source. ``uniform`` gives all sources the same probability. ``power`` uses the
     power of the source. ``tree`` uses an upper bound of the light that reaches the point from the source, by a tree of

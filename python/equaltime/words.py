@@ -22,6 +22,7 @@ __all__ = [
     "shortened",
     "suggestion",
     "time_unit",
+    "without_numbers",
 ]
 
 MOST_NAMES: Final = 512
@@ -29,7 +30,7 @@ LONGEST_NAME: Final = 100
 """Limits of `nearest`: it looks for a similar name among at most `MOST_NAMES` names, for a word of at most
 `LONGEST_NAME` letters. Its time grows with the product of both."""
 _BRACKETS: Mapping[type[object], tuple[str, str]] = {list: ("[", "]"), tuple: ("(", ")"), dict: ("{", "}")}
-_UNITS = [("ms", 1e-3, 0.9995), ("s", 1.0, 299.5), ("min", 60.0, 1.8e4), ("h", 3600.0, 3.6e5)]
+_UNITS = [("ms", 1e-3, 0.9995), ("s", 1.0, 299.5), ("min", 60.0, 7190.0), ("h", 3600.0, 3.6e5)]
 """Units of time: name, seconds, and the number of seconds from which the next unit serves better."""
 _SECONDS = {"ms": 0.001, "s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0, "d": 86400.0, "day": 86400.0, "days": 86400.0}
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?"
@@ -101,6 +102,11 @@ class Shown:
 
     def _repr_html_(self) -> str:
         return f"<pre>{html.escape(str(self))}</pre>"
+
+
+def without_numbers(text: str) -> str:
+    """Return a text without its numbers, to find texts that differ in them alone."""
+    return re.sub(r"[0-9][0-9.,e+]*", "", text)
 
 
 def a(noun: str) -> str:

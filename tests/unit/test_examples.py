@@ -76,7 +76,7 @@ def test_the_command_measures_an_example_experiment(
     monkeypatch.chdir(tmp_path)
     assert main(["cost", "x10-estimator", "-o", "out", "--quick"]) == 0
     said = capsys.readouterr()
-    assert "x10-estimator.toml is used" in "".join(said.err.split("\n"))
+    assert "x10-estimator.toml" in "".join(said.err.split("\n"))
     assert said.out.startswith("For the same error")
 
 

@@ -14,7 +14,8 @@ from typing import Any
 import pytest
 from typer.main import get_command
 
-from equaltime.cli import COMMANDS, app
+import equaltime as et
+from equaltime.cli import COMMANDS, app, main
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text()
@@ -109,3 +110,20 @@ def test_the_example_in_python_runs(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert "time to" in done.stdout or "faster" in done.stdout or "best" in done.stdout
+
+
+def test_the_error_that_the_learn_page_shows_is_what_its_command_prints(tmp_path: Path) -> None:
+    text = (ROOT / "scenes" / "learn" / "README.md").read_text()
+    (command,) = re.findall(r"^equaltime (render .*? -o four\.exr .*)$", text, re.MULTILINE)
+    (shown,) = re.findall(r"This one states (\S+) % \((\S+) to (\S+)\)", text)
+    words = shlex.split(command.replace("scenes/", f"{ROOT}/scenes/").replace("four.exr", str(tmp_path / "four.exr")))
+    assert main(words) == 0
+    error = et.read(tmp_path / "four.exr").error
+    printed = [100.0 * number for number in (error.value, error.low, error.high)]
+    assert [float(number) for number in shown] == pytest.approx(printed, rel=0.03)
+
+
+def test_the_error_that_the_readme_shows_is_what_its_example_prints() -> None:
+    (shown,) = re.findall(r"an Interval as three numbers: (\S+), (\S+), (\S+)$", README, re.MULTILINE)
+    error = et.render(et.load(ROOT / "scenes" / "cornell-box.toml").with_(size=(128, 128)), spp=64).error
+    assert [float(number) for number in shown] == pytest.approx([error.value, error.low, error.high], rel=0.03)

@@ -133,7 +133,7 @@ def _answer(found: Comparison, names: Mapping[Path, str]) -> Iterator[str]:
     elif tested:
         several = len(found.images) > 1
         found_p = ", ".join(probability(p) + f" for {name}" * several for name, p in tested)
-        yield f"No bias found ({found_p}; below {LEVEL:g} would be one)."
+        yield f"No bias found: {found_p}; only p below {LEVEL:g} counts as bias."
     if tested and (untested := [names[image.path] for image in found.images if image.bias_p is None]):
         yield f"Not tested for bias, as the noise is not known: {' and '.join(untested)}."
 

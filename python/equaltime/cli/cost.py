@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from equaltime.cli.cost_table import print_summary
-from equaltime.cli.messages import print_aside, print_error, print_json, print_lines, print_warning
+from equaltime.cli.messages import print_aside, print_error, print_json, print_lines
 from equaltime.cli.options import (
     Define,
     OnMachines,
@@ -153,7 +153,7 @@ def cost(
       `theirs = { source, claim, figures, numbers }`
     """
     if example := example_of(source) or experiments_of(source):
-        print_warning(f"{source}: there is no such file, so the example {example} is used")
+        print_aside(f"{source} is the example {example}")
         source = example
     if source.is_dir():
         if strategies is not None or define or substitute:

@@ -12,6 +12,7 @@ from equaltime.cli.messages import ANY_WIDTH, MOST_LINES, plain_console, print_l
 from equaltime.experiments.analysis.sentences import listed
 from equaltime.experiments.model.summary import DISAGREES, SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.words import (
+    AT_LEAST,
     EXTRAPOLATED,
     MEDIAN,
     Cell,
@@ -38,10 +39,13 @@ _MOST_NOTES = 2
 _OTHER_LINES = 6
 """Lines beside rows and caveats: verdict twice, heading, what ``*`` means, what ``-v`` adds, what to open next.
 
-Times of typical runs have one more, what their mark means."""
+Times of typical runs have one more, what their mark means, and errors with a lower limit alone have one too."""
 
 _LINES_AROUND = 5
 """Lines beside rows, caveats and meanings of marks."""
+
+_EXPLAINED = (AT_LEAST, EXTRAPOLATED.strip(), MEDIAN.strip())
+"""Marks whose meanings are told without ``-v``: without a word of their own, they cannot be guessed."""
 
 _Row = tuple[SceneResult, StrategyResult]
 
@@ -61,6 +65,7 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     telling = [row for row in every if _tells(row[1])]
     few = len(every) <= _FEW_ROWS
     others = _OTHER_LINES + any(TYPICAL in time.note for _, one in every for time in one.time_to.values())
+    others += any(one.error_at_budget.bound == "low" for _, one in every)
     rows = every if verbose or few else _first(telling, MOST_LINES - others - len(caveats))
     table = _fitting(rows, summary, console.width, len(summary.targets) if verbose else _MOST_TARGETS)
     if rows:
@@ -71,7 +76,7 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     more += [_count(left, "more note")] if (left := len(summary.verdict_notes) - len(notes)) else []
     more += _questions(summary)
     faster = _speed_ups(summary) if verbose else []
-    beyond = [text for text in _marks(table, faster) if text.startswith((EXTRAPOLATED.strip(), MEDIAN.strip()))]
+    beyond = _short_legend(table, faster)
     unknown = (
         _reasons(summary, unknown=True) if len(rows) + len(caveats) + len(beyond) + _LINES_AROUND < MOST_LINES else []
     )
@@ -142,6 +147,13 @@ def _heading(target: float) -> str:
 def _marks(table: Table, lines: Sequence[str]) -> list[str]:
     """Return a line for each mark that a cell of the table or one of the ``lines`` has, with its meaning."""
     return [f"{mark.strip()} {meaning}" for mark, meaning in meanings(_texts(table, lines)).items()]
+
+
+def _short_legend(table: Table, lines: Sequence[str]) -> list[str]:
+    """Return the legend that is shown without ``-v``: marks after numbers, lower bounds, and the errors beside them."""
+    found = [text for text in _marks(table, lines) if text.startswith(_EXPLAINED)]
+    beside = "; in brackets: the error that was measured" * any("(measured" in text for text in _texts(table, lines))
+    return [text + beside * text.startswith(AT_LEAST) for text in found]
 
 
 def _texts(table: Table, lines: Sequence[str]) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -24,7 +25,7 @@ from equaltime.cli.info_scene import scene_summary
 from equaltime.cli.lines import in_columns
 from equaltime.cli.messages import plain_console, print_json, print_lines, print_warnings
 from equaltime.cli.options import AsJson, Define, Substitute, Verbose, parse_definitions
-from equaltime.errors import ImageError, SceneError
+from equaltime.errors import ImageError, SceneError, StrategyError
 from equaltime.examples import example_of
 from equaltime.experiments.model.experiment import Experiment
 from equaltime.experiments.model.reader import is_experiment, make_experiment
@@ -32,9 +33,11 @@ from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.stored import StoredExperiment, stored_experiments
 from equaltime.images import preview
 from equaltime.rendering.render_file import holds_film, read_picture
+from equaltime.rendering.render_record import checked
 from equaltime.scene import Scene, SceneModel, load_file
 from equaltime.scene.scene import named_files
 from equaltime.statistics.intervals import Interval
+from equaltime.strategy import Strategy
 from equaltime.words import duration
 
 __all__ = ["info"]
@@ -42,11 +45,11 @@ __all__ = ["info"]
 FAMILIES: Final = ("shape", "bsdf", "texture", "emitter", "medium")
 """Families of a scene's plugins whose objects ``equaltime info`` counts."""
 _OF_RENDERS: Final = (
-    *("scene", "digest", "size", "crop", "max_depth", "scene_max_depth", "strategy", "biased", "without", "frame"),
-    *("seed", "decision", "sources", "spp", "stopped_by", "error", "radiance_range", "seconds", "paths", "rays"),
-    *("shadow_rays", "threads", "kernel", "effects", "substitutions", "software", "build"),
+    *("scene", "digest", "size", "crop", "max_depth", "scene_max_depth", "strategy", "strategy_in_full", "biased"),
+    *("without", "frame", "seed", "decision", "sources", "spp", "stopped_by", "error", "radiance_range", "seconds"),
+    *("paths", "rays", "shadow_rays", "threads", "kernel", "effects", "substitutions", "software", "build"),
 )
-"""Keys of a saved render's record that are printed."""
+"""Keys of a saved render's record that are printed, and the strategy with all its keys."""
 
 
 def info(
@@ -126,6 +129,8 @@ def _of_render(path: Path, verbose: bool, as_json: bool) -> int:
         return 0
     print_lines([*saved_render(path, record, holds_film(path), verbose)])
     if verbose:
+        with suppress(StrategyError):  # of another version
+            record = {**record, "strategy_in_full": Strategy.parse(checked(record, path)["strategy"]).in_full}
         told = (name for name in _OF_RENDERS if record.get(name) not in (None, [], False))
         rows = ((name.replace("_", " "), _of_record(name, record[name])) for name in told)
         print_lines(["", *in_columns(rows)])

@@ -31,6 +31,7 @@ from equaltime.scene.bare_mesh import MESHES
 from equaltime.scene.lint import Finding
 from equaltime.statistics.in_words import count, error_range, time_range
 from equaltime.strict_json import json_text, to_json
+from equaltime.words import without_numbers
 
 __all__ = [
     "ANY_WIDTH",
@@ -109,7 +110,6 @@ def selects_images(result: Result) -> bool:
 
 _SOFTER = "a larger sun (-D sun_angle=15) or rougher glass and metal are met sooner; both change the picture"
 
-_NUMBER = re.compile(r"[0-9][0-9.,e+]*")
 
 _PLACE = re.compile(r"^\S+\.\w+(?::\d+)?: ")
 _FILE_NAME = re.compile(r"'[^']*\.\w+'")
@@ -152,7 +152,7 @@ def doubts(result: Result, findings: Sequence[Finding] = (), forecast: str = "")
     """
     lines = []
     if not result.error.trusted:
-        known = _NUMBER.sub("", forecast) == _NUMBER.sub("", result.error.doubt)
+        known = without_numbers(forecast) == without_numbers(result.error.doubt)
         why = "for the reason told with the forecast" if known else result.error.doubt
         lines.append(f"the error's upper limit cannot be trusted{', ' if known else ': '}{why}")
         if result.focus.possible and _has_soft_sun(result):

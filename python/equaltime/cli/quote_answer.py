@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from equaltime.quoting.law import Law
 from equaltime.quoting.light_parts import lamp
 from equaltime.quoting.noise_light import NoiseLight
 from equaltime.quoting.noise_places import NoisePlaces
@@ -21,6 +22,10 @@ _LOOKS = {0.10: "grainy, for a layout", 0.05: "some grain, for a preview", 0.02:
 _WORTH_SAYING = 0.05
 """Smallest share of error² that the short answer names."""
 _MOST_LIGHTS = 3
+_SAME_SAMPLES = (
+    "this quote has rendered these samples: a render with the same seed takes them again, and states about this error"
+)
+"""Line of a quote for few samples, which predicts nothing about another seed."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +64,8 @@ def _asked(found: Quote, asked: Asked) -> Iterator[str]:
     for line in _numbers(found, asked):
         yield f"{line}{memory}"
         memory = ""
+    if asked.spp is not None and FEWEST <= asked.spp <= _of_pilot(found.law):
+        yield _SAME_SAMPLES
 
 
 def _numbers(found: Quote, asked: Asked) -> Iterator[str]:
@@ -84,6 +91,11 @@ def _numbers(found: Quote, asked: Asked) -> Iterator[str]:
         yield f"{said[0].upper()}{said[1:]}, about {count(spp.value)} samples a pixel"
 
 
+def _of_pilot(law: Law) -> float:
+    """Return the samples per pixel of the test render behind a quote."""
+    return float(law.before[0][0] if law.before else law.samples)
+
+
 def _too_few(found: Quote) -> str:
     least = found.law.seconds_for(Interval(FEWEST, FEWEST, FEWEST))
     noun = stated(found.origin).noun
@@ -101,7 +113,7 @@ def _biased(found: Quote) -> Iterator[str]:
 def _prices(found: Quote) -> Iterator[str]:
     """Yield a table of errors and their times; an error that the pilot has reached takes less time than the pilot."""
     law = found.law
-    pilot = float(law.before[0][0] if law.before else law.samples)
+    pilot = _of_pilot(law)
     reached = f"under {duration(law.seconds_for(Interval(pilot, pilot, pilot)).value)}"
     times = {
         error: time_range(found.prices[error]) if error in found.prices else reached for error in sorted(_LOOKS)[::-1]

@@ -164,7 +164,10 @@ def render(
     ] = "ignore",
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
     verbose: Annotated[
-        bool, typer.Option("--verbose", "-v", help="Print also times, speed, and what the strategy chose by itself.")
+        bool,
+        typer.Option(
+            "--verbose", "-v", help="Print also times, speed, every key of the strategy, and what it chose by itself."
+        ),
     ] = False,
 ) -> int:
     """Render a scene, and tell how accurate the picture is.
@@ -186,9 +189,11 @@ def render(
     more samples, where that pays), mis, bsdf and light (each plain), naive (uniform directions, roulette by albedo),
     and
 
-    * technique=uniform|bsdf|light|mis|mixture, heuristic=balance|power (of mis; default power)
+    * technique=uniform|bsdf|light|mis|mixture, heuristic=balance|power (if technique=mis; the preset mis has balance;
+      default power)
 
-    * lights=uniform|power|tree, environment=plain|compensated (of mis and mixture; default compensated)
+    * lights=uniform|power|tree, environment=plain|compensated (if technique=mis or mixture; the preset mis has plain;
+      default compensated)
 
     * sampler=independent|stratified|sobol|lattice
 

@@ -11,6 +11,7 @@ from equaltime.rendering.budget import Looks, Stop
 from equaltime.rendering.result import Result
 from equaltime.rendering.stated import samples_in_words, stated
 from equaltime.statistics.in_words import count, error_range, time_range
+from equaltime.strategy import Strategy
 from equaltime.words import duration, duration_of_runs, percent
 
 __all__ = ["details", "nothing_added", "outcome"]
@@ -74,7 +75,7 @@ def nothing_added(result: Result) -> Iterator[str]:
 
 
 def details(result: Result, phases: Mapping[str, float]) -> Iterator[str]:
-    """Yield lines on a render's size, error, samples, times, speed, looks, and what the strategy decided by itself.
+    """Yield lines on a render's size, error, samples, times, speed, looks, strategy, and what it decided by itself.
 
     ``phases`` maps names of phases to their seconds.
     """
@@ -90,6 +91,7 @@ def details(result: Result, phases: Mapping[str, float]) -> Iterator[str]:
         yield f"last looks at the error: {_looks(result)}"
     if result.stats.cluster:
         yield result.stats.cluster
+    yield f"strategy {Strategy.parse(result.origin.strategy).in_full}"
     if str(result.decision):
         yield str(result.decision)
 

@@ -175,7 +175,7 @@ def _told(path: Replay, strategy: Strategy, verbose: bool) -> Iterator[str]:
     yield f"pixel {x},{y}, sample {path.sample}, seed {path.seed}, strategy {path.strategy}"
     if (short := path_in_short(path)) is not None:
         yield short
-    vertices = PathInLines(path, strategy.technique, verbose)
+    vertices = PathInLines(path, strategy, verbose)
     yield ""
     yield from vertices.legend()
     yield from vertices.lines()
@@ -184,7 +184,7 @@ def _told(path: Replay, strategy: Strategy, verbose: bool) -> Iterator[str]:
     agrees = "the sample" if path.sum == path.radiance else f"{numbers(path.sum)}, which is not the sample"
     yield f"radiance {vertices.all(path.radiance)}"
     yield f"the sum of what is added, times the filter weight {path.filter_weight:.9g}, is {agrees}"
-    if path.brightest is not None:
+    if path.brightest is not None and path.brightest.stands_out:
         yield _DOTS
     if (found := path.first_nonfinite) is not None:
         yield f"the first number that is not finite: at vertex {found[0] + 1}, {found[1].replace('_', ' ')}"

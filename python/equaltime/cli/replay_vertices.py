@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from equaltime.rendering.replay import Replay
+from equaltime.strategy import Strategy
 
 __all__ = ["PathInLines", "numbers"]
 
@@ -25,6 +26,20 @@ _DISCRETE: Final = ("conductor", "dielectric", "thindielectric")
 """BSDFs that scatter into discrete directions only."""
 
 
+_BY_THROUGHPUT: Final = (
+    "the largest component of throughput · weight, at most 1; a split or a refraction counts as if it had not changed "
+    "the throughput"
+)
+_SURVIVAL: Final = {
+    "none": "1",
+    "constant": "{survival:g}",
+    "albedo": "the largest component of the albedo, at most 1",
+}
+"""Survival probability of the rules of roulette that do not take `_BY_THROUGHPUT`."""
+_LONG_PATH: Final = 1024
+"""Depth from which on the core ends paths without a limit at random, whatever the rule: ``kLongPathDepth``."""
+
+
 def numbers(values: Iterable[float], digits: int = _EVERY_DIGIT) -> str:
     """Return numbers with this many significant digits, separated by blanks."""
     return " ".join(f"{value + 0.0:.{digits}g}" for value in values)  # -0 is 0
@@ -35,8 +50,7 @@ class PathInLines:
     """A replayed path as lines of text: a few lines for each vertex, and a legend of what these lines hold."""
 
     path: Replay
-    technique: str
-    """Technique of the strategy, such as ``mis``."""
+    strategy: Strategy
     verbose: bool
     """Whether every vertex is shown, with every digit."""
 
@@ -48,11 +62,16 @@ class PathInLines:
             yield "each pdf is per steradian; the pdf of a picked light contains the probability of the pick"
         elif any(vertex["scattering"] is not None for vertex in vertices):
             yield "each pdf is per steradian"
+        if any(vertex["scattering"] is not None for vertex in vertices):
+            yield "albedo: the share of the light that is scattered, for each colour"
+        if any(vertex["scattering"] is not None and vertex["scattering"]["sampled"] for vertex in vertices):
+            yield "weight: BSDF·cos / pdf of the direction that is drawn; it multiplies the throughput"
         if any(_plays_roulette(vertex["scattering"]) for vertex in vertices):
             yield (
                 "Russian roulette: the path survives with the survival probability, and its throughput is then divided "
                 "by that number, which keeps the mean right; else it ends"
             )
+            yield f"survival probability: {self._survival()}"
         yield (
             "the camera's ray begins between camera and scene, where no surface is nearer to the camera; other rays "
             "begin just off the surface that they leave, clear of its rounding error"
@@ -90,9 +109,17 @@ class PathInLines:
         """Return numbers with the digits of this output, separated by blanks."""
         return numbers(values, _EVERY_DIGIT if self.verbose else _DIGITS)
 
+    def _survival(self) -> str:
+        """Return the formula of the survival probability in words."""
+        rule = self.strategy.roulette
+        said = _SURVIVAL.get(rule, _BY_THROUGHPUT).format(survival=self.strategy.survival)
+        if len(self.path.vertices) < _LONG_PATH:
+            return f"{said} (roulette={rule})"
+        return f"{said} (roulette={rule}); from depth n = {_LONG_PATH} on times (n / (n + 1))² if paths have no limit"
+
     def _takes_light(self, vertex: Mapping[str, Any]) -> bool:
         light = vertex["light"]
-        return light is not None and (light["sampled"] or self.technique in _SAMPLED)
+        return light is not None and (light["sampled"] or self.strategy.technique in _SAMPLED)
 
     def _vertex(self, vertex: Mapping[str, Any], rays: int) -> Iterator[str]:
         """Yield the lines of a vertex from which this number of rays go on; more than 1 if the path is split."""
@@ -131,7 +158,7 @@ class PathInLines:
 
     def _why_this_weight(self, vertex: Mapping[str, Any]) -> str:
         """Return the density of light sampling for the ray to an emitter, or why no light sample can be this ray."""
-        if self.technique in _NOT_AIMING:
+        if self.strategy.technique in _NOT_AIMING:
             return "this strategy does not aim at this light"
         if vertex["emitter"]["mis_weight"] == 1.0:
             left = vertex["from"]

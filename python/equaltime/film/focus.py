@@ -17,7 +17,7 @@ from typing import Any
 
 from equaltime.film.sums import focused_light
 from equaltime.machine import worker_threads
-from equaltime.statistics.in_words import rounded
+from equaltime.statistics.in_words import figure, rounded
 
 __all__ = ["Focus"]
 
@@ -118,7 +118,7 @@ class Focus:
         often = rounded(1.0 / self.share)
         return (
             f"small bright emitters reach the image by way of {self.surfaces}, where samples meet them by chance, at "
-            f"most one in {often}: light that {samples:.3g} samples a pixel have not met is not in the error; more "
+            f"most one in {often}: light that {figure(samples)} samples a pixel have not met is not in the error; more "
             "samples, or larger and dimmer emitters, bring it in"
         )
 

@@ -39,7 +39,7 @@ from equaltime.scene.model import MOST_SAMPLES
 from equaltime.statistics.intervals import UNKNOWN, Interval, Unit
 from equaltime.strategy import Strategy
 from equaltime.strict_json import fields_to_json
-from equaltime.words import Shown, percent
+from equaltime.words import Shown, figure, percent
 
 if TYPE_CHECKING:
     from equaltime.quoting.noise_light import NoiseLight
@@ -299,7 +299,7 @@ class Pilot:
         law = self._law()
         end, _ = self._end(law)
         if end.low > MOST_SAMPLES:
-            at_least = f"it takes {end.low:.3g} samples a pixel or more"
+            at_least = f"it takes {figure(end.low)} samples a pixel or more"
             raise RenderError(f"the target is beyond reach: {at_least}, and {MOST_SAMPLES} are the most")
         self._work = end.value
         most = USUAL_SECONDS / law.seconds_per_sample if self._hurried else math.inf

@@ -15,6 +15,9 @@ from equaltime.words import figure
 
 __all__ = ["Brightest", "brightest_sample"]
 
+_STANDS_OUT = 10.0
+"""Smallest luminance of a bright sample, in means of the pixel's other samples: ordinary noise stays below it."""
+
 
 @dataclass(frozen=True)
 class Brightest:
@@ -31,6 +34,16 @@ class Brightest:
     """Luminance of the brightest sample; NaN if one of its channels is NaN or infinite."""
     mean_of_others: float
     """Mean luminance of the other samples; NaN if there are none."""
+
+    @property
+    def stands_out(self) -> bool:
+        """Whether the sample may make a bright dot: at least `_STANDS_OUT` times the mean of the others, or not finite.
+
+        A single sample has no others, so it never stands out.
+        """
+        return math.isnan(self.luminance) or (
+            self.luminance > 0.0 and self.luminance >= _STANDS_OUT * self.mean_of_others
+        )
 
     def __str__(self) -> str:
         which = f"sample {self.sample} (counted from 0) of the first {self.samples}"

@@ -30,7 +30,7 @@ from equaltime.rendering.stated import different_problems
 from equaltime.statistics.agreement import compare_pair
 from equaltime.statistics.intervals import Interval, exp, signed_root
 from equaltime.strict_json import fields_to_json, to_json
-from equaltime.words import Shown, figure, percent
+from equaltime.words import Shown, figure, percent, without_numbers
 
 __all__ = ["Compared", "Comparison", "compare"]
 
@@ -338,10 +338,14 @@ def _notes(files: list[_File], compared: tuple[Compared, ...], without_ratio: bo
                 f"the error of {image.path} is unknown but for an upper limit: {truth.path} has so much noise itself. "
                 f"Render {truth.path} with more samples"
             )
+    told = set[str]()
     for file in files:
         if file.doubt:
             also = ", and so are all errors measured against it" if file is truth else ""
-            yield f"the error that {file.path} states is in doubt{also}: {file.doubt}"
+            again = without_numbers(file.doubt) in told
+            why = f"{',' * bool(also)} for the same reason" if again else f": {file.doubt}"
+            told.add(without_numbers(file.doubt))
+            yield f"the error that {file.path} states is in doubt{also}{why}"
     if without_ratio:
         yield f"the ratio of errors is unknown: {truth.path} is too noisy to tell"
     if not available():

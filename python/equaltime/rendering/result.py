@@ -112,8 +112,9 @@ class Result:
     samples: NDArray[np.int64]
     """(H, W): number of samples of each pixel. The indices of a pixel's samples begin at 0."""
     error: Interval
-    """Relative error of the image with its 95 % interval: 0.02 is 2 %. A bias that was measured is included. A bias
-    that was not measured, and the light of paths longer than ``max_depth``, are not."""
+    """Relative error of the image: 0.02 is 2 %. Its interval holds the true error in at least 95 % of cases, since it
+    allows for light that no sample has met. A bias that was measured is included. A bias that was not measured, and the
+    light of paths longer than ``max_depth``, are not."""
     stats: Stats
     stopped_by: StoppedBy
     """Reason why the render ended: the sample count, the time limit, the error asked for, the ``count`` that a pilot

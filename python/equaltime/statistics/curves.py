@@ -52,6 +52,7 @@ from equaltime.words import duration, percent
 __all__ = [
     "AGAINST_SAMPLES",
     "BELOW",
+    "RISES",
     "STEEPEST",
     "TOO_NOISY",
     "error_at",
@@ -95,6 +96,9 @@ cent."""
 _BETTER = "reference.error and reference.seconds of an experiment file ask for a better one"
 BELOW = f"the error is below what the reference can show; {_BETTER}"
 """Reason why an error is not known: the noise of the reference hides it."""
+RISES = "read off the mean of errors that rise with time: the last of them is above this error"
+"""Note of a time within the runs to an error that the last measurement exceeds. Low-discrepancy points have such
+errors between powers of two, and noise makes them too."""
 TOO_NOISY = ", too much for times beyond the runs to a smaller one"
 """Part of the note of a time that is not given because of the reference's noise."""
 _SHALLOW = "shallower than -0.5, the slope of independent samples: fixed costs at the start, or rare bright samples"
@@ -259,6 +263,8 @@ def time_to_error(runs: Runs, target: float) -> Interval:
       -1/2 for independent samples without such paths. Otherwise it is fitted to the last three doublings of time.
       `STEEPEST` takes the place of a steeper fit, and the interval is wider then (`steep_doubt`). No curve goes on
       beyond 100 times the longest run, and that of a biased strategy is not extrapolated to later times.
+    - If the last measured error is above ``target`` although the time is within the runs, ``note`` is `RISES`: earlier
+      errors were smaller, and the time is that of a mean of both.
     - If a renderer starts anew for every checkpoint, slopes are against samples, and the start is added to times.
     - The value is ``inf`` if the curve does not reach ``target`` within these limits. The field ``low`` is then a time
       that is surely too short for ``target``; it is 0 if no such time is known. If the fitted slope of an unbiased
@@ -270,7 +276,7 @@ def time_to_error(runs: Runs, target: float) -> Interval:
     """
     whole = np.ones(runs.repeats)
     typical = bool(runs.tail)
-    x = (runs.typical(whole) if typical else runs.points(whole))[0]
+    x, y = runs.typical(whole) if typical else runs.points(whole)
     if runs.exact:
         first = float(runs.seconds[:, 0].mean())
         return Interval(first, 0.0, first).bounded("high", "the first image is exact already")
@@ -299,7 +305,8 @@ def time_to_error(runs: Runs, target: float) -> Interval:
         low = max(_surely_until(runs, target, x.size - 1), min(_lower_end(found), FARTHEST_REACH * math.exp(end)))
         why = ": biased, not extrapolated" if math.isinf(value) else f" in {FARTHEST_REACH:g} times the longest run"
         return runs.judged_time(Interval(math.inf, low, math.inf).noted("not reached" + why))
-    return runs.judged_time(_with_reach(found.map(exp), value, (begin, end), runs, steep_doubt(runs, target)))
+    found = _with_reach(found.map(exp), value, (begin, end), runs, steep_doubt(runs, target))
+    return runs.judged_time(found.noted(RISES) if value <= end and y[-1] > math.log(target) else found)
 
 
 def steep_doubt(runs: Runs, target: float) -> tuple[float, float]:

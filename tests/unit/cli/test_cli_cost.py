@@ -118,6 +118,16 @@ def test_an_experiment_begins_and_ends_with_the_verdict(
     assert len(load(folder / "records.csv")) == 8
 
 
+def test_the_name_of_an_example_is_no_reason_for_a_warning(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["cost", "experiments", "-o", "out", "--strategies", "best"]) == 2, "options that a folder refuses"
+    told = capsys.readouterr().err
+    assert told.startswith("experiments is the example ")
+    assert "warning" not in told
+
+
 @pytest.mark.usefixtures("quickly")
 def test_the_command_line_is_kept_with_the_runs_that_it_made(experiment: Path, folder: Path) -> None:
     arguments = ["cost", str(experiment), "-o", str(folder), "--repeats", "1"]

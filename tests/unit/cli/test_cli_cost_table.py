@@ -17,6 +17,7 @@ from equaltime.experiments.report.latex import latex_table
 from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.tables import check_table, point_table
 from equaltime.experiments.report.words import facts, percent
+from equaltime.statistics.curves import RISES
 from equaltime.statistics.intervals import UNKNOWN, Interval
 from equaltime.statistics.runs import TYPICAL
 
@@ -24,6 +25,7 @@ from ..experiments.fake_summary import summary
 
 LEFT_OUT = f"times to {percent(0.1)}, {percent(0.05)}"
 """Times that the table has no column for, in words."""
+STAR = "* extrapolated beyond the runs, or before their first measurement, or read off where measured errors rise"
 HUGE = Interval(500.0, 400.0, 600.0, note="extrapolated 9 times", reach=9.0)
 
 
@@ -48,7 +50,7 @@ def test_a_time_that_was_not_measured_is_marked(tmp_path: Path, capsys: pytest.C
     assert "time to 1 %" not in head  # one of them does not reach it
     assert naive.rstrip().endswith("*")
     assert "*" not in cut + best
-    assert below == "* extrapolated beyond the runs, or before their first measurement"
+    assert below == STAR
 
 
 def test_the_verdict_is_the_first_and_the_last_line_and_its_notes_are_below_the_table(
@@ -73,7 +75,7 @@ def test_an_error_beyond_the_runs_is_marked_and_not_called_measured(
     )
     assert "*" in lines[2]
     assert "*" not in lines[3]
-    assert "* extrapolated beyond the runs, or before their first measurement" in lines
+    assert STAR in lines
     bound = error.bounded("low", "heavy tail")
     lines = printed(
         changed(summary(tmp_path), "naive", lambda one: replace(one, error_at_budget=bound)), tmp_path, capsys
@@ -113,6 +115,28 @@ def test_times_of_typical_runs_are_marked(tmp_path: Path, capsys: pytest.Capture
     table = latex_table(found)
     assert table.count(r"$^\dagger$") == 5, "four times and the note"
     assert table.isascii()
+
+
+def test_a_lower_limit_and_the_error_beside_it_are_explained(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plain = summary(tmp_path)
+    bound = plain.scenes[0].strategies[0].error_at_budget.bounded("low", "heavy tail")
+    found = changed(plain, "naive", lambda one: replace(one, error_at_budget=bound))
+    told = "\N{GREATER-THAN OR EQUAL TO} at least, since the upper end of the interval cannot be trusted"
+    assert f"{told}; in brackets: the error that was measured" in printed(found, tmp_path, capsys)
+    assert not any(told in line for line in printed(plain, tmp_path, capsys))
+
+
+def test_a_time_where_errors_rise_has_the_mark_of_extrapolated_ones(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def risen(one: StrategyResult) -> StrategyResult:
+        return replace(one, time_to={target: time.noted(RISES) for target, time in one.time_to.items()})
+
+    lines = printed(changed(summary(tmp_path), "naive", risen), tmp_path, capsys)
+    assert (lines[2].count("*"), lines[3].count("*")) == (2, 0)
+    assert STAR in lines
 
 
 def test_every_speed_up_over_the_baseline_is_told_with_all_numbers(
@@ -237,7 +261,7 @@ def test_the_legend_has_the_marks_of_its_table_and_no_other(tmp_path: Path, monk
     assert legend(half, every_row(half))[2:] == [
         "(biased) the strategy may converge to another picture",
         "\N{GREATER-THAN OR EQUAL TO} at least, since the upper end of the interval cannot be trusted",
-        "* extrapolated beyond the runs, or before their first measurement",
+        STAR,
         "best: light is missing",
     ]
 

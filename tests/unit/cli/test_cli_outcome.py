@@ -56,6 +56,16 @@ def test_what_the_strategy_left_to_the_render_is_said_if_asked(
     assert "decision" in capsys.readouterr().out
 
 
+def test_every_key_of_the_strategy_is_told_if_asked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    output = str(tmp_path / "a.exr")
+    in_full = et.Strategy.parse("mis").in_full
+    assert "technique=mis,heuristic=balance," in in_full
+    assert main(["render", str(SCENE), "-o", output, "--size", "8x8", "--spp", "4", "--strategy", "mis", "-v"]) == 0
+    assert f"strategy {in_full}" in capsys.readouterr().out.splitlines()
+    assert main(["info", output, "-v"]) == 0
+    assert [line.split()[3] for line in capsys.readouterr().out.splitlines() if "strategy in full" in line] == [in_full]
+
+
 def test_samples_that_follow_the_noise_are_told_beside_those_asked_for(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -15,6 +15,7 @@ import equaltime as et
 from equaltime.cli import main
 from equaltime.cli.replay import ENDS
 from equaltime.images import image_files as images
+from equaltime.rendering.brightest import Brightest
 
 from ..scene.test_frames import KEYS, STANDING
 
@@ -212,10 +213,31 @@ def test_a_roulette_is_told_where_it_may_end_the_path(tmp_path: Path, capsys: py
     told = [number for number, line in enumerate(lines) if "Russian roulette" in line]
     assert lines[told[0]].endswith("divided by that number, which keeps the mean right; else it ends"), "the legend"
     assert told[0] < next(number for number, line in enumerate(lines) if line.startswith("1. "))
+    assert lines[told[0] + 1] == "survival probability: 0.5 (roulette=constant)"
     assert lines[told[1]] == "     Russian roulette: survival probability 0.5, the path ends"
     assert "   ends: by Russian roulette" in lines
     longer = shown(scene, capsys, *words[:1], "bsdf,roulette=constant,survival=0.999,roulette_depth=1")
     assert "     Russian roulette: survival probability 0.999, the path survives" in longer
+
+
+@pytest.mark.parametrize(
+    ("rule", "formula"),
+    [
+        ("albedo", "the largest component of the albedo, at most 1 (roulette=albedo)"),
+        ("throughput", "the largest component of throughput · weight, at most 1; a split or a refraction counts as if"),
+    ],
+)
+def test_the_survival_probability_follows_from_the_formula_in_the_legend(
+    rule: str, formula: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = tmp_path / "room.toml"
+    scene.write_text(LONG)
+    words = ("--strategy", f"bsdf,roulette={rule},roulette_depth=1", "--max-depth", "3", "-D", "grey=[0.2, 0.9, 0.4]")
+    lines = shown(scene, capsys, *words, "-v")
+    assert [line for line in lines if line.startswith(f"survival probability: {formula}")]
+    assert "albedo: the share of the light that is scattered, for each colour" in lines
+    assert "weight: BSDF·cos / pdf of the direction that is drawn; it multiplies the throughput" in lines
+    assert float(next(line.split()[4] for line in lines if "roulette: survival" in line).rstrip(",")) == np.float32(0.9)
 
 
 def test_parts_of_an_obj_file_are_named_by_material(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -225,7 +247,6 @@ def test_parts_of_an_obj_file_are_named_by_material(tmp_path: Path, capsys: pyte
     assert main(["replay", str(mesh), "--pixel", "16,12", "--size", "32x24"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert any("meets the front of 'cloth' (obj, " in line for line in lines)
-    assert lines[-1].endswith("scenes/render/README.md, When the error is in doubt")
 
 
 LAMP = """
@@ -292,6 +313,17 @@ def test_numbers_have_every_digit_with_v_alone(tmp_path: Path, capsys: pytest.Ca
     assert shown[0][:4] == whole[0][:4]
     assert "all of theirs with -v" in short
     assert "all of theirs with -v" not in every
+
+
+def test_only_bright_samples_lead_to_advice_on_bright_dots(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    advice = "scenes/render/README.md, When the error is in doubt"
+    assert told_of_lamp(tmp_path, capsys, "bsdf", z=6).rstrip().endswith(advice), "the lamp is found by chance"
+    assert advice not in told_of_lamp(tmp_path, capsys, "light", z=6), "each sample finds it"
+    assert advice not in told_of_lamp(tmp_path, capsys, "light", z=-6), "all samples are black"
+    dots = [Brightest(0, 4, luminance, mean).stands_out for luminance, mean in ((9.0, 1.0), (10.0, 1.0), (2.0, 0.0))]
+    assert dots == [False, True, True]
+    assert Brightest(3, 4, float("nan"), 1.0).stands_out
+    assert not Brightest(0, 1, 5.0, float("nan")).stands_out
 
 
 def test_only_a_path_that_splits_has_copies(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

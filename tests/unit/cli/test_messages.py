@@ -21,6 +21,8 @@ from equaltime.words import duration, seconds_of
         (4.56, "4.56 s"),
         (299.0, "299 s"),
         (2040.0, "34 min"),
+        (7140.0, "119 min"),
+        (7196.0, "2 h"),
         (18001.0, "5 h"),
         (1e6, "11.6 days"),
         (math.inf, "inf days"),

@@ -153,7 +153,8 @@ def test_of_several_scenes_each_is_named() -> None:
     ],
 )
 def test_samples_are_said_as_ratios(fewer: Interval, said: str) -> None:
-    assert samples_verdict([scene(strategy("x", fewer=fewer))]) == f"For the same error, compared with right: x {said}."
+    found = questions.samples_verdict([scene(strategy("x", fewer=fewer))])
+    assert found.text == f"For the same error, compared with right: x {said}."
 
 
 def with_efficiency(label: str, *numbers: float) -> StrategyResult:
@@ -175,16 +176,28 @@ def test_a_combination_is_compared_with_the_better_of_its_parts_on_the_worst_sce
     assert combination_verdict([smooth, rough]) == (
         "Compared with the better of bsdf and light, right has at worst 1.2 times the squared error at equal samples "
         "(1.08 to 1.32), against bsdf on smooth. At equal time, right has at worst 2 times the squared error "
-        "(1.8 to 2.2), against light on rough. "
-        "At equal time, bsdf alone has up to 5 times (on rough) and light alone has up to 50 times (on smooth) the "
-        "squared error of right."
+        "(1.8 to 2.2), against light on rough. Equal samples: at 32 a pixel, the largest count that both have. "
+        "At equal time, bsdf alone has 5 times (its worst scene: rough) and light alone has 50 times (its worst scene: "
+        "smooth) the squared error of right."
     )
     assert verdict([smooth], [0.1], "combination") == (
         "Compared with the better of bsdf and light, right has 1.2 times the squared error at equal samples "
         "(1.08 to 1.32), against bsdf. At equal time, right has 1.5 times the squared error (1.35 to 1.65), "
-        "against bsdf. "
+        "against bsdf. Equal samples: at 32 a pixel, the largest count that both have. "
         "At equal time, bsdf alone has 0.667 times and light alone has 50 times the squared error of right."
     )
+
+
+def test_equal_samples_have_their_counts() -> None:
+    short = part("bsdf", exactly(1.2), exactly(1.5))
+    short = replace(short, curve=replace(short.curve, spp=(2, 4, 8, 5000)))  # the baseline has 2, 4, 8, 16, 32
+    box, ball = scene(short, name="box"), scene(part("bsdf", exactly(1.1), exactly(1.2)), name="ball")
+    told = "Equal samples: at 8 to 32 a pixel, the largest count that both have on a scene."
+    assert told in combination_verdict([box, ball])
+    few = strategy("few", fewer=exactly(2.0))
+    assert samples_verdict([scene(few)]).endswith("Equal samples: at 32 a pixel, the largest count that both have.")
+    alone = replace(few, curve=replace(few.curve, spp=(3,)))
+    assert "Equal samples" not in samples_verdict([scene(alone)])
 
 
 def test_an_interval_that_includes_1_shows_no_loss_unless_another_scene_does() -> None:
@@ -205,7 +218,7 @@ def test_a_scene_where_the_better_part_is_open_does_not_count() -> None:
     assert "1.2 times the squared error at equal samples (1.08 to 1.32), against bsdf on known. " in found
     assert "right has at most 0.22 times the squared error, against bsdf on known. " in found
     assert " Not known on unknown (few repeats). " in found
-    assert "time, bsdf alone has at least 4.55 times (on known) and light alone has at least 4.55 times (on kn" in found
+    assert "time, bsdf alone has at least 4.55 times (its worst scene: known) and light alone has at least 4.5" in found
     assert combination_verdict([unknown]).startswith(
         "Compared with the better of bsdf and light, the squared error of right cannot be compared at equal samples. "
         "At equal time, the squared error of right cannot be compared. Not known on unknown (few repeats)."

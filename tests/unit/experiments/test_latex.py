@@ -95,7 +95,7 @@ def test_times_of_a_column_that_spans_powers_of_ten_have_units_of_their_own(tmp_
     changed = replace(scene, strategies=(times[0], cut, times[1]))
     rows = latex_table(replace(found, scenes=(changed,))).splitlines()
     assert r" & time to 10\,\% & time to 5\,\% [s] & " in rows[3]
-    assert r" & 120\,min [117, 123] & " in rows[5]
+    assert r" & 2.00\,h [1.94, 2.06] & " in rows[5]
     assert r" & 3.0\,ms [2.0, 4.0] & " in rows[7]
 
 

@@ -242,6 +242,16 @@ def test_what_cannot_be_trusted_has_its_reason_in_place_of_numbers(tmp_path: Pat
 
 
 @pytest.mark.usefixtures("without_figures")
+def test_the_checks_say_with_which_strategy_pictures_are_compared(tmp_path: Path) -> None:
+    value = summary(tmp_path)
+    page, _ = written(value, tmp_path)
+    told = "without it the unbiased strategy with the smallest error on the scene"
+    assert told in page.visible
+    page, _ = written(replace(value, scenes=(replace(value.scenes[0], standard=None),)), tmp_path)
+    assert told not in page.visible
+
+
+@pytest.mark.usefixtures("without_figures")
 def test_the_factors_that_verdicts_tell_stand_in_the_table(tmp_path: Path) -> None:
     """Gains at equal time and at equal samples; one that is not known as a number stands as a limit."""
     value = summary(tmp_path)
@@ -253,6 +263,7 @@ def test_the_factors_that_verdicts_tell_stand_in_the_table(tmp_path: Path) -> No
     assert "\N{GREATER-THAN OR EQUAL TO} 500\N{MULTIPLICATION SIGN}" in page.visible
     assert "900" not in page.visible
     assert "2.0\N{MULTIPLICATION SIGN}" in page.visible
+    assert "at 32 samples" in page.visible
 
 
 def test_the_geometric_mean_over_scenes_adds_their_intervals_on_the_logarithm(tmp_path: Path) -> None:

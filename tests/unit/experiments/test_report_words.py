@@ -103,11 +103,12 @@ def test_short_numbers_have_up_to_three_digits() -> None:
     assert [percent(value) for value in (0.1, 0.05, 0.00316, 7.71)] == [
         f"{text}{THIN}%" for text in ("10", "5", "0.316", "771")
     ]
-    assert [seconds(value) for value in (0.05, 1.0, 12.34, 7200.0)] == [
+    assert [seconds(value) for value in (0.05, 1.0, 12.34, 7140.0, 7200.0)] == [
         f"50{THIN}ms",
         f"1{THIN}s",
         f"12.3{THIN}s",
-        f"120{THIN}min",
+        f"119{THIN}min",
+        f"2{THIN}h",
     ]
 
 

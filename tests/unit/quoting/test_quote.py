@@ -279,6 +279,23 @@ def test_the_command_answers_first_and_in_twelve_lines(
     assert all(units.match(line[10:]) for line in rows)
 
 
+def test_a_quote_for_few_samples_is_of_the_render_itself_and_says_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = str(tmp_path / "a.exr")
+    for spp, same in ((4, True), (8, True), (64, False)):
+        words = ["--size", "32x32", "--seed", "7", "--spp", str(spp)]
+        assert main(["quote", str(SCENE), *words, "--no-why"]) == 0
+        quoted, second, *_ = capsys.readouterr().out.splitlines()
+        assert second.startswith("this quote has rendered these samples: ") == same
+        assert main(["render", str(SCENE), "-o", output, *words, "--overwrite"]) == 0
+        rendered = capsys.readouterr().out
+        before, after = (
+            float(text.rpartition("error ")[2].split()[0]) for text in (quoted, rendered.rpartition("Done")[2])
+        )
+        assert after == pytest.approx(before, rel=0.01 if spp == 8 else 0.25), "all of the pilot's samples, or some"
+
+
 def test_a_quote_of_a_slow_scene_is_from_two_samples_a_pixel_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pilot, "USUAL_SECONDS", 1e-9)
     found = et.quote(et.load(SCENE).with_(size=(24, 24)), time=10.0)

@@ -353,6 +353,18 @@ def test_a_doubt_of_the_reference_is_one_of_all_that_is_measured_against_it(
     assert et.compare("ref.exr", "a.exr").images[0].doubt == ""
 
 
+def test_a_doubt_that_two_images_have_is_told_once(tmp_path: Path) -> None:
+    said = {"value": 0.1, "low": 0.05, "high": None}
+    a, b, other = (
+        rendered(tmp_path / f"{seed}.exr", seed, 64, record={"error": {**said, "doubt": doubt}})
+        for seed, doubt in enumerate(("1,610 samples miss light", "64 samples miss light", "heavy tail"))
+    )
+    first, second = et.compare(a, b).notes[:2]
+    assert first == f"the error that {a} states is in doubt: 1,610 samples miss light"
+    assert second.endswith("in doubt, and so are all errors measured against it, for the same reason")
+    assert et.compare(a, other).notes[1].endswith(": heavy tail")
+
+
 def test_without_the_package_of_flip_all_other_metrics_are_told(
     files: tuple[Path, Path, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -371,7 +383,7 @@ def test_the_command_prints_every_metric(
     lines = capsys.readouterr().out.splitlines()
     assert re.match(r"a\.exr has 0\.49\d* times \(0\.4\d* to 0\.\d+\) the error of b\.exr\.$", lines[0])
     assert lines[1].startswith("Bias found: ") or re.match(
-        r"No bias found \(p = \S+ for a\.exr, p = \S+ for b\.exr; below 0\.001 would be one\)\.$", lines[1]
+        r"No bias found: p = \S+ for a\.exr, p = \S+ for b\.exr; only p below 0\.001 counts as bias\.$", lines[1]
     )
     assert lines[-1].endswith("relmse, mse, mare, efficiency")
     assert len(lines) <= MOST_LINES

@@ -13,6 +13,7 @@ from scipy.stats import binomtest
 from equaltime.experiments.analysis.strategy_runs import speed_up
 from equaltime.statistics.curves import (
     AGAINST_SAMPLES,
+    RISES,
     error_at,
     error_curve,
     falling,
@@ -266,6 +267,17 @@ def test_the_error_at_the_end_of_runs_is_told_though_it_rose_there() -> None:
     few = Runs(seconds[:, :2], runs.relmse[:, :2])
     assert error_at(few, 2.2).known
     assert not error_at(few, 2.6).known
+
+
+def test_a_time_to_an_error_that_the_last_measurement_exceeds_says_so() -> None:
+    """Errors of Sobol points at 16, 32, 64 and 70 samples: the last count is no power of two."""
+    seconds = np.tile([1.0, 2.0, 4.0, 4.4], (6, 1))
+    runs = Runs(seconds, np.square(np.tile([4.0, 2.0, 0.95, 1.15], (6, 1)) * np.linspace(0.98, 1.02, 6)[:, None]))
+    found = time_to_error(runs, 1.03)
+    assert 2.0 < found.value <= 4.4
+    assert RISES in found.note
+    assert RISES not in time_to_error(runs, 1.5).note
+    assert RISES not in time_to_error(replace(runs, relmse=runs.relmse[:, :3], seconds=seconds[:, :3]), 1.03).note
 
 
 def test_the_error_at_a_checkpoint_is_that_of_the_curve_also_where_errors_rise_or_a_few_events_make_them() -> None:

@@ -29,6 +29,8 @@ def test_a_number_has_two_digits_and_no_exponent(number: float, text: str) -> No
 
 def test_an_interval_has_one_unit() -> None:
     assert time_range(Interval(350.0, 237.0, 708.0)) == "5.8 min (4.0 to 12)"
+    assert time_range(Interval(18000.0, 9600.0, 31800.0)) == "5.0 h (2.7 to 8.8)"
+    assert str(seconds_cell(Interval(18000.0, 9600.0, 31800.0))).startswith("5\N{NARROW NO-BREAK SPACE}h ")
     assert time_range(Interval(64440.0, 5664.0, 3.6e6)) == "18 h (1.6 to 1,000)"
     assert time_range(Interval(30.0, 30.0, 30.0)) == "30 s"
     assert error_range(Interval(0.0171, 0.0149, 0.0196)) == "1.7 % (1.5 to 2.0)"

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 
 from equaltime.errors import StrategyError
-from equaltime.experiments.analysis.sentences import Answer, joined, listed
+from equaltime.experiments.analysis.sentences import Answer, equal_samples, joined, listed
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.statistics.curves import BELOW
 from equaltime.statistics.in_words import about, figure
@@ -31,7 +31,8 @@ def combination_verdict(scenes: Sequence[SceneResult]) -> Answer:
     """Return how much worse the baseline, a combination of techniques, is at worst than the better of its parts.
 
     The parts are the strategies of a single technique. Two sentences tell the worst scene at equal samples and at equal
-    time. Notes tell the scenes that tell nothing, and the scene on which each part alone is worst.
+    time. Notes tell the equal count of samples, the scenes that tell nothing, and the scene on which each part alone is
+    worst.
     """
     baseline = joined(scene.baseline for scene in scenes)
     parts = list(dict.fromkeys(part.label for scene in scenes for part in _parts(scene)))
@@ -43,7 +44,9 @@ def combination_verdict(scenes: Sequence[SceneResult]) -> Answer:
         f"Compared with {better}, {_worst(scenes, baseline, _in_samples, 'at equal samples')}.",
         f"At equal time, {_worst(scenes, baseline, _in_time)}.",
     ]
-    notes = [*_unknown(scenes)]
+    known = (scene for scene in scenes if _behind(scene, _in_samples) is not None)
+    counts = (scene.equal_samples(part) for scene in known for part in _parts(scene))
+    notes = [equal_samples(counts), *_unknown(scenes)]
     if alone := [told for label in parts if (told := _alone(scenes, label))]:
         notes.append(f"At equal time, {listed(alone)} the squared error of {baseline}.")
     return Answer.of(said, (*notes, _typical(scenes)))
@@ -165,6 +168,6 @@ def _alone(scenes: Sequence[SceneResult], label: str) -> str:
         return ""
     worst = min(told, key=_most)
     several = len(scenes) > 1
-    sign = "at least " if not sound(worst[0]) else "up to " if several else ""
-    place = f" (on {worst[2]})" if several else ""
+    sign = "at least " if not sound(worst[0]) else ""
+    place = f" (its worst scene: {worst[2]})" if several else ""
     return f"{label} alone has {sign}{figure(1.0 / _most(worst))} times{place}"

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from equaltime.experiments.analysis.pictures import differing_renderers, size_of
-from equaltime.experiments.analysis.sentences import Answer, joined, less_time, listed, times
+from equaltime.experiments.analysis.sentences import Answer, equal_samples, joined, less_time, listed, times
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.statistics.in_words import figure
 from equaltime.statistics.intervals import Interval, product_mean, sound
@@ -76,7 +76,8 @@ def samples_verdict(scenes: Sequence[SceneResult]) -> Answer:
         on = f" on {scene.name}" if len(scenes) > 1 else ""
         said.append(f"{strategy.label}{on} {_fewer(strategy.fewer_samples)}")
     beginning = f"For the same error, compared with {joined(scene.baseline for scene in scenes)}: "
-    return Answer.listing(beginning, said, ", ".join)
+    counts = (scene.equal_samples(strategy) for scene, strategy in _others(scenes, baseline=True))
+    return Answer.listing(beginning, said, ", ".join).noted([equal_samples(counts)])
 
 
 def efficiency_verdict(scenes: Sequence[SceneResult]) -> Answer:

@@ -14,6 +14,7 @@ __all__ = [
     "Answer",
     "across",
     "compared",
+    "equal_samples",
     "joined",
     "less_time",
     "listed",
@@ -125,6 +126,15 @@ def across(found: Sequence[tuple[str, Interval]], text: Callable[[Interval], obj
     if len(ordered) == 1:
         return str(text(ordered[0][1]))
     return " to ".join(f"{text(time)} on {name}" for name, time in (ordered[0], ordered[-1]))
+
+
+def equal_samples(counts: Iterable[int | None]) -> str:
+    """Return a sentence on the samples per pixel at which strategies are compared; empty if no count is known."""
+    known = sorted({count for count in counts if count is not None})
+    if not known:
+        return ""
+    told = f"{known[0]:,}" if len(known) == 1 else f"{known[0]:,} to {known[-1]:,}"
+    return f"Equal samples: at {told} a pixel, the largest count that both have{' on a scene' * (len(known) > 1)}."
 
 
 def joined(labels: Iterable[str]) -> str:

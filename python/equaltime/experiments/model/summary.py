@@ -184,6 +184,14 @@ class SceneResult:
     reference_caveat: str = ""
     """Known limit of the reference besides its noise; empty if there is none."""
 
+    def equal_samples(self, strategy: StrategyResult) -> int | None:
+        """Return the samples per pixel at which a strategy's `fewer_samples` compares it with the baseline.
+
+        It is the largest count that both have in all repeats; None if they have none in common.
+        """
+        counts = (set(one.curve.spp) for one in self.strategies if one.label == self.baseline)
+        return max(set(strategy.curve.spp).intersection(*counts), default=None)
+
     @property
     def late(self) -> str:
         """Sentence for reports on the strategies whose first image took longer than the budget; empty without any."""

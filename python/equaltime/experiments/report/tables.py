@@ -178,7 +178,8 @@ _GAINS = ("gain at equal time", "gain at equal samples")
 def time_table(slug: str, scene: SceneResult, targets: Sequence[float], looks: Mapping[str, Style]) -> Table:
     """Return a table with each strategy's time to each target error, and below it the speed-up over the baseline.
 
-    The last two columns are the gains at equal time and at equal samples, which verdicts may tell. ``slug`` begins the
+    The last two columns are the gains at equal time and at equal samples, which verdicts may tell. Below the latter
+    stands the count of samples per pixel. ``slug`` begins the
     table's id. ``looks`` gives colour, marker and line style by label of a strategy.
     """
     rows = []
@@ -191,6 +192,9 @@ def time_table(slug: str, scene: SceneResult, targets: Sequence[float], looks: M
             cells.append([time, *faster])
         for gain in (strategy.efficiency, strategy.fewer_samples):
             cells.append([_NOTHING if strategy.label == scene.baseline else factor_cell(gain)])
+        count = scene.equal_samples(strategy)
+        if strategy.label != scene.baseline and strategy.fewer_samples.known and count is not None:
+            cells[-1].append(Cell(f"at {count:,} samples"))
         rows.append(label_row(scene, strategy, looks[strategy.label], cells))
     caption = f"Time to a given error, and speed-up and gain over {scene.baseline}; 95 % intervals"
     columns = [*(f"to {percent(target)}" for target in targets), *_GAINS]
@@ -236,9 +240,16 @@ def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Style]) -> Ta
     caption = (
         f"Slope of log error {' or '.join(f'against log {axis.split()[-1]}' for axis in axes)} (independent samples: "
         "\N{MINUS SIGN}0.5), errors, bias, and test for an equal picture; 95 % intervals. The end is the last point of "
-        "a curve"
+        f"a curve.{_WHY_STANDARD * (scene.standard is not None)}"
     )
     return Table(f"{slug}-checks", caption, "strategy", tuple(columns), tuple(rows))
+
+
+_WHY_STANDARD = (
+    " Pictures are compared with those of the standard: the baseline where the question is bias, else best, and "
+    "without it the unbiased strategy with the smallest error on the scene"
+)
+"""Why the strategy that others are compared with may differ from scene to scene."""
 
 
 def _bias_cell(bias: Interval | None) -> Cell:

@@ -10,11 +10,13 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from equaltime.experiments.model.summary import DISAGREES, SceneResult, StrategyResult, Summary
+from equaltime.statistics.curves import RISES
 from equaltime.statistics.in_words import exponent, places, probability
 from equaltime.statistics.intervals import TELLING, TOO_WIDE, UNKNOWN, Interval
 from equaltime.statistics.runs import TYPICAL
 
 __all__ = [
+    "AT_LEAST",
     "DISAGREEING",
     "ERROR_UNIT",
     "EXTRAPOLATED",
@@ -43,7 +45,7 @@ __all__ = [
     "worker_runs",
 ]
 
-_AT_LEAST, _AT_MOST = "\N{GREATER-THAN OR EQUAL TO}", "\N{LESS-THAN OR EQUAL TO}"
+AT_LEAST, _AT_MOST = "\N{GREATER-THAN OR EQUAL TO}", "\N{LESS-THAN OR EQUAL TO}"
 
 _MINUS = "\N{MINUS SIGN}"
 
@@ -68,11 +70,12 @@ _MEANINGS: Mapping[str, str] = {
     "(another picture)": "a test found that the strategy's expected picture is not the standard's",
     DISAGREEING: "no number, since the renderer's picture is not that of the reference",
     _UNTOLD: f"both ends of the interval are more than {TELLING:g} times off the number",
-    _AT_LEAST: "at least, since the upper end of the interval cannot be trusted",
+    AT_LEAST: "at least, since the upper end of the interval cannot be trusted",
     _AT_MOST: "at most, since the lower end of the interval cannot be trusted",
-    EXTRAPOLATED: "extrapolated beyond the runs, or before their first measurement",
-    MEDIAN: "of typical runs: a median over repeats, of speed-ups over pairs of them; errors are root mean squares, of "
-    "which a few rare events make most",
+    EXTRAPOLATED: "extrapolated beyond the runs, or before their first measurement, or read off where measured errors "
+    "rise",
+    MEDIAN: "of typical runs: a median over repeats. A speed-up is the median over pairs of repeats. Errors are root "
+    "mean squares all the same, and a few rare events make most of them",
 }
 
 
@@ -156,7 +159,7 @@ def factor_cell(interval: Interval) -> Cell:
     A ratio of 0 or infinity means that one of the two strategies does not reach the error; it is printed as a bound.
     """
     if interval.trusted and interval.value in (0.0, math.inf):
-        end, sign = (interval.low, _AT_LEAST) if interval.value else (interval.high, _AT_MOST)
+        end, sign = (interval.low, AT_LEAST) if interval.value else (interval.high, _AT_MOST)
         if 0.0 < end < math.inf:
             return Cell(f"{sign} {_short(end)}{_TIMES}", note=interval.note, state="untrusted")
     return _cell(interval, _FACTOR)
@@ -173,13 +176,16 @@ def ratio_cell(scene: SceneResult, strategy: StrategyResult, target: float) -> C
 
 
 def marked(text: str, number: Interval) -> str:
-    """Return the text of a number or bound with the marks of what limits it: extrapolated, or of typical runs.
+    """Return the text of a number or bound with the marks of what limits it.
+
+    One is for numbers that are extrapolated or where measured errors rise again, the other for typical runs.
 
     A word or a dash in place of a number has no mark.
     """
     if not any(map(str.isdigit, text)):
         return text
-    return text + EXTRAPOLATED * (number.reach > 1.0) + MEDIAN * (TYPICAL in number.note)
+    unsure = number.reach > 1.0 or RISES in number.note
+    return text + EXTRAPOLATED * unsure + MEDIAN * (TYPICAL in number.note)
 
 
 def plain_cell(interval: Interval) -> Cell:
@@ -262,7 +268,7 @@ def _cell(interval: Interval, unit: Unit) -> Cell:
         return Cell(_UNTOLD if TOO_WIDE in interval.note else "unknown", note=interval.note, state="unknown")
     if not interval.trusted:
         end = {"low": interval.low, "high": interval.high}.get(interval.bound, math.nan) * unit.scale
-        sign = _AT_LEAST if interval.bound == "low" else _AT_MOST
+        sign = AT_LEAST if interval.bound == "low" else _AT_MOST
         said = f"{sign} {_short(end)}{unit.symbol}" if math.isfinite(end) and end > 0.0 else "not trusted"
         return Cell(said, note=interval.note or "no reason was recorded", state="untrusted")
     value, low, high = (number * unit.scale for number in (interval.value, interval.low, interval.high))
@@ -303,7 +309,7 @@ def _time_unit(value: float) -> Unit:
         return Unit(1e3, f"{_THIN}ms")
     if not math.isfinite(size) or size < 600.0:
         return Unit(1.0, f"{_THIN}s")
-    if size < 36000.0:
+    if size < 7190.0:
         return Unit(1.0 / 60.0, f"{_THIN}min")
     return Unit(1.0 / 3600.0, f"{_THIN}h") if size < 864000.0 else Unit(1.0 / 86400.0, f"{_THIN}d")
 
