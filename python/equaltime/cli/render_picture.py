@@ -158,9 +158,7 @@ def render_picture(
         begin, stops = clock.perf_counter(), result.exposure(order.exposure)
         scale = _scale(result) if "variance" in order.aov else ""
         try:
-            files = result.save(
-                output, order.small, exposure=stops, aov=order.aov if scale else (), overwrite=True
-            )
+            files = result.save(output, order.small, exposure=stops, aov=order.aov if scale else (), overwrite=True)
         except ImageError as problem:
             print_error(f"{problem}{kept_elsewhere(result)}")
             return 1

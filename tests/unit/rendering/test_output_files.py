@@ -285,7 +285,10 @@ def test_a_short_render_is_not_replaced_silently(
     assert told("--spp", "2", "--size", "8x4") == ""
     assert told("--spp", "2", "--size", "4x4") == f"{before}8x4, 2 samples a pixel, strategy best, seed 0"
     assert told("--spp", "4", "--size", "4x4") == ""
-    assert replaced({}, {"digest": "", "seconds": 1.0, "spp": 32.7628125}) == f"{before}, 33 samples a pixel, strategy None, seed None"
+    assert (
+        replaced({}, {"digest": "", "seconds": 1.0, "spp": 32.7628125})
+        == f"{before}, 33 samples a pixel, strategy None, seed None"
+    )
     assert told("--spp", "8", "--size", "4x4", "--resume") == ""
     assert (
         told("--spp", "4", "--size", "4x4", "--seed", "7") == f"{before}4x4, 8 samples a pixel, strategy best, seed 0"
