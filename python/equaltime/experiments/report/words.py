@@ -72,7 +72,7 @@ _MEANINGS: Mapping[str, str] = {
     _AT_MOST: "at most, since the lower end of the interval cannot be trusted",
     EXTRAPOLATED: "extrapolated beyond the runs, or before their first measurement",
     MEDIAN: "of typical runs: a median over repeats, of speed-ups over pairs of them; errors are root mean squares, of "
-    "which a few rare events make most",
+    "which a few rare events make most, so that such a time is not where a curve crosses the error",
 }
 
 
