@@ -41,8 +41,8 @@ _INTERVALS = (
 )
 _TEST = (
     "p of equal means: the least p of three tests over the whole image, corrected for their number. They take means "
-    "over blocks of 8x8 pixels or more, in standard errors: the largest difference of a block, the mean difference of a "
-    "channel, and the sum of squares. p is near 1 if the means differ by less than the standard errors say, as those "
+    "over blocks of 8x8 pixels or more, in standard errors: the largest difference of a block, the mean difference of "
+    "a channel, and the sum of squares. p is near 1 if the means differ by less than the standard errors say, as those "
     "of evenly spread samples do."
 )
 
