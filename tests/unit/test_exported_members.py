@@ -68,7 +68,7 @@ def test_editors_see_the_same_names_as_python() -> None:
     }
     assert typed == {(home, name) for name, home in et._HOMES.items()}
     assert set(et.__all__) == {*et._HOMES, "__version__"}
-    assert set(et.__all__) <= set(dir(et))
+    assert dir(et) == sorted(et.__all__), "no imports of its own"
 
 
 def test_the_package_is_marked_as_typed() -> None:
