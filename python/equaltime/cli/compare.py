@@ -36,14 +36,14 @@ _DEFINITIONS = (
 )
 _EFFICIENCY = "efficiency: 1 / (error\N{SUPERSCRIPT TWO} x render time); a larger one is better."
 _INTERVALS = (
-    "Intervals hold for these images alone: how far noise of the truth may have moved each number, by the variance of "
-    "its pixels and by the scatter of the squared differences over blocks of 4x4 pixels."
+    "Intervals hold for these images alone: they tell how far noise of the truth may have moved each number. They are "
+    "made from the variance of its pixels, and from the scatter of the squared differences over blocks of 4x4 pixels."
 )
 _TEST = (
     "p of equal means: the least p of three tests over the whole image, corrected for their number. They take means "
     "over blocks of 8x8 pixels or more, in standard errors: the largest difference of a block, the mean difference of "
-    "a channel, and the sum of squares. p is near 1 if the means differ by less than the standard errors say, as those "
-    "of evenly spread samples do."
+    "a channel, and the sum of squares. p is near 1 if the means differ by less than the standard errors say, as with "
+    "evenly spread samples."
 )
 
 
@@ -72,8 +72,8 @@ def compare(
     Works on any renderer's files. If the files have standard errors (channels stderr.R, stderr.G, stderr.B), the
     reference's noise is subtracted, errors have 95 % intervals, and the images are tested for bias. The errors and
     their ratio describe these two images, not the strategies in general. Intervals tell how far noise of the truth may
-    have moved each number, by the variance of its pixels and by the scatter of the squared differences over blocks of
-    4x4 pixels.
+    have moved each number. They are made from the variance of its pixels, and from the scatter of the squared
+    differences over blocks of 4x4 pixels.
 
     Let R be the truth, v the variance of its noise and m its mean. relmse is the mean of
     ((A - R)² - v) / (R² + (0.1 m)²), and error its root. mse is the mean of (A - R)² - v. mare is the mean of
@@ -82,7 +82,7 @@ def compare(
     Bias is found if p is below 0.001. p is the least of three tests over the whole image, corrected for their number.
     They take means over blocks of 8x8 pixels or more, in standard errors: the largest difference of a block, the mean
     difference of a channel, and the sum of squares. p is near 1 if the means differ by less than the standard errors
-    say, as those of evenly spread samples do. The output tells which bias of all pixels would be found in nine of ten
+    say, as with evenly spread samples. The output tells which bias of all pixels would be found in nine of ten
     cases.
 
     FLIP is 0 if no difference can be seen and 1 for the largest difference, at 67
