@@ -164,7 +164,9 @@ def _answer(found: Comparison, names: Mapping[Path, str]) -> Iterator[str]:
         several = len(found.images) > 1
         found_p = ", ".join(probability(p) + f" for {name}" * several for name, p in tested)
         least = [image.least_bias for image in found.images if image.least_bias is not None]
-        power = f" One of {percent(float(f'{max(least):.2g}'))} in all pixels would mostly be found." if least else ""
+        power = (
+            f" A bias of {percent(float(f'{max(least):.2g}'))} in all pixels would mostly be found." if least else ""
+        )
         yield f"No bias found ({found_p}; below {LEVEL:g} would be one).{power}"
     if tested and (untested := [names[image.path] for image in found.images if image.bias_p is None]):
         yield f"Not tested for bias, as the noise is not known: {' and '.join(untested)}."

@@ -175,10 +175,19 @@ def _own_methods(scenes: Sequence[SceneResult], target: float) -> Iterator[str]:
             ratios = [_beside(scene, label, other, target) for scene, other in zip(scenes, others, strict=True)]
             known = [ratio for ratio in ratios if ratio is not None]
             if len(known) == len(scenes):
-                mean = product_mean(known)
-                told.append(f"{about(mean)} times as long as {joined(map(str, others))} {span(mean)}")
+                told.append(_as_long(product_mean(known), joined(map(str, others))))
+        times = [one.time_to[target] for scene in scenes for one in scene.strategies if one.label == label]
+        typical = ", in typical runs" if any(TYPICAL in time.note for time in times) else ""
         if told:
-            yield f"{named} needs {' and '.join(told)} for {percent(target)}{average}."
+            yield f"{named} needs {' and '.join(told)} for {percent(target)}{average}{typical}."
+
+
+def _as_long(ratio: Interval, other: str) -> str:
+    """Return in words how long a method needs beside another; ``ratio`` is its time over the other's."""
+    if ratio.high < 1.0:
+        inverse = ratio.map(lambda value: 1.0 / value)
+        return f"{about(inverse)} times less time than {other} {span(inverse)}"
+    return f"{about(ratio)} times as long as {other} {span(ratio)}"
 
 
 def _beside(scene: SceneResult, label: str, other: str | None, target: float) -> Interval | None:
