@@ -21,7 +21,7 @@ from equaltime.quoting.pilot import Pilot
 from equaltime.rendering.black_picture import warn_if_black
 from equaltime.rendering.budget import Limits, StopRule
 from equaltime.rendering.job import DEFAULT_SPP, Backend, Job, Traps, as_scene, check_arguments
-from equaltime.rendering.output_files import check_spares
+from equaltime.rendering.output_files import check_replaceable, check_spares
 from equaltime.rendering.result import Result
 from equaltime.rendering.saved import Render, as_checkpoint
 from equaltime.rendering.session import Checkpoints, Session, run
@@ -51,6 +51,7 @@ def render(
     checkpoint: str | os.PathLike[str] | None = None,
     checkpoint_every: float = 60.0,
     checkpoint_exposure: Exposure = AUTO,
+    overwrite: bool = False,
     without: Sequence[str] = (),
     within: float | None = None,
     stop: StopRule = "look",
@@ -96,6 +97,8 @@ def render(
     checkpoint, checkpoint_every, checkpoint_exposure
         EXR file in which the render so far is saved, the seconds between two savings, and the exposure of the previews
         beside it, in stops or ``auto``. The interval grows if saving would take more than half of the time.
+    overwrite
+        Let ``checkpoint`` replace files of other programs, and renders of other scenes (`Result.save`).
     without
         Names of effects to leave out; an effect is a feature of the scene or of its light, see `equaltime.effects`. The
         image is then biased, and is labelled as biased. A pilot (a short render) measures the bias, and the image's
@@ -135,7 +138,7 @@ def render(
     EffectError
         If an effect does not exist or cannot be left out, or if the bias is larger than the error asked for.
     ImageError
-        If ``resume`` cannot be read or belongs to another render, or ``checkpoint`` cannot be written.
+        If ``resume`` cannot be read or belongs to another render, or ``checkpoint`` cannot be written or replaced.
     NonFiniteSample
         If a sample is NaN or infinite. Raised after the sample's pass, with the result so far.
     BrightImage
@@ -186,9 +189,7 @@ def render(
             raise StrategyError(_CROSS_CHECK_ALONE)
         return warn_if_black(_cross_checked(loaded, limits, chosen, seed), loaded, stacklevel=2)
     if checkpoint is not None:
-        check_spares(
-            {Path(checkpoint), Path(checkpoint).with_suffix(".png")}, loaded.files, "the scene is made of this file"
-        )
+        check_spares(_files_of(checkpoint), loaded.files, "the scene is made of this file")
     resumed = None if resume is None else as_checkpoint(resume)
     if show is not None:
         show.connect()  # before any clock runs: it may have to be waited for
@@ -202,12 +203,19 @@ def render(
             observer.decided(left.why)
     saving = None
     if checkpoint is not None:
+        if not overwrite:
+            source = None if loaded.source is None else os.path.abspath(loaded.source)
+            check_replaceable(_files_of(checkpoint), source, job.scene.digest, "overwrite=True")
         unsaved = None if observer is None else observer.unsaved
         saving = Checkpoints(Path(checkpoint), checkpoint_every, exposure, unsaved)
     with open_cluster(cluster, checkpoint) as opened:
         result = _watched(replace(job, cluster=opened), loaded, stop, observer, show, saving)
     result = replace(result, stats=replace(result.stats, phases={**result.stats.phases, **phases}))
     return warn_if_black(result, loaded, stacklevel=2)
+
+
+def _files_of(checkpoint: str | os.PathLike[str]) -> tuple[Path, Path]:
+    return Path(checkpoint), Path(checkpoint).with_suffix(".png")
 
 
 def _watched(

@@ -68,7 +68,7 @@ def merged(scene: et.Scene, parts: Sequence[int], strategy: str, group: int, thr
         result = et.render(scene, spp=spp, seed=first + i, threads=threads, strategy=strategy)
         if len(parts) == 1:
             return result
-        result.save(file)
+        result.save(file, overwrite=True)
     return et.merge(files)
 
 

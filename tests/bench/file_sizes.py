@@ -30,10 +30,10 @@ def main() -> None:
             scene = et.load(file).with_(size=size)
             for spp in [count for count in (1, 2, 4, 16, 64) if count <= options.most]:
                 result = et.render(scene, spp=spp, threads=options.threads)
-                result.save(path, small=True)
+                result.save(path, small=True, overwrite=True)
                 small = path.stat().st_size
                 begin = time.perf_counter()
-                result.save(path)
+                result.save(path, overwrite=True)
                 middle = time.perf_counter()
                 RenderFile.read(path)
                 end = time.perf_counter()

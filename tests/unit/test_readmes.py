@@ -54,7 +54,6 @@ def test_the_bibtex_entry_agrees_with_the_citation_file() -> None:
         "title": said["title"],
         "author": f"{{{said['name']}}}",
         "version": said["version"],
-        "date": said["date-released"],
         "year": date.fromisoformat(said["date-released"]).strftime("%Y"),
     }
 

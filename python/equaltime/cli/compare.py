@@ -34,6 +34,17 @@ _DEFINITIONS = (
     "\N{SUPERSCRIPT TWO}), with R the truth, v the variance of its noise and m its mean. mse: mean of (A - R)"
     "\N{SUPERSCRIPT TWO} - v. mare: mean of |A - R| / (|R| + 0.1 m), noise included."
 )
+_EFFICIENCY = "efficiency: 1 / (error\N{SUPERSCRIPT TWO} x render time); a larger one is better."
+_INTERVALS = (
+    "Intervals hold for these images alone: they tell how far noise of the truth may have moved each number. They are "
+    "made from the variance of its pixels, and from the scatter of the squared differences over blocks of 4x4 pixels."
+)
+_TEST = (
+    "p of equal means: the least p of three tests over the whole image, corrected for their number. They take means "
+    "over blocks of 8x8 pixels or more, in standard errors: the largest difference of a block, the mean difference of "
+    "a channel, and the sum of squares. p is near 1 if the means differ by less than the standard errors say, as with "
+    "evenly spread samples."
+)
 
 
 def compare(
@@ -60,13 +71,21 @@ def compare(
 
     Works on any renderer's files. If the files have standard errors (channels stderr.R, stderr.G, stderr.B), the
     reference's noise is subtracted, errors have 95 % intervals, and the images are tested for bias. The errors and
-    their ratio describe these two images, not the strategies in general.
+    their ratio describe these two images, not the strategies in general. Intervals tell how far noise of the truth may
+    have moved each number. They are made from the variance of its pixels, and from the scatter of the squared
+    differences over blocks of 4x4 pixels.
 
     Let R be the truth, v the variance of its noise and m its mean. relmse is the mean of
     ((A - R)² - v) / (R² + (0.1 m)²), and error its root. mse is the mean of (A - R)² - v. mare is the mean of
-    |A - R| / (|R| + 0.1 m), noise included.
+    |A - R| / (|R| + 0.1 m), noise included. efficiency is 1 / (error² x render time).
 
-    Bias is found if p is below 0.001. FLIP is 0 if no difference can be seen and 1 for the largest difference, at 67
+    Bias is found if p is below 0.001. p is the least of three tests over the whole image, corrected for their number.
+    They take means over blocks of 8x8 pixels or more, in standard errors: the largest difference of a block, the mean
+    difference of a channel, and the sum of squares. p is near 1 if the means differ by less than the standard errors
+    say, as with evenly spread samples. The output tells which bias of all pixels would be found in nine of ten
+    cases.
+
+    FLIP is 0 if no difference can be seen and 1 for the largest difference, at 67
     pixels per degree of view. It has no interval, because noise of the reference counts as difference.
 
 
@@ -88,7 +107,7 @@ def _print(found: Comparison, verbose: bool) -> None:
     console.print(table := _table(found, names, verbose))
     if verbose and found.efficiency is not None:
         print_line(console, _ratio(found.efficiency, "the efficiency", found, names))
-    room = MOST_LINES - 4 - table.row_count - bool(found.same)
+    room = MOST_LINES - 4 - table.row_count - bool(found.same) - bool(found.order)
     shown = found.notes if verbose or len(found.notes) <= room else found.notes[: room - 1]
     more = [f"{len(found.notes) - len(shown)} more notes"] if len(shown) < len(found.notes) else []
     for note in shown:
@@ -97,7 +116,16 @@ def _print(found: Comparison, verbose: bool) -> None:
         hidden = "relmse, mse, mare" + ", efficiency" * (found.efficiency is not None)
         print_line(console, f"-v shows {', '.join([*more, hidden])}", "dim")
     else:
-        print_line(console, _DEFINITIONS, "dim")
+        tested = any(image.bias_p is not None for image in found.images)
+        limited = any(math.isfinite(image.metrics["error"].high) for image in found.images)
+        told = (
+            (_DEFINITIONS, True),
+            (_EFFICIENCY, found.efficiency is not None),
+            (_INTERVALS, limited),
+            (_TEST, tested),
+        )
+        for definition in (text for text, is_needed in told if is_needed):
+            print_line(console, definition, "dim")
         if "flip" in found.images[0].metrics:
             print_line(console, _FLIP, "dim")
 
@@ -126,6 +154,8 @@ def _answer(found: Comparison, names: Mapping[Path, str]) -> Iterator[str]:
         error = found.images[0].metrics["error"]
         noise = "; its noise is subtracted" if math.isfinite(error.high) else ""
         yield f"{_distance(names[found.images[0].path], error, against)} {against} is taken as the truth{noise}."
+    if found.order:
+        yield f"warning: {found.order}"
     tested = [(names[image.path], image.bias_p) for image in found.images if image.bias_p is not None]
     unequal = [f"{name} ({probability(p)})" for name, p in tested if p < LEVEL]
     if unequal:
@@ -133,7 +163,11 @@ def _answer(found: Comparison, names: Mapping[Path, str]) -> Iterator[str]:
     elif tested:
         several = len(found.images) > 1
         found_p = ", ".join(probability(p) + f" for {name}" * several for name, p in tested)
-        yield f"No bias found: {found_p}; only p below {LEVEL:g} counts as bias."
+        least = [image.least_bias for image in found.images if image.least_bias is not None]
+        power = (
+            f" A bias of {percent(float(f'{max(least):.2g}'))} in all pixels would mostly be found." if least else ""
+        )
+        yield f"No bias found: {found_p}; only p below {LEVEL:g} counts as bias.{power}"
     if tested and (untested := [names[image.path] for image in found.images if image.bias_p is None]):
         yield f"Not tested for bias, as the noise is not known: {' and '.join(untested)}."
 

@@ -25,6 +25,7 @@ from equaltime.experiments.report.words import (
     seconds,
     seconds_cell,
 )
+from equaltime.statistics.curves import BELOW
 from equaltime.statistics.intervals import UNKNOWN, Interval
 from equaltime.statistics.runs import TYPICAL
 
@@ -36,6 +37,8 @@ _FEW_ROWS = 8
 """Largest number of rows that are all shown: a strategy that the user has named should not be missing."""
 _MOST_NOTES = 2
 """Largest number of notes on the verdict that are shown without ``-v``."""
+_MOST_SCENES = 2
+"""Largest number of scenes that are named beside a strategy whose error is hidden; more are counted."""
 _OTHER_LINES = 6
 """Lines beside rows and caveats: verdict twice, heading, what ``*`` means, what ``-v`` adds, what to open next.
 
@@ -61,7 +64,7 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     print_lines([summary.verdict])
     every = [(scene, strategy) for scene in summary.scenes for strategy in scene.strategies]
     notes = summary.verdict_notes if verbose else summary.verdict_notes[:_MOST_NOTES]
-    caveats = [*notes, *_rule(summary), *_caveats(summary, verbose)]
+    caveats = [*notes, *_rule(summary), *_caveats(summary, verbose), *(() if verbose else _below(summary))]
     telling = [row for row in every if _tells(row[1])]
     few = len(every) <= _FEW_ROWS
     others = _OTHER_LINES + any(TYPICAL in time.note for _, one in every for time in one.time_to.values())
@@ -187,9 +190,26 @@ def _caveats(summary: Summary, verbose: bool) -> Iterator[str]:
 def _reasons(summary: Summary, unknown: bool = False) -> list[str]:
     """Return a line for each strategy that is left out or lacks an interval of the error at equal time.
 
-    With ``unknown``, only those whose error is not known at all, and whose reason the verdict does not tell.
+    With ``unknown``, only those whose error is not known at all, and whose reason neither the verdict nor `_below`
+    tells.
     """
     return [reason for scene in summary.scenes for reason in _without_error(scene, len(summary.scenes) > 1, unknown)]
+
+
+def _below(summary: Summary) -> Iterator[str]:
+    """Yield one line on all errors that the references hide, with the keys that ask for better references."""
+    names: dict[str, list[str]] = {}
+    for scene in summary.scenes:
+        for result in scene.strategies:
+            if not result.error_at_budget.known and BELOW in result.error_at_budget.note:
+                names.setdefault(result.label, []).append(scene.name)
+    several = len(summary.scenes) > 1
+    told = [
+        f"{label} on {listed(on) if len(on) <= _MOST_SCENES else f'{len(on)} scenes'}" if several else label
+        for label, on in names.items()
+    ]
+    if told:
+        yield f"{listed(told)}: {BELOW}"
 
 
 def _questions(summary: Summary) -> list[str]:
@@ -215,7 +235,8 @@ def _without_error(scene: SceneResult, several: bool, unknown: bool) -> Iterator
         yield f"{label}{on}: {reason}"
     for result in scene.strategies:
         error = result.error_at_budget
-        if _has_reason(result) and not (unknown and (error.known or DISAGREES in error.note)):
+        told = DISAGREES in error.note or BELOW in error.note
+        if _has_reason(result) and not (unknown and (error.known or told)):
             yield f"{result.label}{on}: {error.note}"
 
 

@@ -13,6 +13,7 @@ from equaltime.cli.cost_table import every_row, in_brackets, legend
 from equaltime.experiments.model.experiment import Experiment, StrategyEntry
 from equaltime.experiments.model.plan import planned, planned_runs, planned_seconds
 from equaltime.experiments.model.reader import quicker
+from equaltime.experiments.model.recorded import is_recorded
 from equaltime.experiments.model.summary import StrategyResult, Summary
 from equaltime.experiments.report.telling import is_quick
 from equaltime.experiments.report.words import error_cell, worker_runs
@@ -34,6 +35,8 @@ __all__ = [
 ]
 
 _MOST_NAMES = 6
+_MOST_SCENES = 2
+"""Largest number of scenes that are named beside an error; more are counted, to keep the line short."""
 _THIN = "\N{NARROW NO-BREAK SPACE}"
 _MEASURED_ON = {"machines": ("cpu",), "builds": ("version", "compiler", "target")}
 
@@ -77,43 +80,79 @@ def _verdict(stored: StoredExperiment) -> str:
 def _command(stored: StoredExperiment) -> str:
     """Return a line with the command that goes on with the experiment, or repeats it in another folder.
 
-    If there are several commands, it is the last. If it was given in another directory, it begins with a change to it.
+    If files have changed since, it takes the folder's record of the experiment.
     """
     name = "repeat" if stored.complete else "go on"
+    return f"{name:<12}{_from_record(stored) or _last(stored)}"
+
+
+def _last(stored: StoredExperiment) -> str:
+    """Return the last of the commands that made the experiment, or the call in Python.
+
+    If the experiment is complete, its results go to another folder. If the command was given in another directory, it
+    begins with a change to it.
+    """
     if not stored.commands and stored.call:
-        return f"{name:<12}{_in_python(stored)}"
+        return _in_python(stored)
     if not stored.commands:
-        return f"{name:<12}with the call that made it: the folder does not record a command"
+        return "with the call that made it: the folder does not record a command"
     last, others = stored.commands[-1], len(stored.commands) - 1
     before = f" (and {_many(others, 'command')} before; see -v)" if others else ""
     command = _elsewhere(last) if stored.complete else last
     if stored.directory not in (None, Path.cwd()):
         command = f"cd {shlex.quote(str(stored.directory))} && {command}"
-    return f"{name:<12}{command}{before}"
+    return f"{command}{before}"
+
+
+def _from_record(stored: StoredExperiment) -> str:
+    """Return the command that takes the folder's record of an experiment whose files have changed.
+
+    The text is empty if none has changed, or if the record cannot be taken: if objects of Python were given.
+    """
+    if not stored.changes or (not stored.commands and _source(stored) in _OBJECTS):
+        return ""
+    return _of_record(ExperimentFolder(stored.folder).experiment, stored.complete)
+
+
+def _of_record(record: Path, complete: bool) -> str:
+    """Return the command that takes the file ``experiment.json`` of a folder, and another folder if it is complete."""
+    folder = record.parent if record.parent.name not in ("", "..") else record.parent.resolve()
+    command = f"equaltime cost {shlex.quote(str(record))} -o {shlex.quote(str(folder))}"
+    return _elsewhere(command) if complete else command
+
+
+_OBJECTS = {"scene": "the same scene or dict, which no file holds,", "experiment": "the same experiment"}
+"""First argument of a call of ``et.cost`` that is no path, and what it stands for."""
+
+
+def _source(stored: StoredExperiment) -> str:
+    """Return the first argument of the call of ``et.cost``."""
+    return stored.call.removeprefix("et.cost(").partition(",")[0]
 
 
 def _in_python(stored: StoredExperiment) -> str:
     """Return the call in Python that repeats the experiment, or goes on with it, and the objects that it needs."""
-    source = stored.call.removeprefix("et.cost(").partition(",")[0]
-    objects = {"scene": "the same scene or dict, which no file holds,", "experiment": "the same experiment"}
-    needs = [objects[source]] if source in objects else []
+    source = _source(stored)
+    needs = [_OBJECTS[source]] if source in _OBJECTS else []
     needs.append("another folder" if stored.complete else "the same folder")
-    if source not in objects and stored.directory not in (None, Path.cwd()):
+    if source not in _OBJECTS and stored.directory not in (None, Path.cwd()):
         needs.append(f"in {stored.directory}")
     return f"in Python, with {' and '.join(needs)}: {stored.call}"
 
 
 def _changes(stored: StoredExperiment) -> str:
-    """Return a sentence on the files that have changed or are gone since the last command."""
+    """Return a sentence on the files that have changed or are gone since the last command, and on that command."""
     told = [
         f"{_shown(path)} {'has changed' if state == 'changed' else 'is gone'}" for path, state in stored.changes.items()
     ]
     more = f" and {len(told) - _MOST_NAMES} more" if len(told) > _MOST_NAMES else ""
-    record = ExperimentFolder(stored.folder).experiment
-    as_it_was = _elsewhere(f"equaltime cost {shlex.quote(str(record))} -o {shlex.quote(str(stored.folder))}")
+    changed = f"{', '.join(told[:_MOST_NAMES])}{more} since the last command"
+    if not _from_record(stored):
+        return f"{changed}, which may now give another experiment"
+    name = "repeat" if stored.complete else "go on"
     return (
-        f"{', '.join(told[:_MOST_NAMES])}{more} since the last command, which may now give another experiment; as it "
-        f"was, with scenes and programs as they are now: {as_it_was}"
+        f"{changed}; `{name}` takes the experiment as it was, with scenes and programs as they are now. The last "
+        f"command may now give another experiment: {_last(stored)}"
     )
 
 
@@ -148,30 +187,31 @@ def _errors(summary: Summary) -> str:
     """Return the error that each strategy reached; on several scenes, the smallest and the largest."""
     budgets = {scene.budget_s for scene in summary.scenes}
     after = f"after {duration(*budgets)}" if len(budgets) == 1 else "at equal time"
-    found: dict[str, list[StrategyResult]] = {}
+    found: dict[str, dict[str, StrategyResult]] = {}
     for scene in summary.scenes:
         for result in scene.strategies:
-            found.setdefault(result.named, []).append(result)
+            found.setdefault(result.named, {})[scene.name] = result
     most = list(found.items())[:_MOST_NAMES]
     more = f" and {len(found) - len(most)} more" if len(most) < len(found) else ""
     return f"{after}: {', '.join(f'{label} {_reached(results)}' for label, results in most)}{more}"
 
 
-def _reached(results: Sequence[StrategyResult]) -> str:
-    if len(results) == 1:
-        error = results[0].error_at_budget
+def _reached(results: Mapping[str, StrategyResult]) -> str:
+    """Return the errors of a strategy's ``results`` by scene; scenes are named where they are not all of one kind."""
+    errors = {name: result.error_at_budget for name, result in results.items()}
+    if len(errors) == 1:
+        (error,) = errors.values()
         return in_brackets(error_cell(error)).replace(_THIN, " ") + " extrapolated" * (
             error.trusted and error.reach > 1.0
         )
-    errors = [result.error_at_budget for result in results]
-    known = [error.value for error in errors if sound(error)]
-    least = [error.low for error in errors if not sound(error) and sound_below(error)]
+    known = {name: error.value for name, error in errors.items() if sound(error)}
+    least = {name: error.low for name, error in errors.items() if not sound(error) and sound_below(error)}
     told = [
-        f"{sign}{_from_to(numbers)}{_on(len(numbers), len(errors))}"
+        f"{sign}{_from_to([*numbers.values()])}{_on([*numbers], len(errors))}"
         for numbers, sign in ((known, ""), (least, "at least "))
         if numbers
     ]
-    if (unknown := len(errors) - len(known) - len(least)) > 0:
+    if unknown := [name for name in errors if name not in known and name not in least]:
         told.append(f"not trusted{_on(unknown, len(errors))}")
     return " and ".join(told)
 
@@ -180,8 +220,11 @@ def _from_to(errors: Sequence[float]) -> str:
     return " to ".join(dict.fromkeys((percent(min(errors)), percent(max(errors)))))
 
 
-def _on(count: int, scenes: int) -> str:
-    return "" if count == scenes else f" on {count} of {scenes} scenes"
+def _on(names: Sequence[str], scenes: int) -> str:
+    """Return on which of all scenes a number holds; empty for all. A few are named, and many are counted."""
+    if len(names) == scenes:
+        return ""
+    return f" on {' and '.join(names) if len(names) <= _MOST_SCENES else f'{len(names)} of {scenes} scenes'}"
 
 
 def folder_table(stored: StoredExperiment) -> Iterator[Table | str]:
@@ -241,8 +284,20 @@ def experiment_summary(path: Path, experiment: Experiment, scenes: Sequence[Scen
         yield f"times       to errors of {', '.join(map(percent, sorted(experiment.targets, reverse=True)))}"
     if experiment.theirs is not None:
         yield f"claim       {experiment.theirs.source}: {experiment.theirs.claim}"
-    yield f"--quick     {planned(quicker(experiment))}"
-    yield f"run         equaltime cost {shlex.quote(str(path))} -o {shlex.quote(path.stem)}; -v for more"
+    recorded = is_recorded(path)
+    if not (recorded and _was_quick(path.parent)):
+        yield f"--quick     {planned(quicker(experiment))}"
+    run = f"equaltime cost {shlex.quote(str(path))} -o {shlex.quote(path.stem)}"
+    yield f"run         {_of_record(path, complete=True) if recorded else run}; -v for more"
+
+
+def _was_quick(folder: Path) -> bool:
+    """Tell whether the experiment in a folder was made with ``--quick``, so that its record is the quick version."""
+    place = ExperimentFolder(folder)
+    if not (place.experiment.exists() and place.records.exists()):
+        return False
+    stored = StoredExperiment.read(folder)
+    return any("--quick" in shlex.split(command) for command in stored.commands) or "quick=True" in stored.call
 
 
 def experiment_table(experiment: Experiment) -> Iterator[Table | str]:

@@ -158,7 +158,7 @@ def render_picture(
         begin, stops = clock.perf_counter(), result.exposure(order.exposure)
         scale = _scale(result) if "variance" in order.aov else ""
         try:
-            files = result.save(output, order.small, exposure=stops, aov=order.aov if scale else ())
+            files = result.save(output, order.small, exposure=stops, aov=order.aov if scale else (), overwrite=True)
         except ImageError as problem:
             print_error(f"{problem}{kept_elsewhere(result)}")
             return 1
@@ -195,6 +195,7 @@ def _rendered(
         checkpoint=exr if order.backend == "core" else None,
         checkpoint_every=order.checkpoint,
         checkpoint_exposure=order.exposure,
+        overwrite=True,  # what may not be replaced was refused before
         without=order.without,
         within=order.within,
         stop=order.stop,

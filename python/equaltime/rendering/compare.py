@@ -27,7 +27,7 @@ from equaltime.images.mitsuba_reference import CAVEAT, is_mitsuba
 from equaltime.rendering.noisy_reference import FEWEST_BLOCKS, Difference, Noise, block_means, log_ratio
 from equaltime.rendering.saved import Render, as_picture, name_of
 from equaltime.rendering.stated import different_problems
-from equaltime.statistics.agreement import compare_pair
+from equaltime.statistics.agreement import Agreement, compare_pair
 from equaltime.statistics.intervals import Interval, exp, signed_root
 from equaltime.strict_json import fields_to_json, to_json
 from equaltime.words import Shown, figure, percent, without_numbers
@@ -66,6 +66,9 @@ class Compared:
     The file of the other image states the reason; empty if it states none."""
     seconds: float | None
     """Rendering time in seconds; None if the file does not state it."""
+    least_bias: float | None = None
+    """Relative difference, equal in all pixels, that the test behind ``bias_p`` finds in nine of ten pairs of images;
+    None without the test, or if no difference would be found."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return the fields by name as JSON data; ``own`` is named ``own_estimate``."""
@@ -97,9 +100,12 @@ class Comparison(Shown):
     """Sentences on facts that limit the numbers, such as a noisy reference."""
     same: str = ""
     """Sentence on two images with the same pixels, such as a file that was given twice; empty without such a pair."""
+    order: str = ""
+    """Sentence on two files that may be in the wrong order: the second, which is taken as the truth, does not tell its
+    noise, and the first does. Empty in other cases."""
 
     def __str__(self) -> str:
-        lines = [self.same] if self.same else []
+        lines = [line for line in (self.same, self.order) if line]
         for image in self.images:
             error = image.metrics["error"]
             said = f"{error:%}" if error.trusted else percent(error.value)
@@ -151,7 +157,9 @@ def compare(a: Render, b: Render, reference: Render | None = None) -> Comparison
     efficiency = None if ratio is None else _efficiency(ratio, compared)
     height, width = truth.image.shape[:2]
     notes = tuple(_notes(files, compared, reference is not None and ratio is None))
-    return Comparison((width, height), truth.path, compared, ratio, efficiency, notes, _same_pixels(files))
+    return Comparison(
+        (width, height), truth.path, compared, ratio, efficiency, notes, _same_pixels(files), _order(files)
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -235,9 +243,11 @@ def _compared(pair: _Pair) -> Compared:
         metrics |= {"error": relmse.map(signed_root), "relmse": relmse, "mse": mse}
     seconds = pair.file.said("seconds")
     known = float(seconds) if isinstance(seconds, int | float) and seconds > 0 else None
-    bias_p, own = _bias_p(pair.file, pair.truth), _own(pair.file)
+    test, own = _test(pair.file, pair.truth), _own(pair.file)
+    bias_p = None if test is None else test.p
+    least = None if test is None or math.isinf(test.least) else test.least
     metrics |= {name: metrics[name].in_unit("%") for name in ("error", "mare")}
-    return Compared(pair.file.path, metrics, bias_p, own, pair.truth.doubt, known)
+    return Compared(pair.file.path, metrics, bias_p, own, pair.truth.doubt, known, least)
 
 
 def _own(file: _File) -> Interval | None:
@@ -249,7 +259,7 @@ def _own(file: _File) -> Interval | None:
     return replace(found, low=max(found.low, 0.0))
 
 
-def _bias_p(first: _File, second: _File) -> float | None:
+def _test(first: _File, second: _File) -> Agreement | None:
     """Test equal expectations by the block means, if both files know their errors and are independent.
 
     None if they do not, or if few pixels make the noise. For renders with many seeds use
@@ -260,8 +270,7 @@ def _bias_p(first: _File, second: _File) -> float | None:
     if first.errors is None or second.errors is None or blocks < FEWEST_BLOCKS or _same_seed(first, second):
         return None
     images = (first.image, np.square(first.errors)), (second.image, np.square(second.errors))
-    found = compare_pair(*images, _BLOCK, _DEGREES)
-    return None if found is None else found.p
+    return compare_pair(*images, _BLOCK, _DEGREES)
 
 
 def _same_seed(first: _File, second: _File) -> bool:
@@ -287,6 +296,17 @@ def _same_pixels(files: list[_File]) -> str:
             said = f"{first.path} was given twice" if twice else f"{first.path} and {second.path} have the same pixels"
             return f"{said}: a comparison needs two renders. Render one with another --seed."
     return ""
+
+
+def _order(files: list[_File]) -> str:
+    """Return the sentence `Comparison.order`."""
+    first, *_, truth = files
+    if len(files) > 2 or truth.noise is not None or first.noise is None:
+        return ""
+    return (
+        f"{truth.path.name} carries no standard errors: its noise is part of the error. If {first.path.name} is the "
+        "truth, give it second."
+    )
 
 
 def _ratio(first: _Pair, second: _Pair) -> Interval | None:
@@ -328,7 +348,7 @@ def _efficiency(ratio: Interval, compared: tuple[Compared, ...]) -> Interval | N
 
 def _notes(files: list[_File], compared: tuple[Compared, ...], without_ratio: bool) -> Iterable[str]:
     truth = files[-1]
-    if truth.noise is None:
+    if truth.noise is None and not _order(files):
         yield f"{truth.path} carries no standard errors: its noise is part of the errors, and they have no intervals"
     if is_mitsuba(truth.picture.software):
         yield f"{truth.path} is by Mitsuba: {CAVEAT}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 from collections.abc import Collection, Iterable, Mapping
@@ -12,9 +13,10 @@ from typing import Any, Final, Literal, NamedTuple, get_args
 from equaltime.errors import ImageError
 from equaltime.files import replacing
 from equaltime.images import image_files as images
-from equaltime.images.preview import EXTENSIONS, SOURCE
+from equaltime.images.preview import EXTENSIONS, REPEAT, SOURCE
 from equaltime.images.reading import utf8
 from equaltime.rendering.render_file import read_record
+from equaltime.statistics.in_words import count
 
 __all__ = ["AovPicture", "OutputPaths", "check_output", "check_replaceable", "check_spares", "keep_work", "replaced"]
 
@@ -79,30 +81,46 @@ def check_spares(places: Iterable[Path], files: Iterable[Path], why: str) -> Non
             raise ImageError(f"{place}: {why}; write to another")
 
 
-def check_replaceable(places: Iterable[Path], scene: str | None, digest: str | None = None) -> None:
+def check_replaceable(
+    places: Iterable[Path], scene: str | None, digest: str | None = None, how: str = "--overwrite"
+) -> None:
     """Raise `ImageError` if an output file would replace a file of another program, or a render of another scene.
 
-    Renders of the same scene file may be replaced, even if the file has changed since.
+    Renders of the same scene file may be replaced, even if the file has changed since. A scene that was made in memory
+    is known to be the same only by its digest.
 
     Parameters
     ----------
     places
-        Paths of the files to be written, which may exist or not.
+        Paths of the files to be written, which may exist or not; an EXR before the pictures beside it.
     scene
         Absolute path of the scene's file; None for a scene made in memory.
     digest
         SHA-256 of the scene's content: a render of that content is of the same scene, wherever its file was.
+    how
+        Option or argument that replaces such files, for the message.
     """
+    beside = False  # a render of this scene: a picture beside it that names no scene is taken for its own
     for place in filter(Path.exists, places):
         record, text = read_record(place), _attributes(place)
         if not record and not text.get("Software", "").startswith("equaltime "):
-            raise ImageError(f"{place}: is there already, and is no render of equaltime's; --overwrite replaces it")
+            raise ImageError(f"{place}: is there already, and is no render of equaltime's; {how} replaces it")
         theirs = record.get("scene", text.get(SOURCE))
-        if digest is not None and record.get("digest") == digest:
-            continue
-        if theirs is not None and not _is_same(theirs, scene):
-            words = f"is there already, a render of another scene ({theirs}); --overwrite replaces it"
-            raise ImageError(f"{place}: {words}")
+        content = record.get("digest", _digest(text))
+        if (digest is not None and content == digest) or (theirs is not None and _is_same(theirs, scene)):
+            beside = True
+        elif not (beside and theirs is None and content is None):
+            other = f"another scene ({theirs})" if theirs is not None else "a scene made in memory, maybe another one"
+            raise ImageError(f"{place}: is there already, a render of {other}; {how} replaces it")
+
+
+def _digest(text: Mapping[str, str]) -> str | None:
+    """Return the digest of the scene that a picture shows, from the picture's attributes; None if it is not told."""
+    with suppress(ValueError):
+        repeat = json.loads(text.get(REPEAT, "null"))
+        if isinstance(repeat, dict) and isinstance(repeat.get("digest"), str):
+            return str(repeat["digest"])
+    return None
 
 
 def _is_same(theirs: str, ours: str | None) -> bool:
@@ -163,7 +181,7 @@ def replaced(new: Mapping[str, Any], old: Mapping[str, Any]) -> str:
     if not isinstance(seconds, int | float) or seconds > _WORTH_KEEPING or _holds(new, old):
         return ""
     size = "x".join(map(str, old.get("size", ())))
-    how = f"{old.get('spp')} samples a pixel, strategy {old.get('strategy')}, seed {old.get('seed')}"
+    how = f"{count(old.get('spp', 0.0))} samples a pixel, strategy {old.get('strategy')}, seed {old.get('seed')}"
     return f"the render that was there is replaced, as it took less than a minute: {size}, {how}"
 
 

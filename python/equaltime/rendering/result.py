@@ -26,7 +26,7 @@ from equaltime.rendering.budget import Look, Stop, StoppedBy
 from equaltime.rendering.decision import Decision
 from equaltime.rendering.film_picture import ALPHA
 from equaltime.rendering.origin import Origin
-from equaltime.rendering.output_files import AovPicture, check_output, keep_work
+from equaltime.rendering.output_files import AovPicture, check_output, check_replaceable, keep_work
 from equaltime.rendering.picture_tag import to_repeat
 from equaltime.rendering.render_file import FORMAT, RenderFile
 from equaltime.rendering.stated import paths_up_to, stated
@@ -261,6 +261,7 @@ class Result:
         *,
         exposure: Exposure = AUTO,
         aov: Collection[AovPicture] = (),
+        overwrite: bool = False,
     ) -> tuple[Path, ...]:
         """Write the result and return the files written.
 
@@ -283,17 +284,22 @@ class Result:
         aov
             Further pictures. ``variance`` writes ``NAME.variance.png``, the variance of one sample in grey, darker
             where it is higher, on a logarithmic scale that its description states.
+        overwrite
+            Replace files of other programs, and renders of other scenes. A scene made in memory is another one unless
+            its content is equal; a scene file is the same one even if it has changed.
 
         Raises
         ------
         ImageError
-            If a file cannot be written; an earlier file stays unchanged.
+            If a file cannot be written, or may not be replaced; an earlier file stays unchanged.
         ValueError
             If ``exposure`` is out of range, or ``aov`` names an unknown picture or a variance that is not known.
         """
         paths, stops = check_output(Path(path), aov=aov), self.exposure(exposure)
         variance = None if paths.variance is None else self._known_variance()
         description = f"{self._summary()}; {self.origin.strategy}"
+        if not overwrite:
+            check_replaceable(paths.all, self.origin.scene, self.origin.digest, "overwrite=True")
         kept = None
         if paths.exr is not None:
             kept = keep_work(paths.exr, self.record)

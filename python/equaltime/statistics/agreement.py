@@ -52,6 +52,8 @@ times as often as they should."""
 _EVENTS = 40.0
 """Degrees of freedom that nine of ten blocks of a pair of images need. With 10, p-values below 0.001 came in up to a
 quarter of the pairs of unbiased renders whose samples rarely meet the lamp; with 40, in 1 of 240 pairs."""
+_MISSED = 0.1
+"""Probability that a difference of the size that `Agreement.least` tells is not found."""
 _SHARE_BELOW, _FEWEST_ALONG = 0.1, 2
 """Share of blocks that may have fewer, and the fewest blocks along each side of an image."""
 
@@ -138,6 +140,9 @@ class Agreement:
     unequal: int
     """Number of pairs of block and channel in which neither image has noise, but the images differ. If it is above 0,
     the expected images are not equal."""
+    least: float
+    """Relative difference, equal in all blocks, that the test ``mean`` finds at the level `LEVEL` in nine of ten
+    comparisons; infinite if no block has noise and light."""
 
     @property
     def p(self) -> float:
@@ -193,7 +198,10 @@ def compare(first: BlockMeans, second: BlockMeans, *, shape: bool = True) -> Agr
         tail = stats.t.sf(np.abs(difference) / np.sqrt(total), degrees)
     z = np.where(noisy, -np.sign(difference) * stats.norm.ppf(np.maximum(tail, 1e-300)), np.nan)
     unequal = int((np.abs(difference) > rounding + 6.0 * np.sqrt(total))[~noisy].sum())
-    return Agreement(z, _look([c for c in _channels(z) if c.size], shape), unequal)
+    looks = _look([c for c in _channels(z) if c.size], shape)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        signal = np.where(noisy, 0.5 * np.abs(first.mean + second.mean) / np.sqrt(total), np.nan)
+    return Agreement(z, looks, unequal, _least(signal, len(looks)))
 
 
 def compare_pair(
@@ -236,6 +244,21 @@ def equality_test(first: Iterable[ArrayLike], second: Iterable[ArrayLike], block
     normally distributed. Give each set eight renders or more for a test at the level of 1 %, and 64 for 0.1 %.
     """
     return compare(BlockMeans.of_seeds(first, block), BlockMeans.of_seeds(second, block)).p
+
+
+def _least(signal: Array, tests: int) -> float:
+    """Return the relative difference of all blocks that one of ``tests`` tests finds by the mean of a channel's z.
+
+    ``signal`` (rows, columns, channels) is the mean of each block in standard errors of the difference.
+    """
+    channels = [c for c in _channels(signal) if c.size]
+    most = max((float(c.mean()) * math.sqrt(c.size) for c in channels), default=0.0)
+    if most == 0.0:
+        return math.inf
+    from scipy import stats  # late: slow to import
+
+    level = share(share(LEVEL, tests), len(channels))
+    return float(stats.norm.isf(0.5 * level) + stats.norm.isf(_MISSED)) / most
 
 
 def _look(channels: list[Array], shape: bool) -> dict[str, float]:

@@ -17,7 +17,7 @@ from equaltime.experiments.report.latex import latex_table
 from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.tables import check_table, point_table
 from equaltime.experiments.report.words import facts, percent
-from equaltime.statistics.curves import RISES
+from equaltime.statistics.curves import BELOW, RISES
 from equaltime.statistics.intervals import UNKNOWN, Interval
 from equaltime.statistics.runs import TYPICAL
 
@@ -189,6 +189,22 @@ def test_why_an_error_has_no_interval_is_said_below(tmp_path: Path, capsys: pyte
     lines = printed(found, tmp_path, capsys)
     assert lines[5] == below[0]
     assert lines[6] == f"equaltime info {tmp_path} -v shows {LEFT_OUT} and why 1 error is unknown"
+
+
+def test_errors_that_the_reference_hides_have_one_line_with_the_remedy_also_beside_many_rows(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    hidden = UNKNOWN.doubted(BELOW)
+    one = changed(summary(tmp_path), "best", lambda best: replace(best, error_at_budget=hidden))
+    assert printed(one, tmp_path, capsys).count(f"best: {BELOW}") == 1
+    assert printed(one, tmp_path, capsys, verbose=True).count(f"best: {BELOW}") == 1
+    several = replace(one, scenes=tuple(replace(one.scenes[0], name=name) for name in ("a", "b", "c", "d")))
+    (scene, *others) = several.scenes
+    cut = replace(scene, strategies=(*scene.strategies[:1], replace(scene.strategies[1], error_at_budget=hidden)))
+    lines = printed(replace(several, scenes=(cut, *others)), tmp_path, capsys)
+    assert lines.count(f"cut on a and best on 3 scenes: {BELOW}") == 1
+    assert "reference.error and reference.seconds" in BELOW
+    assert len(lines) <= MOST_LINES
 
 
 def test_an_error_that_is_unknown_is_not_called_untrusted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

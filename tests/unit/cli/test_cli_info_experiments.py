@@ -16,7 +16,7 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
-from equaltime.cli.info_experiment import _elsewhere, _reached
+from equaltime.cli.info_experiment import _elsewhere, _reached, _was_quick
 from equaltime.examples import example_of
 from equaltime.experiments.model.summary import StrategyResult
 from equaltime.experiments.run.folder import ExperimentFolder
@@ -116,9 +116,10 @@ def test_files_that_changed_since_the_runs_are_told(
     assert not any(text.startswith("changed") for text in told(capsys, "out"))
     file.write_text(f"{file.read_text()}# changed\n")
     after = (
-        "since the last command, which may now give another experiment; as it was, with scenes and programs as they "
-        "are now: equaltime cost out/experiment.json -o out-again"
+        "since the last command; `repeat` takes the experiment as it was, with scenes and programs as they are now. "
+        "The last command may now give another experiment: equaltime cost x.toml -o out-again --repeats 1"
     )
+    assert line(told(capsys, "out"), "repeat") == "equaltime cost out/experiment.json -o out-again"
     assert line(told(capsys, "out"), "changed") == f"x.toml has changed {after}"
     scene.unlink()
     own.unlink()
@@ -146,7 +147,14 @@ def test_an_experiment_whose_file_has_changed_is_had_from_its_record(
     assert "has records of another experiment: budget is 0.02 there, and 0.03 now\n" in refusal
     assert "`equaltime info out`" in refusal
     assert f"`{again}`" in refusal
-    assert line(told(capsys, "out/experiment.json"), "repeats") == "1 of each strategy on each scene"
+    record = told(capsys, "out/experiment.json")
+    assert line(record, "repeats") == "1 of each strategy on each scene"
+    assert line(record, "run") == "equaltime cost out/experiment.json -o out-again; -v for more"
+    assert line(record, "--quick").startswith("about ")
+    assert line(told(capsys, "out"), "repeat") == "equaltime cost out/experiment.json -o out-again"
+    monkeypatch.chdir("out")
+    assert line(told(capsys, "experiment.json"), "run").endswith(f" -o {tmp_path / 'out-again'}; -v for more")
+    monkeypatch.chdir(tmp_path)
     assert main(["cost", "out", "-o", "again"]) == 2
     assert "; out/experiment.json is the experiment that was run there" in capsys.readouterr().err
     identity = json.loads((tmp_path / "out" / "experiment.json").read_text())["identity"]
@@ -170,6 +178,15 @@ def test_the_record_of_a_scene_file_with_defines_is_an_experiment(
     first, second = (json.loads((tmp_path / name / "experiment.json").read_text()) for name in "ab")
     assert first["identity"] == second["identity"]
     assert second["experiment"]["scenes"][0]["define"] == {"fov": "3"}
+
+
+def test_the_record_of_a_quick_experiment_offers_no_quick_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    (file := tmp_path / "x.toml").write_text(EXPERIMENT)
+    assert main(["cost", str(file), "-o", str(tmp_path / "out"), "--quick"]) == 0
+    assert not any(text.startswith("--quick") for text in told(capsys, str(tmp_path / "out" / "experiment.json")))
 
 
 def test_the_record_of_a_scene_made_in_python_is_refused_with_the_reason(
@@ -239,10 +256,12 @@ def test_no_scene_vanishes_from_the_errors_of_several() -> None:
     known, bound = Interval(0.163, 0.16, 0.19), Interval(0.3, 0.224, 0.9).bounded("low", "heavy tail")
 
     def reached(*errors: Interval) -> str:
-        return _reached([cast(StrategyResult, SimpleNamespace(error_at_budget=error)) for error in errors])
+        results = (cast(StrategyResult, SimpleNamespace(error_at_budget=error)) for error in errors)
+        return _reached(dict(zip(("box", "hall", "sea", "sky"), results, strict=False)))
 
-    assert reached(known, bound) == "16.3 % on 1 of 2 scenes and at least 22.4 % on 1 of 2 scenes"
-    assert reached(known, UNKNOWN, UNKNOWN) == "16.3 % on 1 of 3 scenes and not trusted on 2 of 3 scenes"
+    assert reached(known, bound) == "16.3 % on box and at least 22.4 % on hall"
+    assert reached(known, UNKNOWN, UNKNOWN) == "16.3 % on box and not trusted on hall and sea"
+    assert reached(bound, UNKNOWN, UNKNOWN, UNKNOWN) == "at least 22.4 % on box and not trusted on 3 of 4 scenes"
     assert reached(known, Interval(0.2, 0.19, 0.21)) == "16.3 % to 20 %"
     assert reached(UNKNOWN, UNKNOWN) == "not trusted"
     assert reached(replace(known, reach=1.2)).endswith(") extrapolated")
@@ -262,6 +281,7 @@ def test_an_experiment_of_a_dict_tells_the_call_that_repeats_it(
     needs = "the same scene or dict, which no file holds, and another folder"
     repeat = line(told(capsys, str(tmp_path / "box")), "repeat")
     assert repeat == f"in Python, with {needs}: et.cost(scene, folder, {call})"
+    assert _was_quick(tmp_path / "box")
     assert "object at 0x" not in (tmp_path / "box" / "experiment.json").read_text()
 
 

@@ -13,6 +13,8 @@ from equaltime.experiments.report import page
 from equaltime.experiments.report.charts import clearest, curve_titles, draw_curves, draw_dots, has_dots
 from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.page import without_marks
+from equaltime.statistics.intervals import UNKNOWN
+from equaltime.statistics.runs import TYPICAL
 
 from .fake_summary import CONSTANTS, TARGETS, doubted, summary
 from .test_report import Page
@@ -53,6 +55,40 @@ def test_the_legend_of_curves_marks_a_strategy_with_another_picture(found: Summa
     changed = replace(scene, strategies=(replace(naive, agreement_p=1e-6), *others))
     legend = draw_curves(changed, TARGETS, LOOKS, (6.0, 4.0), legend=True).axes[0].get_legend()
     assert [text.get_text() for text in legend.get_texts()] == ["naive (another picture)", "cut (biased)", "best"]
+
+
+def test_a_strategy_without_a_curve_has_no_entry_in_the_legend_and_the_page_says_why(
+    found: Summary, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(page, "write_figures", lambda *_: ())
+    first, second = found.scenes
+    naive, *others = first.strategies
+    why = "its picture disagrees with the reference by 35 % (30 to 41): no error is given"
+    unknown = replace(naive.curve, error=tuple(UNKNOWN.noted(why) for _ in naive.curve.error))
+    changed = replace(first, strategies=(replace(naive, curve=unknown, agreement_p=1e-6), *others))
+    legend = draw_curves(changed, TARGETS, LOOKS, (6.0, 4.0), legend=True).axes[0].get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == ["cut (biased)", "best"]
+    text = page.write_report(replace(found, scenes=(changed, second)), tmp_path).read_text("utf-8")
+    assert text.count(f"naive has no curve: {why}.") == 1
+    assert "Error against time on box0, both logarithmic, one curve each for cut, best;" in text
+
+
+def test_a_chart_says_that_curves_are_root_mean_squares_and_some_times_medians(
+    found: Summary, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(page, "write_figures", lambda *_: ())
+    first, second = found.scenes
+    naive, *others = first.strategies
+    times = {target: time.noted(TYPICAL) for target, time in naive.time_to.items()}
+    typical = replace(first, strategies=(replace(naive, time_to=times), *others))
+    plain, marked = (draw_curves(scene, TARGETS, LOOKS, (6.0, 4.0), legend=True) for scene in (first, typical))
+    assert plain.axes[0].get_ylabel() == marked.axes[0].get_ylabel() == "error (root mean square of the runs)"
+    assert plain.get_supxlabel() == ""
+    assert marked.get_supxlabel().startswith(
+        "Curves are root mean squares of all runs. Times with \N{DAGGER} in tables"
+    )
+    text = page.write_report(replace(found, scenes=(typical, second)), tmp_path).read_text("utf-8")
+    assert text.count("are medians: they are not where a curve crosses the error.") == 1
 
 
 def test_the_equal_time_is_named_above_the_axes_beside_no_legend(found: Summary) -> None:

@@ -438,7 +438,9 @@ def test_the_verdict_is_one_sentence_with_intervals(summary: Summary) -> None:
     assert ": 20 % error in 2" in summary.verdict
     first, fastest = summary.verdict.split(" Fastest ")
     assert first.count(" to ") == 2
+    fastest, own = fastest.split(" fireflies needs ")
     assert fastest == "to 20 % of those whose time is known: best."
+    assert re.fullmatch(r"[\d.]+ times less time than naive \([^)]*\) for 20 %, in typical runs\.", own)
 
 
 def test_runs_that_have_not_ended_do_not_count(recorded: tuple[Path, list[Row]]) -> None:

@@ -220,10 +220,19 @@ def test_a_renderer_of_ones_own_is_told_beside_standard_and_baseline() -> None:
     )
     speed = dict.fromkeys(TARGETS, Interval(1.0, 0.8, 1.25))
     own = replace(naive, label="mine", renderer="command", ratio=speed)
-    answer = verdict([replace(found, strategies=(naive, best, own))], TARGETS)
-    assert answer.endswith(
-        " mine needs 1 times as long as naive (0.8 to 1.2) and 40 times as long as best (32 to 51) for 5 %."
+    needs = " mine needs 1 times as long as naive (0.8 to 1.2) and 40 times as long as best (32 to 51) for 5 %."
+    for renderer in ("command", "core"):
+        mine = replace(own, renderer=renderer)
+        answer = answer_of([replace(found, strategies=(naive, best, mine))], TARGETS)
+        assert answer.text.endswith(needs), "in the answer, not in a note"
+    preset = replace(own, label="mis", renderer="core")
+    assert "needs" not in verdict([replace(found, strategies=(naive, best, preset))], TARGETS)
+    several = [replace(found, name=name, strategies=(naive, best, own)) for name in ("box", "hall")]
+    assert answer_of(several, TARGETS).text.endswith(
+        " mine needs 40 times as long as best (34 to 47) for 5 % on average."
     )
+    unknown = replace(several[1], strategies=(naive, best, replace(own, time_to=dict.fromkeys(TARGETS, UNKNOWN))))
+    assert "times as long as best" not in verdict([several[0], unknown], TARGETS)
 
 
 def times(result: StrategyResult, label: str, seconds: float, renderer: str = "core") -> StrategyResult:
@@ -261,10 +270,9 @@ def test_beside_a_method_of_ones_own_the_fastest_of_each_scene_is_named(renderer
         own = times(naive, "mine", seconds, renderer)
         scenes.append(replace(found, name=name, strategies=(times(naive, "naive", 20.0), best, own)))
     said = "Fastest to 5 %: best on box, mine on room, best or mine (no clear difference) on hall."
-    assert verdict(scenes, TARGETS).endswith(f" {said}")
-    assert verdict([scenes[0], replace(scenes[0], name="lobby")], TARGETS).endswith(
-        " Fastest to 5 %: best on box and lobby."
-    )
+    assert f" {said} mine needs " in verdict(scenes, TARGETS)
+    twice = verdict([scenes[0], replace(scenes[0], name="lobby")], TARGETS)
+    assert " Fastest to 5 %: best on box and lobby. mine needs " in twice
 
 
 def test_an_average_efficiency_names_the_best_of_each_scene_where_it_changes() -> None:
@@ -334,9 +342,11 @@ def test_the_sentence_has_the_numbers_of_the_table(seed: int) -> None:
     unit = {"ms": 1e-3, "s": 1.0, "min": 60.0}[said_time[2]]
     assert agree(f"{said_time[1]} {said_time[3]}", str(plain_cell(best.map(lambda x: x / unit))))
     assert time.text == seconds_cell(best).text
-    said_own = re.search(r"mine needs ([\d.,]+) times as long as naive (\([^)]*\))", answer)
+    said_own = re.search(r"mine needs ([\d.,]+) times (as long as|less time than) naive (\([^)]*\))", answer)
     assert said_own is not None
-    assert agree(f"{said_own[1]} {said_own[2]}", str(factor_cell(own.map(lambda x: 1.0 / x))))
+    assert (said_own[2] == "less time than") == (own.low > 1.0)
+    factor = own if own.low > 1.0 else own.map(lambda x: 1.0 / x)
+    assert agree(f"{said_own[1]} {said_own[3]}", str(factor_cell(factor)))
     assert str(factor_cell(own)) == str(table["mine"][1]), "and the table has the inverse of it"
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from equaltime.experiments.report import figures, rays
+from equaltime.experiments.report.looks import looks
 
 from .fake_summary import scene_result
 
@@ -16,6 +17,15 @@ class Unfinished:
     def savefig(self, file: Path, **_: Any) -> None:
         file.write_bytes(b"half")
         raise OSError("no room")
+
+
+def test_a_pdf_has_no_fonts_of_type_3_which_journals_refuse(tmp_path: Path) -> None:
+    scene = scene_result(tmp_path)
+    look = looks([strategy.label for strategy in scene.strategies], scene.baseline)
+    (pdf, _) = figures.write_figures(tmp_path / "figures", "box", scene, (0.1,), look, None, ())
+    content = (tmp_path / pdf).read_bytes()
+    assert b"/Type3" not in content
+    assert b"/TrueType" in content or b"/CIDFontType2" in content
 
 
 @pytest.mark.parametrize("name", ["directions", "box-curves"])

@@ -16,7 +16,7 @@ def test_the_table_has_every_strategy_of_every_scene(tmp_path: Path) -> None:
     lines = latex_table(found).splitlines()
     rows = [line for line in lines if line.endswith(r"\\") and not line.startswith(r"\multicolumn")]
     assert len(rows) == sum(1 + len(scene.strategies) for scene in found.scenes)
-    assert {row.count(" & ") for row in rows} == {2 + len(found.targets)}
+    assert {row.count(" & ") for row in rows} == {1 + 2 * len(found.targets)}
     assert (lines[1][:15], lines[-1]) == (r"\begin{tabular}", r"\end{tabular}")
     assert sum(line == r"\midrule" for line in lines) == 2 * len(found.scenes) - 1
 
@@ -37,8 +37,10 @@ def test_a_number_that_cannot_be_trusted_is_a_dash(tmp_path: Path) -> None:
     table = latex_table(replace(found, scenes=(replace(scene, strategies=(doubted,)),)))
     assert f"{first.label} & -- &" in table
     far = {target: replace(time.doubted("too far"), reach=99.0) for target, time in first.time_to.items()}
-    table = latex_table(replace(found, scenes=(replace(scene, strategies=(replace(first, time_to=far),)),)))
-    assert "--" in table
+    table = latex_table(
+        replace(found, scenes=(replace(scene, strategies=(replace(first, time_to=far), scene.strategies[2])),))
+    )
+    assert "& -- &" in table
     assert "--$^*$" not in table
 
 
@@ -99,12 +101,16 @@ def test_times_of_a_column_that_spans_powers_of_ten_have_units_of_their_own(tmp_
     assert r" & 3.0\,ms [2.0, 4.0] & " in rows[7]
 
 
-def test_the_last_column_has_every_speed_up_over_the_baseline(tmp_path: Path) -> None:
-    found = replace(summary(tmp_path), headline_target=0.05)
+def test_the_last_columns_have_the_speed_ups_over_the_baseline_to_every_target(tmp_path: Path) -> None:
+    found = replace(summary(tmp_path), targets=(0.1, 0.05))
     (scene,) = found.scenes
     cut = replace(scene.strategies[1], ratio={**scene.strategies[1].ratio, 0.05: Interval(16.0, 14.0, 18.0, reach=2.0)})
     strategies = (scene.strategies[0], cut, scene.strategies[2])
     rows = latex_table(replace(found, scenes=(replace(scene, strategies=strategies),))).splitlines()
+    assert [row.split(" & ")[-2] for row in (rows[3], rows[6])] == [
+        r"speed-up over naive to 10\,\%",
+        "16.0 [14.4, 17.6]",
+    ]
     last = [row.rpartition(" & ")[2] for row in (rows[3], *rows[5:8])]
     assert last == [
         r"speed-up over naive to 5\,\% \\",
@@ -114,6 +120,27 @@ def test_the_last_column_has_every_speed_up_over_the_baseline(tmp_path: Path) ->
     ]
     none = (replace(one, ratio=dict.fromkeys(one.ratio, UNKNOWN)) for one in scene.strategies)
     assert "speed-up over" not in latex_table(replace(found, scenes=(replace(scene, strategies=tuple(none)),)))
+
+
+def test_columns_without_any_number_are_left_out_and_named(tmp_path: Path) -> None:
+    found = summary(tmp_path)
+    (scene,) = found.scenes
+    doubted = [
+        replace(
+            one,
+            time_to={**one.time_to, 0.02: UNKNOWN},
+            ratio={**one.ratio, 0.02: UNKNOWN, 0.01: UNKNOWN},
+        )
+        for one in scene.strategies
+    ]
+    table = latex_table(replace(found, scenes=(replace(scene, strategies=tuple(doubted)),)))
+    heads = table.splitlines()[3].split(" & ")
+    assert [head.rpartition(" to ")[2].partition(" ")[0] for head in heads[2:]] == [
+        *(r"10\,\%", r"5\,\%", r"1\,\%", r"10\,\%", r"5\,\%")
+    ]
+    left_out = r"left out, since no number is known: time to 2\,\%, speed-up to 2\,\%, speed-up to 1\,\%} \\"
+    assert f"\\multicolumn{{7}}{{l}}{{\\footnotesize {left_out}" in table
+    assert "--" not in table
 
 
 def test_the_table_is_written_into_a_new_folder(tmp_path: Path) -> None:

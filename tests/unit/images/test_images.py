@@ -138,7 +138,7 @@ def test_a_disk_that_complains_only_when_it_is_asked_leaves_the_old_file_alone(
 def test_an_existing_file_is_replaced(result: Result, tmp_path: Path) -> None:
     path = tmp_path / "out.exr"
     path.write_bytes(b"old")
-    result.save(path)
+    result.save(path, overwrite=True)
     assert read_picture(path).record["seed"] == result.origin.seed
 
 
@@ -147,7 +147,7 @@ def test_a_link_stays_and_what_it_leads_to_is_replaced(result: Result, tmp_path:
     (tmp_path / "far" / "kept.exr").write_bytes(b"old")
     (tmp_path / "out.exr").symlink_to("far/kept.exr")
     (tmp_path / "out.png").symlink_to("far/new.png")
-    result.save(tmp_path / "out.exr")
+    result.save(tmp_path / "out.exr", overwrite=True)
     assert (tmp_path / "out.exr").is_symlink()
     assert (tmp_path / "out.png").is_symlink()
     assert read_picture(tmp_path / "far" / "kept.exr").record["seed"] == result.origin.seed

@@ -105,6 +105,32 @@ def test_two_percent_too_much_light_is_found(files: tuple[Path, Path, Path], tmp
     assert image.bias_p < 1e-6
 
 
+def test_the_bias_that_is_told_would_be_found(files: tuple[Path, Path, Path], tmp_path: Path) -> None:
+    least = et.compare(files[0], files[2]).images[0].least_bias
+    assert least is not None
+    assert 0.001 < least < 0.02
+    bright = write(tmp_path / "bright.exr", (1.0 + 1.5 * least) * noisy(0.05, 20), 0.05)
+    (image,) = et.compare(bright, files[2]).images
+    assert image.bias_p is not None
+    assert image.bias_p < 0.001
+
+
+def test_files_in_the_wrong_order_are_warned_of_in_the_second_line(
+    files: tuple[Path, Path, Path], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(files[0].parent)
+    write(Path("plain.exr"), noisy(0.05, 20))
+    assert main(["compare", "ref.exr", "plain.exr"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[1].startswith(
+        "warning: plain.exr carries no standard errors: its noise is part of the error. If ref.exr"
+    )
+    assert len(lines) <= MOST_LINES
+    assert not any(line.startswith("note: ") for line in lines)
+    assert "give it second" in str(et.compare("ref.exr", "plain.exr"))
+    assert et.compare("plain.exr", "ref.exr").order == ""
+
+
 def test_equal_seeds_are_not_tested_for_bias(tmp_path: Path) -> None:
     record = {"seed": 1, "digest": "d"}
     a, b = (write(tmp_path / f"{seed}.exr", noisy(0.05, seed), 0.05, record) for seed in (3, 4))
@@ -383,7 +409,9 @@ def test_the_command_prints_every_metric(
     lines = capsys.readouterr().out.splitlines()
     assert re.match(r"a\.exr has 0\.49\d* times \(0\.4\d* to 0\.\d+\) the error of b\.exr\.$", lines[0])
     assert lines[1].startswith("Bias found: ") or re.match(
-        r"No bias found: p = \S+ for a\.exr, p = \S+ for b\.exr; only p below 0\.001 counts as bias\.$", lines[1]
+        r"No bias found: p = \S+ for a\.exr, p = \S+ for b\.exr; only p below 0\.001 counts as bias\. "
+        r"A bias of [\d.]+ % in all pixels would mostly be found\.$",
+        lines[1],
     )
     assert lines[-1].endswith("relmse, mse, mare, efficiency")
     assert len(lines) <= MOST_LINES
@@ -401,7 +429,9 @@ def test_the_command_prints_every_metric(
         "p of equal means",
         "at 67 pixels per degree",
         "mare: mean of |A - R| / (|R| + 0.1 m)",
-        "efficiency",
+        "efficiency: 1 / (error\N{SUPERSCRIPT TWO} x render time)",
+        "p of equal means: the least p of three tests over the whole image",
+        "Intervals hold for these images alone",
     ):
         assert word in out
 

@@ -18,6 +18,7 @@ from equaltime import files as disk
 from equaltime.cli import main
 from equaltime.images import image_files as images
 from equaltime.rendering import output_files
+from equaltime.rendering.output_files import replaced
 from equaltime.rendering.render_file import read_picture
 
 HEAD = """
@@ -177,6 +178,53 @@ def test_another_scene_or_program_is_not_replaced_unless_that_is_asked_for(
     assert main([*command, "--overwrite"]) == 0
 
 
+def in_memory(radiance: float = 1.0, size: tuple[int, int] = (6, 4)) -> et.Scene:
+    film = {"type": "hdrfilm", "width": size[0], "height": size[1]}
+    sky = {"type": "constant", "radiance": radiance}
+    return et.load_dict({"type": "scene", "sensor": {"type": "perspective", "film": film}, "sky": sky})
+
+
+@pytest.mark.parametrize("name", ["out.exr", "out.png"])
+def test_a_render_of_a_scene_made_in_memory_is_not_replaced_by_one_of_a_file(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    output = tmp_path / name
+    et.render(in_memory(3.0), spp=2).save(output)
+    before = output.read_bytes()
+    command = ["render", str(scene), "-o", str(output), *OPTIONS]
+    words = "is there already, a render of a scene made in memory, maybe another one; --overwrite replaces it"
+    refused(f"{output}: {words}", command, capsys)
+    assert output.read_bytes() == before
+    assert main([*command, "--overwrite"]) == 0
+    assert output.read_bytes() != before
+
+
+@pytest.mark.parametrize("name", ["out.exr", "out.png"])
+@pytest.mark.parametrize("small", [False, True])
+def test_saving_a_result_replaces_renders_of_its_scene_alone(
+    scene: Path, tmp_path: Path, name: str, small: bool
+) -> None:
+    output = tmp_path / name
+    of_file, of_dict = et.render(scene, spp=4), et.render(in_memory(3.0), spp=4)
+    of_file.save(output, small)
+    words = "is there already, a render of "
+    with pytest.raises(et.ImageError, match=rf"{words}another scene \({scene}\); overwrite=True replaces it"):
+        of_dict.save(output, small)
+    with pytest.raises(et.ImageError, match=f"{words}another scene"):
+        et.render(in_memory(3.0), spp=4, checkpoint=tmp_path / "out.exr")
+    of_dict.save(output, small, overwrite=True, aov=["variance"])
+    et.render(in_memory(3.0), spp=4, seed=1).save(output, small, aov=["variance"])
+    with pytest.raises(et.ImageError, match=f"{words}a scene made in memory, maybe another one; overwrite=True"):
+        et.render(in_memory(2.0), spp=4).save(output, small)
+    with pytest.raises(et.ImageError, match=f"{words}a scene made in memory"):
+        of_file.save(output, small)
+    if name == "out.exr":
+        et.render(in_memory(3.0), spp=2, checkpoint=output)
+        with pytest.raises(et.ImageError, match=f"{words}a scene made in memory"):
+            et.render(scene, spp=2, checkpoint=output)
+        et.render(scene, spp=2, checkpoint=output, overwrite=True)
+
+
 def photo(name: str) -> Any:
     return np.ones((2, 2, 3), np.float32 if name == "out.exr" else np.uint8)
 
@@ -237,6 +285,10 @@ def test_a_short_render_is_not_replaced_silently(
     assert told("--spp", "2", "--size", "8x4") == ""
     assert told("--spp", "2", "--size", "4x4") == f"{before}8x4, 2 samples a pixel, strategy best, seed 0"
     assert told("--spp", "4", "--size", "4x4") == ""
+    assert (
+        replaced({}, {"digest": "", "seconds": 1.0, "spp": 32.7628125})
+        == f"{before}, 33 samples a pixel, strategy None, seed None"
+    )
     assert told("--spp", "8", "--size", "4x4", "--resume") == ""
     assert (
         told("--spp", "4", "--size", "4x4", "--seed", "7") == f"{before}4x4, 8 samples a pixel, strategy best, seed 0"

@@ -146,7 +146,7 @@ def test_a_jpeg_is_the_preview_alone_and_guarded_as_a_png_is(
     assert {file.name for file in tmp_path.iterdir()} == {"dim.toml", name}
     assert abs(shade(path) - 209) <= 1
     other = tmp_path / "other.toml"
-    other.write_text(DIM)
+    other.write_text(DIM.replace("0.04", "0.05"))
     before = path.read_bytes()
     assert main([*command[:1], str(other), *command[2:]]) == 2
     assert "a render of another scene" in capsys.readouterr().err

@@ -14,7 +14,7 @@ from equaltime.experiments.analysis.combination import combination_verdict
 from equaltime.experiments.analysis.pictures import other_pictures
 from equaltime.experiments.analysis.questions import bias_verdict, efficiency_verdict, samples_verdict
 from equaltime.experiments.analysis.sentences import Answer, across, compared, joined, less_time, where
-from equaltime.experiments.analysis.winners import best_per_scene, fastest, quotient
+from equaltime.experiments.analysis.winners import best_per_scene, fastest, is_own, quotient
 from equaltime.experiments.model.experiment import Question
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.statistics.agreement import LEVEL
@@ -82,11 +82,12 @@ def _answer_in_time(scenes: Sequence[SceneResult], targets: Sequence[float]) -> 
                 found = [one for scene in scenes if (one := _at(scene, target, reach, ratio_is_good)) is not None]
                 if found and (len(found) == len(scenes) or not everywhere):
                     answer = _speed_up(found, target, len(scenes)).then(fastest(scenes, target))
-                    return answer.noted(_own_renderers(scenes, target)), target
+                    return _with_own(answer, scenes, target), target
     alone = _time_alone(scenes, targets)
     if alone is None:
         return _without_ratio(scenes, alone), None
-    return _without_ratio(scenes, alone).then(fastest(scenes, alone[2])), alone[2]
+    answer = _without_ratio(scenes, alone).then(fastest(scenes, alone[2]))
+    return _with_own(answer, scenes, alone[2]), alone[2]
 
 
 def _is_limit(ratio: Interval) -> bool:
@@ -111,7 +112,7 @@ _REACHES: tuple[Callable[[Interval, Interval], bool], ...] = (
 )
 """Tests of how far time and ratio are extrapolated, in order of preference: neither, only the ratio, any."""
 _MOST_OWN = 3
-"""Largest number of renderers other than equaltime that the verdict names; tables show more of them better."""
+"""Largest number of methods of one's own that the verdict names; tables show more of them better."""
 
 
 def _at(scene: SceneResult, target: float, reach: Callable[[Interval, Interval], bool], good: _Test) -> _Found | None:
@@ -152,18 +153,48 @@ def _not_reached(found: Sequence[_Found], target: float) -> str:
     return ""
 
 
-def _own_renderers(scenes: Sequence[SceneResult], target: float) -> Iterator[str]:
-    """Yield a note on each renderer other than equaltime, beside standard and baseline on the only scene."""
-    if len(scenes) != 1:
-        return
-    (scene,) = scenes
-    own = [one for one in scene.strategies if one.renderer != "core" and one.label != scene.baseline]
-    beside = [one for one in scene.strategies if one.label in (scene.baseline, scene.standard)]
-    for strategy in own if len(own) <= _MOST_OWN else ():
-        ratios = {other.label: _times_as_long(scene, strategy, other, target) for other in beside}
-        told = [f"{about(ratio)} times as long as {label} {span(ratio)}" for label, ratio in ratios.items() if ratio]
+def _with_own(answer: Answer, scenes: Sequence[SceneResult], target: float) -> Answer:
+    """Return the answer with a sentence on each method of one's own, as far as there is room; notes have the rest."""
+    for sentence in _own_methods(scenes, target):
+        answer = answer.then(sentence)
+    return answer
+
+
+def _own_methods(scenes: Sequence[SceneResult], target: float) -> Iterator[str]:
+    """Yield a sentence on the time of each method of one's own beside baseline and standard, if known on all scenes.
+
+    On several scenes it is the geometric mean, beside the standard alone, since the answer has less room.
+    """
+    own = {one.label: one.named for scene in scenes for one in scene.strategies if is_own(scene, one)}
+    average = " on average" if len(scenes) > 1 else ""
+    baselines, standards = tuple(scene.baseline for scene in scenes), tuple(scene.standard for scene in scenes)
+    sides = [standards] if len(scenes) > 1 else list(dict.fromkeys((baselines, standards)))
+    for label, named in own.items() if len(own) <= _MOST_OWN else ():
+        told = []
+        for others in sides:
+            ratios = [_beside(scene, label, other, target) for scene, other in zip(scenes, others, strict=True)]
+            known = [ratio for ratio in ratios if ratio is not None]
+            if len(known) == len(scenes):
+                told.append(_as_long(product_mean(known), joined(map(str, others))))
+        times = [one.time_to[target] for scene in scenes for one in scene.strategies if one.label == label]
+        typical = ", in typical runs" if any(TYPICAL in time.note for time in times) else ""
         if told:
-            yield f"{strategy.label} needs {' and '.join(told)} for {percent(target)}."
+            yield f"{named} needs {' and '.join(told)} for {percent(target)}{average}{typical}."
+
+
+def _as_long(ratio: Interval, other: str) -> str:
+    """Return in words how long a method needs beside another; ``ratio`` is its time over the other's."""
+    if ratio.high < 1.0:
+        inverse = ratio.map(lambda value: 1.0 / value)
+        return f"{about(inverse)} times less time than {other} {span(inverse)}"
+    return f"{about(ratio)} times as long as {other} {span(ratio)}"
+
+
+def _beside(scene: SceneResult, label: str, other: str | None, target: float) -> Interval | None:
+    """Return the time of one strategy to ``target`` over that of another, by their labels; None if it is not known."""
+    found = {one.label: one for one in scene.strategies}
+    one, theirs = found.get(label), found.get(other or "")
+    return None if one is None or theirs is None or one is theirs else _times_as_long(scene, one, theirs, target)
 
 
 def _times_as_long(
@@ -171,12 +202,14 @@ def _times_as_long(
 ) -> Interval | None:
     """Return a strategy's time to ``target`` over another's; None if it is not known.
 
-    Beside the baseline it is the inverse of the speed-up that tables show, which compares paired repeats.
+    Beside the baseline it is the inverse of the speed-up that tables show, which compares paired repeats. Times of
+    typical runs are not compared with times of the mean error.
     """
     ratio = strategy.ratio.get(target)
     if other.label == scene.baseline and ratio is not None and sound(ratio):
         return ratio.map(lambda speed_up: 1.0 / speed_up)
-    return quotient(strategy.time_to[target], other.time_to[target])
+    time, theirs = strategy.time_to[target], other.time_to[target]
+    return quotient(time, theirs) if (TYPICAL in time.note) == (TYPICAL in theirs.note) else None
 
 
 def _without_ratio(scenes: Sequence[SceneResult], alone: tuple[SceneResult, StrategyResult, float] | None) -> Answer:

@@ -14,7 +14,7 @@ from equaltime.statistics.runs import TYPICAL
 from equaltime.strategy import PRESETS
 from equaltime.words import percent
 
-__all__ = ["best_per_scene", "fastest", "quotient"]
+__all__ = ["best_per_scene", "fastest", "is_own", "quotient"]
 
 _MOST_EQUAL = 3
 """Largest number of strategies without a clear difference that a sentence names as the best of a scene."""
@@ -113,11 +113,13 @@ def _has_own(scene: SceneResult, alone: bool) -> bool:
 
     ``alone`` tells that the scene is the only one, on which other renderers have a sentence of their own.
     """
-    return any(
-        (one.renderer != "core" and not alone) or (one.renderer == "core" and one.label not in PRESETS)
-        for one in scene.strategies
-        if one.label not in (scene.standard, scene.baseline)
-    )
+    return any(is_own(scene, one) and not (alone and one.renderer != "core") for one in scene.strategies)
+
+
+def is_own(scene: SceneResult, strategy: StrategyResult) -> bool:
+    """Tell whether a strategy is a method of one's own: a renderer or no plain preset, nor standard or baseline."""
+    known = strategy.renderer == "core" and strategy.label in PRESETS
+    return not known and strategy.label not in (scene.standard, scene.baseline)
 
 
 def _told(found: Sequence[_Winners], scenes: int) -> str:

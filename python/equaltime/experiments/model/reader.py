@@ -237,7 +237,7 @@ def default_experiment(scene: SceneEntry, strategies: tuple[str, ...] = ()) -> E
         title=f"What accuracy costs on {name}",
         description=(
             "Each strategy renders the same scene several times, and each run has the same time. The curves show how "
-            "its error falls. Where a curve crosses a dotted line, the strategy has reached that error."
+            "the root mean square of the runs' errors falls, and dotted lines the errors whose times the tables give."
         ),
         scenes=(entry.model_copy(update={"name": name}),),
         strategies=tuple(_suited(text, loaded) for text in given),

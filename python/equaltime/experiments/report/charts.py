@@ -12,12 +12,25 @@ from equaltime.experiments.report.telling import says_slower
 from equaltime.experiments.report.words import measured_cell, percent, seconds
 from equaltime.extras import optional
 from equaltime.statistics.intervals import UNKNOWN, Interval
+from equaltime.statistics.runs import TYPICAL
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["clearest", "curve_titles", "draw_curves", "draw_dots", "has_dots", "has_pale_points", "tick", "unmarked"]
+__all__ = [
+    "clearest",
+    "curve_titles",
+    "draw_curves",
+    "draw_dots",
+    "has_dots",
+    "has_pale_points",
+    "has_typical_times",
+    "is_drawn",
+    "tick",
+    "unmarked",
+    "without_curve",
+]
 
 
 def draw_curves(
@@ -32,8 +45,8 @@ def draw_curves(
 
     ``targets`` are errors, drawn as horizontal lines. ``looks`` gives colour, marker and line style by label of a
     strategy. ``size`` is width and height in inches, and ``legend`` tells whether to draw a legend. Points are
-    pale, and have no band, if a table prints no number with an interval for them. In the SVG, the points of each curve
-    are in the groups that `curve_titles` names.
+    pale, and have no band, if a table prints no number with an interval for them. A curve without points has no entry
+    in the legend. In the SVG, the points of each curve are in the groups that `curve_titles` names.
     """
     figure: Figure = optional("matplotlib.figure").Figure(figsize=size, layout="constrained", facecolor="none")
     axes = figure.add_subplot(facecolor="none")
@@ -45,9 +58,11 @@ def draw_curves(
     tick(axes.xaxis, seconds)
     tick(axes.yaxis, percent)
     axes.set_xlabel("time, first sample to image", color=INK)
-    axes.set_ylabel("error (root mean square)", color=INK)
+    axes.set_ylabel("error (root mean square of the runs)", color=INK)
     if legend:
         _add_legend(axes, has_pale_points(scene))
+        if has_typical_times(scene):
+            figure.supxlabel(_TYPICAL_TIMES, fontsize=7, color=INK)
     return figure
 
 
@@ -70,6 +85,26 @@ def curve_titles(order: int, strategy: StrategyResult) -> dict[str, list[str]]:
 def has_pale_points(scene: SceneResult) -> bool:
     """Tell whether `draw_curves` draws any pale point: one whose interval cannot be trusted."""
     return any(_places(strategy, pale=True) for strategy in scene.strategies)
+
+
+def is_drawn(strategy: StrategyResult) -> bool:
+    """Tell whether `draw_curves` draws any point of a strategy's curve."""
+    return bool(_drawn(strategy))
+
+
+def without_curve(scene: SceneResult) -> str:
+    """Return a sentence on each strategy without any point in the chart, with the reason; empty without such ones."""
+    told = []
+    for strategy in scene.strategies:
+        if not is_drawn(strategy):
+            why = next((error.note for error in strategy.curve.error if error.note), "none of its errors is known")
+            told.append(f"{strategy.label} has no curve: {why}.")
+    return " ".join(told)
+
+
+def has_typical_times(scene: SceneResult) -> bool:
+    """Tell whether any time to an error is that of typical runs, which the curves do not show."""
+    return any(TYPICAL in time.note for strategy in scene.strategies for time in strategy.time_to.values())
 
 
 def _curve_gid(order: int, pale: bool = False) -> str:
@@ -122,7 +157,8 @@ def _draw_curve(axes: Axes, strategy: StrategyResult, look: Style, order: int) -
         "markersize": 5.5,
         "linewidth": 1.8,
     }
-    axes.plot(times, sure, **style, label=f"{_SHOWN}{strategy.named}", gid=_curve_gid(order), zorder=3)
+    label = f"{_SHOWN}{strategy.named}" if points else None
+    axes.plot(times, sure, **style, label=label, gid=_curve_gid(order), zorder=3)
     if pale := _places(strategy, pale=True):
         axes.plot(times, values, **style, markevery=pale, alpha=_PALE, gid=_curve_gid(order, pale=True), zorder=2.9)
 
@@ -198,6 +234,10 @@ def tick(axis: Any, words: Callable[[float], str], most: float = 8.0) -> None:
     axis.set_minor_formatter(ticker.NullFormatter())
 
 
+_TYPICAL_TIMES = (
+    "Curves are root mean squares of all runs. Times with \N{DAGGER} in tables are medians of typical runs:\n"
+    "they are not where a curve crosses the error."
+)
 _SHOWN = "curve "
 """Prefix of labels in Matplotlib, which omits labels with a leading underscore from legends."""
 _PALE = 0.6

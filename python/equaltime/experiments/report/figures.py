@@ -16,7 +16,7 @@ import numpy as np
 
 from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.captions import short_caption
-from equaltime.experiments.report.charts import curve_titles, draw_curves, draw_dots
+from equaltime.experiments.report.charts import curve_titles, draw_curves, draw_dots, is_drawn
 from equaltime.experiments.report.gallery import Window
 from equaltime.experiments.report.looks import GRID, INK, LIGHT, MUTED, Style
 from equaltime.experiments.report.pictures import Pictures
@@ -46,6 +46,8 @@ WIDE, NARROW, SMALL = (8.6, 4.6), (4.4, 4.0), (4.2, 2.9)
 """Width and height of a chart in inches: for a desktop, for a phone, and for one of many on a page."""
 _KINDS = {"pdf": {"CreationDate": None}, "png": {}}
 """File types and their metadata; without a date, so that equal figures give equal files."""
+_TRUETYPE = {"pdf.fonttype": 42, "ps.fonttype": 42}
+"""Settings of matplotlib for fonts that journals accept; its default are fonts of Type 3, which many refuse."""
 _FRAMES = ("#e69f00", "#56b4e9", "#009e73", "#cc79a7")
 _FONT = re.compile(r"font(-family|-size)?:[^;]*;?")
 _CURVE = re.compile(r"curve-(\d+)(?:-band|-pale)?")
@@ -141,7 +143,7 @@ def chart(
     titles: dict[str, list[str]] = {}
     for order, strategy in enumerate(scene.strategies):
         titles |= curve_titles(order, strategy)
-    labels = ", ".join(strategy.label for strategy in scene.strategies)
+    labels = ", ".join(strategy.label for strategy in scene.strategies if is_drawn(strategy))
     description = (
         f"Error against time on {scene.name}, both logarithmic, one curve each for {labels}; "
         f"equal time is {seconds(scene.budget_s)}. The numbers stand in a table of the report."
@@ -176,11 +178,11 @@ def themed(figure: Figure, prefix: str, description: str, titles: Mapping[str, S
 def write_figure(figure: Figure, folder: Path, name: str) -> tuple[str, ...]:
     """Write a figure to ``folder`` as NAME.pdf and NAME.png, each atomically, and return the names of both files.
 
-    The names contain the last part of the folder's path, as in ``figures/NAME.pdf``.
+    The names contain the last part of the folder's path, as in ``figures/NAME.pdf``. A PDF embeds TrueType fonts.
     """
     folder.mkdir(parents=True, exist_ok=True)
     for kind, metadata in _KINDS.items():
-        with replacing(folder / f"{name}.{kind}") as file:
+        with optional("matplotlib").rc_context(_TRUETYPE), replacing(folder / f"{name}.{kind}") as file:
             figure.savefig(file, format=kind, dpi=200, facecolor="white", metadata=metadata)
     return tuple(f"{folder.name}/{name}.{kind}" for kind in _KINDS)
 

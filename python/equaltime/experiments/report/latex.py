@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
 from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.telling import DASH
@@ -51,30 +51,40 @@ _DAGGER: Final = "\N{DAGGER}"
 _BOUNDS: Final = "\N{GREATER-THAN OR EQUAL TO}\N{LESS-THAN OR EQUAL TO}"
 
 
-def latex_table(summary: Summary) -> str:
-    """Return a table with a row for each strategy of each scene: error at equal time, time to each target, speed-up.
+_Column = tuple[Literal["time", "speed-up"], float]
+"""Column after the error at equal time: what it has, and the target error that it is for."""
+_Units = Mapping[float, Unit | None]
+"""Unit of the times to each target; None if each time has its own."""
 
-    The speed-up is over the scene's baseline, to the error `Summary.ratio_target`. All errors are in per cent, and all
-    times of a column are in the unit that its heading has. If a column's times span more than a factor of 10,000, each
-    has its own unit. Numbers have their 95 % intervals in brackets, as in the
-    report. If only one end of an interval can be trusted, it stands as a bound; a dash stands for a number that is not
-    known. A row below each scene gives its size, its repeats and the error of its reference. Notes below the table
-    explain the marks that it has, such as the star of extrapolated numbers.
+
+def latex_table(summary: Summary) -> str:
+    """Return a table with a row for each strategy of each scene: error at equal time, times and speed-ups.
+
+    Each target error has a column of times and one of speed-ups over the scene's baseline. Columns without any number
+    are left out, and a note names them. All errors are in per cent, and all times of a column are in the unit that its
+    heading has. If a column's times span more than a factor of 10,000, each has its own unit. Numbers have their 95 %
+    intervals in brackets, as in the report. If only one end of an interval can be trusted, it stands as a bound; a dash
+    stands for a number that is not known. A row below each scene gives its size, its repeats and the error of its
+    reference. Notes below the table explain the marks that it has, such as the star of extrapolated numbers.
     """
-    ratio = summary.ratio_target
-    columns = 2 + len(summary.targets) + (ratio is not None)
     units = {target: column_unit(_times(summary, target)) for target in summary.targets}
-    told = [cell for scene in summary.scenes for row in _rows(scene, units, ratio) for cell in row]
+    compared = any(one.label != scene.baseline for scene in summary.scenes for one in scene.strategies)
+    every: list[_Column] = [("time", target) for target in units]
+    every += [("speed-up", target) for target in units] * compared
+    columns = [column for column in every if _is_known(summary, column, units)]
+    told = [cell for scene in summary.scenes for row in _rows(scene, columns, units) for cell in row]
+    width = 2 + len(columns)
     lines = [
         f"% {summary.title}: error after the same time, time to an error, and speed-up, with 95 % intervals",
-        rf"\begin{{tabular}}{{l{'r' * (columns - 1)}}}",
+        rf"\begin{{tabular}}{{l{'r' * (width - 1)}}}",
         r"\toprule",
     ]
     for number, scene in enumerate(summary.scenes):
         lines += [r"\midrule"] * (number > 0)
-        lines += [_row(_titles(scene, units, ratio)), r"\midrule", *map(_row, _rows(scene, units, ratio))]
-        lines.append(_across(_conditions(scene), columns))
-    notes = (_across(note, columns) for note in _notes(told))
+        lines += [_row(_titles(scene, columns, units)), r"\midrule", *map(_row, _rows(scene, columns, units))]
+        lines.append(_across(_conditions(scene), width))
+    left_out = [f"{what} to {percent(target)}" for what, target in every if (what, target) not in columns]
+    notes = (_across(note, width) for note in _notes(told, left_out))
     return "\n".join([*lines, r"\bottomrule", *notes, r"\end{tabular}", ""])
 
 
@@ -90,41 +100,50 @@ def _times(summary: Summary, target: float) -> list[Interval]:
     return [one.time_to.get(target, UNKNOWN) for scene in summary.scenes for one in scene.strategies]
 
 
-def _titles(scene: SceneResult, units: Mapping[float, Unit | None], ratio: float | None) -> tuple[str, ...]:
-    heads = {target: "" if unit is None else f" [{unit.symbol.strip()}]" for target, unit in units.items()}
-    times = (f"time to {percent(target)}{head}" for target, head in heads.items())
-    speed_up = () if ratio is None else (f"speed-up over {scene.baseline} to {percent(ratio)}",)
-    return (scene.name, f"error after {seconds(scene.budget_s)} [%]", *times, *speed_up)
+def _is_known(summary: Summary, column: _Column, units: _Units) -> bool:
+    """Tell whether any cell of a column has a number; the baseline's speed-up of 1 is none."""
+    cells = (
+        _cell(scene, strategy, column, units)
+        for scene in summary.scenes
+        for strategy in scene.strategies
+        if column[0] == "time" or strategy.label != scene.baseline
+    )
+    return any(cell != DASH for cell in cells)
 
 
-def _rows(scene: SceneResult, units: Mapping[float, Unit | None], ratio: float | None) -> Iterator[tuple[str, ...]]:
-    """Yield the cells of each strategy; ``units`` has the unit of the times to each target, or None.
+def _titles(scene: SceneResult, columns: Sequence[_Column], units: _Units) -> tuple[str, ...]:
+    return (
+        scene.name,
+        f"error after {seconds(scene.budget_s)} [%]",
+        *(_title(scene, column, units) for column in columns),
+    )
 
-    ``ratio`` is the error of the last column's speed-ups; None leaves the column out.
-    """
+
+def _title(scene: SceneResult, column: _Column, units: _Units) -> str:
+    what, target = column
+    if what == "speed-up":
+        return f"speed-up over {scene.baseline} to {percent(target)}"
+    unit = units[target]
+    return f"time to {percent(target)}" + ("" if unit is None else f" [{unit.symbol.strip()}]")
+
+
+def _rows(scene: SceneResult, columns: Sequence[_Column], units: _Units) -> Iterator[tuple[str, ...]]:
+    """Yield the cells of each strategy."""
     for strategy in scene.strategies:
         error = strategy.error_at_budget
         told = marked(_text(measured_cell(error)).replace(ERROR_UNIT.symbol, ""), error)
-        yield (
-            strategy.named,
-            told,
-            *(_time(strategy, target, unit) for target, unit in units.items()),
-            *_speed_up(scene, strategy, ratio),
-        )
+        yield (strategy.named, told, *(_cell(scene, strategy, column, units) for column in columns))
 
 
-def _time(strategy: StrategyResult, target: float, unit: Unit | None) -> str:
-    time = strategy.time_to.get(target, UNKNOWN)
-    return marked(_text(seconds_cell(time, None if unit is None else replace(unit, symbol=""))), time)
-
-
-def _speed_up(scene: SceneResult, strategy: StrategyResult, target: float | None) -> Iterator[str]:
-    """Yield the speed-up over the baseline to the error ``target`` without its sign; nothing if there is no target."""
-    if target is None:
-        return
+def _cell(scene: SceneResult, strategy: StrategyResult, column: _Column, units: _Units) -> str:
+    """Return a time without the unit that the heading has, or a speed-up over the baseline without its sign."""
+    what, target = column
+    if what == "time":
+        time, unit = strategy.time_to.get(target, UNKNOWN), units[target]
+        return marked(_text(seconds_cell(time, None if unit is None else replace(unit, symbol=""))), time)
     cell = ratio_cell(scene, strategy, target)
     text = cell.text if strategy.label == scene.baseline else _text(cell)
-    yield marked(text.replace(_TIMES, ""), strategy.ratio.get(target, UNKNOWN))
+    return marked(text.replace(_TIMES, ""), strategy.ratio.get(target, UNKNOWN))
 
 
 def _text(cell: Cell) -> str:
@@ -139,12 +158,14 @@ def _conditions(scene: SceneResult) -> str:
     return f"{scene.size[0]}x{scene.size[1]} pixels, {repeats} repeats, {reference}"
 
 
-def _notes(texts: Sequence[str]) -> Iterator[str]:
-    """Yield a note on the numbers in brackets, and one on each mark that the cells with these ``texts`` have."""
+def _notes(texts: Sequence[str], left_out: Sequence[str]) -> Iterator[str]:
+    """Yield notes on the numbers in brackets, on each mark of the cells ``texts``, and on columns ``left_out``."""
     yield in_brackets_stands(texts)
     yield from (f"{mark}: {meaning}" for mark, meaning in meanings(texts).items())
     if DASH in texts:
         yield f"{DASH}: unknown, not trusted, or both ends of the interval more than {TELLING:g} times off the number"
+    if left_out:
+        yield f"left out, since no number is known: {', '.join(left_out)}"
 
 
 def _across(text: str, columns: int) -> str:

@@ -12,7 +12,7 @@ from typing import Any
 from equaltime.experiments.analysis.sentences import Answer
 from equaltime.experiments.analysis.verdict import verdict
 from equaltime.experiments.model.summary import SceneResult, Summary
-from equaltime.experiments.report.charts import has_dots, has_pale_points, unmarked
+from equaltime.experiments.report.charts import has_dots, has_pale_points, has_typical_times, unmarked, without_curve
 from equaltime.experiments.report.figures import NARROW, WIDE, chart, dots, write_figures
 from equaltime.experiments.report.films import FilmView, film_view, write_animation
 from equaltime.experiments.report.footnotes import letter, shared_remarks
@@ -71,7 +71,9 @@ class SceneView:
     has_pale_points: bool
     """Whether the charts have points whose interval cannot be trusted."""
     hidden: str
-    """Sentence on error curves that lie beneath others in the chart; empty if all can be seen."""
+    """Sentences on error curves that lie beneath others in the chart or have no points; empty if all can be seen."""
+    has_typical_times: bool
+    """Whether times in the tables are medians of typical runs, which the charts do not show."""
     tables: tuple[tuple[str, Table], ...]
     """Pairs of heading and table, the most important for the experiment's question first."""
     points: Table
@@ -337,7 +339,8 @@ def _scene_view(
         narrow_chart=chart(scene, f"{name}-narrow", summary.targets, look, NARROW),
         legend=tuple(label_row(scene, strategy, look[strategy.label]) for strategy in scene.strategies),
         has_pale_points=has_pale_points(scene),
-        hidden=hidden_curves(scene),
+        hidden=" ".join(filter(None, (hidden_curves(scene), without_curve(scene)))),
+        has_typical_times=has_typical_times(scene),
         tables=_tables(name, scene, summary, look),
         points=point_table(name, scene, look).telling(is_quick(summary)),
         notes=(

@@ -75,7 +75,7 @@ _MEANINGS: Mapping[str, str] = {
     EXTRAPOLATED: "extrapolated beyond the runs, or before their first measurement, or read off where measured errors "
     "rise",
     MEDIAN: "of typical runs: a median over repeats. A speed-up is the median over pairs of repeats. Errors are root "
-    "mean squares all the same, and a few rare events make most of them",
+    "mean squares, and a few rare events make most of them: such a time is not where a curve crosses the error",
 }
 
 

@@ -23,8 +23,16 @@ from equaltime.scene import Scene
 
 __all__ = ["BudgetLadder", "RunOrder", "SingleRun", "counts", "now", "record"]
 
-# The rest of a budget is spent on one more checkpoint if it has at least this many times the last one's samples.
-_LEAST_STEP = 1.1
+# The rest of a budget is spent on one more checkpoint if it has at least this many times the last one's samples: from
+# 5 % on, errors at the budget count as extrapolated. Another renderer begins anew, so that it takes as long as a run.
+_LEAST_STEP = {"grown": 1.05, "anew": 1.1}
+# Least ratio of the last count to the one before, where the ladder has a choice: errors of nearly equal counts tell
+# little more than one of them.
+_APART = 1.1
+# Runs aim at so many times their budget, since later repeats may be faster than the first, which fixes the counts.
+_AIM = 1.02
+# Largest time of a run, in budgets, at which the last count is rounded up to an even number.
+_MOST = 1.05
 # Least time of a further sample, as a share of a sample's mean time: times vary, and a rate of 0 would miss the budget.
 _LEAST_RATE = 0.25
 
@@ -51,8 +59,8 @@ class BudgetLadder:
     """Iterator over the sample counts per pixel of a run that ends near its time budget.
 
     Call `taken` after each count: the last count is chosen from the time of the count before. All strategies then end
-    at nearly the same time, which makes their last images comparable. Counts are even, because a render's own error
-    estimate comes from two halves.
+    at nearly the same time, slightly above the budget if even counts allow it, which makes their last images
+    comparable. Counts are even, because a render's own error estimate comes from two halves.
 
     If ``anew``, every count is a render of its own. Counts then double, so that all renders before the last one take
     hardly longer than the last. The time beside samples (start, reading the scene) is told apart from two counts.
@@ -85,13 +93,21 @@ class BudgetLadder:
         spp = next(count for count in self._counts if count > self._spp and count >= self._growth * self._spp)
         if spp > _MOST_SAMPLES:
             raise StopIteration
-        if self._spp == 0 or self._wall + self._rate * (spp - self._spp) <= self._seconds:
+        last = self._last()
+        if self._spp == 0 or last is None or _APART * spp <= last:
             return spp
         self._ended = True
-        last = int(self._spp + (self._seconds - self._wall) / self._rate) // 2 * 2
-        if last < _LEAST_STEP * self._spp:
+        if last < _LEAST_STEP["anew" if self._growth > 1 else "grown"] * self._spp:
             raise StopIteration
         return last
+
+    def _last(self) -> int | None:
+        """Return the even count that ends at the budget, slightly above if possible; None if samples take no time."""
+        if self._rate <= 0.0:
+            return None
+        last = int(self._spp + (_AIM * self._seconds - self._wall) / self._rate) // 2 * 2
+        more = self._wall + self._rate * (last + 2 - self._spp)
+        return last + 2 if more <= _MOST * self._seconds else last
 
 
 # FLIP takes a second or more for a small image.
