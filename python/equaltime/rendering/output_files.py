@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final, Literal, NamedTuple, get_args
@@ -18,7 +18,16 @@ from equaltime.images.reading import utf8
 from equaltime.rendering.render_file import read_record
 from equaltime.statistics.in_words import count
 
-__all__ = ["AovPicture", "OutputPaths", "check_output", "check_replaceable", "check_spares", "keep_work", "replaced"]
+__all__ = [
+    "AovPicture",
+    "OutputPaths",
+    "check_output",
+    "check_replaceable",
+    "check_spares",
+    "keep_others",
+    "keep_work",
+    "replaced",
+]
 
 _WORTH_KEEPING: Final = 60.0
 """Seconds of rendering from which a replaced render is kept."""
@@ -100,18 +109,34 @@ def check_replaceable(
     how
         Option or argument that replaces such files, for the message.
     """
+    for place, what in _of_others(places, scene, digest):
+        raise ImageError(f"{place}: is there already, {what}; {how} replaces it")
+
+
+def keep_others(places: Iterable[Path], scene: str | None, digest: str | None) -> tuple[Path, ...]:
+    """Copy each file that `check_replaceable` would refuse to ``NAME~``, and return the copies.
+
+    An earlier ``NAME~`` is replaced. Raises `ImageError` if a file cannot be copied. ``places``, ``scene`` and
+    ``digest`` are as in `check_replaceable`.
+    """
+    return tuple(_copied(place, "the file would be lost") for place, _ in _of_others(places, scene, digest))
+
+
+def _of_others(places: Iterable[Path], scene: str | None, digest: str | None) -> Iterator[tuple[Path, str]]:
+    """Yield existing files that are no renders of this scene, and what each is."""
     beside = False  # a render of this scene: a picture beside it that names no scene is taken for its own
     for place in filter(Path.exists, places):
         record, text = read_record(place), _attributes(place)
         if not record and not text.get("Software", "").startswith("equaltime "):
-            raise ImageError(f"{place}: is there already, and is no render of equaltime's; {how} replaces it")
+            yield place, "and is no render of equaltime's"
+            continue
         theirs = record.get("scene", text.get(SOURCE))
         content = record.get("digest", _digest(text))
         if (digest is not None and content == digest) or (theirs is not None and _is_same(theirs, scene)):
             beside = True
         elif not (beside and theirs is None and content is None):
             other = f"another scene ({theirs})" if theirs is not None else "a scene made in memory, maybe another one"
-            raise ImageError(f"{place}: is there already, a render of {other}; {how} replaces it")
+            yield place, f"a render of {other}"
 
 
 def _digest(text: Mapping[str, str]) -> str | None:
@@ -161,13 +186,18 @@ def keep_work(path: Path, record: Mapping[str, Any]) -> Path | None:
     seconds = old.get("seconds")
     if not isinstance(seconds, int | float) or seconds <= _WORTH_KEEPING or _holds(record, old):
         return None
+    return _copied(path, f"{seconds:.0f} s of rendering would be lost")
+
+
+def _copied(path: Path, lost: str) -> Path:
+    """Copy a file to ``NAME~`` beside it and return the copy; ``lost`` says what would be lost if that fails."""
     kept = path.with_name(f"{path.name}~")
     try:
         with replacing(kept) as copy:
             shutil.copyfile(path, copy)
             shutil.copymode(path, copy)
     except OSError as error:
-        raise ImageError(f"{path}: {seconds:.0f} s of rendering would be lost, and cannot be kept as {kept}") from error
+        raise ImageError(f"{path}: {lost}, and cannot be kept as {kept}") from error
     return kept
 
 

@@ -26,7 +26,7 @@ from equaltime.rendering.budget import Look, Stop, StoppedBy
 from equaltime.rendering.decision import Decision
 from equaltime.rendering.film_picture import ALPHA
 from equaltime.rendering.origin import Origin
-from equaltime.rendering.output_files import AovPicture, check_output, check_replaceable, keep_work
+from equaltime.rendering.output_files import AovPicture, check_output, keep_others, keep_work
 from equaltime.rendering.picture_tag import to_repeat
 from equaltime.rendering.render_file import FORMAT, RenderFile
 from equaltime.rendering.stated import paths_up_to, stated
@@ -285,30 +285,30 @@ class Result:
             Further pictures. ``variance`` writes ``NAME.variance.png``, the variance of one sample in grey, darker
             where it is higher, on a logarithmic scale that its description states.
         overwrite
-            Replace files of other programs, and renders of other scenes. A scene made in memory is another one unless
-            its content is equal; a scene file is the same one even if it has changed.
+            Replace files of other programs, and renders of other scenes, without keeping them. Else each is kept as
+            ``NAME~``. A scene made in memory is another one unless its content is equal; a scene file is the same one
+            even if it has changed.
 
         Raises
         ------
         ImageError
-            If a file cannot be written, or may not be replaced; an earlier file stays unchanged.
+            If a file cannot be written or kept; an earlier file stays unchanged.
         ValueError
             If ``exposure`` is out of range, or ``aov`` names an unknown picture or a variance that is not known.
         """
         paths, stops = check_output(Path(path), aov=aov), self.exposure(exposure)
         variance = None if paths.variance is None else self._known_variance()
         description = f"{self._summary()}; {self.origin.strategy}"
-        if not overwrite:
-            check_replaceable(paths.all, self.origin.scene, self.origin.digest, "overwrite=True")
-        kept = None
+        kept = () if overwrite else keep_others(paths.all, self.origin.scene, self.origin.digest)
         if paths.exr is not None:
-            kept = keep_work(paths.exr, self.record)
+            if not kept and (work := keep_work(paths.exr, self.record)) is not None:
+                kept = (work,)
             self.file.write(paths.exr, description, small)
         repeat = to_repeat(self.record, stops)
         preview.write(paths.preview, self.image, description, self.origin.scene, self._alpha, stops, repeat)
         if paths.variance is not None and variance is not None:
             variance_picture.write_variance(paths.variance, variance, description, self.origin.scene)
-        return paths.all if kept is None else (*paths.all, kept)
+        return (*paths.all, *kept)
 
     @property
     def _alpha(self) -> NDArray[np.float32] | None:
