@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -238,6 +239,17 @@ def _without_error(scene: SceneResult, several: bool, unknown: bool) -> Iterator
         told = DISAGREES in error.note or BELOW in error.note
         if _has_reason(result) and not (unknown and (error.known or told)):
             yield f"{result.label}{on}: {error.note}"
+        if not unknown:
+            yield from (f"{result.label}{on}, {told}" for told in _unknown_times(result))
+
+
+def _unknown_times(result: StrategyResult) -> Iterator[str]:
+    """Yield why times are unknown, each reason once, with its targets: ``time to 5 % and 2 %: too few checkpoints``."""
+    targets: dict[str, list[str]] = {}
+    for target, time in result.time_to.items():
+        if math.isnan(time.value) and time.note:
+            targets.setdefault(time.note, []).append(percent(target))
+    yield from (f"time to {' and '.join(these)}: {note}" for note, these in targets.items())
 
 
 def _count(number: int, noun: str) -> str:
@@ -291,7 +303,7 @@ def _table(rows: Sequence[_Row], summary: Summary, most: int) -> Table:
     if most > _MOST_TARGETS:
         preferred += [target for target in targets if any(result.time_to[target].known for _, result in rows)]
     known = sorted(list(dict.fromkeys(preferred))[:most], reverse=True)
-    several = len({scene.name for scene, _ in rows}) > 1
+    several = len(summary.scenes) > 1
     budgets = {scene.budget_s for scene, _ in rows}
     table = Table(box=None, pad_edge=False)
     if several:

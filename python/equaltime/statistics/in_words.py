@@ -56,8 +56,18 @@ def _texts(interval: Interval, scale: float) -> tuple[str, str, str]:
     if not all(map(math.isfinite, numbers)):
         value, low, high = map(figure, numbers)
     else:
-        value, low, high = (f"{round(x, n):,.12g}" for x, n in zip(numbers, places(*numbers), strict=True))
+        value, low, high = (
+            f"{round(x, _beside_one(x, n)):,.12g}" for x, n in zip(numbers, places(*numbers), strict=True)
+        )
     return value, low, high
+
+
+def _beside_one(number: float, digits: int) -> int:
+    """Return the decimals of a number: up to 3 more than ``digits``, if it would be rounded to 1.
+
+    Whether an end of a ratio's interval is above or below 1 tells if there is a difference.
+    """
+    return next((n for n in range(digits, digits + 3) if round(number, n) != 1.0 or number == 1.0), digits + 3)
 
 
 def span(interval: Interval, scale: float = 1.0) -> str:

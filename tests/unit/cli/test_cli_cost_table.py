@@ -191,6 +191,25 @@ def test_why_an_error_has_no_interval_is_said_below(tmp_path: Path, capsys: pyte
     assert lines[6] == f"equaltime info {tmp_path} -v shows {LEFT_OUT} and why 1 error is unknown"
 
 
+def test_why_times_are_unknown_is_said_below_all_rows(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    lost = UNKNOWN.doubted("the error varies too much")
+    found = summary(tmp_path)
+    first, second, *_ = found.targets
+    found = changed(found, "best", lambda one: replace(one, time_to={**one.time_to, first: lost, second: lost}))
+    line = f"best, time to {percent(first)} and {percent(second)}: the error varies too much"
+    assert line in printed(found, tmp_path, capsys, verbose=True)
+    assert line not in printed(found, tmp_path, capsys)
+
+
+def test_a_row_names_its_scene_also_if_no_other_has_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = summary(tmp_path)
+    (scene,) = found.scenes
+    empty = replace(scene, name="dark", strategies=())
+    lines = printed(replace(found, scenes=(scene, empty)), tmp_path, capsys)
+    assert any(line.startswith("scene ") for line in lines)
+    assert any(line.startswith(f"{scene.name} ") for line in lines)
+
+
 def test_errors_that_the_reference_hides_have_one_line_with_the_remedy_also_beside_many_rows(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

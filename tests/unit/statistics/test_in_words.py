@@ -7,7 +7,7 @@ import re
 import pytest
 
 from equaltime.experiments.report.words import seconds_cell
-from equaltime.statistics.in_words import error_range, in_percent, in_time, rounded, time_range
+from equaltime.statistics.in_words import error_range, in_percent, in_time, rounded, span, time_range
 from equaltime.statistics.intervals import UNKNOWN, Interval
 
 
@@ -36,6 +36,12 @@ def test_an_interval_has_one_unit() -> None:
     assert error_range(Interval(0.0171, 0.0149, 0.0196)) == "1.7 % (1.5 to 2.0)"
     assert error_range(Interval(0.0171, 0.0149, float("inf"))) == "1.7 % (1.5 to unknown)"
     assert error_range(UNKNOWN) == "unknown"
+
+
+def test_an_end_of_a_ratio_stays_on_its_side_of_one() -> None:
+    assert span(Interval(1.2, 1.03, 1.8)) == "(1.03 to 1.8)"
+    assert span(Interval(1.2, 0.996, 1.8)) == "(0.996 to 1.8)"
+    assert span(Interval(1.2, 1.0, 1.8)) == "(1 to 1.8)"
 
 
 @pytest.mark.parametrize(

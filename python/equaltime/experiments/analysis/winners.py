@@ -19,7 +19,7 @@ __all__ = ["best_per_scene", "fastest", "is_own", "quotient"]
 _MOST_EQUAL = 3
 """Largest number of strategies without a clear difference that a sentence names as the best of a scene."""
 
-_KNOWN, _MEAN = " of those whose time is known", " in the mean of all runs"
+_KNOWN, _RUNS = " of those whose time is known", " in typical runs"
 
 _Measure = Callable[[StrategyResult], Interval]
 
@@ -32,7 +32,8 @@ class _Winners:
     value: Interval
     """The best of their numbers."""
     among: str
-    """Words on the strategies that were compared, if another one may be better: `_KNOWN` or `_MEAN`; else empty."""
+    """Words on what was compared: `_KNOWN` if another strategy may be better, `_RUNS` if numbers are medians of runs
+    and rare events are left out, both or none."""
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -51,7 +52,7 @@ def fastest(scenes: Sequence[SceneResult], target: float) -> str:
     beaten = any(standards[one.scene] not in one.labels for one in found)
     if not found or not (beaten or any(_has_own(scene, len(scenes) == 1) for scene in scenes)):
         return ""
-    among = max((one.among for one in found), key=("", _MEAN, _KNOWN).index)
+    among = "".join(words for words in (_KNOWN, _RUNS) if any(words in one.among for one in found))
     time = f", {in_time(found[0].value)}" if len(scenes) == 1 and beaten else ""
     return f"Fastest to {percent(target)}{among}: {_told(found, len(scenes))}{time}."
 
@@ -74,19 +75,18 @@ def best_per_scene(scenes: Sequence[SceneResult]) -> str:
 def _winners(scene: SceneResult, measure: _Measure) -> _Winners | None:
     """Return the strategies with the smallest numbers; None if there are less than two, or no number is known.
 
-    Numbers of typical runs, which leave out rare events, are compared only if all are of that kind.
+    Numbers of typical runs, which leave out rare events, are compared with means too: left out themselves, they would
+    make a slow strategy the best.
     """
     rivals = [(s, measure(s)) for s in scene.strategies if not s.disagrees or sound(measure(s))]
     known = [(s, number) for s, number in rivals if sound(number)]
-    known = [(s, number) for s, number in known if TYPICAL not in number.note] or known
     if not known or len(rivals) < 2:
         return None
     _, least = min(known, key=lambda one: one[1].value)
-    best = tuple(s for s, number in known if number is least or not _clearly_below(least, number))
-    compared = [s.label for s, _ in known]
-    others = [number for s, number in rivals if s.label not in compared and not _is_above(number, least)]
-    among = "" if not others else _MEAN if all(map(sound, others)) else _KNOWN
-    return _Winners(scene.name, best, least, among)
+    best = [(s, number) for s, number in known if number is least or not _clearly_below(least, number)]
+    unknown = any(not sound(number) and not _is_above(number, least) for _, number in rivals)
+    typical = any(TYPICAL in number.note for _, number in best)
+    return _Winners(scene.name, tuple(s for s, _ in best), least, _KNOWN * unknown + _RUNS * typical)
 
 
 def _clearly_below(number: Interval, other: Interval) -> bool:
