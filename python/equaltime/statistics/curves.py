@@ -406,9 +406,12 @@ def _with_reach(
     told = (f"extrapolated {reach:.3g} times {_side(late)} {by}", _STEEP if any(steep) else "", _started(start))
     noted = replace(found.widened(steep[0], "low").widened(steep[1]), reach=reach).noted(join(told))
     factor = math.exp(abs(_factor(value, end if late else begin, start)))
-    if runs.law or factor <= (TRUSTED_REACH if late else 2.0):
+    if factor <= (TRUSTED_REACH if late else 2.0):
         return noted
-    return noted.doubted("a fitted slope may not hold so far")
+    if not runs.law:
+        return noted.doubted("a fitted slope may not hold so far")
+    few = runs.seconds.shape[1] < _FEWEST_POINTS  # so few samples have not met what is rare
+    return noted.doubted("too few checkpoints to extrapolate so far") if late and few else noted
 
 
 def _started(start: float) -> str:

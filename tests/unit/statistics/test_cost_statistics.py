@@ -312,6 +312,19 @@ def test_a_time_is_beyond_the_limits_only_if_the_slope_s_interval_says_so() -> N
     assert not any(one.value == math.inf and one.trusted for one in found)
 
 
+def test_a_law_from_few_checkpoints_is_not_trusted_far_beyond_the_runs() -> None:
+    runs = replace(power_law(power=-0.5), independent=True)
+    last = float(runs.seconds.mean(axis=0)[-1])
+    single = replace(runs, seconds=runs.seconds[:, -1:], relmse=runs.relmse[:, -1:])
+    error = math.sqrt(float(single.relmse.mean()))
+    near, far = (time_to_error(single, error / factor**0.5) for factor in (5.0, 51.0))
+    assert near.trusted
+    assert not far.trusted
+    assert far.note.endswith("too few checkpoints to extrapolate so far")
+    assert far.value == pytest.approx(51.0 * last, rel=0.1)
+    assert time_to_error(runs, error / 51.0**0.5).trusted, "with checkpoints that show the law"
+
+
 def test_what_was_reached_before_the_first_checkpoint_is_said_to_be() -> None:
     near, far = (time_to_error(power_law(), seconds**-0.5) for seconds in (1.5, 0.1))
     assert near.value == pytest.approx(1.5, rel=0.05)
