@@ -131,3 +131,16 @@ def test_the_scene_as_a_dict_is_the_scene_of_the_page(tmp_path: Path, capsys: py
     for transform in (array, SimpleNamespace(matrix=array)):
         moved = {"type": "scene", "sensor": {"type": "perspective"}, "ball": {**ball, "to_world": transform}}
         assert et.load_dict(moved).digest == et.load_dict({**moved, "ball": ball}).digest
+
+
+def test_the_experiment_in_python_is_the_one_that_the_page_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    page = (ROOT / "scenes" / "experiments" / "README.md").read_text()
+    (block,) = re.findall(r"^```python\n(import equaltime.*?)^```", page, re.DOTALL | re.MULTILINE)
+    begun: list[et.Experiment] = []
+    monkeypatch.setattr(et, "cost", lambda source, folder: begun.append(source) or SimpleNamespace(verdict=""))
+    monkeypatch.chdir(ROOT)
+    exec(block, {})
+    (experiment,) = begun
+    assert experiment.targets == (0.05, 0.02)
+    assert [entry.label for entry in experiment.strategies] == ["mis", "best", "mine"]
+    assert (experiment.scenes[0].name, experiment.budget, experiment.reference.error) == ("box", 3.0, 0.005)
