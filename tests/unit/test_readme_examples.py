@@ -137,7 +137,12 @@ def test_the_experiment_in_python_is_the_one_that_the_page_says(monkeypatch: pyt
     page = (ROOT / "scenes" / "experiments" / "README.md").read_text()
     (block,) = re.findall(r"^```python\n(import equaltime.*?)^```", page, re.DOTALL | re.MULTILINE)
     begun: list[et.Experiment] = []
-    monkeypatch.setattr(et, "cost", lambda source, folder: begun.append(source) or SimpleNamespace(verdict=""))
+
+    def begin(source: et.Experiment, folder: str) -> SimpleNamespace:
+        begun.append(source)
+        return SimpleNamespace(verdict="")
+
+    monkeypatch.setattr(et, "cost", begin)
     monkeypatch.chdir(ROOT)
     exec(block, {})
     (experiment,) = begun
