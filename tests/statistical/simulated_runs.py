@@ -160,6 +160,8 @@ class Case:
 
 
 SPEED_UP = 3.0
+_FAR = 2000.0
+"""Samples of an error that is read off the law: 31 times the longest run; beyond 100 times no number is given."""
 
 
 def _time(renderer: Renderer, runs: Runs, spp: float, kind: str = "time") -> Case:
@@ -232,8 +234,8 @@ def cases(renderer: Renderer, seeds: Iterable[int]) -> list[Case]:
             found.append(Case("error", error_at(runs, spp), target))
         found.append(_time(renderer, runs, 256.0, "extrapolated"))
         if renderer.law:
-            far = renderer.error(1e5)
-            found += [Case("law", time_to_error(runs, far), 1e5), Case("law", speed_up(slow, runs, far), SPEED_UP)]
+            far = renderer.error(_FAR)
+            found += [Case("law", time_to_error(runs, far), _FAR), Case("law", speed_up(slow, runs, far), SPEED_UP)]
         found.append(Case("checkpoint", error_curve(runs)[6], renderer.error(float(SPP[6]))))
         found.append(Case("slope", slope(runs), renderer.power, logarithmic=False))
     return found

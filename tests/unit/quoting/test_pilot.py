@@ -176,7 +176,7 @@ def first_quote(session: Session, watched: Pilot) -> et.Quote:
 def test_no_pixels_are_probed_for_which_no_time_is_left(
     scene: et.Scene, monkeypatch: pytest.MonkeyPatch, has_time: bool
 ) -> None:
-    limits, begun = Limits(seconds=100.0, error=0.02), list[int]()
+    limits, begun = Limits(seconds=100.0, error=0.03), list[int]()
     session = Session(Job(scene=scene, strategy=Strategy(), limits=limits))
     watched, probe = Pilot(session, limits), Probe.of
 
@@ -211,7 +211,7 @@ def test_what_there_was_of_the_processors_is_watched_until_the_probe_ends(
     scene: et.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """All of them during the pilot, and half of them with the probe: to go on with half takes twice as long."""
-    limits, passed, fitted = Limits(error=0.02), [Processors(0.0, 0.0)], list[Law]()
+    limits, passed, fitted = Limits(error=0.03), [Processors(0.0, 0.0)], list[Law]()
     monkeypatch.setattr(Processors, "now", lambda: passed[-1])
     session = Session(Job(scene=scene, strategy=Strategy(), limits=limits))
     watched, fit, probe = Pilot(session, limits), pilot.fit, Probe.of

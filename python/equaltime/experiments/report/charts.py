@@ -249,6 +249,8 @@ def _add_legend(axes: Axes, pale: bool) -> None:
         axes.plot(
             [], [], color=MUTED, marker="o", markersize=5.5, linestyle="none", alpha=_PALE, label="pale: not trusted"
         )
+    if not axes.get_legend_handles_labels()[0]:
+        return  # no strategy has a curve
     legend = axes.legend(frameon=False, labelcolor=INK, fontsize=9)
     for text in legend.get_texts():
         text.set_text(text.get_text().removeprefix(_SHOWN))
