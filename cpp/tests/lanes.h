@@ -248,8 +248,8 @@ struct NextLane {
 };
 
 /// Checks that each lane of a result has the bits of one path, over packs of random cases. `random_case` draws the case
-/// of one path. `result` computes the result of a case, for lanes or for one path. A result has `has_value`, and
-/// agrees(wide, i, one) compares its lane i with that of one path.
+/// of one path. `result` computes the result of a case, for lanes or for one path. A result has
+/// `has_value`. `agrees(wide, i, one)` compares lane i of a result for lanes with the result of one path.
 template <template <class> class Case, class RandomCase, class Result>
 NextLane check_lanes(int packs, RandomCase&& random_case, Result&& result) {
   NextLane next_lane;

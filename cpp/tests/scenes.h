@@ -119,7 +119,7 @@ inline std::vector<MotionKey> swing(const Vec3d& from, const Vec3d& to, double s
   return keys;
 }
 
-/// The same with an emitter, a ball and two walls of a box that swing through it while the camera moves.
+/// Adds an emitter, a ball and two walls that swing through the scene while the camera moves.
 inline SceneDescription in_motion(SceneDescription d) {
   const SurfaceDescription emitter{0, {}, Vec3d{2, 4, 8}}, green{1, 1, {}};
   GroupDescription shining, box;

@@ -125,12 +125,12 @@ void bind_breakdown(py::module_& m) {
         "(N, 3): what the first sample of each of these pixels (y * width + x of the crop) would be if nothing stood "
         "between surfaces and the lights that it aims at.");
   m.def("lamps_in_sight", &in_sight, "scene"_a, "settings"_a, "seed"_a = 0, "points"_a = 1, "whole_film"_a = false,
-        "What samples see of emitters themselves, by so many points of them: N pixels (y * width + x of the crop, or "
-        "of the whole film) that see any, the mean and the mean square of a sample of each, (N, 2, 3), and how many "
-        "points these are made of. None are found by cameras other than pinholes and lenses that stand still.");
+        "Emitters in direct sight, found by projecting points of them: the N pixels that see any (y * width + x of "
+        "the crop, or of the whole film); the mean and the mean square of a sample of each, (N, 2, 3); and the number "
+        "of points in each. Cameras other than pinholes and lenses that stand still find none.");
   m.def("mirrored_lamps", &in_mirrors, "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "samples"_a = 1,
-        "What samples see of emitters by specular reflection and refraction alone, by so many chains in all, as "
-        "lamps_in_sight tells it.");
+        "Emitters that are seen by specular reflection and refraction alone, found by so many chains in all; the "
+        "results are like those of lamps_in_sight.");
   m.def("focused_light", &on_specular, "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "paths"_a = 1,
         "whole_film"_a = false,
         "(vertices, radiance, solid angle): how many of so many paths over the crop, or over the whole film, meet a "

@@ -222,8 +222,8 @@ void bind_render(py::module_& m) {
             const auto& film = r.scene().camera.film;
             return py::array_t<std::uint64_t>({film.crop_height, film.crop_width}, r.pixel_rays().data());
           },
-          "(H, W): rays of every pixel's samples in the image since it was made, without those of second nets; "
-          "ValueError unless they are counted.")
+          "(H, W): rays of each pixel since the renderer was made. Rays of second nets are left out. ValueError unless "
+          "rays are counted.")
       .def_property_readonly("counters", &counters)
       .def_property_readonly("nonfinite", &nonfinite)
       .def_property_readonly("faulty", &faulty, "(x, y, index, what) of samples that raised floating-point faults.")

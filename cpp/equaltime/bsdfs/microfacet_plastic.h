@@ -1,4 +1,4 @@
-// What both rough plastics share: microfacets of a dielectric over a diffuse body. Such a model has
+// The common part of both rough plastics: microfacets of a dielectric over a diffuse body. A model that uses it has
 //   distribution, ior (interior over exterior) and specular_reflectance;
 //   shares(cosine): what the interface reflects and lets in of light from a direction outside;
 //   body(): f·π of the body without the interface's transmittances;

@@ -84,7 +84,7 @@ struct TriangleShape {
   /// The point of the light that is uniform over the view.
   [[nodiscard]] static Vec3f point(const View& view, const FlatEdges<float>& edges, Vec3f receiver, Point2f u) noexcept;
   [[nodiscard]] static std::array<Vec3d, 3> corners(const FlatEdges<float>& edges) noexcept;
-  /// The same triangle, taken to where an instance puts it.
+  /// Returns the triangle where an instance puts it.
   [[nodiscard]] static FlatSurface<float> placed(const FlatEdges<float>& edges, const AffineMap& to) noexcept;
 };
 
@@ -145,8 +145,8 @@ class FlatLight {
   [[nodiscard]] Mask<Real> faces(Vec3<Real> receiver) const noexcept { return height_of(receiver) > surface_.offset; }
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] LightBounds bounds() const noexcept;
-  /// The same light, taken to where an instance puts it. Rectangles have no such function: they may become
-  /// parallelograms.
+  /// Returns the light where an instance puts it. A rectangle may become a parallelogram there, so rectangles have no
+  /// such function.
   [[nodiscard]] FlatLight placed(const AffineMap& to) const noexcept requires std::is_same_v<Shape, TriangleShape> {
     return {Shape::placed(surface_.edges, to), radiance_};
   }
@@ -177,7 +177,7 @@ using RectangleLight = FlatLight<Real, RectangleShape>;
 template <class Real>
 [[nodiscard]] TriangleLight<Real> triangle_light(const Vec3<Real>& v0, const Vec3<Real>& v1, const Vec3<Real>& v2,
                                                  const Rgb<Real>& radiance) noexcept;
-/// `corner` and the edges are those of the two triangles that rays meet; the edges are orthogonal.
+/// `edge_x` and `edge_y` are orthogonal. Rays meet the rectangle as two triangles with the same corner and edges.
 template <class Real>
 [[nodiscard]] RectangleLight<Real> rectangle_light(const Vec3<Real>& corner, const Vec3<Double<Real>>& edge_x,
                                                    const Vec3<Double<Real>>& edge_y, Mask<Real> flipped,
@@ -211,7 +211,7 @@ class SphereLight {
   }
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] LightBounds bounds() const noexcept;
-  /// The same light, taken to where an instance puts it that scales all directions alike.
+  /// Returns the light where an instance puts it; the instance scales all directions alike.
   [[nodiscard]] SphereLight placed(const AffineMap& placement) const noexcept;
 
  private:

@@ -26,7 +26,7 @@ class CylinderLight {
   [[nodiscard]] bool faces(Vec3f receiver) const noexcept { return facing(Vec3d(receiver)).half > 0; }
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] LightBounds bounds() const noexcept;
-  /// The same light, taken to where an instance puts it that scales all directions alike.
+  /// Returns the light where an instance puts it; the instance scales all directions alike.
   [[nodiscard]] CylinderLight placed(const AffineMap& placement) const noexcept;
 
  private:

@@ -34,7 +34,7 @@ class TexturedAreaLight {
   [[nodiscard]] double power() const noexcept { return flat_.power(); }
   [[nodiscard]] LightBounds bounds() const noexcept { return flat_.bounds(); }
   [[nodiscard]] std::size_t memory_bytes() const noexcept { return picture_->memory_bytes(); }
-  /// The same light, taken to where an instance puts it that mirrors nothing.
+  /// Returns the light where an instance puts it; the instance mirrors nothing.
   template <Movable F = Flat>  // a template, so that it need not compile for lights that cannot be moved
   [[nodiscard]] TexturedAreaLight placed(const AffineMap& to) const noexcept {
     return {flat_.placed(to), picture_};

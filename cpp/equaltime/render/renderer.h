@@ -60,13 +60,13 @@ class Renderer {
   void set_sample_rates(std::uint64_t pilot, std::vector<float> rates);
 
   /// From here on, only the blocks in a window of the film are rendered, from the start: other processes render the
-  /// rest. The moments there must be those of no samples, or be put there before `resume`. Counters start again at the
+  /// rest. The film must have no samples there, unless they are put there before `resume`. Counters start again at the
   /// rays of the pilot, if it is rendered. Throws std::invalid_argument if the window does not consist of whole blocks.
   void limit_to(const PixelBlock& window);
 
-  /// Takes up an earlier render whose moments were put into the film. Throws std::invalid_argument if the pixels'
-  /// counts are not what passes of this renderer leave there, as those of a film that lacks samples that were not
-  /// finite.
+  /// Takes up an earlier render whose moments were put into the film. Throws std::invalid_argument if a pixel's count
+  /// is not what passes of this renderer leave there. A film that lacks a sample, because it was not finite, has
+  /// another count.
   void resume(const Counters& so_far, const Position& position);
 
   /// The settings with the roulette and the splitting map that a pilot chose. The first call renders the pilot.
@@ -80,8 +80,8 @@ class Renderer {
   [[nodiscard]] const SampleLog<NonFinite>& nonfinite() const noexcept { return nonfinite_; }
   /// Samples that raised floating-point faults, the first of each worker and pass; none where faults are ignored.
   [[nodiscard]] const SampleLog<FaultySample>& faulty() const noexcept { return faulty_; }
-  /// Rays of every pixel since this was made, row-major; empty unless they are counted. They are those of the samples
-  /// in the image: second nets are left out, so that a pixel costs alike with and without one.
+  /// Rays of each pixel since the renderer was made, row-major; empty unless they are counted. Rays of second nets are
+  /// left out, so that a pixel costs alike with and without one.
   [[nodiscard]] const std::vector<std::uint64_t>& pixel_rays() const noexcept { return pixel_rays_; }
   [[nodiscard]] const Kernel& kernel() const noexcept { return *kernel_; }
   [[nodiscard]] unsigned threads() const noexcept { return threads_; }

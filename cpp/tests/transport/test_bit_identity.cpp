@@ -187,7 +187,7 @@ TEST("a mixture sends one ray a vertex and none for a shadow, and rays of unifor
   const Counters mis = count(Technique::mis), mixture = count(Technique::mixture), uniform = count(Technique::uniform);
   CHECK(uniform.shadow_rays == 0);
   CHECK(mixture.shadow_rays == 0);
-  // Of one vertex a path: where the BSDF's turn always sends a ray, the emitter's sends none from behind the emitter.
+  // At one vertex of a path, a BSDF sample always sends a ray, and a light sample sends none from behind the emitter.
   CHECK(mixture.rays <= mis.rays && 10 * (mis.rays - mixture.rays) < mis.rays - mis.paths);
 }
 

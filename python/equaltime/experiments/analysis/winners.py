@@ -75,8 +75,8 @@ def best_per_scene(scenes: Sequence[SceneResult]) -> str:
 def _winners(scene: SceneResult, measure: _Measure) -> _Winners | None:
     """Return the strategies with the smallest numbers; None if there are less than two, or no number is known.
 
-    Numbers of typical runs, which leave out rare events, are compared with means too: left out themselves, they would
-    make a slow strategy the best.
+    Medians of typical runs are compared with means of other strategies. Means are given where rare events make little
+    of the error, and are the numbers of typical runs too.
     """
     rivals = [(s, measure(s)) for s in scene.strategies if not s.disagrees or sound(measure(s))]
     known = [(s, number) for s, number in rivals if sound(number)]
