@@ -102,8 +102,10 @@ inline SceneDescription full_room() {
   d.shapes.emplace_back(
       RectangleDescription{placed({s, 0, 0}, {0, s, 0}, {0, 0, 1}, {-0.5, 1, -0.75}), false, {nothing + 2, {}, {}}});
   // Haze everywhere, a drop of milk in nothing's skin and one of ink in glass.
-  d.media = {{{0.125, 0.125, 0.25}, {0.5, 0.75, 0.5}, 0.5}, {{8, 4, 2}, {0.9, 0.8, 0.7}, -0.25}, {{4, 2, 8}, {}, 0}};
-  d.media[1].lobes = {{0.25, 0.5, false}, {0.5, 0, true}, {0.25, -0.25, false}};
+  using Hg = HenyeyGreensteinDescription;
+  d.media = {{{0.125, 0.125, 0.25}, {0.5, 0.75, 0.5}, {{Hg{0.5}}}},
+             {{8, 4, 2}, {0.9, 0.8, 0.7}, {{Hg{0.5}, 0.25}, {RayleighDescription{}, 0.5}, {Hg{-0.25}, 0.25}}},
+             {{4, 2, 8}, {}}};
   d.shapes.emplace_back(SphereDescription{{0, 0.75, 0.75}, 0.25, false, {nothing, nothing, {}, 0, 1}});
   d.shapes.emplace_back(SphereDescription{{-0.5, 0.75, 0.75}, 0.125, false, {5, 5, {}, 0, 2}});
   d.camera_medium = 0;

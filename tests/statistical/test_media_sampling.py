@@ -30,7 +30,7 @@ COUNT: Final = 1 << 18
 
 def medium(g: float = 0.0, sigma_t: ArrayLike = (1.0, 1.0, 1.0), albedo: ArrayLike = (1.0, 1.0, 1.0)) -> _core.Scene:
     def add(b: _core.SceneBuilder) -> None:
-        b.set_camera_medium(b.add_medium(np.array(sigma_t), np.array(albedo), g))
+        b.set_camera_medium(b.add_medium(np.array(sigma_t), np.array(albedo), [(1.0, "hg", {"g": g})]))
 
     return build(add)
 

@@ -21,22 +21,30 @@ from .chi2 import LEVEL, SAMPLES, Histogram, Masses, share, uniforms
 from .worlds import Estimate, build, direction, estimate
 
 Array = NDArray[np.float64]
-Lobes = list[tuple[float, float | None]]
+Lobes = list[tuple[float, str, dict[str, float]]]
+
+
+def hg(weight: float, g: float) -> tuple[float, str, dict[str, float]]:
+    return weight, "hg", {"g": g}
+
+
+def air(weight: float) -> tuple[float, str, dict[str, float]]:
+    return weight, "rayleigh", {}
+
+
 LAWS: Final[dict[str, Lobes]] = {
-    "even": [(1.0, 0.0)],
-    "air": [(1.0, None)],
-    "air and dust": [(0.4, None), (0.6, 0.7)],
-    "forwards and backwards": [(0.7, 0.8), (0.2, -0.5), (0.1, 0.0)],
-    "eight": [(0.05, None), *((0.1 + 0.01 * i, 0.2 * i - 0.6) for i in range(7))],
+    "even": [(1.0, "isotropic", {})],
+    "air": [air(1.0)],
+    "air and dust": [air(0.4), hg(0.6, 0.7)],
+    "forwards and backwards": [hg(0.7, 0.8), hg(0.2, -0.5), hg(0.1, 0.0)],
+    "eight": [air(0.05), *(hg(0.1 + 0.01 * i, 0.2 * i - 0.6) for i in range(7))],
 }
 TECHNIQUES: Final = ("uniform", "bsdf", "mis", "mixture")
 EACH: Final = share(LEVEL, 2 * len(LAWS) + len(TECHNIQUES) + 1)
 
 
 def haze(lobes: Lobes, b: _core.SceneBuilder, sigma_t: float = 1.0) -> int:
-    index = b.add_medium([sigma_t] * 3, [1.0] * 3)
-    b.blend_phase(index, lobes)
-    return index
+    return b.add_medium([sigma_t] * 3, [1.0] * 3, lobes)
 
 
 def medium(lobes: Lobes) -> _core.Scene:
@@ -45,14 +53,15 @@ def medium(lobes: Lobes) -> _core.Scene:
 
 def density(lobes: Lobes, cosine: Array) -> Array:
     """The sum of all laws, by the cosine of the angle between the directions before and after."""
-    total = sum(weight for weight, _ in lobes)
-    value = np.zeros_like(cosine)
-    for weight, g in lobes:
-        if g is None:
-            value += weight * 3 / (16 * np.pi) * (1 + cosine**2)
-        else:
-            value += weight * (1 - g * g) / (4 * np.pi) / (1 + g * g - 2 * g * cosine) ** 1.5
-    return np.asarray(value / total)
+    total = sum(weight for weight, _, _ in lobes)
+    return np.asarray(sum(weight / total * density_of(law, cosine, **given) for weight, law, given in lobes))
+
+
+def density_of(law: str, cosine: Array, g: float = 0.0) -> Array:
+    """The density of one law per solid angle."""
+    if law == "rayleigh":
+        return np.asarray(3 / (16 * np.pi) * (1 + cosine**2))
+    return np.asarray((1 - g * g) / (4 * np.pi) / (1 + g * g - 2 * g * cosine) ** 1.5)
 
 
 @pytest.mark.parametrize("name", LAWS)
@@ -100,7 +109,7 @@ def test_cosines_follow_the_laws(name: str) -> None:
         return np.asarray(np.interp(drawn, edges, steps / steps[-1]))
 
     assert stats.kstest(below(LAWS[name]), "uniform").pvalue > EACH
-    wrong: Lobes = [*((0.97 * weight, g) for weight, g in LAWS[name]), (0.03, -0.9)]
+    wrong = [*((0.97 * weight, law, given) for weight, law, given in LAWS[name]), hg(0.03, -0.9)]
     assert stats.kstest(below(wrong), "uniform").pvalue < EACH
 
 
@@ -132,7 +141,7 @@ def test_the_same_light_is_found_by_every_technique(technique: str, lit: Estimat
 
 def test_a_lamp_through_haze_is_that_of_quadrature(lit: Estimate) -> None:
     assert lit.p(in_closed_form(LAWS["air and dust"])) > EACH
-    assert lit.p(in_closed_form([(0.45, None), (0.55, 0.7)])) < EACH, "the twin: five percent in place of dust"
+    assert lit.p(in_closed_form([air(0.45), hg(0.55, 0.7)])) < EACH, "the twin: five percent in place of dust"
 
 
 def in_closed_form(lobes: Lobes) -> Array:

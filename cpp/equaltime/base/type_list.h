@@ -20,6 +20,9 @@ struct TypeList {
   using Variant = std::variant<First, Others...>;
   /// A list of each model.
   using Lists = std::tuple<std::vector<First>, std::vector<Others>...>;
+  /// The list with one more model at its end.
+  template <class Model>
+  using With = TypeList<First, Others..., Model>;
   static constexpr std::size_t size = 1 + sizeof...(Others);
   static constexpr std::array<const char*, size> names{First::name, Others::name...};
 

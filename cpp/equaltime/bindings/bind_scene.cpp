@@ -167,7 +167,7 @@ void bind_builder(py::module_& m) {
   using Index = std::optional<std::uint32_t>;
   using D = SceneDescription;
   py::class_<D> builder(m, "SceneBuilder", "A scene in world space, float64, in the units of its author.");
-  bind_bsdfs(m, builder);
+  bind_models(m, builder);
   bind_textures(builder);
   bind_sensors(builder);
   bind_motion(builder);
@@ -216,19 +216,6 @@ void bind_builder(py::module_& m) {
           },
           "base"_a, "end"_a, "radius"_a, py::kw_only(), "flip_normals"_a, "front"_a, "back"_a, "radiance"_a,
           "meridian"_a = Triple{1, 0, 0}, "mirrored"_a = false)
-      .def(
-          "add_medium",
-          [](D& d, const Triple& sigma_t, const Triple& albedo, double g) {
-            return append(d.media, MediumDescription{vec(sigma_t), vec(albedo), g});
-          },
-          "sigma_t"_a, "albedo"_a, "g"_a = 0.0)
-      .def(
-          "blend_phase",
-          [](D& d, std::uint32_t medium, const std::vector<std::pair<double, std::optional<double>>>& lobes) {
-            if (medium >= d.media.size()) throw py::value_error("no such medium");
-            for (const auto& [weight, g] : lobes) d.media[medium].lobes.push_back({weight, g.value_or(0), !g});
-          },
-          "medium"_a, "lobes"_a, "Scatter by several laws, each of a weight, and a g or none, which is Rayleigh's.")
       .def(
           "set_media",
           [](D& d, std::uint32_t shape, Index exterior, Index interior) {

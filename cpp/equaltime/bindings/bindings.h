@@ -16,7 +16,7 @@ void bind_render(pybind11::module_& m);     // Settings, Renderer, build informa
 void bind_replay(pybind11::module_& m);     // one sample, vertex by vertex
 void bind_sampling(pybind11::module_& m);   // samplers and densities, for tests
 void bind_breakdown(pybind11::module_& m);  // where light comes from
-void bind_bsdfs(pybind11::module_& m, pybind11::class_<SceneDescription>& builder);
+void bind_models(pybind11::module_& m, pybind11::class_<SceneDescription>& builder);  // BSDFs and media
 void bind_sensors(pybind11::class_<SceneDescription>& builder);
 void bind_textures(pybind11::class_<SceneDescription>& builder);
 void bind_motion(pybind11::class_<SceneDescription>& builder);

@@ -8,7 +8,8 @@
 //   is_delta: it scatters into discrete directions only; transmits: to the other side of the surface too;
 //   picks_lobe: sample looks at u_lobe;
 //   a constructor from its Description, and from the scene's BsdfTables if it has tables (bsdfs/tables.h);
-//   Description, with its parameters in fields(), and textured(), what textures may give (bsdfs/fields.h);
+//   Description, with its parameters in fields() (base/fields.h), and textured(), what textures may give
+//   (bsdfs/texture_slots.h);
 //   eval, sample, and albedo(wo, front): how much is scattered in all, exact or nearly, and 0 only if nothing is.
 // A model may have
 //   delta_probability(wo, front), if it has discrete directions and others: the probability that sample takes a

@@ -3,8 +3,8 @@
 
 #include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
-#include "equaltime/bsdfs/fields.h"
 #include "equaltime/bsdfs/fresnel.h"
+#include "equaltime/bsdfs/texture_slots.h"
 #include "equaltime/sampling/sampler.h"
 #include "equaltime/sampling/scattering.h"
 

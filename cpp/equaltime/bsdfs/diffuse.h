@@ -2,7 +2,7 @@
 #pragma once
 
 #include "equaltime/base/optional.h"
-#include "equaltime/bsdfs/fields.h"
+#include "equaltime/bsdfs/texture_slots.h"
 #include "equaltime/sampling/scattering.h"
 #include "equaltime/sampling/warps.h"
 

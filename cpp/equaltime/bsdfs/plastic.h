@@ -4,9 +4,9 @@
 
 #include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
-#include "equaltime/bsdfs/fields.h"
 #include "equaltime/bsdfs/fresnel.h"
 #include "equaltime/bsdfs/lobe_weights.h"
+#include "equaltime/bsdfs/texture_slots.h"
 #include "equaltime/sampling/scattering.h"
 #include "equaltime/sampling/warps.h"
 

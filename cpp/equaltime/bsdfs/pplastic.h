@@ -2,8 +2,8 @@
 // light enters and leaves by one refraction each. Mitsuba's model of polarised plastic, for light that is not.
 #pragma once
 
-#include "equaltime/bsdfs/fields.h"
 #include "equaltime/bsdfs/microfacet_plastic.h"
+#include "equaltime/bsdfs/texture_slots.h"
 
 namespace equaltime {
 

@@ -7,8 +7,8 @@
 #include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
 #include "equaltime/bsdfs/facets.h"
-#include "equaltime/bsdfs/fields.h"
 #include "equaltime/bsdfs/fresnel.h"
+#include "equaltime/bsdfs/texture_slots.h"
 #include "equaltime/sampling/scattering.h"
 #include "equaltime/sampling/warps.h"
 

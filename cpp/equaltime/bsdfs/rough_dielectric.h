@@ -8,8 +8,8 @@
 #include "equaltime/base/optional.h"
 #include "equaltime/bsdfs/dielectric.h"
 #include "equaltime/bsdfs/facets.h"
-#include "equaltime/bsdfs/fields.h"
 #include "equaltime/bsdfs/fresnel.h"
+#include "equaltime/bsdfs/texture_slots.h"
 #include "equaltime/sampling/scattering.h"
 
 namespace equaltime {

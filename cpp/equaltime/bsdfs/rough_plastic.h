@@ -2,10 +2,10 @@
 // is the share of light that one refraction by microfacets lets through.
 #pragma once
 
-#include "equaltime/bsdfs/fields.h"
 #include "equaltime/bsdfs/microfacet_plastic.h"
 #include "equaltime/bsdfs/plastic.h"
 #include "equaltime/bsdfs/tables.h"
+#include "equaltime/bsdfs/texture_slots.h"
 
 namespace equaltime {
 

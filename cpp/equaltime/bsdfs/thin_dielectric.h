@@ -4,8 +4,8 @@
 
 #include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
-#include "equaltime/bsdfs/fields.h"
 #include "equaltime/bsdfs/fresnel.h"
+#include "equaltime/bsdfs/texture_slots.h"
 #include "equaltime/sampling/scattering.h"
 
 namespace equaltime {

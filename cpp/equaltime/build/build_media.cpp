@@ -18,49 +18,48 @@ namespace {
 constexpr double kShortestFreePath = 1e-7;
 
 /// The end of an error: the number that was found.
-std::string found(double value) {
-  std::ostringstream text;
-  text << "; found " << value;
-  return text.str();
-}
 std::string found(const Vec3d& value) {
   std::ostringstream text;
   text << "; found (" << value.x << ", " << value.y << ", " << value.z << ")";
   return text.str();
 }
 
-/// The lobes that there are, each once; `fail` throws for numbers that make no sense.
+/// The lobes that there are, each once; `fail` throws if that makes no phase function.
 template <class Fail>
 std::vector<PhaseLobeDescription> distinct(const MediumDescription& d, const Fail& fail) {
-  if (d.lobes.empty()) return {{1, d.g, false}};
   std::vector<PhaseLobeDescription> kept;
-  for (const PhaseLobeDescription& lobe : d.lobes) {
-    if (!(lobe.weight >= 0 && lobe.weight <= 1))
-      fail("the weight of a phase function lies in [0, 1]" + found(lobe.weight));
-    if (!(lobe.g > -1 && lobe.g < 1)) fail("g lies between -1 and 1" + found(lobe.g));
+  for (PhaseLobeDescription lobe : d.phase) {
     if (!(lobe.weight > 0)) continue;
-    const auto same = std::ranges::find_if(kept, [&](const PhaseLobeDescription& other) {
-      return lobe.rayleigh == other.rayleigh && (lobe.rayleigh || lobe.g == other.g);
-    });
+    if (lobe.law == PhaseDescription(HenyeyGreensteinDescription{0})) lobe.law = IsotropicDescription{};
+    const auto same = std::ranges::find(kept, lobe.law, &PhaseLobeDescription::law);
     if (same == kept.end())
       kept.push_back(lobe);
     else
       same->weight += lobe.weight;
   }
-  if (kept.empty()) fail("one of the phase functions needs a weight above 0");
-  if (kept.size() > BlendedPhase::kMostLobes) fail("a blend has at most 8 phase functions");
+  if (kept.empty() && !d.phase.empty()) fail("one of the phase functions needs a weight above 0");
+  if (kept.size() > PhaseBlend::kMostLobes) fail("a blend of more than 8 phase functions");
   return kept;
 }
 
-PhaseFunction make_phase(const std::vector<PhaseLobeDescription>& lobes, const Spectrum& albedo) {
-  if (lobes.size() == 1 && !lobes[0].rayleigh && lobes[0].g == 0) return IsotropicPhase{albedo};
-  if (lobes.size() == 1 && !lobes[0].rayleigh) return HenyeyGreenstein{static_cast<float>(lobes[0].g), albedo};
+/// A phase function that holds the model of a law.
+template <class Variant>
+Variant make_law(const PhaseDescription& law) {
+  Variant made;
+  PhaseLobes::for_each([&]<class Model>(std::type_identity<Model>) {
+    if (const auto* d = std::get_if<typename Model::Description>(&law)) made = Model(*d);
+  });
+  return made;
+}
+
+PhaseFunction make_phase(const std::vector<PhaseLobeDescription>& lobes) {
+  if (lobes.empty()) return IsotropicPhase();
+  if (lobes.size() == 1) return make_law<PhaseFunction>(lobes[0].law);
   double total = 0;
   for (const PhaseLobeDescription& lobe : lobes) total += lobe.weight;
-  BlendedPhase blend;
-  blend.single_albedo = albedo;
+  PhaseBlend blend;
   for (const PhaseLobeDescription& lobe : lobes)
-    blend.lobes[blend.count++] = {static_cast<float>(lobe.weight / total), static_cast<float>(lobe.g), lobe.rayleigh};
+    blend.lobes[blend.count++] = {static_cast<float>(lobe.weight / total), make_law<PhaseLobes::Variant>(lobe.law)};
   return blend;
 }
 
@@ -99,10 +98,10 @@ Media make_media(const std::vector<MediumDescription>& descriptions, const Norma
       fail("extinction is finite and not negative" + found(d.sigma_t));
     if (!in(d.albedo, 1)) fail("an albedo lies in [0, 1]" + found(d.albedo));
     const Spectrum sigma_t = spectrum(d.sigma_t * per_length), albedo = spectrum(d.albedo);
-    if (!(d.g > -1 && d.g < 1)) fail("g lies between -1 and 1" + found(d.g));
     if (!sigma_t.is_finite()) fail("extinction is too large for the size of the scene");
     if (const std::string dense = too_dense(sigma_t, normalization); !dense.empty()) fail(dense);
-    const PhaseFunction phase = make_phase(distinct(d, fail), albedo);
+    PhaseFunction phase = make_phase(distinct(d, fail));
+    std::visit([&](auto& model) { model.single_albedo = albedo; }, phase);
     media.index.push_back(sigma_t.is_black() ? kNone : static_cast<std::uint32_t>(media.dense.size()));
     if (!sigma_t.is_black()) media.dense.push_back({sigma_t, sigma_t * albedo}), media.phases.push_back(phase);
   }

@@ -21,12 +21,17 @@ class Part {
   Part(std::string kind, std::size_t number) : name_(std::move(kind) + " " + std::to_string(number)) {}
   explicit Part(std::string name) : name_(std::move(name)) {}
 
+  void number(const char* what, double value, const Range& range) const {
+    const auto& [least, most, open] = range;
+    if (open ? value > least && value < most : value >= least && value <= most) return;  // never a NaN
+    std::ostringstream message;
+    message << what << " is " << value << "; expected a number " << (open ? "above " : "from ") << least
+            << (open ? " and below " : " to ") << most;
+    fail(message.str());
+  }
   /// `value` must lie in [least, most].
   void number(const char* what, double value, double least, double most) const {
-    if (value >= least && value <= most) return;  // never a NaN
-    std::ostringstream message;
-    message << what << " is " << value << "; expected a number from " << least << " to " << most;
-    fail(message.str());
+    number(what, value, Range{least, most});
   }
   [[noreturn]] void fail(const std::string& problem) const { throw std::invalid_argument(name_ + ": " + problem); }
   void fraction(const char* what, double value) const { number(what, value, 0, 1); }
@@ -41,19 +46,27 @@ class Part {
 
 /// Each number in its range, and each channel of a colour.
 template <class Model>
-void check_bsdf(const Part& part, const typename Model::Description& d) {
+void check_fields(const Part& part, const typename Model::Description& d) {
   for_each_of(Model::fields(), [&](const auto& field, std::size_t) {
     const auto& value = d.*field.value;
-    const auto& [least, most] = field.range;
     using Value = std::decay_t<decltype(value)>;
-    if constexpr (std::is_same_v<Value, double>) part.number(field.name, value, least, most);
+    if constexpr (std::is_same_v<Value, double>) part.number(field.name, value, field.range);
     if constexpr (std::is_same_v<Value, Vec3d>)
-      for (const double channel : {value.x, value.y, value.z}) part.number(field.name, channel, least, most);
+      for (const double channel : {value.x, value.y, value.z}) part.number(field.name, channel, field.range);
   });
 }
 void check_mixture(const Part& part, const MixtureDescription& d) {
   part.fraction("weight", d.weight);
   if (d.cutoff) part.number("cutoff", *d.cutoff, 0, kCoefficient.most);
+}
+
+void check_phase(const Part& part, const MediumDescription& medium) {
+  for (const PhaseLobeDescription& lobe : medium.phase) {
+    part.fraction("the weight of a phase function", lobe.weight);
+    PhaseLobes::for_each([&]<class Model>(std::type_identity<Model>) {
+      if (const auto* d = std::get_if<typename Model::Description>(&lobe.law)) check_fields<Model>(part, *d);
+    });
+  }
 }
 
 /// The keys of whatever the part is must make a motion.
@@ -137,12 +150,13 @@ void check(const SceneDescription& description) {
     const BsdfDescription& bsdf = description.bsdfs[i];
     if (const auto* mixture = std::get_if<MixtureDescription>(&bsdf)) check_mixture(part, *mixture);
     Bsdfs::for_each([&]<class Model>(std::type_identity<Model>) {
-      if (const auto* d = std::get_if<typename Model::Description>(&bsdf)) check_bsdf<Model>(part, *d);
+      if (const auto* d = std::get_if<typename Model::Description>(&bsdf)) check_fields<Model>(part, *d);
     });
   }
   check_shapes(description.shapes, [&](std::size_t i) { return shape_name(description.shapes, i); });
   for (std::size_t group = 0; group < description.groups.size(); ++group)
     check_shapes(description.groups[group].shapes, [&](std::size_t i) { return shape_name(description, group, i); });
+  for (std::size_t i = 0; i < description.media.size(); ++i) check_phase(Part("medium", i), description.media[i]);
   check_lights(description);
   check_sensor(description.sensor);
   check_motion(Part("sensor"), description.sensor_keys);

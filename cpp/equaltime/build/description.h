@@ -15,6 +15,7 @@
 #include "equaltime/math/motion.h"
 #include "equaltime/math/transform.h"
 #include "equaltime/math/vector.h"
+#include "equaltime/media/phase_function.h"
 #include "equaltime/sensors/sensor_description.h"
 #include "equaltime/textures/texture_description.h"
 
@@ -31,16 +32,16 @@ struct MixtureDescription {
   std::optional<double> cutoff = {};  // makes the weight 1 where it is at least this, else 0
 };
 namespace detail {
-/// The descriptions of a list of models, and of what is no model.
-template <class Models>
+/// The descriptions of a list of models, and others.
+template <class Models, class... Others>
 struct DescriptionsOf;
-template <class... Models>
-struct DescriptionsOf<TypeList<Models...>> {
-  using Variant = std::variant<typename Models::Description..., NullDescription, MixtureDescription>;
+template <class... Models, class... Others>
+struct DescriptionsOf<TypeList<Models...>, Others...> {
+  using Variant = std::variant<typename Models::Description..., Others...>;
 };
 }  // namespace detail
 
-using BsdfDescription = detail::DescriptionsOf<Bsdfs>::Variant;
+using BsdfDescription = detail::DescriptionsOf<Bsdfs, NullDescription, MixtureDescription>::Variant;
 
 // --- Textures of BSDFs --------------------------------------------------------------------------------------------
 
@@ -65,18 +66,17 @@ struct NormalMapDescription {
 
 // --- Media --------------------------------------------------------------------------------------------------------
 
-/// A part of a phase function: Henyey and Greenstein's law, or Rayleigh's.
+using PhaseDescription = detail::DescriptionsOf<PhaseLobes>::Variant;
+/// A part of a medium's phase function.
 struct PhaseLobeDescription {
+  PhaseDescription law;
   double weight = 1;  // over the sum of all
-  double g = 0;
-  bool rayleigh = false;  // instead of g's law
 };
-/// A homogeneous medium. Its phase function is Henyey and Greenstein's unless `lobes` says otherwise.
+/// A homogeneous medium. Its phase function is isotropic unless `phase` says otherwise.
 struct MediumDescription {
   Vec3d sigma_t{1, 1, 1};                        // extinction per unit of length; where there is none, vacuum
   Vec3d albedo{0.75, 0.75, 0.75};                // the part of it that is scattering
-  double g = 0;                                  // mean cosine of the angle by which light is turned
-  std::vector<PhaseLobeDescription> lobes = {};  // in place of g's law, if there are any
+  std::vector<PhaseLobeDescription> phase = {};  // at most 8 laws that differ
 };
 
 // --- Shapes -------------------------------------------------------------------------------------------------------

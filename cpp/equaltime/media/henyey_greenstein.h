@@ -1,9 +1,12 @@
 // The phase function of Henyey and Greenstein (1941): where a particle scatters light to.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "equaltime/base/effects.h"
+#include "equaltime/base/fields.h"
 #include "equaltime/base/optional.h"
 #include "equaltime/math/elementary.h"
 #include "equaltime/sampling/scattering.h"
@@ -11,14 +14,26 @@
 
 namespace equaltime {
 
+struct HenyeyGreensteinDescription {
+  double g = 0;  // mean cosine between the directions before and after, in (-1, 1)
+
+  friend bool operator==(const HenyeyGreensteinDescription&, const HenyeyGreensteinDescription&) = default;
+};
+
 struct HenyeyGreenstein {
+  using Description = HenyeyGreensteinDescription;
   static constexpr const char* name = "hg";
   static constexpr bool Effects::*needs = &Effects::media;
   static constexpr bool is_delta = false;
   static constexpr bool transmits = true;
   static constexpr bool picks_lobe = false;
-  float g = 0;                      // mean cosine between the directions before and after, in (-1, 1)
-  Spectrum single_albedo{1, 1, 1};  // of the medium: for roulette, the weight of a collision has it already
+  float g;
+  Spectrum single_albedo{1, 1, 1};
+
+  explicit HenyeyGreenstein(const Description& d = {}) noexcept : g(static_cast<float>(d.g)) {}
+  [[nodiscard]] static constexpr auto fields() noexcept {
+    return std::tuple{Field{"g", &Description::g, Range{-1, 1, true}}};
+  }
 
   /// Value and density are one: all that reaches the particle is scattered.
   [[nodiscard]] BsdfValue<float> eval(const Vec3f&, const Vec3f& wi, bool) const noexcept {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <tuple>
 
 #include "equaltime/base/effects.h"
 #include "equaltime/base/optional.h"
@@ -11,13 +12,21 @@
 
 namespace equaltime {
 
+struct IsotropicDescription {
+  friend bool operator==(const IsotropicDescription&, const IsotropicDescription&) = default;
+};
+
 struct IsotropicPhase {
+  using Description = IsotropicDescription;
   static constexpr const char* name = "isotropic";
   static constexpr bool Effects::*needs = &Effects::media;
   static constexpr bool is_delta = false;
   static constexpr bool transmits = true;
   static constexpr bool picks_lobe = false;
-  Spectrum single_albedo{1, 1, 1};  // of the medium: for roulette, the weight of a collision has it already
+  Spectrum single_albedo{1, 1, 1};
+
+  explicit IsotropicPhase(const Description& = {}) noexcept {}
+  [[nodiscard]] static constexpr std::tuple<> fields() noexcept { return {}; }
 
   [[nodiscard]] static BsdfValue<float> eval(const Vec3f&, const Vec3f&, bool) noexcept {
     return {Spectrum(kUniformSpherePdf), kUniformSpherePdf};

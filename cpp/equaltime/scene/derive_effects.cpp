@@ -41,8 +41,8 @@ Effects derive_effects(const Scene& scene) noexcept {
   e.instances = !geometry.instances.empty();
   const bool nests = !volumes.nesting.dielectrics.empty();
   e.media = !volumes.media.empty() || nests;
-  e.phase_blends = std::any_of(volumes.phases.begin(), volumes.phases.end(),
-                               [](const PhaseFunction& phase) { return std::holds_alternative<BlendedPhase>(phase); });
+  for (const PhaseFunction& phase : volumes.phases)
+    visit<kAllEffects>(phase, [&]<class Model>(const Model&) { e.*Model::needs = true; });
   e.specular = nests;  // rough surfaces between equal indices are replaced by smooth ones
   e.motion = geometry.moves() || scene.camera.motion;
   e.hidden_emitters = scene.rules.hides_emitters && scene.lights.size() > 0;

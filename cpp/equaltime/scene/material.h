@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "equaltime/bsdfs/bsdf.h"
-#include "equaltime/bsdfs/fields.h"
+#include "equaltime/bsdfs/texture_slots.h"
 #include "equaltime/textures/texture.h"
 
 namespace equaltime {

@@ -114,7 +114,12 @@ TEST("a light, a medium or a motion that cannot be is named, with what was found
   CHECK(refuses("spot light 1", "u_axis needs", [](SceneDescription& d) { d.spot_lights[1].u_axis = {}; }));
   CHECK(refuses("directional light 1", "direction needs",
                 [](SceneDescription& d) { d.directional_lights[1].direction.x = kNaN; }));
-  CHECK(refuses("medium 2", "g lies between -1 and 1; found 1.5", [](SceneDescription& d) { d.media[2].g = 1.5; }));
+  CHECK(refuses("medium 2", "g is 1; expected a number above -1 and below 1",
+                [](SceneDescription& d) { d.media[2].phase = {{HenyeyGreensteinDescription{1}}}; }));
+  CHECK(refuses("medium 2", "the weight of a phase function is -1; expected a number from 0 to 1",
+                [](SceneDescription& d) {
+                  d.media[2].phase = {{RayleighDescription{}, -1}};
+                }));
   CHECK(refuses("medium 0", "an albedo lies in [0, 1]; found (0.5, 2, 0.5)",
                 [](SceneDescription& d) { d.media[0].albedo.y = 2; }));
   CHECK(refuses("sensor", "camera_medium is 3; expected an index below 3",

@@ -7,15 +7,14 @@ towards the path length.
 from __future__ import annotations
 
 import re
+from typing import Any
 
 from equaltime.scene.core import SceneBuilder, Unsupported
 from equaltime.scene.model import (
     BlendPhase,
-    HenyeyGreenstein,
     Integrator,
     Medium,
     Phase,
-    Rayleigh,
     SceneModel,
     Sensor,
     Solid,
@@ -24,9 +23,6 @@ from equaltime.scene.model import (
 )
 
 __all__ = ["Media", "sees_media", "unseen_media"]
-
-MOST_LOBES = 8
-"""Largest number of different phase functions that the core can blend."""
 
 
 def sees_media(integrator: Integrator) -> bool:
@@ -90,23 +86,14 @@ class Media:
         key = medium.model_copy(update={"id": None})
         if key not in self._known:
             sigma_t = tuple(medium.scale * sigma for sigma in medium.sigma_t)
-            lobes = _lobes(medium.phase)
-            if len({g for _, g in lobes}) > MOST_LOBES:
-                message = f"a blend of more than {MOST_LOBES} phase functions that differ is not supported"
-                raise Unsupported(medium.phase, message)
-            self._known[key] = self._builder.add_medium(sigma_t, medium.albedo)
+            self._known[key] = self._builder.add_medium(sigma_t, medium.albedo, _lobes(medium.phase))
             self._nodes[self._known[key]] = medium
-            self._builder.blend_phase(self._known[key], lobes)
         return self._known[key]
 
 
-def _lobes(phase: Phase, share: float = 1.0) -> list[tuple[float, float | None]]:
-    """Return the lobes of a phase function as (share, Henyey and Greenstein's g); g is None for Rayleigh."""
-    if share == 0.0:
-        return []
-    if isinstance(phase, BlendPhase):
-        first, second = phase.phase
-        return _lobes(first, share * (1.0 - phase.weight)) + _lobes(second, share * phase.weight)
-    if isinstance(phase, Rayleigh):
-        return [(share, None)]
-    return [(share, phase.g if isinstance(phase, HenyeyGreenstein) else 0.0)]
+def _lobes(phase: Phase, share: float = 1.0) -> list[tuple[float, str, dict[str, Any]]]:
+    """Return the parts of a phase function as (share, name, parameters): one, or all that are blended."""
+    if not isinstance(phase, BlendPhase):
+        return [(share, phase.title, phase.parameters())] if share > 0.0 else []
+    first, second = phase.phase
+    return _lobes(first, share * (1.0 - phase.weight)) + _lobes(second, share * phase.weight)

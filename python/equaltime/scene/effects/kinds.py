@@ -20,7 +20,6 @@ from equaltime.scene.model import (
     Aov,
     Area,
     BlendBsdf,
-    BlendPhase,
     BsdfPlugin,
     BumpMap,
     Constant,
@@ -41,7 +40,6 @@ from equaltime.scene.model import (
     Plugin,
     Point,
     Principled,
-    Rayleigh,
     RoughConductor,
     RoughDielectric,
     Solid,
@@ -109,9 +107,15 @@ def _one_of(*types: type[Plugin]) -> Callable[[Plugin], bool]:
 
 
 def _models(effect: str) -> Callable[[Plugin], bool]:
-    return lambda node: (
-        isinstance(node, BsdfPlugin) and node.title in BSDF_MODELS and BSDF_MODELS[node.title]["effect"] == effect
-    )
+    """Return a test for the BSDFs and phase functions that belong to an effect by the core's own word."""
+
+    def calls(node: Plugin) -> bool:
+        if node.kind == "phase":
+            return PHASE_FUNCTIONS[node.title] == effect
+        model = BSDF_MODELS.get(node.title) if isinstance(node, BsdfPlugin) else None
+        return model is not None and model["effect"] == effect
+
+    return calls
 
 
 KINDS: Final[Mapping[str, Effect]] = {
@@ -137,7 +141,7 @@ KINDS: Final[Mapping[str, Effect]] = {
         Effect("instances", "copies of groups of shapes", _one_of(Instance)),
         Effect("masks", "masks, blends and null BSDFs", _one_of(Mask, BlendBsdf, Null, ThinDielectric), "opaque"),
         Effect("media", "media, and shapes that overlap with priorities", _fills, "vacuum"),
-        Effect("phase_blends", "Rayleigh scattering, and blends", _one_of(Rayleigh, BlendPhase)),
+        Effect("phase_blends", "Rayleigh scattering, and blends", _models("phase_blends")),
         Effect("motion", "motion while the shutter is open", _is_animated, "the shutter's centre"),
         Effect("hidden_emitters", "lights hidden from the camera", _hides, "visible lights"),
         Effect("many_lights", "a choice among several lights", _shines),

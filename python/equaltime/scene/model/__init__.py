@@ -36,7 +36,7 @@ from equaltime.scene.model.integrators import (
     VolPathMis,
 )
 from equaltime.scene.model.ior import METALS
-from equaltime.scene.model.media import BlendPhase, HenyeyGreenstein, Homogeneous, Isotropic, Medium, Phase, Rayleigh
+from equaltime.scene.model.media import PHASES, BlendPhase, Homogeneous, Medium, Phase
 from equaltime.scene.model.scene import SceneModel
 from equaltime.scene.model.sensors import (
     MOST_SAMPLES,
@@ -124,13 +124,11 @@ __all__ = [
     "Gaussian",
     "Gltf",
     "HdrFilm",
-    "HenyeyGreenstein",
     "Homogeneous",
     "Independent",
     "Instance",
     "Integrator",
     "IntegratorPlugin",
-    "Isotropic",
     "Kind",
     "Lanczos",
     "LdSampler",
@@ -157,7 +155,6 @@ __all__ = [
     "Point",
     "Principled",
     "Projective",
-    "Rayleigh",
     "Rectangle",
     "RoughConductor",
     "RoughDielectric",
@@ -199,7 +196,8 @@ _CLASSES: tuple[type[Plugin], ...] = (
     *(Blackbody, D65, Irregular, RawConstant, Regular, Srgb, Uniform, ConstVolume),
     *(Rectangle, Disk, Cube, Sphere, Cylinder, Ply, Obj, Serialized, Gltf, ShapeGroup, Instance),
     *(Area, Point, Spot, Directional, Constant, EnvMap),
-    *(Homogeneous, Isotropic, HenyeyGreenstein, Rayleigh, BlendPhase),
+    Homogeneous,
+    *PHASES,
     *(Perspective, ThinLens, Orthographic, Spherical),
     *(HdrFilm, Box, Tent, Gaussian, Mitchell, CatmullRom, Lanczos),
     *(Independent, Stratified, MultiJitter, Orthogonal, LdSampler),

@@ -68,6 +68,11 @@ class Plugin(BaseModel):
         """Mitsuba's name of the plugin, such as ``diffuse``: the value of the field ``type``."""
         return str(type(self).model_fields["type"].default)
 
+    def parameters(self) -> dict[str, Any]:
+        """Return the parameters by name, without those that are hints."""
+        unused = {"type", "id", *self.hints}
+        return {name: getattr(self, name) for name in type(self).model_fields if name not in unused}
+
     @classmethod
     @cache
     def slots(cls) -> Mapping[str, frozenset[Kind]]:

@@ -64,11 +64,6 @@ class BsdfPlugin(Plugin):
         """True if light passes through the surface. A transmitting BSDF describes both sides of the surface."""
         return False
 
-    def parameters(self) -> dict[str, Any]:
-        """Return what the core's model of the same ``type`` takes, by name: numbers, colours, names and textures."""
-        unused = {"type", "id", *self.hints}
-        return {name: getattr(self, name) for name in type(self).model_fields if name not in unused}
-
     def textures(self) -> dict[str, Any]:
         """Return the parameters that textures may give, by the core's names; other values are among them."""
         return self.parameters()

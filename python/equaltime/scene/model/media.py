@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Final, Literal, get_args
 
 from pydantic import Field, NonNegativeFloat, model_validator
 
 from equaltime.scene.model.base import Kind, Plugin
 from equaltime.scene.model.values import Coefficient, Reflectance, Share, as_coefficient
 
-__all__ = ["BlendPhase", "HenyeyGreenstein", "Homogeneous", "Isotropic", "Medium", "Phase", "Rayleigh"]
+__all__ = ["PHASES", "BlendPhase", "HenyeyGreenstein", "Homogeneous", "Isotropic", "Medium", "Phase", "Rayleigh"]
 
 
 class Isotropic(Plugin):
@@ -55,7 +55,9 @@ class BlendPhase(Plugin):
 
 
 Phase = Annotated[Isotropic | HenyeyGreenstein | Rayleigh | BlendPhase, Field(discriminator="type")]
-"""Any phase function."""
+"""Any phase function. All but blends are models of the core of the same ``type``, with the same parameters."""
+PHASES: Final[tuple[type[Plugin], ...]] = get_args(get_args(Phase)[0])
+"""The classes in `Phase`."""
 
 
 class Homogeneous(Plugin):

@@ -1,9 +1,9 @@
-// The BSDFs of a SceneBuilder, by the fields of their descriptions, and what there is of them.
+// The BSDFs and media of a SceneBuilder, by the fields of their models' descriptions, and what models there are.
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include "equaltime/base/fields.h"
 #include "equaltime/bindings/bindings.h"
-#include "equaltime/bsdfs/fields.h"
 #include "equaltime/media/phase_function.h"
 
 namespace py = pybind11;
@@ -37,7 +37,7 @@ void read(py::handle given, MicrofacetModel& value) {
 
 /// A description by values in the order of its fields, by names, or both; what is not given stays as it is by itself.
 template <class Model>
-typename Model::Description described(const py::args& values, const py::kwargs& named) {
+typename Model::Description described(const py::args& values, const py::dict& named) {
   typename Model::Description d{};
   std::size_t used = 0;
   for_each_of(Model::fields(), [&](const auto& field, std::size_t i) {
@@ -69,6 +69,24 @@ std::uint32_t add_bsdf(SceneDescription& d, const std::string& type, const py::a
   return static_cast<std::uint32_t>(before);
 }
 
+/// A phase function's lobe: its weight, the name of its law, and the law's parameters.
+using Lobe = std::tuple<double, std::string, py::dict>;
+
+std::uint32_t add_medium(SceneDescription& d, const Vec3d& sigma_t, const Vec3d& albedo,
+                         const std::vector<Lobe>& phase) {
+  MediumDescription medium{sigma_t, albedo};
+  for (const auto& lobe : phase) {
+    const std::size_t before = medium.phase.size();
+    PhaseLobes::for_each([&]<class Model>(std::type_identity<Model>) {
+      if (std::get<1>(lobe) == Model::name)
+        medium.phase.push_back({described<Model>({}, std::get<2>(lobe)), std::get<0>(lobe)});
+    });
+    if (medium.phase.size() == before) throw py::value_error("no phase function \"" + std::get<1>(lobe) + '"');
+  }
+  d.media.push_back(std::move(medium));
+  return static_cast<std::uint32_t>(d.media.size() - 1);
+}
+
 template <class Table>
 py::list names_in(const Table& table) {
   py::list names;
@@ -98,20 +116,26 @@ py::dict bsdf_models() {
 /// Returns the effect of each phase function, by name. All of them need media besides.
 py::dict phase_functions() {
   py::dict phases;
-  PhaseFunctions::for_each([&]<class Model>(std::type_identity<Model>) {
-    bool Effects::*needs = &Effects::media;
-    if constexpr (requires { Model::needs; }) needs = Model::needs;
-    phases[Model::name] = effect_of(needs);
-  });
+  PhaseFunctions::for_each(
+      [&]<class Model>(std::type_identity<Model>) { phases[Model::name] = effect_of(Model::needs); });
   return phases;
 }
 
 }  // namespace
 
-void bind_bsdfs(py::module_& m, py::class_<SceneDescription>& builder) {
+void bind_models(py::module_& m, py::class_<SceneDescription>& builder) {
   m.def("bsdf_models", &bsdf_models);
   m.def("phase_functions", &phase_functions);
-  builder.def("add_bsdf", &add_bsdf, "type"_a, "Add a one-sided BSDF of its parameters; returns its index.");
+  builder.def("add_bsdf", &add_bsdf, "type"_a, "Add a one-sided BSDF of its parameters; returns its index.")
+      .def(
+          "add_medium",
+          [](SceneDescription& d, const std::array<double, 3>& sigma_t, const std::array<double, 3>& albedo,
+             const std::vector<Lobe>& phase) {
+            return add_medium(d, {sigma_t[0], sigma_t[1], sigma_t[2]}, {albedo[0], albedo[1], albedo[2]}, phase);
+          },
+          "sigma_t"_a, "albedo"_a, "phase"_a = std::vector<Lobe>(),
+          "Add a medium; returns its index. Its phase function is a sum of laws, each of a weight, a name and "
+          "parameters; isotropic without any.");
 }
 
 }  // namespace equaltime
