@@ -21,7 +21,8 @@ inline constexpr Range kRoughness{static_cast<double>(std::numeric_limits<float>
 /// both sides, whose ratios reach 10^6; far beyond that, float32 loses the light.
 inline constexpr Range kIor{1e-6, 1e6};
 
-/// A parameter of a description: a number, a colour, a truth or a microfacet model. The range is of the first two.
+/// A parameter of a description: a number, a list of numbers, a colour, a truth or a microfacet model. The range is of
+/// the first three.
 template <class Description, class Value>
 struct Field {
   const char* name;

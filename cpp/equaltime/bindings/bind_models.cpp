@@ -15,6 +15,7 @@ namespace {
 
 void read(py::handle given, double& value) { value = given.cast<double>(); }
 void read(py::handle given, bool& value) { value = given.cast<bool>(); }
+void read(py::handle given, std::vector<double>& value) { value = given.cast<std::vector<double>>(); }
 /// A single number is a grey.
 void read(py::handle given, Vec3d& value) {
   if (PyNumber_Check(given.ptr()) && !PySequence_Check(given.ptr())) {

@@ -44,7 +44,7 @@ class Part {
   std::string name_;
 };
 
-/// Each number in its range, and each channel of a colour.
+/// Each number in its range, and each channel of a colour; and what only the model knows.
 template <class Model>
 void check_fields(const Part& part, const typename Model::Description& d) {
   for_each_of(Model::fields(), [&](const auto& field, std::size_t) {
@@ -53,7 +53,11 @@ void check_fields(const Part& part, const typename Model::Description& d) {
     if constexpr (std::is_same_v<Value, double>) part.number(field.name, value, field.range);
     if constexpr (std::is_same_v<Value, Vec3d>)
       for (const double channel : {value.x, value.y, value.z}) part.number(field.name, channel, field.range);
+    if constexpr (std::is_same_v<Value, std::vector<double>>)
+      for (const double entry : value) part.number(field.name, entry, field.range);
   });
+  if constexpr (requires { Model::problem(d); })
+    if (const char* problem = Model::problem(d)) part.fail(problem);
 }
 void check_mixture(const Part& part, const MixtureDescription& d) {
   part.fraction("weight", d.weight);

@@ -35,6 +35,8 @@ Dict = dict[str, Any]
 
 VECTORS: Final = frozenset({"position", "direction", "center", "p0", "p1"})
 """Parameters of three numbers that are not colours."""
+NUMBERS: Final = frozenset({"values"})
+"""Parameters of any number of numbers, which Mitsuba wants as a text."""
 TRANSFORMS: Final = frozenset({"to_world", "to_uv"})
 ALWAYS: Final = frozenset({"radiance", "intensity", "irradiance"})
 """Parameters that are written even at their default, because Mitsuba's default is a spectrum and not a colour."""
@@ -150,6 +152,8 @@ class PlainWriter:
             return {"animation": [{"time": time, "transform": list(map(list, matrix))} for time, matrix in keys]}
         if not isinstance(value, tuple):
             return value
+        if name in NUMBERS:
+            return ", ".join(map(repr, value))
         if name in TRANSFORMS:
             return [list(row) for row in value]
         return list(value) if name in VECTORS else {"type": "rgb", "value": list(value)}

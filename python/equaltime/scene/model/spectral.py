@@ -5,30 +5,17 @@ A scene that was read contains none of these plugins: each has been replaced by 
 
 from __future__ import annotations
 
-import re
-from typing import Annotated, ClassVar, Literal, Self
+from typing import ClassVar, Literal, Self
 
-from pydantic import BeforeValidator, NonNegativeFloat, PositiveFloat, model_validator
+from pydantic import NonNegativeFloat, PositiveFloat, model_validator
 
 from equaltime.scene.model.base import Kind, Plugin
 from equaltime.scene.model.spectra import SpectralCurve, blackbody
-from equaltime.scene.model.values import IDENTITY, Coefficient, Color, Transform
+from equaltime.scene.model.values import IDENTITY, Coefficient, Color, Numbers, Transform
 
 __all__ = [
     *("D65", "Blackbody", "ConstVolume", "Irregular", "RawConstant", "Regular", "SpectrumPlugin", "Srgb", "Uniform"),
 ]
-
-
-def _as_numbers(value: object) -> object:
-    if isinstance(value, str):
-        try:
-            return tuple(float(word) for word in re.split(r"[\s,]+", value.strip(", \t\r\n")))
-        except ValueError:
-            raise ValueError("expected numbers, separated by spaces or commas") from None
-    return value
-
-
-Numbers = Annotated[tuple[float, ...], BeforeValidator(_as_numbers)]
 
 
 class SpectrumPlugin(Plugin):

@@ -24,6 +24,7 @@ __all__ = [
     "Coefficient",
     "Color",
     "Matrix",
+    "Numbers",
     "Radiance",
     "Reflectance",
     "RigidTransform",
@@ -309,12 +310,25 @@ def _unit(vector: tuple[float, float, float]) -> tuple[float, float, float]:
 
 Vec3 = Annotated[tuple[float, float, float], BeforeValidator(_as_vec3)]
 """A point or a direction."""
+
+
+def _as_numbers(value: object) -> object:
+    if isinstance(value, str):
+        try:
+            return tuple(float(word) for word in re.split(r"[\s,]+", value.strip(", \t\r\n")))
+        except ValueError:
+            raise ValueError("expected numbers, separated by spaces or commas") from None
+    return value
+
+
 Reflectance = Annotated[Color, BeforeValidator(as_reflectance)]
 """A dimensionless factor in [0, 1] per channel; a single number is grey."""
 Coefficient = Annotated[Color, BeforeValidator(as_coefficient)]
 """A non-negative number per channel, such as an index of refraction; a single number applies to all channels."""
 Share = Annotated[float, BeforeValidator(as_share)]
 """A number in [0, 1]."""
+Numbers = Annotated[tuple[float, ...], BeforeValidator(_as_numbers)]
+"""Any number of numbers; as a text, with spaces or commas between them."""
 Radiance = Annotated[Color, BeforeValidator(as_radiance)]
 """Emission per channel in linear sRGB; a single number is white."""
 Transform = Annotated[Matrix, AfterValidator(_invertible), BeforeValidator(_as_matrix)]
