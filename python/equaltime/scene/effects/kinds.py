@@ -141,7 +141,7 @@ KINDS: Final[Mapping[str, Effect]] = {
         Effect("instances", "copies of groups of shapes", _one_of(Instance)),
         Effect("masks", "masks, blends and null BSDFs", _one_of(Mask, BlendBsdf, Null, ThinDielectric), "opaque"),
         Effect("media", "media, and shapes that overlap with priorities", _fills, "vacuum"),
-        Effect("phase_blends", "Rayleigh scattering, and blends", _models("phase_blends")),
+        Effect("phase_blends", "phase functions other than Henyey and Greenstein's", _models("phase_blends")),
         Effect("motion", "motion while the shutter is open", _is_animated, "the shutter's centre"),
         Effect("hidden_emitters", "lights hidden from the camera", _hides, "visible lights"),
         Effect("many_lights", "a choice among several lights", _shines),
