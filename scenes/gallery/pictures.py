@@ -219,6 +219,7 @@ MEDIA: dict[str, Scene] = {
     "isotropic": cloudy({"type": "isotropic"}),
     "hg": cloudy({"type": "hg", "g": 0.8}),
     "rayleigh": cloudy({"type": "rayleigh"}),
+    "tabphase": cloudy({"type": "tabphase", "values": [0.3, 0.1, 0.1, 0.1, 0.3, 0.3, 2.0, 6.0]}),
     "blendphase": cloudy(MIXED),
 }
 CAMERAS: dict[str, Scene] = {

@@ -34,6 +34,7 @@ CASES = {
     "hg": DUST,
     "hg as it is": {"type": "hg"},
     "rayleigh": AIR,
+    "tabphase": {"type": "tabphase", "values": "0.5, 0.25, 1, 3"},
     "blendphase": blend(0.3, AIR, DUST),
     "blendphase the other way round": blend(0.3, DUST, AIR),
     "nested": blend(0.6, blend(0.25, AIR, {"type": "hg", "g": -0.5}), blend(0.1, DUST, {"type": "isotropic"})),

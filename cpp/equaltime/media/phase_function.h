@@ -12,10 +12,11 @@
 #include "equaltime/media/henyey_greenstein.h"
 #include "equaltime/media/isotropic.h"
 #include "equaltime/media/rayleigh.h"
+#include "equaltime/media/tabulated_phase.h"
 
 namespace equaltime {
 
-using PhaseLobes = TypeList<HenyeyGreenstein, IsotropicPhase, RayleighPhase>;
+using PhaseLobes = TypeList<HenyeyGreenstein, IsotropicPhase, RayleighPhase, TabulatedPhase>;
 using PhaseBlend = BlendedPhase<PhaseLobes>;
 using PhaseFunctions = PhaseLobes::With<PhaseBlend>;
 using PhaseFunction = PhaseFunctions::Variant;

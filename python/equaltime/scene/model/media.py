@@ -5,12 +5,28 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Final, Literal, get_args
 
-from pydantic import Field, NonNegativeFloat, model_validator
+from pydantic import AfterValidator, Field, NonNegativeFloat, model_validator
 
 from equaltime.scene.model.base import Kind, Plugin
-from equaltime.scene.model.values import Coefficient, Reflectance, Share, as_coefficient
+from equaltime.scene.model.values import Coefficient, Numbers, Reflectance, Share, as_coefficient
 
-__all__ = ["PHASES", "BlendPhase", "HenyeyGreenstein", "Homogeneous", "Isotropic", "Medium", "Phase", "Rayleigh"]
+__all__ = [
+    "PHASES",
+    "BlendPhase",
+    "HenyeyGreenstein",
+    "Homogeneous",
+    "Isotropic",
+    "Medium",
+    "Phase",
+    "Rayleigh",
+    "TabPhase",
+]
+
+
+def _curve(values: tuple[float, ...]) -> tuple[float, ...]:
+    if len(values) < 2 or min(values) < 0.0 or max(values) == 0.0:
+        raise ValueError("expected at least two numbers from 0 on, one of them above 0")
+    return values
 
 
 class Isotropic(Plugin):
@@ -41,6 +57,18 @@ class Rayleigh(Plugin):
     type: Literal["rayleigh"] = "rayleigh"
 
 
+class TabPhase(Plugin):
+    """A phase function of a table.
+
+    Its values stand at evenly spaced cosines of the angle by which light is turned. The first is at -1, for light that
+    turns back; the last is at 1, for light that goes straight on. Between them it is linear. Only ratios matter.
+    """
+
+    kind: ClassVar[Kind] = "phase"
+    type: Literal["tabphase"] = "tabphase"
+    values: Annotated[Numbers, AfterValidator(_curve)]
+
+
 class BlendPhase(Plugin):
     """Two phase functions, mixed by a weight; each of the two may itself be a blend."""
 
@@ -54,7 +82,7 @@ class BlendPhase(Plugin):
     phase: Annotated[tuple[Phase, ...], Field(min_length=2, max_length=2)]
 
 
-Phase = Annotated[Isotropic | HenyeyGreenstein | Rayleigh | BlendPhase, Field(discriminator="type")]
+Phase = Annotated[Isotropic | HenyeyGreenstein | Rayleigh | TabPhase | BlendPhase, Field(discriminator="type")]
 """Any phase function. All but blends are models of the core of the same ``type``, with the same parameters."""
 PHASES: Final[tuple[type[Plugin], ...]] = get_args(get_args(Phase)[0])
 """The classes in `Phase`."""
