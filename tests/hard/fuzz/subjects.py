@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 import equaltime as et
@@ -42,9 +44,11 @@ def _mitsuba(path: Path) -> object:
 
 def _painted(path: Path) -> object:
     """Read a library of materials, for a mesh that uses them."""
-    mesh = path.with_name("painted.obj")
-    mesh.write_text(f"mtllib {path.name}\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\n")
-    return et.load(mesh).model
+    with TemporaryDirectory() as folder:  # not beside the library, which may be a file of the corpus
+        mesh = Path(folder) / "painted.obj"
+        shutil.copy(path, mesh.with_name("some.mtl"))
+        mesh.write_text("mtllib some.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\n")
+        return et.load(mesh).model
 
 
 def _serialized(path: Path) -> object:
