@@ -46,7 +46,7 @@ def main(folder: Path) -> et.Interval:
     passes: et.Progressive = et.progressive(scene, spp=8, resume=again)
     tests: et.SelfTest = et.selftest(only=["G1"])
     try:
-        found: et.Summary = et.cost(scene, folder / "cost", quick=True)
+        found: et.Summary = et.cost(scene, folder / "cost", quick=True, targets=["5%", 0.02])
     except (et.SceneError, et.RenderError) as problem:
         raise et.EqualtimeError(str(problem)) from problem
     for state in passes:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -17,6 +17,7 @@ from equaltime.cli.options import (
     Verbose,
     parse_definitions,
     parse_duration,
+    parse_percents,
     parse_whole,
 )
 from equaltime.cli.progress import progress_bar
@@ -94,6 +95,15 @@ def cost(
             help="Worker threads; 0 is one for each processor [default: the experiment's, or 0].",
         ),
     ] = None,
+    targets: Annotated[
+        Any,
+        typer.Option(
+            parser=parse_percents,
+            metavar="ERRORS",
+            show_default=False,
+            help="Errors to which times are given: 5%,2% [default: the experiment's, or 10%,5%,2%,1%].",
+        ),
+    ] = None,
     strategies: Annotated[
         str | None,
         typer.Option(
@@ -139,7 +149,7 @@ def cost(
 
     Keys of an experiment file (a misspelt key is reported with the nearest known one):
 
-    * `scenes = [{ path = "scene.toml", name, size, max_depth, crop, crops, define,
+    * `scenes = ["scene.toml", { path = "other.toml", name, size, max_depth, crop, crops, define,
       substitute }]`
 
     * `strategies = ["naive", { label = "ours", strategy = "best,lights=uniform" },
@@ -148,7 +158,7 @@ def cost(
       without `limit`, a peer's render is ended after 60 s plus 20 times the budget (one hour if `spp` is given), but
       never before 60 s plus `reference.seconds`
 
-    * `budget = "10s"` or `spp = [4, 16, 64]`; `repeats = 8`; `baseline = "naive"`; `targets = [0.1, 0.02]`;
+    * `budget = "10s"` or `spp = [4, 16, 64]`; `repeats = 8`; `baseline = "naive"`; `targets = ["10%", "2%"]`;
       `reference = { error = 0.005, seconds = 60, file }`; `title`, `description`, `crops`, `threads`;
       `theirs = { source, claim, figures, numbers }`
     """
@@ -160,7 +170,7 @@ def cost(
             raise typer.BadParameter(
                 "--strategies, --define and --substitute are for one scene or experiment, not for a folder of them"
             )
-        changes = Changes(quick, size, budget, repeats, threads)
+        changes = Changes(quick, size, budget, repeats, threads, targets)
         return _cost_of_all(source, output, changes, context.obj, as_json, cluster)
     try:
         with progress_bar() as progress:
@@ -172,6 +182,7 @@ def cost(
                 budget=budget,
                 repeats=repeats,
                 threads=threads,
+                targets=targets,
                 strategies=split_strategies(strategies) if strategies is not None else (),
                 define=parse_definitions(define or ()),
                 substitute=substitute,

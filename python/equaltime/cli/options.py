@@ -51,6 +51,7 @@ __all__ = [
     "parse_machines",
     "parse_number",
     "parse_percent",
+    "parse_percents",
     "parse_pixel",
     "parse_size",
     "parse_whole",
@@ -95,6 +96,11 @@ def parse_percent(text: str) -> float:
     if value >= 1.0:
         raise typer.BadParameter(f"'{text}' is too large; an error to be reached is below 100 %, such as 2%")
     return value
+
+
+def parse_percents(text: str) -> tuple[float, ...]:
+    """Parse errors such as ``5%,2%``, and return them as fractions; raises typer.BadParameter as `parse_percent`."""
+    return tuple(map(parse_percent, text.split(",")))
 
 
 def parse_exposure(text: str) -> Exposure:

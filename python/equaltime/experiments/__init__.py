@@ -31,6 +31,7 @@ def cost(
     budget: float | str | None = None,
     repeats: int | None = None,
     threads: int | None = None,
+    targets: Sequence[float | str] | float | str | None = None,
     strategies: Sequence[str] = (),
     define: Mapping[str, object] | None = None,
     substitute: bool = False,
@@ -60,6 +61,9 @@ def cost(
         Seconds of each run, or text such as ``"10s"``.
     repeats, threads
         Number of renders of each strategy on each scene, and of worker threads; 0 threads stand for one per processor.
+    targets
+        Relative errors to which times are given, such as ``[0.05, "2%"]`` or ``"5%"``, instead of the experiment's;
+        for a scene the default is 10 %, 5 %, 2 % and 1 %.
     strategies
         Strategies to compare instead of all in ``source``: labels of its strategies, or texts for `Strategy.parse`.
     define
@@ -119,6 +123,7 @@ def cost(
         "budget": budget,
         "repeats": repeats,
         "threads": threads,
+        "targets": targets,
         "strategies": strategies,
         "define": define,
         "substitute": substitute,

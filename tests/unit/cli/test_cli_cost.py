@@ -161,6 +161,14 @@ def test_options_beat_the_experiment(experiment: Path, folder: Path) -> None:
 
 
 @pytest.mark.usefixtures("quickly")
+def test_targets_are_chosen_on_the_command_line(
+    experiment: Path, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["cost", str(experiment), "-o", str(folder), "--repeats", "1", "--targets", "30%,0.2", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["targets"] == [0.3, 0.2]
+
+
+@pytest.mark.usefixtures("quickly")
 def test_a_scene_needs_no_experiment(folder: Path) -> None:
     options = ["--size", "8x8", "--repeats", "1", "--budget", "20ms", "--quick"]
     assert main(["cost", str(CORNELL), "-o", str(folder), *options, "--strategies", "bsdf,best"]) == 0
@@ -187,6 +195,8 @@ def test_a_wrong_experiment_is_told_line_by_line(
         (["--budget", "soon"], "'soon' is no duration"),
         (["--size", "big"], "'big' is no size"),
         (["--repeats", "0"], "is no whole number from 1"),
+        (["--targets", "20"], "'20' is 2000 %; did you mean 20%?"),
+        (["--targets", "5%,"], "'' is no error; write a positive percentage, such as 2%"),
         (["--strategies", "bset"], "did you mean 'best'?"),
         (["--strategies", ""], "unknown strategy ''"),
         (["-D", "width"], "'width' is no definition"),

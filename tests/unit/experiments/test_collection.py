@@ -83,8 +83,9 @@ def test_each_experiment_gets_its_folder_and_a_second_time_nothing_is_run(source
 
 
 def test_changes_hold_for_all_and_counted_samples_stay_counted(source: Path) -> None:
-    experiment = Changes(repeats=3, budget=1.0).of(collection.read_experiment(source / "own.toml"))
+    experiment = Changes(repeats=3, budget=1.0, targets=(0.3,)).of(collection.read_experiment(source / "own.toml"))
     assert (experiment.repeats, experiment.spp, experiment.budget) == (3, (2, 4), None)
+    assert experiment.targets == (0.3,)
 
 
 def test_every_wrong_file_is_told_before_anything_is_run(source: Path, tmp_path: Path) -> None:

@@ -198,6 +198,39 @@ def test_errors_may_be_texts_in_per_cent_wherever_a_file_has_one() -> None:
     assert found.theirs.numbers[0].target == 0.05
 
 
+def test_a_scene_may_be_the_name_of_its_file_and_a_target_may_stand_alone(file: Callable[[str], Path]) -> None:
+    path = file('scenes = ["s.toml", { path = "t.toml", name = "u" }]\nstrategies = ["mis"]\ntargets = "5%"')
+    experiment = read_experiment(path)
+    assert [entry.path for entry in experiment.scenes] == [path.parent / "s.toml", path.parent / "t.toml"]
+    assert [entry.name for entry in experiment.scenes] == ["s", "u"]
+    assert experiment.targets == (0.05,)
+    assert made(scenes=[CORNELL], targets=0.02) == made(targets=[0.02])
+
+
+def test_a_missing_file_among_the_names_of_scenes_has_its_line(file: Callable[[str], Path]) -> None:
+    path = file('scenes = [\n  "a.toml",\n  "b.toml",\n]\nstrategies = ["bset"]\n')
+    assert problems_of(lambda: read_experiment(path))[:2] == [
+        f"{path}:2: scenes[0]: there is no such file: {path.parent / 'a.toml'}",
+        f"{path}:3: scenes[1]: there is no such file: {path.parent / 'b.toml'}",
+    ]
+
+
+def test_other_targets_take_the_place_of_the_experiments() -> None:
+    numbers = [
+        {"what": "time", "ours": "time", "strategy": "best", "target": 0.05},
+        {"what": "speed", "ours": "speed-up", "strategy": "best"},
+    ]
+    experiment = made(theirs={"source": "a page", "claim": "it is fast", "numbers": numbers})
+    found = make_experiment(experiment, targets=["20%", 0.02])
+    assert found.targets == (0.2, 0.02)
+    assert found.theirs is not None
+    assert [number.what for number in found.theirs.numbers] == ["speed"]  # the other one's target is gone
+    assert make_experiment(CORNELL, targets="30%").targets == (0.3,)
+    assert problems_of(lambda: make_experiment(CORNELL, targets=["x"])) == [
+        "targets[0]: 'x' is no error; write 5%, or 0.05 without quotes"
+    ]
+
+
 def test_entries_of_a_list_have_lines_of_their_own(file: Callable[[str], Path]) -> None:
     path = file(
         'scenes = [\n  # two\n  { path = "a.toml" },\n  { path = "b.toml", sise = 3 },\n]\nstrategies = ["bset"]\n'

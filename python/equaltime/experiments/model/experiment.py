@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from os import PathLike
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -282,10 +283,17 @@ class Theirs(Value):
     """All published figures in one sentence; empty if there are none."""
     numbers: Annotated[tuple[TheirNumber, ...], Field(strict=False)] = ()
 
-    def of(self, labels: Iterable[str], scenes: Iterable[str]) -> Theirs:
-        """Return a copy of the claim with only the numbers on these strategies (by label) and scenes (by name)."""
-        labels, scenes = set(labels), {"", *scenes}
-        kept = tuple(number for number in self.numbers if number.strategy in labels and number.scene in scenes)
+    def of(self, labels: Iterable[str], scenes: Iterable[str], targets: Iterable[float | None]) -> Theirs:
+        """Return a copy of the claim with only the numbers on these strategies (by label) and scenes (by name).
+
+        ``targets`` are the target errors of the experiment: numbers for other targets are left out.
+        """
+        labels, scenes, targets = set(labels), {"", *scenes}, {None, *targets}
+        kept = tuple(
+            number
+            for number in self.numbers
+            if number.strategy in labels and number.scene in scenes and number.target in targets
+        )
         return self.model_copy(update={"numbers": kept})
 
 
@@ -311,7 +319,7 @@ class Experiment(Value):
     repeats: Annotated[int, Field(ge=1, le=MOST_REPEATS)] = 8
     """Number of renders of each strategy on each scene, with different seeds; intervals come from their spread."""
     targets: Annotated[tuple[Error, ...], Field(strict=False)] = DEFAULT_TARGETS
-    """Relative errors to which the report gives times (0.02 is 2 %)."""
+    """Relative errors to which the report gives times (0.02 or ``"2%"``); one alone may stand without a list."""
     crops: Annotated[tuple[Window, ...], Field(strict=False)] = ()
     """Windows that the report shows enlarged: x, y, width, height."""
     figures: Annotated[tuple[Literal["directions"], ...], Field(strict=False)] = ()
@@ -338,18 +346,11 @@ class Experiment(Value):
 
     _duration = field_validator("budget", mode="before")(lambda value: _seconds(value))
 
-    @field_validator("strategies", mode="before")
-    @classmethod
-    def _short_strategies(cls, value: object) -> object:
-        """Turn each text into a strategy labelled by that text."""
-        if not isinstance(value, list | tuple):
-            return value
-        return tuple({"label": entry, "strategy": entry} if isinstance(entry, str) else entry for entry in value)
-
     @model_validator(mode="wrap")
     @classmethod
     def _check(cls, values: Any, validate: ModelWrapValidatorHandler[Self]) -> Self:
         """Fill in names and defaults, validate, and raise one `ExperimentError` with every problem."""
+        values = _in_full(values) if isinstance(values, Mapping) else values
         problems = crossed(values) if isinstance(values, Mapping) else ()
         try:
             experiment = validate(_named(values) if isinstance(values, Mapping) else values)
@@ -370,7 +371,8 @@ class Experiment(Value):
         if "baseline" not in changes and self.baseline not in labels:
             changed["baseline"] = ""
         if "theirs" not in changes and self.theirs is not None:
-            changed["theirs"] = self.theirs.of(labels, scenes)
+            targets = Experiment.model_validate({**changed, "theirs": None}).targets
+            changed["theirs"] = self.theirs.of(labels, scenes, targets)
         if "quick" in changed and "quick" not in changes:
             changed["quick"] = self.quick.of(labels, scenes)
         return Experiment.model_validate(changed)
@@ -395,6 +397,24 @@ class Experiment(Value):
 
 def _seconds(value: object) -> object:
     return seconds_of(value) if isinstance(value, str) else value
+
+
+def _in_full(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values with short forms written in full.
+
+    A file's name among the scenes becomes a table with ``path``, and a text among the strategies a table with that text
+    as label and as strategy. A single target becomes a list.
+    """
+    full = dict(values)
+    if isinstance(scenes := values.get("scenes"), list | tuple):
+        full["scenes"] = tuple({"path": one} if isinstance(one, str | PathLike) else one for one in scenes)
+    if isinstance(strategies := values.get("strategies"), list | tuple):
+        full["strategies"] = tuple(
+            {"label": one, "strategy": one} if isinstance(one, str) else one for one in strategies
+        )
+    if isinstance(target := values.get("targets"), str | int | float):
+        full["targets"] = (target,)
+    return full
 
 
 def _named(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -181,9 +181,10 @@ def _missing_scenes(table: Mapping[str, Any], folder: Path) -> Iterator[Problem]
     """Find scene files that do not exist, to be told with the other problems of an experiment in ``folder``."""
     scenes = table.get("scenes")
     for number, entry in enumerate(scenes if isinstance(scenes, list) else ()):
-        name = entry.get("path") if isinstance(entry, Mapping) else None
+        short = isinstance(entry, str)
+        name = entry.get("path") if isinstance(entry, Mapping) else entry
         if isinstance(name, str) and not os.path.exists(folder / name):
-            yield Problem(f"scenes[{number}].path", f"there is no such file: {folder / name}")
+            yield Problem(f"scenes[{number}]{'' if short else '.path'}", f"there is no such file: {folder / name}")
 
 
 def _place(path: Path, keys: str, lines: Mapping[str, int]) -> str:
@@ -199,7 +200,7 @@ def _located(table: dict[str, Any], folder: Path) -> dict[str, Any]:
     given = table.get("folder", "")
     located = {**table, "folder": str(folder / given) if isinstance(given, str) else given}
     if isinstance(scenes, list):
-        located["scenes"] = [_join(entry, "path", folder) for entry in scenes]
+        located["scenes"] = [_join({"path": one} if isinstance(one, str) else one, "path", folder) for one in scenes]
     if isinstance(strategies, list):
         located["strategies"] = [_join(_file_of_strategy(entry, folder), "python", folder) for entry in strategies]
     if reference is not None:
@@ -328,6 +329,7 @@ def make_experiment(
     budget: float | str | None = None,
     repeats: int | None = None,
     threads: int | None = None,
+    targets: Sequence[float | str] | float | str | None = None,
     strategies: Sequence[str] = (),
     define: Mapping[str, object] | None = None,
     substitute: bool = False,
@@ -344,6 +346,8 @@ def make_experiment(
         Seconds of each run, or text such as ``"10s"``.
     repeats, threads
         Number of renders of each strategy on each scene, and of worker threads; 0 threads stand for one per processor.
+    targets
+        Relative errors to which times are given: fractions, or texts in per cent.
     strategies
         Labels of the experiment's strategies, or texts for `Strategy.parse`.
     define
@@ -366,7 +370,7 @@ def make_experiment(
         changes["crops"] = ()
     if budget is not None:
         changes["budget"] = seconds_of(budget) if isinstance(budget, str) else float(budget)
-    for name, value in (("repeats", repeats), ("threads", threads)):
+    for name, value in (("repeats", repeats), ("threads", threads), ("targets", targets)):
         if value is not None:
             changes[name] = value
     return experiment.replace(**changes) if changes else experiment

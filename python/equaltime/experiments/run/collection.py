@@ -35,7 +35,7 @@ class Changes:
 
     ``quick`` shrinks an experiment so that it ends in under a minute. ``size`` is the films' width and height in
     pixels, ``budget`` the seconds of each run. ``repeats`` is the number of renders of each strategy on each scene, and
-    ``threads`` of worker threads.
+    ``threads`` of worker threads. ``targets`` are the relative errors to which times are given.
     """
 
     quick: bool = False
@@ -43,6 +43,7 @@ class Changes:
     budget: float | None = None
     repeats: int | None = None
     threads: int | None = None
+    targets: tuple[float, ...] | None = None
 
     def of(self, experiment: Experiment) -> Experiment:
         """Return the experiment with these changes; the budget is ignored if the experiment gives sample counts."""
@@ -53,6 +54,7 @@ class Changes:
             budget=self.budget if experiment.spp is None else None,
             repeats=self.repeats,
             threads=self.threads,
+            targets=self.targets,
         )
 
 
