@@ -48,6 +48,7 @@ _OF_RENDERS: Final = (
     *("scene", "digest", "size", "crop", "max_depth", "scene_max_depth", "strategy", "strategy_in_full", "biased"),
     *("without", "frame", "seed", "decision", "sources", "spp", "stopped_by", "error", "radiance_range", "seconds"),
     *("paths", "rays", "shadow_rays", "threads", "kernel", "effects", "substitutions", "software", "build"),
+    "revisions",
 )
 """Keys of a saved render's record that are printed, and the strategy with all its keys."""
 

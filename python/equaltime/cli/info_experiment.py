@@ -65,6 +65,8 @@ def folder_summary(stored: StoredExperiment, verbose: bool = False) -> Iterator[
         yield f"machine     {machines}, {_many(stored.identity.get('threads', 0), 'thread')}"
     if builds := _measured_on(summary, "builds"):
         yield f"build       equaltime {builds}"
+    if verbose and (revisions := stored.revisions):
+        yield f"commit      {'; '.join(revisions)}"
     yield _command(stored)
     if stored.changes:
         yield f"changed     {_changes(stored)}"

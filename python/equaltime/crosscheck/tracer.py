@@ -20,6 +20,7 @@ from equaltime.errors import RenderError
 from equaltime.film.error import PixelStatistics
 from equaltime.rendering.result import Result, Stats, make_result
 from equaltime.rendering.session import origin_of
+from equaltime.revision import revision
 from equaltime.scene import Scene, geometry
 from equaltime.scene import model as m
 from equaltime.scene.model import Bsdf, SceneModel, Sensor
@@ -102,6 +103,7 @@ def render_result(scene: Scene, spp: int, seed: int) -> Result:
         shadow_rays=0,
         kernel="crosscheck",
         threads=1,
+        revisions=(revision(),),
     )
     return make_result(pixels, stats, "spp", origin_of(scene, "crosscheck", False, seed, spp, "embreex"))
 

@@ -178,6 +178,7 @@ def _stats(parts: Sequence[SavedRender]) -> Stats:
         kernel=records[0]["kernel"],
         threads=records[0]["threads"],
         effects=tuple(records[0]["effects"]),
+        revisions=tuple(dict.fromkeys(one for record in records for one in record["revisions"])),
         runs=sum(record["runs"] for record in records),
     )
 

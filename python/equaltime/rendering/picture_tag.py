@@ -16,7 +16,7 @@ __all__ = ["from_repeat", "to_repeat"]
 
 _MEASURED: Final[Mapping[str, Any]] = {
     **{"seconds": 0.0, "looks": [], "paths": 0, "rays": 0, "shadow_rays": 0, "threads": 1, "kernel": ""},
-    **{"effects": [], "build": None},
+    **{"effects": [], "build": None, "revisions": []},
 }
 """Keys that a record needs and that repeat nothing, with a value that stands for none."""
 _UNREPEATED: Final = frozenset({*_MEASURED, "runs", "phases", "rays_per_s", "focus", "radiance_range", "degrees"})

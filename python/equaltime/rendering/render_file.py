@@ -58,7 +58,8 @@ seconds, runs                rendering time of all runs together, s; number of r
 phases                       time of each phase, s; phases other than render count only the last run
 paths, rays, shadow_rays     numbers of each; rays_per_s is all rays over the seconds
 threads, kernel, effects     threads, the compiled path tracer, and the effects that the scene uses
-build                        how the core was built
+build, revisions             how the core was built; commits of equaltime that took the samples, and whether files were
+                             changed since
 ===========================  ===========================================================================================
 """
 

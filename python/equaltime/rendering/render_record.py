@@ -13,6 +13,7 @@ from equaltime.errors import ImageError, StrategyError
 from equaltime.film.sums import MOST_PIXELS_A_SECOND_NET
 from equaltime.rendering.budget import StoppedBy, StopRule
 from equaltime.rendering.decision import Counts
+from equaltime.revision import UNKNOWN_REVISION
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.strategy import Strategy
 from equaltime.validation import explain
@@ -159,6 +160,7 @@ class _Record(_Facts):
     kernel: str
     effects: list[str]
     build: dict[str, Any] | None
+    revisions: list[str] = [UNKNOWN_REVISION]
 
 
 _BEST_BEFORE = {"roulette": "throughput", "sampler": "sobol", "adaptive": "none"}

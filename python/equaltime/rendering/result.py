@@ -73,6 +73,9 @@ class Stats(Shown):
     """Facts of the build of the core, such as its compiler and the version of Embree."""
     cluster: str = ""
     """Numbers of processes, units of work and processor seconds on a cluster, in words; empty for one process."""
+    revisions: tuple[str, ...] = ()
+    """Commits of equaltime that took the samples, in order, each once: one, or more if the render was resumed or merged
+    (`equaltime.revision`)."""
     runs: int = 1
     """Number of runs that took the samples: 1, and 1 more for each time that the render was resumed; of merged renders,
     the sum."""
@@ -236,6 +239,7 @@ class Result:
             "kernel": self.stats.kernel,
             "effects": list(self.stats.effects),
             "build": dict(self.stats.build) if self.stats.build else None,
+            "revisions": list(self.stats.revisions),
         }
 
     def exposure(self, wanted: Exposure = AUTO, shown: float = 0.0) -> float:

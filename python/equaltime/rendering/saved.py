@@ -299,6 +299,7 @@ def _stats(record: Mapping[str, Any]) -> Stats:
         threads=record["threads"],
         effects=tuple(record["effects"]),
         build=record["build"],
+        revisions=tuple(record["revisions"]),
         runs=record["runs"],
     )
 

@@ -48,6 +48,7 @@ from equaltime.rendering.passes import Passes, ProgressCallback, Saving
 from equaltime.rendering.result import Result, Stats, make_result
 from equaltime.rendering.saved import SavedRender
 from equaltime.rendering.spread import SpreadRenderer, spread_renderer
+from equaltime.revision import revision
 from equaltime.scene import Scene
 from equaltime.scene.effects.focusing import focusing_surfaces
 from equaltime.statistics.intervals import Interval
@@ -115,6 +116,8 @@ class Session:
         self._resumed = Decision() if resumed is None else resumed.decision
         self._before, self._runs = (0.0, 0) if resumed is None else (resumed.seconds, resumed.runs)
         self._paths_before = 0 if resumed is None else int(resumed.record["paths"])
+        earlier = () if resumed is None else resumed.record["revisions"]
+        self._revisions = tuple(dict.fromkeys((*earlier, revision())))
         self._shown = 0.0
         if resumed is not None:
             self._take_up(resumed)
@@ -317,6 +320,7 @@ class Session:
             cluster="" if self._spread is None else self._spread.told(),
             effects=tuple(name for name, used in self.job.scene.core.effects().items() if used),
             build=build_info(),
+            revisions=self._revisions,
             runs=max(1, self._runs + (counters["paths"] > self._paths_before)),  # a run without samples is none
         )
         moments, second = self._renderer.moments, second_nets(self._renderer)

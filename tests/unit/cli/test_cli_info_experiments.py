@@ -20,6 +20,7 @@ from equaltime.cli.info_experiment import _elsewhere, _reached, _was_quick
 from equaltime.examples import example_of
 from equaltime.experiments.model.summary import StrategyResult
 from equaltime.experiments.run.folder import ExperimentFolder
+from equaltime.revision import revision
 from equaltime.statistics.intervals import UNKNOWN, Interval
 
 SCENES = Path(__file__).parents[3] / "scenes"
@@ -81,7 +82,9 @@ def test_a_folder_answers_with_its_verdict_first(
     assert line(lines, "machine").endswith(", 1 thread")
     assert line(lines, "build").startswith("equaltime ")
     assert line(lines, "report") == f"equaltime open {folder}; -v for more"
-    more = told(capsys, str(folder), "-v")[len(lines) :]
+    more = told(capsys, str(folder), "-v")
+    assert line(more, "commit") == revision()
+    more = more[len(lines) + 1 :]
     description, rows, legend, defines, in_full, commands = "\n".join(more).strip().split("\n\n")
     assert description == "Two ways to aim."
     assert defines == "box: light_scale = 0.5"

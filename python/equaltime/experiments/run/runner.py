@@ -45,6 +45,7 @@ from equaltime.images.metrics import Reference
 from equaltime.interrupts import put_off
 from equaltime.machine import worker_threads
 from equaltime.rendering.core_subject import Subject
+from equaltime.revision import revision
 from equaltime.scene import Scene
 
 if TYPE_CHECKING:  # not everyone has Dask
@@ -240,7 +241,7 @@ class _Session:
     ) -> None:
         """Run the missing runs here or on ``machines``, and note the session, also after an interruption."""
         started, load, begin = now(), os.getloadavg()[0], time.perf_counter()
-        before = len(self._done)
+        before, code = len(self._done), revision()
         try:
             if machines is None:
                 for position, turn in enumerate(left):
@@ -250,7 +251,12 @@ class _Session:
                 self._spread(left, known, origin, machines)
         finally:
             elapsed = time.perf_counter() - begin
-            facts = {"runs": len(self._done) - before, "elapsed_s": elapsed, "rendering_s": self._rendering}
+            facts = {
+                "runs": len(self._done) - before,
+                "elapsed_s": elapsed,
+                "rendering_s": self._rendering,
+                "revision": code,
+            }
             asked = {**self.asked, "directory": str(Path.cwd())} if self.asked else {}
             self.folder.note("sessions", started, {**asked, "load_average_before": load, **facts})
 

@@ -104,6 +104,12 @@ class StoredExperiment:
         return str(next((session["call"] for session in reversed(sessions) if "call" in session), ""))
 
     @property
+    def revisions(self) -> tuple[str, ...]:
+        """Commits of equaltime that made the runs, each once; an earlier version did not record them."""
+        sessions = self.summary.provenance.get("sessions", {}).values()
+        return tuple(dict.fromkeys(str(session["revision"]) for session in sessions if "revision" in session))
+
+    @property
     def directory(self) -> Path | None:
         """Working directory of the last command or call, to which its paths are relative; None without a record."""
         sessions = self.summary.provenance.get("sessions", {}).values()
