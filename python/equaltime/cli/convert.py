@@ -12,6 +12,7 @@ from equaltime.cli.options import Define, ExposureStops, Substitute, parse_defin
 from equaltime.errors import ImageError
 from equaltime.images import preview
 from equaltime.images.exposure import Exposure
+from equaltime.images.image_files import PICTURES
 from equaltime.rendering.saved import read
 from equaltime.scene import load_file
 from equaltime.scene.schema import scene_schema
@@ -68,6 +69,9 @@ def convert(
     """
     if scene.suffix.lower() == ".exr":
         return _picture_of(scene, output, exposure, quiet)
+    if scene.suffix.lower() in PICTURES:
+        kinds = "a scene file, or of pictures a render that equaltime saved as FILE.exr"
+        raise ImageError(f"{scene}: is a picture, and convert takes {kinds}; `equaltime compare` reads pictures")
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
     if not quiet:
         print_warnings(loaded)

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import OpenImageIO as oiio  # noqa: N813
@@ -22,6 +22,8 @@ from equaltime.files import replacing
 from equaltime.images.reading import complaint, excess, opened, reason, started, utf8
 
 __all__ = [
+    "PICTURES",
+    "RENDERED",
     "RGB",
     "SOFTWARE",
     "Layer",
@@ -38,6 +40,10 @@ __all__ = [
 
 SOFTWARE = f"equaltime {version('equaltime')}"
 RGB = ("R", "G", "B")
+RENDERED: Final = (".exr", ".png", ".jpg", ".jpeg")
+"""Extensions of pictures that equaltime writes."""
+PICTURES: Final = (*RENDERED, ".hdr", ".pfm", ".tif", ".tiff", ".webp", ".bmp", ".tga", ".ppm")
+"""Common extensions of pictures, to tell them from scenes in messages."""
 _SOFTWARE = ("Software", "generatedBy")
 """Attributes that name the program that wrote a file: the usual attribute, then Mitsuba's."""
 _OURS = "equaltime:"

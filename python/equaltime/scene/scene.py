@@ -19,6 +19,7 @@ import numpy as np
 from equaltime import _core
 from equaltime.errors import Problem, RenderError, SceneError
 from equaltime.examples import example_of
+from equaltime.images.image_files import PICTURES, RENDERED
 from equaltime.scene import deforming, export, geometry
 from equaltime.scene.assets import Assets
 from equaltime.scene.bare_mesh import MESHES, read_mesh
@@ -449,8 +450,10 @@ def _read(path: Path, defines: Mapping[str, object], report: Report, search: Sea
     if reader is None:
         *most, last = READERS
         message = f"unknown kind of scene file; expected {', '.join(most)} or {last}"
-        if path.suffix.lower() in (".png", ".jpg", ".jpeg"):
+        if path.suffix.lower() in RENDERED:
             message = "a picture, not a scene; if equaltime rendered it, `equaltime info` tells how"
+        elif path.suffix.lower() in PICTURES:
+            message = "a picture, not a scene; a scene file names it as an environment map or a texture"
         if not path.suffix and not path.exists():
             message = "there is no such file, and no example of that name; `equaltime examples` lists them"
         raise SceneError((Problem(str(path), message),))

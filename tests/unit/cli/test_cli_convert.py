@@ -34,3 +34,12 @@ def test_a_picture_overwrites_no_file_and_is_png_or_jpeg(saved: Path, capsys: py
         assert main(["convert", str(saved), str(saved.with_name(name))]) == 2
         assert problem in capsys.readouterr().err
     assert not saved.with_name("a.toml").exists()
+
+
+@pytest.mark.parametrize("name", ["a.pfm", "a.hdr", "a.PNG", "a.jpg", "a.tiff"])
+def test_other_pictures_are_refused_as_pictures(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / name).touch()
+    assert main(["convert", str(tmp_path / name), str(tmp_path / "b.png")]) == 2
+    said = capsys.readouterr().err
+    assert "is a picture, and convert takes a scene file, or of pictures a render that equaltime saved as" in said
+    assert "kind of scene file" not in said

@@ -325,6 +325,8 @@ def test_a_picture_is_no_scene_for_other_commands(tmp_path: Path, capsys: pytest
     (picture := tmp_path / "a.png").touch()
     assert main(["render", str(picture), "-o", str(tmp_path / "b.exr")]) == 2
     assert "a picture, not a scene; if equaltime rendered it, `equaltime info` tells how" in capsys.readouterr().err
+    assert main(["lint", str(tmp_path / "sky.hdr")]) == 2
+    assert "a picture, not a scene; a scene file names it" in capsys.readouterr().err
 
 
 def test_it_refuses_a_picture_of_another_program(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
