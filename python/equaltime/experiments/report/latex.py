@@ -66,6 +66,9 @@ def latex_table(summary: Summary) -> str:
     intervals in brackets, as in the report. If only one end of an interval can be trusted, it stands as a bound; a dash
     stands for a number that is not known. A row below each scene gives its size, its repeats and the error of its
     reference. Notes below the table explain the marks that it has, such as the star of extrapolated numbers.
+
+    Headings have two lines, and notes are broken at the width of a line. All is one box, which may stand in a float or
+    in a ``resizebox``.
     """
     units = {target: column_unit(_times(summary, target)) for target in summary.targets}
     compared = any(one.label != scene.baseline for scene in summary.scenes for one in scene.strategies)
@@ -76,16 +79,19 @@ def latex_table(summary: Summary) -> str:
     width = 2 + len(columns)
     lines = [
         f"% {summary.title}: error after the same time, time to an error, and speed-up, with 95 % intervals",
-        rf"\begin{{tabular}}{{l{'r' * (width - 1)}}}",
+        r"{\footnotesize\setlength{\tabcolsep}{4pt}%",
+        r"\begin{tabular}{@{}c@{}}",
+        rf"\begin{{tabular}}{{@{{}}l{'r' * (width - 1)}@{{}}}}",
         r"\toprule",
     ]
     for number, scene in enumerate(summary.scenes):
         lines += [r"\midrule"] * (number > 0)
-        lines += [_row(_titles(scene, columns, units)), r"\midrule", *map(_row, _rows(scene, columns, units))]
+        lines += [_headings(_titles(scene, columns, units)), r"\midrule", *map(_row, _rows(scene, columns, units))]
         lines.append(_across(_conditions(scene), width))
     left_out = [f"{what} to {percent(target)}" for what, target in every if (what, target) not in columns]
-    notes = (_across(note, width) for note in _notes(told, left_out))
-    return "\n".join([*lines, r"\bottomrule", *notes, r"\end{tabular}", ""])
+    notes = [rf"{_escaped(note)}\par" for note in _notes(told, left_out)]
+    lines += [r"\bottomrule", r"\end{tabular} \\[1ex]", r"\parbox{\linewidth}{\raggedright", *notes, r"}"]
+    return "\n".join([*lines, r"\end{tabular}}", ""])
 
 
 def write_latex(summary: Summary, path: Path) -> None:
@@ -112,9 +118,10 @@ def _is_known(summary: Summary, column: _Column, units: _Units) -> bool:
 
 
 def _titles(scene: SceneResult, columns: Sequence[_Column], units: _Units) -> tuple[str, ...]:
+    """Return the headings of the columns; those of numbers have two lines."""
     return (
         scene.name,
-        f"error after {seconds(scene.budget_s)} [%]",
+        f"error after\n{seconds(scene.budget_s)} [%]",
         *(_title(scene, column, units) for column in columns),
     )
 
@@ -122,9 +129,9 @@ def _titles(scene: SceneResult, columns: Sequence[_Column], units: _Units) -> tu
 def _title(scene: SceneResult, column: _Column, units: _Units) -> str:
     what, target = column
     if what == "speed-up":
-        return f"speed-up over {scene.baseline} to {percent(target)}"
+        return f"speed-up over\n{scene.baseline} to {percent(target)}"
     unit = units[target]
-    return f"time to {percent(target)}" + ("" if unit is None else f" [{unit.symbol.strip()}]")
+    return f"time to\n{percent(target)}" + ("" if unit is None else f" [{unit.symbol.strip()}]")
 
 
 def _rows(scene: SceneResult, columns: Sequence[_Column], units: _Units) -> Iterator[tuple[str, ...]]:
@@ -170,11 +177,24 @@ def _notes(texts: Sequence[str], left_out: Sequence[str]) -> Iterator[str]:
 
 def _across(text: str, columns: int) -> str:
     """Return a row in small print over all columns."""
-    return rf"\multicolumn{{{columns}}}{{l}}{{\footnotesize {_escaped(text)}}} \\"
+    return rf"\multicolumn{{{columns}}}{{@{{}}l}}{{\scriptsize {_escaped(text)}}} \\"
+
+
+def _headings(titles: tuple[str, ...]) -> str:
+    """Return a row of headings; each line of a heading is a row of a small table in its cell."""
+    first, *others = titles
+    stacked = (r" \\ ".join(map(_cell_text, one.splitlines())) for one in others)
+    boxes = (rf"\begin{{tabular}}[b]{{@{{}}r@{{}}}}{lines}\end{{tabular}}" for lines in stacked)
+    return " & ".join((_cell_text(first), *boxes)) + r" \\"
 
 
 def _row(texts: tuple[str, ...]) -> str:
-    return " & ".join(map(_escaped, texts)) + r" \\"
+    return " & ".join(map(_cell_text, texts)) + r" \\"
+
+
+def _cell_text(text: str) -> str:
+    """Return a text as a cell. LaTeX would take a bracket or a star at its start for an argument of the row above."""
+    return "{}" * text.startswith(("[", "*")) + _escaped(text)
 
 
 def _escaped(text: str) -> str:
