@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import shlex
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from equaltime.experiments.analysis.sentences import listed
 from equaltime.experiments.model.summary import DISAGREES, SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.words import (
     AT_LEAST,
+    AT_MOST,
     EXTRAPOLATED,
     MEDIAN,
     Cell,
@@ -26,7 +28,7 @@ from equaltime.experiments.report.words import (
     seconds,
     seconds_cell,
 )
-from equaltime.statistics.curves import BELOW
+from equaltime.statistics.curves import BELOW, BETTER, TOO_NOISY
 from equaltime.statistics.intervals import UNKNOWN, Interval
 from equaltime.statistics.runs import TYPICAL
 
@@ -36,6 +38,8 @@ _REPORT = "report.html"
 _MOST_TARGETS = 2
 _FEW_ROWS = 8
 """Largest number of rows that are all shown: a strategy that the user has named should not be missing."""
+_FEWEST_ROWS = 4
+"""Least number of rows that a line on targets without times leaves room for, where not all rows are shown."""
 _MOST_NOTES = 2
 """Largest number of notes on the verdict that are shown without ``-v``."""
 _MOST_SCENES = 2
@@ -43,12 +47,13 @@ _MOST_SCENES = 2
 _OTHER_LINES = 6
 """Lines beside rows and caveats: verdict twice, heading, what ``*`` means, what ``-v`` adds, what to open next.
 
-Times of typical runs have one more, what their mark means, and errors with a lower limit alone have one too."""
+Times of typical runs have one more, what their mark means, and errors with a lower or an upper limit alone have one
+each."""
 
 _LINES_AROUND = 5
 """Lines beside rows, caveats and meanings of marks."""
 
-_EXPLAINED = (AT_LEAST, EXTRAPOLATED.strip(), MEDIAN.strip())
+_EXPLAINED = (AT_LEAST, AT_MOST, EXTRAPOLATED.strip(), MEDIAN.strip())
 """Marks whose meanings are told without ``-v``: without a word of their own, they cannot be guessed."""
 
 _Row = tuple[SceneResult, StrategyResult]
@@ -69,15 +74,19 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     telling = [row for row in every if _tells(row[1])]
     few = len(every) <= _FEW_ROWS
     others = _OTHER_LINES + any(TYPICAL in time.note for _, one in every for time in one.time_to.values())
-    others += any(one.error_at_budget.bound == "low" for _, one in every)
-    rows = every if verbose or few else _first(telling, MOST_LINES - others - len(caveats))
+    others += len({bound for _, one in every if (bound := one.error_at_budget.bound)})
+    absent = [*_without_times(summary, quick)]
+    room = MOST_LINES - others - len(caveats)
+    if verbose or few or room - len(absent) >= _FEWEST_ROWS:
+        caveats, room = [*caveats, *absent], room - len(absent)
+    rows = every if verbose or few else _first(telling, room)
     table = _fitting(rows, summary, console.width, len(summary.targets) if verbose else _MOST_TARGETS)
     if rows:
         console.print(table)
     reasons = _reasons(summary)
     more = [_count(len(every) - len(rows), "more row")] if len(rows) < len(every) else []
-    more += [f"times to {', '.join(absent)}"] if (absent := _left_out(table, summary)) and not verbose else []
-    more += [_count(left, "more note")] if (left := len(summary.verdict_notes) - len(notes)) else []
+    more += [f"times to {', '.join(left)}"] if (left := _left_out(table, summary)) and not verbose else []
+    more += [_count(hidden, "more note")] if (hidden := len(summary.verdict_notes) - len(notes)) else []
     more += _questions(summary)
     faster = _speed_ups(summary) if verbose else []
     beyond = _short_legend(table, faster)
@@ -106,7 +115,8 @@ def every_row(summary: Summary) -> Table:
 
 def legend(summary: Summary, table: Table) -> list[str]:
     """Return the lines below ``table``, which has all strategies: meaning of numbers and marks, then caveats."""
-    caveats = [*summary.verdict_notes, *_rule(summary), *_caveats(summary, verbose=True), *_too_wide(table, summary)]
+    caveats = [*summary.verdict_notes, *_rule(summary), *_caveats(summary, verbose=True), *_without_times(summary)]
+    caveats += _too_wide(table, summary)
     faster = _speed_ups(summary)
     return [*faster, in_brackets_stands(_texts(table, faster)), *_marks(table, faster), *caveats, *_reasons(summary)]
 
@@ -197,6 +207,31 @@ def _reasons(summary: Summary, unknown: bool = False) -> list[str]:
     return [reason for scene in summary.scenes for reason in _without_error(scene, len(summary.scenes) > 1, unknown)]
 
 
+def _without_times(summary: Summary, quick: bool = False) -> Iterator[str]:
+    """Yield a line for the targets to which no strategy has a time, with the most frequent reason; targets share it.
+
+    ``quick`` tells that the experiment was run with ``--quick``, so that a better reference needs no other keys.
+    """
+    every = [one for scene in summary.scenes for one in scene.strategies]
+    reasons: dict[str, list[float]] = {}
+    for target in summary.targets:
+        times = [one.time_to[target] for one in every]
+        notes = Counter(_reason_without_time(time.note, summary, quick) for time in times if time.note)
+        if notes and not any(time.known for time in times):
+            reasons.setdefault(notes.most_common(1)[0][0], []).append(target)
+    yield from (f"No times to {listed([percent(one) for one in these])}: {why}" for why, these in reasons.items())
+
+
+def _reason_without_time(note: str, summary: Summary, quick: bool) -> str:
+    """Return the note of a time that is not known; the error of a reference becomes the range over all scenes."""
+    if TOO_NOISY not in note:
+        return note
+    errors = sorted(scene.reference_error for scene in summary.scenes)
+    spread = " to ".join(dict.fromkeys((percent(errors[0]), percent(errors[-1]))))
+    better = "without --quick it is better" if quick else BETTER
+    return f"the reference has an error of {spread}{TOO_NOISY} ({better})"
+
+
 def _below(summary: Summary) -> Iterator[str]:
     """Yield one line on all errors that the references hide, with the keys that ask for better references."""
     names: dict[str, list[str]] = {}
@@ -216,7 +251,7 @@ def _below(summary: Summary) -> Iterator[str]:
 def _questions(summary: Summary) -> list[str]:
     """Return the questions that `_reasons` answers: why errors are unknown, are not trusted, or were never measured."""
     doubted = [one.error_at_budget for scene in summary.scenes for one in scene.strategies if _has_reason(one)]
-    unknown = sum(not error.known for error in doubted)
+    unknown = sum(not (error.known or error.bound) for error in doubted)
     counts = (
         (sum(len(scene.left_out) for scene in summary.scenes), "strategy was", "strategies were", "left out"),
         (unknown, "error is", "errors are", "unknown"),

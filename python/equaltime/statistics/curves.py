@@ -52,6 +52,7 @@ from equaltime.words import duration, percent
 __all__ = [
     "AGAINST_SAMPLES",
     "BELOW",
+    "BETTER",
     "RISES",
     "STEEPEST",
     "TOO_NOISY",
@@ -93,8 +94,9 @@ _NEAR_ENOUGH = 1.15
 _AS_LONG = 1.05
 """Factor of time outside the runs from which an error counts as extrapolated: runs aim at their budget with a few per
 cent."""
-_BETTER = "reference.error and reference.seconds of an experiment file ask for a better one"
-BELOW = f"the error is below what the reference can show; {_BETTER}"
+BETTER = "reference.error and reference.seconds of an experiment file ask for a better one"
+"""Advice where a reference is too noisy."""
+BELOW = f"the error is below what the reference can show; {BETTER}"
 """Reason why an error is not known: the noise of the reference hides it."""
 RISES = "read off the mean of errors that rise with time: the last of them is above this error"
 """Note of a time within the runs to an error that the last measurement exceeds. Low-discrepancy points have such
@@ -292,7 +294,7 @@ def time_to_error(runs: Runs, target: float) -> Interval:
     if math.isnan(value):
         return runs.judged_time(UNKNOWN.doubted("too few checkpoints to extrapolate"))
     if value > end and target < runs.reference and not runs.biased:
-        return UNKNOWN.doubted(f"the reference has an error of {percent(runs.reference)}{TOO_NOISY} ({_BETTER})")
+        return UNKNOWN.doubted(f"the reference has an error of {percent(runs.reference)}{TOO_NOISY} ({BETTER})")
     if math.isinf(value) and not runs.biased:  # more samples do make it smaller, but the runs do not tell how fast
         low = _surely_until(runs, target, x.size - 1)
         why = "not reached in the runs, whose error does not fall over the last three doublings of time"
@@ -426,7 +428,7 @@ def error_at(runs: Runs, seconds: float) -> Interval:
     measured there. Between checkpoints, the logarithms of error and time are interpolated. The error is extrapolated by
     the curve's slope up to twice the longest time, and down to half of the shortest. From 5 % of time outside on, the
     field ``reach`` says how far, and ``note`` too. The value is NaN for times farther outside, or if the error is below
-    the reference's noise.
+    the reference's noise. In the second case the upper end is valid alone, unless few events make most of the error.
     """
     wanted = math.log(seconds)
 
@@ -447,7 +449,7 @@ def error_at(runs: Runs, seconds: float) -> Interval:
         return few(Interval(0.0, 0.0, 0.0), runs.repeats)
     found = _measured(log_error, runs.repeats)
     if math.isnan(found.value):
-        return UNKNOWN.doubted(BELOW if runs.is_below() else "no run is near that time")
+        return _below_noise(runs, wanted) if runs.is_below() else UNKNOWN.doubted("no run is near that time")
     if runs.tail:
         found = _no_less(found, median_interval([log_error(one, 0.0) for one in np.eye(runs.repeats)]).map(exp))
     x, _ = runs.points(np.ones(runs.repeats))
@@ -455,6 +457,24 @@ def error_at(runs: Runs, seconds: float) -> Interval:
     if reach >= _AS_LONG:
         found = replace(found, reach=reach).noted(f"extrapolated {reach:.3g} times {_side(wanted > x[-1])}")
     return runs.judged(found)
+
+
+def _below_noise(runs: Runs, wanted: float) -> Interval:
+    """Return the upper limit of an error that the reference's noise hides, at the time with the logarithm ``wanted``.
+
+    The value is unknown. The limit, at 97.5 %, is interpolated between checkpoints as the error is. A run that ends a
+    little early has its last limit, since errors fall. There is none if the time is farther outside the runs.
+    """
+    times = np.log(runs.seconds.mean(axis=0))
+    if not times[0] <= wanted <= times[-1] + math.log(_NEAR_ENOUGH):
+        return UNKNOWN.doubted(BELOW)
+    means = [mean_interval(column) for column in runs.relmse.T]
+    squares = [mean.value + math.hypot(mean.high - mean.value, Z95 * runs.shared) for mean in means]
+    logs = [math.log(square) if square > 0.0 else math.nan for square in squares]
+    limit = exp(0.5 * float(np.interp(wanted, times, logs)))
+    if math.isnan(limit) or not means[-1].trusted:
+        return UNKNOWN.doubted(BELOW)
+    return runs.judged(Interval(math.nan, 0.0, limit).bounded("high", BELOW))
 
 
 def _side(late: bool) -> str:

@@ -17,7 +17,7 @@ from equaltime.experiments.report.latex import latex_table
 from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.tables import check_table, point_table
 from equaltime.experiments.report.words import facts, percent
-from equaltime.statistics.curves import BELOW, RISES
+from equaltime.statistics.curves import BELOW, BETTER, RISES, TOO_NOISY
 from equaltime.statistics.intervals import UNKNOWN, Interval
 from equaltime.statistics.runs import TYPICAL
 
@@ -316,8 +316,7 @@ def test_the_legend_and_the_latex_table_have_the_same_marks_with_the_same_meanin
     assert str(next(iter(column.cells))).endswith("s\N{NARROW NO-BREAK SPACE}*\N{NARROW NO-BREAK SPACE}\N{DAGGER}")
     told = [text.replace("%", r"\%").replace("\N{GREATER-THAN OR EQUAL TO}", r"$\ge$") for text in legend(half, table)]
     told = [text.replace("* ", "$^*$ ", 1).replace("\N{DAGGER} ", r"$^\dagger$ ", 1) for text in told]
-    notes = [line.partition(r"\footnotesize ")[2].removesuffix(r"} \\") for line in latex_table(half).splitlines()]
-    *same, dash = [note for note in notes if note and "pixels" not in note]
+    *same, dash = [line.removesuffix(r"\par") for line in latex_table(half).splitlines() if line.endswith(r"\par")]
     assert dash.startswith("--: unknown, not trusted, or ")
     assert {re.sub(r"^(\S+[$)]):", r"\1", note) for note in same} <= set(told)
     assert len(same) == 5
@@ -326,6 +325,40 @@ def test_the_legend_and_the_latex_table_have_the_same_marks_with_the_same_meanin
 def test_names_with_brackets_are_shown_as_they_are(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     named = changed(summary(tmp_path), "best", lambda one: replace(one, label="best[bold] of[/x] all"))
     assert printed(named, tmp_path, capsys)[4].startswith("best[bold] of[/x] all ")
+
+
+def test_targets_without_any_time_are_named_with_the_reason(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    note = f"the reference has an error of 0.2 %{TOO_NOISY} ({BETTER})"
+    found = summary(tmp_path)
+    for label in ("naive", "cut", "best"):
+        found = changed(
+            found,
+            label,
+            lambda one: replace(one, time_to={**one.time_to, **dict.fromkeys((0.02, 0.01), UNKNOWN.doubted(note))}),
+        )
+    told = (
+        "No times to 2 % and 1 %: the reference has an error of 0.2 %, too much for times beyond the runs to a smaller "
+    )
+    print_summary(found, tmp_path, quick=True)
+    assert (
+        f"{told}one (without --quick it is better)"
+        in capsys.readouterr().out.replace("\N{NARROW NO-BREAK SPACE}", " ").splitlines()
+    )
+    print_summary(found, tmp_path)
+    assert f"{told}one ({BETTER})" in capsys.readouterr().out.replace("\N{NARROW NO-BREAK SPACE}", " ").splitlines()
+
+
+def test_an_error_that_the_reference_hides_has_its_upper_limit(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    hidden = Interval(math.nan, 0.0, 0.00347).bounded("high", BELOW)
+    lines = printed(
+        changed(summary(tmp_path), "best", lambda one: replace(one, error_at_budget=hidden)), tmp_path, capsys
+    )
+    (row,) = [line for line in lines if line.startswith("best ")]
+    assert "\N{LESS-THAN OR EQUAL TO} 0.347 %" in row.replace("\N{NARROW NO-BREAK SPACE}", " ")
+    assert any(line.startswith("\N{LESS-THAN OR EQUAL TO} at most, ") for line in lines)
+    assert not any("unknown" in line for line in lines)
 
 
 @pytest.mark.parametrize("scenes", [1, 4])

@@ -239,6 +239,37 @@ def test_an_error_below_the_noise_of_the_reference_is_the_least_there_is() -> No
     assert error_at(nothing, end).doubt.startswith("the error is below what the reference can show; reference.error")
 
 
+def below_the_noise(rng: np.random.Generator, square: float, shared: float) -> Runs:
+    """Return runs whose expected squared error at the end is ``square``, measured by a reference with noise."""
+    falls = square * np.array([256.0, 16.0, 1.0])
+    noise = shared * rng.standard_normal()
+    relmse = falls * rng.gamma(50.0, 1.0 / 50.0, (6, 3)) + noise
+    return Runs(seconds=np.tile([1.0, 16.0, 256.0], (6, 1)), relmse=relmse, shared=shared)
+
+
+def test_an_error_that_the_noise_of_the_reference_hides_has_an_upper_limit_that_holds() -> None:
+    """The limit is at 97.5 %: of 1,000 references at most 42 may give a smaller one than the error (p > 0.001).
+
+    A limit that left the reference's noise out would fail far more often.
+    """
+    rng, square, shared = np.random.default_rng(3), 1e-4, 1e-4
+    found = [(runs, error_at(runs, 256.0)) for runs in (below_the_noise(rng, square, shared) for _ in range(1000))]
+    limits = np.array([error.high if error.bound == "high" else math.inf for runs, error in found if runs.is_below()])
+    assert limits.size > 990
+    assert np.count_nonzero(limits < square**0.5) <= 42
+    assert np.median(limits) < (square + 3.0 * shared) ** 0.5
+    without = [mean_interval(runs.relmse[:, -1]).high for runs, _ in found]
+    assert np.count_nonzero(np.array(without) < square) > 300
+
+
+def test_the_upper_limit_of_a_hidden_error_is_none_where_light_may_be_missing() -> None:
+    runs = below_the_noise(np.random.default_rng(5), 1e-4, 1e-4)
+    assert error_at(runs, 280.0).bound == "high", "runs may end a little early"
+    assert not error_at(runs, 512.0).bound
+    assert not error_at(replace(runs, missing="light"), 256.0).bound
+    assert not error_at(replace(runs, doubt="heavy tail"), 256.0).bound
+
+
 def test_no_number_stays_none() -> None:
     assert math.isnan(exp(math.nan))
     assert exp(1e4) == math.inf

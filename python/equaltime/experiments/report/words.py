@@ -17,6 +17,7 @@ from equaltime.statistics.runs import TYPICAL
 
 __all__ = [
     "AT_LEAST",
+    "AT_MOST",
     "DISAGREEING",
     "ERROR_UNIT",
     "EXTRAPOLATED",
@@ -45,7 +46,7 @@ __all__ = [
     "worker_runs",
 ]
 
-AT_LEAST, _AT_MOST = "\N{GREATER-THAN OR EQUAL TO}", "\N{LESS-THAN OR EQUAL TO}"
+AT_LEAST, AT_MOST = "\N{GREATER-THAN OR EQUAL TO}", "\N{LESS-THAN OR EQUAL TO}"
 
 _MINUS = "\N{MINUS SIGN}"
 
@@ -71,7 +72,7 @@ _MEANINGS: Mapping[str, str] = {
     DISAGREEING: "no number, since the renderer's picture is not that of the reference",
     _UNTOLD: f"both ends of the interval are more than {TELLING:g} times off the number",
     AT_LEAST: "at least, since the upper end of the interval cannot be trusted",
-    _AT_MOST: "at most, since the lower end of the interval cannot be trusted",
+    AT_MOST: "at most, since the lower end of the interval cannot be trusted",
     EXTRAPOLATED: "extrapolated beyond the runs, or before their first measurement, or read off where measured errors "
     "rise",
     MEDIAN: "of typical runs: a median over repeats. A speed-up is the median over pairs of repeats. Errors are root "
@@ -159,7 +160,7 @@ def factor_cell(interval: Interval) -> Cell:
     A ratio of 0 or infinity means that one of the two strategies does not reach the error; it is printed as a bound.
     """
     if interval.trusted and interval.value in (0.0, math.inf):
-        end, sign = (interval.low, AT_LEAST) if interval.value else (interval.high, _AT_MOST)
+        end, sign = (interval.low, AT_LEAST) if interval.value else (interval.high, AT_MOST)
         if 0.0 < end < math.inf:
             return Cell(f"{sign} {_short(end)}{_TIMES}", note=interval.note, state="untrusted")
     return _cell(interval, _FACTOR)
@@ -264,11 +265,15 @@ def _cell(interval: Interval, unit: Unit) -> Cell:
     """
     if DISAGREES in interval.note and not interval.known:
         return Cell(DISAGREEING, note=interval.note, state="untrusted")
+    if math.isnan(interval.value) and interval.bound == "high":
+        return Cell(
+            f"{AT_MOST} {_short(interval.high * unit.scale)}{unit.symbol}", note=interval.note, state="untrusted"
+        )
     if not interval.known:
         return Cell(_UNTOLD if TOO_WIDE in interval.note else "unknown", note=interval.note, state="unknown")
     if not interval.trusted:
         end = {"low": interval.low, "high": interval.high}.get(interval.bound, math.nan) * unit.scale
-        sign = AT_LEAST if interval.bound == "low" else _AT_MOST
+        sign = AT_LEAST if interval.bound == "low" else AT_MOST
         said = f"{sign} {_short(end)}{unit.symbol}" if math.isfinite(end) and end > 0.0 else "not trusted"
         return Cell(said, note=interval.note or "no reason was recorded", state="untrusted")
     value, low, high = (number * unit.scale for number in (interval.value, interval.low, interval.high))
