@@ -7,10 +7,19 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from matplotlib.figure import Figure
 
 from equaltime.experiments.model.summary import SceneResult, Summary
 from equaltime.experiments.report import page
-from equaltime.experiments.report.charts import clearest, curve_titles, draw_curves, draw_dots, has_dots
+from equaltime.experiments.report.charts import (
+    clearest,
+    curve_titles,
+    draw_curves,
+    draw_dots,
+    has_dots,
+    tick,
+    with_one_point,
+)
 from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.page import without_marks
 from equaltime.statistics.intervals import UNKNOWN
@@ -198,3 +207,32 @@ def test_the_page_has_a_chart_for_each_error_that_is_reached(
     charts = [str(svg["aria-label"]) for svg in shown.all("svg") if "Time to an error" in str(svg.get("aria-label"))]
     assert len(charts) == 2 * len(TARGETS)
     assert all("box0, box1" in chart for chart in charts)
+
+
+@pytest.mark.parametrize("high", [1.1, 1.3, 1.7, 2.4, 3.5, 6.0, 30.0, 300.0, 4e3, 1e7, 1e12])
+@pytest.mark.parametrize("low", [0.0013, 0.32, 1.0, 47.0])
+@pytest.mark.parametrize("most", [4.0, 8.0])
+def test_an_axis_has_three_labelled_ticks_or_more_and_not_too_many(low: float, high: float, most: float) -> None:
+    axes = Figure().add_subplot()
+    axes.set(xscale="log", xlim=(low, low * high))
+    tick(axes.xaxis, lambda value: f"{value:.3g}", most)
+    places = [place for place in axes.xaxis.get_major_locator()() if low <= place <= low * high]
+    words = [axes.xaxis.get_major_formatter()(place) for place in places]
+    assert 3 <= len(words) <= max(most, 6.0)
+    assert len(set(words)) == len(words)
+
+
+def test_a_curve_of_one_point_is_called_so_in_the_legend_and_below_the_chart(
+    found: Summary, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(page, "write_figures", lambda *_: ())
+    first, second = found.scenes
+    naive, *others = first.strategies
+    curve = naive.curve
+    one = replace(curve, spp=curve.spp[:1], seconds=curve.seconds[:1], error=curve.error[:1])
+    changed = replace(first, strategies=(replace(naive, curve=one), *others))
+    legend = draw_curves(changed, TARGETS, LOOKS, (6.0, 4.0), legend=True).axes[0].get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == ["naive, one point", "cut (biased)", "best"]
+    text = page.write_report(replace(found, scenes=(changed, second)), tmp_path).read_text("utf-8")
+    assert text.count("naive has one point: no slope can be told, and no line drawn.") == 1
+    assert with_one_point(second) == ""

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from equaltime.experiments.analysis.sentences import listed
 from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.looks import GRID, INK, MUTED, Style
 from equaltime.experiments.report.telling import says_slower
@@ -29,6 +30,7 @@ __all__ = [
     "is_drawn",
     "tick",
     "unmarked",
+    "with_one_point",
     "without_curve",
 ]
 
@@ -55,7 +57,7 @@ def draw_curves(
     _scale(axes, scene)
     _frame(axes, ("left", "bottom"))
     _draw_marks(axes, scene, targets)
-    tick(axes.xaxis, seconds)
+    tick(axes.xaxis, seconds, min(_MOST_TICKS, _TIMES_AN_INCH * size[0]))
     tick(axes.yaxis, percent)
     axes.set_xlabel("time, first sample to image", color=INK)
     axes.set_ylabel("error (root mean square of the runs)", color=INK)
@@ -100,6 +102,15 @@ def without_curve(scene: SceneResult) -> str:
             why = next((error.note for error in strategy.curve.error if error.note), "none of its errors is known")
             told.append(f"{strategy.label} has no curve: {why}.")
     return " ".join(told)
+
+
+def with_one_point(scene: SceneResult) -> str:
+    """Return a sentence on the strategies that have a single point in the chart; empty without such ones."""
+    names = [strategy.label for strategy in scene.strategies if len(_drawn(strategy)) == 1]
+    if not names:
+        return ""
+    have = "have one point each" if len(names) > 1 else "has one point"
+    return f"{listed(names)} {have}: no slope can be told, and no line drawn."
 
 
 def has_typical_times(scene: SceneResult) -> bool:
@@ -157,7 +168,7 @@ def _draw_curve(axes: Axes, strategy: StrategyResult, look: Style, order: int) -
         "markersize": 5.5,
         "linewidth": 1.8,
     }
-    label = f"{_SHOWN}{strategy.named}" if points else None
+    label = f"{_SHOWN}{strategy.named}{', one point' * (len(points) == 1)}" if points else None
     axes.plot(times, sure, **style, label=label, gid=_curve_gid(order), zorder=3)
     if pale := _places(strategy, pale=True):
         axes.plot(times, values, **style, markevery=pale, alpha=_PALE, gid=_curve_gid(order, pale=True), zorder=2.9)
@@ -219,19 +230,41 @@ def _draw_marks(axes: Axes, scene: SceneResult, targets: Sequence[float]) -> Non
         )
 
 
-def tick(axis: Any, words: Callable[[float], str], most: float = 8.0) -> None:
+_MOST_TICKS = 8.0
+"""Number of ticks from which an axis of curves has powers of ten alone."""
+_TIMES_AN_INCH = 1.3
+"""Labels of times per inch of a figure's width that do not touch."""
+
+
+def tick(axis: Any, words: Callable[[float], str], most: float = _MOST_TICKS) -> None:
     """Put ticks on a logarithmic axis at 1, 2 and 5 times powers of ten.
 
-    If these are more than ``most`` ticks, only powers of ten get a tick. The function ``words`` formats the number at a
-    tick.
+    If these are more than ``most`` ticks, only powers of ten get a tick. If fewer than `_FEWEST_TICKS` are within the
+    axis, more multiples of powers of ten get one, and in the end round numbers at equal distances. The function
+    ``words`` formats the number at a tick.
     """
     ticker = optional("matplotlib.ticker")
     low, high = axis.get_view_interval()
-    decades = math.log10(high / low)
-    steps, count = ((1.0, 2.0, 5.0), 20) if 3.0 * decades < most else ((1.0,), max(2, round(most)))
-    axis.set_major_locator(ticker.LogLocator(subs=steps, numticks=count))
+    many = 3.0 * math.log10(high / low) < most
+    found = (_multiples(low, high, steps) for steps in (_STEPS[2:] if many else _STEPS))
+    places = next((ticks for ticks in found if len(ticks) >= _FEWEST_TICKS), None)
+    if places is None:
+        places = [place for place in ticker.MaxNLocator(4).tick_values(low, high) if low <= place <= high]
+    axis.set_major_locator(ticker.FixedLocator(places[:: math.ceil(len(places) / max(2.0, most))]))
     axis.set_major_formatter(ticker.FuncFormatter(lambda value, _: words(value)))
     axis.set_minor_formatter(ticker.NullFormatter())
+
+
+_FEWEST_TICKS = 3
+"""Least number of labelled ticks of an axis: two do not show that it is logarithmic."""
+_STEPS = ((1.0,), (1.0, 3.0), (1.0, 2.0, 5.0), (1.0, 1.5, 2.0, 3.0, 5.0, 7.0), tuple(map(float, range(1, 10))))
+"""Multiples of powers of ten that get a tick: the first ones that give enough ticks."""
+
+
+def _multiples(low: float, high: float, steps: Sequence[float]) -> list[float]:
+    """Return the numbers from ``low`` to ``high`` that are one of the ``steps`` times a power of ten, ascending."""
+    powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    return [place for power in powers for step in steps if low <= (place := float(f"{step}e{power}")) <= high]
 
 
 _TYPICAL_TIMES = (

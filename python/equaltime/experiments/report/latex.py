@@ -118,7 +118,7 @@ def _is_known(summary: Summary, column: _Column, units: _Units) -> bool:
 
 
 def _titles(scene: SceneResult, columns: Sequence[_Column], units: _Units) -> tuple[str, ...]:
-    """Return the headings of the columns; those of numbers have two lines."""
+    """Return the headings of the columns; headings of numbers have two lines."""
     return (
         scene.name,
         f"error after\n{seconds(scene.budget_s)} [%]",

@@ -12,7 +12,14 @@ from typing import Any
 from equaltime.experiments.analysis.sentences import Answer
 from equaltime.experiments.analysis.verdict import verdict
 from equaltime.experiments.model.summary import SceneResult, Summary
-from equaltime.experiments.report.charts import has_dots, has_pale_points, has_typical_times, unmarked, without_curve
+from equaltime.experiments.report.charts import (
+    has_dots,
+    has_pale_points,
+    has_typical_times,
+    unmarked,
+    with_one_point,
+    without_curve,
+)
 from equaltime.experiments.report.figures import NARROW, WIDE, chart, dots, write_figures
 from equaltime.experiments.report.films import FilmView, film_view, write_animation
 from equaltime.experiments.report.footnotes import letter, shared_remarks
@@ -339,7 +346,7 @@ def _scene_view(
         narrow_chart=chart(scene, f"{name}-narrow", summary.targets, look, NARROW),
         legend=tuple(label_row(scene, strategy, look[strategy.label]) for strategy in scene.strategies),
         has_pale_points=has_pale_points(scene),
-        hidden=" ".join(filter(None, (hidden_curves(scene), without_curve(scene)))),
+        hidden=" ".join(filter(None, (hidden_curves(scene), without_curve(scene), with_one_point(scene)))),
         has_typical_times=has_typical_times(scene),
         tables=_tables(name, scene, summary, look),
         points=point_table(name, scene, look).telling(is_quick(summary)),
