@@ -70,9 +70,9 @@ def render(
     scene
         A loaded scene, the path of a scene file, or nested dictionaries with Mitsuba's names (`load_dict`).
     spp
-        Samples per pixel. Without ``spp``, ``time`` and ``error``, the scene's own sample count is taken, or else 64.
-        One sample alone gives no standard error. If several of the three limits are given, the first one reached ends
-        the render.
+        Samples per pixel. Where sample counts follow the noise (``adaptive``), the mean is a few per cent off. Without
+        ``spp``, ``time`` and ``error``, the scene's own sample count is taken, or else 64. One sample alone gives no
+        standard error. If several of the three limits are given, the first one reached ends the render.
     time
         Seconds from the first sample of this run to the final film. If the limit falls within a pass, the pass is not
         completed: some pixels then have fewer samples, or none. Outputs that the scene asks for beside the image take

@@ -133,7 +133,7 @@ def _of_render(path: Path, verbose: bool, as_json: bool) -> int:
         with suppress(StrategyError):  # of another version
             record = {**record, "strategy_in_full": Strategy.parse(checked(record, path)["strategy"]).in_full}
         told = (name for name in _OF_RENDERS if record.get(name) not in (None, [], False))
-        rows = ((name.replace("_", " "), _of_record(name, record[name])) for name in told)
+        rows = ((name.replace("_", " "), _of_record(name, record[name]) + _range(name, record)) for name in told)
         print_lines(["", *in_columns(rows)])
     return 0
 
@@ -180,6 +180,14 @@ def _of_experiment(path: Path, experiment: Experiment, verbose: bool, as_json: b
 def _print_more(parts: Iterable[Table | str]) -> None:
     for part in parts:
         plain_console().print("", part, sep="\n", soft_wrap=isinstance(part, str), markup=False, highlight=False)
+
+
+def _range(name: str, record: Mapping[str, Any]) -> str:
+    """Return the least and the most samples of a pixel, behind their mean if they differ; empty for other facts."""
+    samples = record["samples"]
+    if name != "spp" or samples["min"] == samples["max"]:
+        return ""
+    return f", the mean of {samples['min']:,} to {samples['max']:,}: more where it is noisy"
 
 
 def _of_record(name: str, value: Any) -> str:

@@ -12,7 +12,7 @@ from equaltime.cli.recorded import CHANGED, recorded_options, recorded_scene
 from equaltime.errors import EqualtimeError
 from equaltime.rendering.origin import Origin
 from equaltime.rendering.render_record import checked
-from equaltime.rendering.stated import paths_up_to, samples_in_words, stated
+from equaltime.rendering.stated import asked_samples, paths_up_to, samples_in_words, stated
 from equaltime.scene.frames import Frame, frame_pattern
 from equaltime.statistics.in_words import error_range
 from equaltime.statistics.intervals import UNKNOWN, Interval
@@ -45,8 +45,8 @@ def saved_render(path: Path, record: Record, resumable: bool, verbose: bool = Fa
     record = checked(record, path)
     error = UNKNOWN if record["error"] is None else Interval.from_dict(record["error"])
     width, height = record["size"]
-    number, position = stated(Origin.from_record(record)), record.get("position")
-    spp = samples_in_words(record["spp"], position[0] if record["stopped_by"] == "spp" and position else None)
+    number = stated(Origin.from_record(record))
+    spp = samples_in_words(record["spp"], asked_samples(record["stopped_by"], record.get("position")))
     said = f"{number.noun} {error_range(error)}{number.of_paths}"
     yield f"{path}: {said}, {spp} in {duration_of_runs(record['seconds'], record['runs'])}"
     yield f"shows     {record['scene'] or 'a scene made in memory'} at {width}x{height}{_parts(record)}"

@@ -25,7 +25,7 @@ from equaltime.quoting.observer import ENDED_FIRST
 from equaltime.quoting.pilot import Quote
 from equaltime.rendering.outputs import asked_for
 from equaltime.rendering.result import Result
-from equaltime.rendering.stated import stated
+from equaltime.rendering.stated import asked_samples, not_as_asked, stated
 from equaltime.scene import Scene
 from equaltime.scene.bare_mesh import MESHES
 from equaltime.scene.lint import Finding
@@ -77,7 +77,8 @@ def headline(result: Result) -> str:
     seeds = f" of {len(origin.sources)} seeds" if origin.sources else ""
     said = ", ".join([f"{number.noun} {error_range(result.error)}{number.of_paths}", *bias(result)])
     missing = f"; {number.missing}" if number.missing else ""
-    return f"{width}x{height}, {result.spp:.4g} spp{seeds}, {said}{missing}"
+    why = not_as_asked(result.spp, asked_samples(result.stopped_by, result.position))
+    return f"{width}x{height}, {result.spp:.4g} spp{why}{seeds}, {said}{missing}"
 
 
 def bias(result: Result) -> list[str]:

@@ -9,7 +9,7 @@ from equaltime.cli.messages import Written, bias, headline, selects_images
 from equaltime.quoting.pilot import FEWEST, Quote
 from equaltime.rendering.budget import Looks, Stop
 from equaltime.rendering.result import Result
-from equaltime.rendering.stated import samples_in_words, stated
+from equaltime.rendering.stated import asked_samples, samples_in_words, stated
 from equaltime.statistics.in_words import count, error_range, time_range
 from equaltime.strategy import Strategy
 from equaltime.words import duration, duration_of_runs, percent
@@ -45,7 +45,7 @@ def outcome(result: Result, written: Written, quote: Quote | None, first: bool =
     seconds = duration_of_runs(stats.seconds, stats.runs)
     said = f"{number.noun} {error_range(result.error)}{number.of_paths}"
     because = bias(result)
-    asked = result.position[0] if result.stopped_by == "spp" and result.position else None
+    asked = asked_samples(result.stopped_by, result.position)
     exact = ", unbiased" if because == ["unbiased"] else ""
     yield f"{_end(result)}: {said} in {seconds}, {samples_in_words(result.spp, asked)}{exact} -> {written}"
     if about := "; ".join([*(word for word in because if word != "unbiased"), *filter(None, [number.missing])]):

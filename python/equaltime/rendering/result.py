@@ -29,7 +29,7 @@ from equaltime.rendering.origin import Origin
 from equaltime.rendering.output_files import AovPicture, check_output, keep_others, keep_work
 from equaltime.rendering.picture_tag import to_repeat
 from equaltime.rendering.render_file import FORMAT, RenderFile
-from equaltime.rendering.stated import paths_up_to, stated
+from equaltime.rendering.stated import asked_samples, not_as_asked, paths_up_to, stated
 from equaltime.statistics.in_words import count, error_range
 from equaltime.statistics.intervals import Interval
 from equaltime.strict_json import to_json
@@ -351,7 +351,8 @@ class Result:
         number, asked = stated(self.origin), self.origin.scene_max_depth
         asks = f" (the scene asks for {paths_up_to(asked)})" if number.paths and asked is not None else ""
         error = f"{number.noun} {error_range(self.error)}{number.of_paths}{asks}"
-        return f"{width}x{height}, {count(self.spp)} spp, {error}, stopped by {self.stopped_by}"
+        spp = f"{count(self.spp)} spp{not_as_asked(self.spp, asked_samples(self.stopped_by, self.position))}"
+        return f"{width}x{height}, {spp}, {error}, stopped by {self.stopped_by}"
 
     def __repr__(self) -> str:
         return f"Result({self._summary()})"

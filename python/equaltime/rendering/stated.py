@@ -15,7 +15,17 @@ from equaltime.rendering.origin import Origin
 from equaltime.statistics.in_words import count
 from equaltime.strategy import Strategy
 
-__all__ = ["Stated", "different_problems", "other_depth", "paths_up_to", "samples_in_words", "shorter", "stated"]
+__all__ = [
+    "Stated",
+    "asked_samples",
+    "different_problems",
+    "not_as_asked",
+    "other_depth",
+    "paths_up_to",
+    "samples_in_words",
+    "shorter",
+    "stated",
+]
 
 _COMPARE = "the bias is not in the noise: `equaltime compare` with a render by `best` measures it"
 
@@ -56,8 +66,20 @@ def samples_in_words(spp: float, asked: int | None) -> str:
     ``asked`` is the number that ended the render; None if another limit did. Adaptive counts follow the noise, so that
     their mean is a few percent off.
     """
-    told = f"{count(spp)} samples a pixel"
-    return told if asked is None or round(spp) == asked else f"{told} (for {asked}: more where it is noisy)"
+    return f"{count(spp)} samples a pixel{not_as_asked(spp, asked)}"
+
+
+def not_as_asked(spp: float, asked: int | None) -> str:
+    """Return in brackets why a mean number of samples a pixel is not the number ``asked``; empty if it is."""
+    return "" if asked is None or round(spp) == asked else f" (for {asked:,}: more where it is noisy)"
+
+
+def asked_samples(stopped_by: str, position: Sequence[int] | None) -> int | None:
+    """Return the samples a pixel that were asked for, if they ended a render; None if another limit did.
+
+    ``stopped_by`` and ``position`` are the values of its record.
+    """
+    return position[0] if stopped_by == "spp" and position else None
 
 
 def shorter(depth: int, other: int | None) -> int:

@@ -323,4 +323,5 @@ def test_a_picture_and_its_render_have_the_same_digits(tmp_path: Path, capsys: p
     capsys.readouterr()
     assert main(["info", str(path.with_suffix(".png"))]) == 0
     result = et.read(path)
-    assert f"32x32, {count(result.spp)} spp, error {error_range(result.error)}," in capsys.readouterr().out
+    spp = f"{count(result.spp)} spp (for 64: more where it is noisy)"
+    assert f"32x32, {spp}, error {error_range(result.error)}," in capsys.readouterr().out

@@ -7,10 +7,13 @@ from typing import Any
 
 import pytest
 
+import equaltime as et
+from equaltime.cli.messages import headline
 from equaltime.images.image_files import Window
 from equaltime.rendering.origin import Origin
-from equaltime.rendering.stated import different_problems, other_depth, shorter, stated
+from equaltime.rendering.stated import asked_samples, different_problems, not_as_asked, other_depth, shorter, stated
 
+CORNELL = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
 ALL, UP_TO_8 = "the scene asks for all paths", "the scene asks for paths up to depth 8"
 BIAS = "the bias is not in the noise: `equaltime compare` with a render by `best` measures it"
 
@@ -106,3 +109,21 @@ def record(max_depth: int, asked: int, digest: str, scene: str = "box.toml") -> 
 )  # fmt: skip
 def test_images_of_different_problems_are_noted(records: list[dict[str, Any]], notes: list[str]) -> None:
     assert list(different_problems([(Path(f"{i}.exr"), said) for i, said in enumerate(records)])) == notes
+
+
+def test_a_mean_of_samples_that_is_not_the_number_asked_for_has_the_reason() -> None:
+    assert asked_samples("spp", (1024, 1024, 0)) == 1024
+    assert asked_samples("time", (1024, 1024, 0)) is None
+    assert asked_samples("spp", None) is None
+    assert not_as_asked(1033.2, 1024) == " (for 1,024: more where it is noisy)"
+    assert not_as_asked(1024.0, 1024) == not_as_asked(1033.2, None) == ""
+
+
+def test_a_result_and_its_file_say_why_it_has_more_samples_than_were_asked_for() -> None:
+    scene = et.load(CORNELL).with_(size=(32, 32))
+    result = et.render(scene, spp=64, seed=1)
+    assert round(result.spp) != 64, "counts follow the noise"
+    assert f" {round(result.spp)} spp (for 64: more where it is noisy), " in str(result)
+    assert " spp (for 64: more where it is noisy), " in headline(result)
+    even = et.render(scene, spp=4, seed=1, strategy="mis")
+    assert " 4 spp, " in str(even)
