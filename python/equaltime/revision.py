@@ -24,7 +24,8 @@ def revision(package: Path = _PACKAGE) -> str:
     """Return the commit of equaltime's sources: 40 hexadecimal digits, and whether tracked files were changed.
 
     In a checkout git tells it. A wheel has a file with the commit that it was built from. The answer is ``unknown``
-    without either. It is found once, so that it belongs to the files that this process began with.
+    without either. It is found once, so that it belongs to the files that this process began with. In a checkout it is
+    the commit of the Python files; the compiled core may be older, and ``core_sha256`` of experiments identifies it.
 
     ``package`` is the folder of the package.
     """

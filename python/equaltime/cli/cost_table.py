@@ -87,7 +87,7 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     more = [_count(len(every) - len(rows), "more row")] if len(rows) < len(every) else []
     more += [f"times to {', '.join(left)}"] if (left := _left_out(table, summary)) and not verbose else []
     more += [_count(hidden, "more note")] if (hidden := len(summary.verdict_notes) - len(notes)) else []
-    more += _questions(summary)
+    more += [*_questions(summary), *_unknown_cells(table)]
     faster = _speed_ups(summary) if verbose else []
     beyond = _short_legend(table, faster)
     unknown = (
@@ -258,6 +258,13 @@ def _questions(summary: Summary) -> list[str]:
         (len(doubted) - unknown, "error", "errors", "cannot be trusted"),
     )
     return [f"why {number} {one if number == 1 else many} {what}" for number, one, many, what in counts if number]
+
+
+def _unknown_cells(table: Table) -> list[str]:
+    """Return the question why times of the table are unknown, which `_reasons` answers; none if all are known."""
+    times = [column for column in table.columns if str(column.header).startswith("time to ")]
+    count = sum(str(cell) == "unknown" for column in times for cell in column.cells)
+    return [f"why {_count(count, 'time')} {'is' if count == 1 else 'are'} unknown"] if count else []
 
 
 def _has_reason(result: StrategyResult) -> bool:

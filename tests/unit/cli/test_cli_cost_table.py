@@ -281,7 +281,7 @@ def test_up_to_eight_strategies_are_all_shown_also_without_a_number(
     assert [text.split()[0] for text in lines[2:5]] == ["naive", "cut", "best"]
     assert lines[5:7] == [
         "cut: no repeats",
-        f"equaltime info {tmp_path} -v shows {LEFT_OUT} and why 1 error is unknown",
+        f"equaltime info {tmp_path} -v shows {LEFT_OUT}, why 1 error is unknown and why 2 times are unknown",
     ]
 
 
@@ -346,6 +346,14 @@ def test_targets_without_any_time_are_named_with_the_reason(tmp_path: Path, caps
     )
     print_summary(found, tmp_path)
     assert f"{told}one ({BETTER})" in capsys.readouterr().out.replace("\N{NARROW NO-BREAK SPACE}", " ").splitlines()
+
+
+def test_unknown_times_of_the_table_point_to_their_reasons(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    none = UNKNOWN.doubted("the error varies too much between repeats to tell how it goes on")
+    found = changed(summary(tmp_path), "naive", lambda one: replace(one, time_to=dict.fromkeys(one.time_to, none)))
+    lines = printed(found, tmp_path, capsys)
+    assert any(line.startswith("naive ") and line.count("unknown") == 2 for line in lines)
+    assert any(line.startswith("equaltime info ") and "why 2 times are unknown" in line for line in lines)
 
 
 def test_an_error_that_the_reference_hides_has_its_upper_limit(
