@@ -19,7 +19,7 @@ from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.tables import time_table
 from equaltime.experiments.report.words import factor_cell, plain_cell, seconds_cell
 from equaltime.statistics.intervals import TOO_WIDE, UNKNOWN, Interval, product_mean
-from equaltime.statistics.runs import TYPICAL
+from equaltime.statistics.runs import MISSING, TYPICAL
 
 from .fake_summary import curve
 
@@ -135,6 +135,37 @@ def test_scenes_of_which_something_is_known_are_counted_and_a_single_one_is_name
 
 def test_an_interval_beats_a_lower_end_at_a_smaller_error() -> None:
     assert "(25 to 36)" in said((FAR, TIME), (FAR_RATIO, AT_LEAST))
+
+
+def test_a_measured_gain_comes_before_a_limit_of_another_scene() -> None:
+    """The scene with a limit may have the largest gain: its baseline shows the least of its own error."""
+    dark = replace(scene((TIME, TIME), (AT_LEAST, AT_LEAST)), name="dark")
+    gains = [Interval(800.0, 300.0, 2000.0), Interval(90.0, 60.0, 100.0)]
+    rooms = [
+        replace(scene((TIME, TIME), (UNKNOWN, UNKNOWN), efficiency=gain), name=name)
+        for gain, name in zip(gains, ("hall", "room"), strict=True)
+    ]
+    answer = answer_of([*rooms, dark], TARGETS)
+    assert answer.text.startswith(
+        "On average over 2 of 3 scenes (geometric mean), for the same error, a typical run of best needs about 270 "
+        "times less time than one of naive (158 to 426)"
+    )
+    assert answer.notes[:2] == (
+        "The gain is 90 times on room to 800 times on hall.",
+        "To 5 % error, only a limit of the speed-up over naive is known: at least 25 times on dark. "
+        "A larger limit does not show a larger gain.",
+    )
+    measured = answer_of([scene((TIME, TIME), (RATIO, RATIO)), dark], TARGETS)
+    assert measured.text.startswith("On box (1 of 2 scenes), best is about 30 times faster than naive (25 to 36)")
+    assert any("at least 25 times on dark" in note for note in measured.notes)
+    assert "limit" not in verdict([scene((TIME, TIME), (RATIO, RATIO))], TARGETS)
+
+
+def test_a_limit_says_that_the_baseline_may_have_met_too_little_light() -> None:
+    unlit = FAR_RATIO.bounded("low", f"baseline: {MISSING}")
+    assert "best is at least 25 times faster than naive (samples of naive may have met too little light): " in said(
+        (TIME, TIME), (unlit, unlit)
+    )
 
 
 def test_a_ratio_whose_upper_end_alone_is_sound_is_not_said() -> None:

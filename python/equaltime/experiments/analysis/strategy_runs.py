@@ -33,7 +33,7 @@ from equaltime.statistics.curves import (
     typical_interval,
 )
 from equaltime.statistics.intervals import FEWEST_REPEATS, UNKNOWN, Z95, Interval, exp, join
-from equaltime.statistics.runs import TYPICAL, Runs
+from equaltime.statistics.runs import MISSING, TYPICAL, Runs
 from equaltime.strategy import Strategy
 
 __all__ = ["StrategyRuns", "efficiency", "fewer_samples", "runs_of", "speed_up"]
@@ -156,9 +156,7 @@ def _missing(parts: BiasVariance, relmse: float) -> str:
 
     The spread over repeats does not show a common offset.
     """
-    if not parts.bias2.low > _MOST_BIAS * abs(relmse):
-        return ""
-    return "all its images differ from the reference alike: images or reference lack light, or the strategy is biased"
+    return MISSING if parts.bias2.low > _MOST_BIAS * abs(relmse) else ""
 
 
 def speed_up(baseline: Runs, runs: Runs, target: float) -> Interval:

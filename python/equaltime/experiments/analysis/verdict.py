@@ -13,14 +13,14 @@ from dataclasses import replace
 from equaltime.experiments.analysis.combination import combination_verdict
 from equaltime.experiments.analysis.pictures import other_pictures
 from equaltime.experiments.analysis.questions import bias_verdict, efficiency_verdict, samples_verdict
-from equaltime.experiments.analysis.sentences import Answer, across, compared, joined, less_time, where
+from equaltime.experiments.analysis.sentences import Answer, across, compared, joined, less_time, listed, where
 from equaltime.experiments.analysis.winners import best_per_scene, fastest, is_own, quotient
 from equaltime.experiments.model.experiment import Question
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.statistics.agreement import LEVEL
 from equaltime.statistics.in_words import about, figure, in_time, span
 from equaltime.statistics.intervals import Interval, product_mean, sound, sound_below
-from equaltime.statistics.runs import TYPICAL
+from equaltime.statistics.runs import MISSING, TYPICAL
 from equaltime.words import percent
 
 __all__ = ["headline_target", "pick_standard", "verdict"]
@@ -47,9 +47,9 @@ def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Q
     For the question ``time`` the answer has two numbers: the speed-up of the standard strategy (usually ``best``) over
     the baseline, and its time to an error. Both numbers are for the smallest target error at which their intervals are
     trusted, on all scenes if possible. Numbers that need no extrapolation are preferred, then numbers for which only
-    the baseline is extrapolated. Without a trusted speed-up, a speed-up with a trusted lower limit is used, then the
-    efficiency of typical runs. The last choice is an error that the baseline does not reach, which makes the speed-up a
-    lower limit.
+    the baseline is extrapolated. Without a trusted speed-up on any scene, the answer is the efficiency of typical runs.
+    The last choice is a speed-up of which only the lower limit is known, for example because the baseline does not
+    reach the error. A note has the limits of the scenes that the answer leaves out: limits cannot be compared.
     """
     if question == "bias":
         return bias_verdict(scenes, LEVEL)
@@ -71,22 +71,22 @@ def headline_target(scenes: Sequence[SceneResult], targets: Sequence[float], que
 
 def _answer_in_time(scenes: Sequence[SceneResult], targets: Sequence[float]) -> tuple[Answer, float | None]:
     """Return the answer to the question ``time``, and the error whose time it gives (None if it gives none)."""
-    tests: list[tuple[bool, _Test]] = [
-        (everywhere, test) for everywhere in (True, False) for test in (sound, sound_below)
-    ]
-    if not _typical(scenes):  # which says more than a limit
+    tests: list[tuple[bool, _Test]] = [(True, sound), (False, sound)]
+    if not _typical(scenes):  # a measured number says more than a limit
         tests += [(True, _is_limit), (False, _is_limit)]
     for everywhere, ratio_is_good in tests:
         for reach in _REACHES:
             for target in sorted(targets):
                 found = [one for scene in scenes if (one := _at(scene, target, reach, ratio_is_good)) is not None]
                 if found and (len(found) == len(scenes) or not everywhere):
-                    answer = _speed_up(found, target, len(scenes)).then(fastest(scenes, target))
+                    limits = _limits([one for one in scenes if one not in [named for named, _ in found]], target)
+                    answer = _speed_up(found, target, len(scenes)).noted([limits]).then(fastest(scenes, target))
                     return _with_own(answer, scenes, target), target
     alone = _time_alone(scenes, targets)
     if alone is None:
         return _without_ratio(scenes, alone), None
-    answer = _without_ratio(scenes, alone).then(fastest(scenes, alone[2]))
+    limits = _limits(scenes, alone[2]) if len(scenes) > 1 else ""
+    answer = _without_ratio(scenes, alone).noted([limits]).then(fastest(scenes, alone[2]))
     return _with_own(answer, scenes, alone[2]), alone[2]
 
 
@@ -129,7 +129,7 @@ def _speed_up(found: Sequence[_Found], target: float, count: int) -> Answer:
     times = [strategy.time_to[target] for _, strategy in found]
     ratios = [_limited(strategy.ratio[target]) for _, strategy in found]
     label, baseline = joined(strategy.label for _, strategy in found), joined(scene.baseline for scene, _ in found)
-    faster = compared(label, product_mean(ratios), baseline) + _not_reached(found, target)
+    faster = compared(label, product_mean(ratios), baseline) + _why_a_limit(found, target)
     each = [(scene.name, strategy.time_to[target]) for scene, strategy in found]
     several = len(found) > 1
     farthest, reach = max(times, key=lambda time: time.reach), max(ratio.reach for ratio in ratios)
@@ -144,13 +144,33 @@ def _speed_up(found: Sequence[_Found], target: float, count: int) -> Answer:
     return Answer(f"{place}, {faster}: {percent(target)} error in {across(each, in_time)}{limits}.").noted(notes)
 
 
-def _not_reached(found: Sequence[_Found], target: float) -> str:
-    """Return in brackets why the baseline does not reach ``target``; empty if it does."""
+def _why_a_limit(found: Sequence[_Found], target: float) -> str:
+    """Return in brackets why speed-ups to ``target`` are limits: by the baseline's time; empty if that is known."""
     for scene, strategy in found:
-        if math.isinf(strategy.ratio[target].value):
+        ratio = strategy.ratio[target]
+        if math.isinf(ratio.value):
             baseline = next(one for one in scene.strategies if one.label == scene.baseline)
             return f" ({baseline.time_to[target].note.partition('; ')[0] or 'not reached'})"
+        if not ratio.trusted and MISSING in ratio.note:
+            return f" (samples of {scene.baseline} may have met too little light)"
     return ""
+
+
+def _limits(scenes: Sequence[SceneResult], target: float) -> str:
+    """Return sentences on scenes where only a lower limit of the standard's speed-up is known; empty without any."""
+    found = [
+        one
+        for scene in scenes
+        if (one := _at(scene, target, _REACHES[-1], lambda ratio: _is_limit(ratio) and not sound(ratio)))
+    ]
+    if not found:
+        return ""
+    limits = [f"{figure(strategy.ratio[target].low)} times on {scene.name}" for scene, strategy in found]
+    baseline = joined(scene.baseline for scene, _ in found)
+    return (
+        f"To {percent(target)} error, only a limit of the speed-up over {baseline} is known: at least "
+        f"{listed(limits)}. A larger limit does not show a larger gain."
+    )
 
 
 def _with_own(answer: Answer, scenes: Sequence[SceneResult], target: float) -> Answer:
@@ -228,7 +248,7 @@ def _without_ratio(scenes: Sequence[SceneResult], alone: tuple[SceneResult, Stra
     reached = f"{strategy.label} reaches {percent(target)} error in {in_time(time)}{limits}."
     if typical:
         place = f"On {scene.name}" if len(scenes) > 1 else "There"
-        return Answer.of((typical, f"{place}, {reached}"), notes)
+        return Answer.of((typical, f"{place}, {reached}"), [_typical_ends(scenes), *notes])
     answer = f"On {scene.name}, {reached}"
     if strategy.label == scene.baseline:
         alone_there = len(scene.strategies) == 1
@@ -275,11 +295,7 @@ def _time_alone(
 
 def _typical(scenes: Sequence[SceneResult]) -> str:
     """Return a sentence on the median efficiency of the standard strategy; empty if none is trusted."""
-    found = [
-        (scene, strategy)
-        for scene, strategy in _standards(scenes)
-        if strategy.label != scene.baseline and sound(strategy.efficiency)
-    ]
+    found = _with_efficiency(scenes)
     if not found:
         return ""
     labels, baseline = joined(s.label for _, s in found), joined(scene.baseline for scene, _ in found)
@@ -289,6 +305,24 @@ def _typical(scenes: Sequence[SceneResult]) -> str:
         f"{place}, for the same error, a typical run of {labels} needs {less_time(gain, f'one of {baseline}')}, if "
         "errors go on to fall as 1/sqrt(time)."
     )
+
+
+def _typical_ends(scenes: Sequence[SceneResult]) -> str:
+    """Return a sentence on the smallest and the largest efficiency of the standard strategy; empty for one scene."""
+    found = sorted(_with_efficiency(scenes), key=lambda one: one[1].efficiency.value)
+    if len(found) < 2:
+        return ""
+    least, most = (f"{about(one[1].efficiency)} times on {one[0].name}" for one in (found[0], found[-1]))
+    return f"The gain is {least} to {most}."
+
+
+def _with_efficiency(scenes: Sequence[SceneResult]) -> list[_Found]:
+    """Return the scenes on which the standard strategy's efficiency is known, with the strategy."""
+    return [
+        (scene, strategy)
+        for scene, strategy in _standards(scenes)
+        if strategy.label != scene.baseline and sound(strategy.efficiency)
+    ]
 
 
 def _standards(scenes: Sequence[SceneResult]) -> Iterator[_Found]:
