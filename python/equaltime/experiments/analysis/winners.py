@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from equaltime.experiments.analysis.sentences import joined, listed
+from equaltime.experiments.analysis.sentences import listed
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.statistics.in_words import in_time
 from equaltime.statistics.intervals import Interval, product_mean, sound, sound_below
@@ -17,7 +17,7 @@ from equaltime.words import percent
 __all__ = ["best_per_scene", "fastest", "is_own", "quotient"]
 
 _MOST_EQUAL = 3
-"""Largest number of strategies without a clear difference that a sentence names as the best of a scene."""
+"""Largest number of equally good strategies that a sentence names as the best of a scene."""
 
 _KNOWN, _RUNS = " of those whose time is known", " in typical runs"
 
@@ -28,7 +28,7 @@ _Measure = Callable[[StrategyResult], Interval]
 class _Winners:
     scene: str
     strategies: tuple[StrategyResult, ...]
-    """Strategies than which none is clearly better."""
+    """The best strategy, and those whose intervals overlap with its interval."""
     value: Interval
     """The best of their numbers."""
     among: str
@@ -44,13 +44,20 @@ class _Winners:
 def fastest(scenes: Sequence[SceneResult], target: float) -> str:
     """Return a sentence that names the strategy that first reaches the error ``target`` on each scene.
 
-    The text is empty where the verdict tells it otherwise: if each scene's standard is its fastest strategy and no
-    method of one's own takes part, or only other renderers on one scene, which have a sentence of their own.
+    Strategies whose intervals overlap with that of the first are named with it. The text is empty where the verdict
+    tells it otherwise: if each scene's standard is its fastest strategy, alone or with the baseline. It is not empty
+    beside a method of one's own. On one scene other renderers do not count, since they have a sentence of their own.
     """
-    found = [one for scene in scenes if (one := _winners(scene, lambda s: s.time_to[target])) is not None]
-    standards = {scene.name: scene.standard for scene in scenes}
-    beaten = any(standards[one.scene] not in one.labels for one in found)
-    if not found or not (beaten or any(_has_own(scene, len(scenes) == 1) for scene in scenes)):
+    pairs = [(scene, _winners(scene, lambda s: s.time_to[target])) for scene in scenes]
+    found = [one for _, one in pairs if one is not None]
+    beaten = any(scene.standard not in one.labels for scene, one in pairs if one is not None)
+    equal = any(
+        _is_rival(scene, strategy, len(scenes) == 1)
+        for scene, one in pairs
+        if one is not None
+        for strategy in one.strategies
+    )
+    if not found or not (beaten or equal or any(_has_own(scene, len(scenes) == 1) for scene in scenes)):
         return ""
     among = "".join(words for words in (_KNOWN, _RUNS) if any(words in one.among for one in found))
     time = f", {in_time(found[0].value)}" if len(scenes) == 1 and beaten else ""
@@ -75,6 +82,8 @@ def best_per_scene(scenes: Sequence[SceneResult]) -> str:
 def _winners(scene: SceneResult, measure: _Measure) -> _Winners | None:
     """Return the strategies with the smallest numbers; None if there are less than two, or no number is known.
 
+    All strategies whose interval overlaps with that of the smallest number are equally good. A test of pairs would be
+    narrower, but does not hold for the smallest of several numbers, which is chosen after the runs.
     Medians of typical runs are compared with means of other strategies. Means are given where rare events make little
     of the error, and are the numbers of typical runs too.
     """
@@ -83,15 +92,10 @@ def _winners(scene: SceneResult, measure: _Measure) -> _Winners | None:
     if not known or len(rivals) < 2:
         return None
     _, least = min(known, key=lambda one: one[1].value)
-    best = [(s, number) for s, number in known if number is least or not _clearly_below(least, number)]
+    best = [(s, number) for s, number in known if number.low <= least.high]
     unknown = any(not sound(number) and not _is_above(number, least) for _, number in rivals)
     typical = any(TYPICAL in number.note for _, number in best)
     return _Winners(scene.name, tuple(s for s, _ in best), least, _KNOWN * unknown + _RUNS * typical)
-
-
-def _clearly_below(number: Interval, other: Interval) -> bool:
-    ratio = quotient(number, other)
-    return number.high < other.low if ratio is None else ratio.high < 1.0
 
 
 def _is_above(number: Interval, least: Interval) -> bool:
@@ -113,7 +117,15 @@ def _has_own(scene: SceneResult, alone: bool) -> bool:
 
     ``alone`` tells that the scene is the only one, on which other renderers have a sentence of their own.
     """
-    return any(is_own(scene, one) and not (alone and one.renderer != "core") for one in scene.strategies)
+    return any(is_own(scene, one) and _is_rival(scene, one, alone) for one in scene.strategies)
+
+
+def _is_rival(scene: SceneResult, strategy: StrategyResult, alone: bool) -> bool:
+    """Tell whether a strategy is neither standard nor baseline, nor another renderer with a sentence of its own.
+
+    ``alone`` tells that the scene is the only one, on which other renderers have such a sentence.
+    """
+    return strategy.label not in (scene.standard, scene.baseline) and not (alone and strategy.renderer != "core")
 
 
 def is_own(scene: SceneResult, strategy: StrategyResult) -> bool:
@@ -127,6 +139,6 @@ def _told(found: Sequence[_Winners], scenes: int) -> str:
     places: dict[str, list[str]] = {}
     for one in found:
         count = len(one.strategies)
-        text = joined(s.named for s in one.strategies) if count <= _MOST_EQUAL else f"{count} strategies"
-        places.setdefault(f"{text} (no clear difference)" if count > 1 else text, []).append(one.scene)
+        text = listed([s.named for s in one.strategies]) if count <= _MOST_EQUAL else f"{count} strategies"
+        places.setdefault(f"{text} (about equally)" if count > 1 else text, []).append(one.scene)
     return ", ".join(text if scenes == 1 else f"{text} on {listed(names)}" for text, names in places.items())
