@@ -344,7 +344,7 @@ def test_several_renderers_that_failed_are_told_with_their_scenes() -> None:
     known = replace(strategy("mine"), renderer="command", agreement_p=1e-9, difference=bound)
     unknown = replace(known, label="theirs", difference=UNKNOWN)
     said = verdict([scene(known), scene(unknown, name="room")], (0.1,))
-    assert "mine on box is 10 % off (0 to 10), theirs on room (p < 0.0001). Such runs need a box filter" in said
+    assert "mine on box is off by up to 10 %, theirs on room (p < 0.0001). Such runs need a box filter" in said
     assert "the scene's own; {filter} in a command stands for it. Errors below 5 times the difference" in said
     assert verdict([scene(unknown)], (0.1,)).endswith("No error and no time is given for it.")
 
@@ -385,9 +385,12 @@ def test_samples_of_typical_runs_are_not_those_of_the_mean() -> None:
 
 def test_a_bias_of_a_known_size_at_the_most_is_an_upper_limit() -> None:
     limit = Interval(0.01, -0.02, 0.025).bounded("high", "it differs")
-    assert "wrong is 1 % off (0 to 2.5)." in bias_verdict([scene(strategy("wrong", 1e-9, limit))], LEVEL)
-    none = replace(limit, value=-0.001)
-    assert "wrong is off by 0 to 2.5 %." in bias_verdict([scene(strategy("wrong", 1e-9, none))], LEVEL)
+    for bias in (limit, replace(limit, value=-0.001)):
+        found = bias_verdict([scene(strategy("wrong", 1e-9, bias))], LEVEL)
+        assert "wrong is off by up to 2.5 %." in found
+        assert "too small for its size to be told: the reference of box has an error of 1 %." in found
+    sure = bias_verdict([scene(strategy("wrong", 1e-9, Interval(0.2, 0.19, 0.21)))], LEVEL)
+    assert "reference" not in sure
 
 
 @pytest.mark.parametrize(

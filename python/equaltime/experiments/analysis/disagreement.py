@@ -38,14 +38,9 @@ def least_error(difference: Interval | None) -> float:
 def off_by(difference: Interval) -> str:
     """Return a difference of pictures in per cent: ``35 % (30 to 41)``.
 
-    If only the upper end of its interval is valid, the interval begins at 0: ``35 % (0 to 282)``, or ``0 to 282 %``
-    without a measured value above 0.
+    If only the upper end of its interval is valid, the text is ``up to 41 %``.
     """
-    if difference.bound != "high":
-        return in_percent(difference)
-    if difference.value <= 0.0:
-        return f"0 to {percent(difference.high)}"
-    return in_percent(replace(difference, low=0.0))
+    return f"up to {percent(difference.high)}" if difference.bound == "high" else in_percent(difference)
 
 
 def reason(difference: Interval | None) -> str:

@@ -54,7 +54,7 @@ def differing_renderers(scenes: Sequence[SceneResult]) -> str:
 
 
 def size_of(bias: Interval | None) -> str:
-    """Return a bias in per cent with its interval, or that it is not known."""
+    """Return a bias in per cent with its interval, or its upper limit, or that it is not known."""
     if bias is None or (bias.bound != "high" and (not bias.trusted or bias.low <= 0.0)):
         return "(how much is not known)"
     off = off_by(bias)

@@ -47,7 +47,7 @@ def bias_verdict(scenes: Sequence[SceneResult], level: float) -> Answer:
     notes = [f"{beginning}{together(items)}." for beginning, items, together in said[1:]]
     if found or right:
         notes.append(f"Compared with {standard}; the risk of a false alarm is {figure(100.0 * level)} %.")
-    notes += filter(None, [differing_renderers(scenes)])
+    notes += filter(None, [*map(_hidden, scenes), differing_renderers(scenes)])
     if said:
         return Answer.listing(*said[0]).noted(notes)
     return Answer.of(notes[:1] or ["No other strategy was compared."], notes[1:])
@@ -58,6 +58,17 @@ def _could_hide(bias: Interval | None) -> str:
     if bias is None or not bias.trusted or not 0.0 < bias.high < math.inf:
         return ""
     return f" (it could be off by up to {percent(bias.high)})"
+
+
+def _hidden(scene: SceneResult) -> str:
+    """Return a sentence if the reference's noise hides the size of a bias that was found; else empty."""
+    limited = any(one.unequal and one.bias is not None and one.bias.bound == "high" for one in scene.strategies)
+    if not (limited and scene.reference_error > 0.0):
+        return ""
+    return (
+        f"A bias of up to a limit is too small for its size to be told: the reference of {scene.name} has an error of "
+        f"{percent(scene.reference_error)}."
+    )
 
 
 def _cause(scenes: Sequence[SceneResult]) -> str:
