@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import html
+import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from decimal import Decimal
@@ -18,10 +19,12 @@ __all__ = [
     "figure",
     "nearest",
     "percent",
+    "rounded",
     "seconds_of",
     "shortened",
     "suggestion",
     "time_unit",
+    "with_ends",
     "without_numbers",
 ]
 
@@ -83,6 +86,27 @@ def time_unit(seconds: float) -> tuple[str, float]:
 def figure(number: float) -> str:
     """Return a number as text with three significant digits and without exponent: ``0.0523``, ``6.4``, ``1,040``."""
     return f"{float(f'{number:.3g}'):,.12g}"
+
+
+def rounded(number: float, digits: int = 2) -> str:
+    """Return a number with this many significant digits, and without an exponent: ``0.035``, ``3.5``, ``1,200``."""
+    if number == 0.0 or not math.isfinite(number):
+        return f"{number:g}"
+    number = float(f"{number:.{digits - 1}e}")
+    places = digits - 1 - math.floor(math.log10(abs(number)))
+    return f"{number:,.{max(places, 0)}f}"
+
+
+def with_ends(value: float, low: float, high: float) -> tuple[str, str, str]:
+    """Return a number and the ends of its interval as text, with as many digits as tell the number from both ends.
+
+    These are two to six significant digits. A number that equals an end has the digits that tell it from the other.
+    """
+    for digits in range(2, 7):
+        number, least, most = (rounded(each, digits) for each in (value, low, high))
+        if (number != least or value == low) and (number != most or value == high):
+            break
+    return number, least, most
 
 
 def percent(error: float) -> str:

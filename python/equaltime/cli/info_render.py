@@ -14,7 +14,6 @@ from equaltime.rendering.origin import Origin
 from equaltime.rendering.render_record import checked
 from equaltime.rendering.stated import asked_samples, paths_up_to, samples_in_words, stated
 from equaltime.scene.frames import Frame, frame_pattern
-from equaltime.statistics.in_words import error_range
 from equaltime.statistics.intervals import UNKNOWN, Interval
 from equaltime.words import duration_of_runs, percent
 
@@ -47,7 +46,7 @@ def saved_render(path: Path, record: Record, resumable: bool, verbose: bool = Fa
     width, height = record["size"]
     number = stated(Origin.from_record(record))
     spp = samples_in_words(record["spp"], asked_samples(record["stopped_by"], record.get("position")))
-    said = f"{number.noun} {error_range(error)}{number.of_paths}"
+    said = f"{number.noun} {error:%}{number.of_paths}"
     yield f"{path}: {said}, {spp} in {duration_of_runs(record['seconds'], record['runs'])}"
     yield f"shows     {record['scene'] or 'a scene made in memory'} at {width}x{height}{_parts(record)}"
     yield f"ended     as {_end(record)}"

@@ -29,7 +29,7 @@ from equaltime.rendering.stated import asked_samples, not_as_asked, stated
 from equaltime.scene import Scene
 from equaltime.scene.bare_mesh import MESHES
 from equaltime.scene.lint import Finding
-from equaltime.statistics.in_words import count, error_range, time_range
+from equaltime.statistics.in_words import count
 from equaltime.strict_json import json_text, to_json
 from equaltime.words import without_numbers
 
@@ -75,7 +75,7 @@ def headline(result: Result) -> str:
     height, width = result.samples.shape
     origin, number = result.origin, stated(result.origin)
     seeds = f" of {len(origin.sources)} seeds" if origin.sources else ""
-    said = ", ".join([f"{number.noun} {error_range(result.error)}{number.of_paths}", *bias(result)])
+    said = ", ".join([f"{number.noun} {result.error:%}{number.of_paths}", *bias(result)])
     missing = f"; {number.missing}" if number.missing else ""
     why = not_as_asked(result.spp, asked_samples(result.stopped_by, result.position))
     return f"{width}x{height}, {result.spp:.4g} spp{why}{seeds}, {said}{missing}"
@@ -91,7 +91,7 @@ def bias(result: Result) -> list[str]:
     origin, number = result.origin, stated(result.origin)
     by = []
     if result.bias is not None:
-        by.append(f"without {', '.join(origin.without)}, which makes {error_range(result.bias)} of it")
+        by.append(f"without {', '.join(origin.without)}, which makes {result.bias:%} of it")
     if number.by_strategy or (origin.biased and not by):
         by.append(origin.strategy)
     if by:
@@ -311,8 +311,8 @@ def print_quote(quote: Quote, resumed: bool = False) -> None:
     ``resumed`` tells whether the render is resumed, so that the time is only that of this run.
     """
     number = stated(quote.origin)
-    spent = time_range(quote.seconds) + " of this run" * resumed
-    said = f"{number.noun} {error_range(quote.error)}{number.of_paths} after {spent}"
+    spent = f"{quote.seconds:s}" + " of this run" * resumed
+    said = f"{number.noun} {quote.error:%}{number.of_paths} after {spent}"
     doubt = f"; in doubt: {quote.error.doubt}" if quote.error.doubt else ""
     print_lines([f"Expect {said}, about {count(quote.spp.value)} samples a pixel{doubt}"])
 

@@ -11,7 +11,7 @@ from equaltime.quoting.noise_light import NoiseLight
 from equaltime.quoting.noise_places import NoisePlaces
 from equaltime.quoting.pilot import FEWEST, Quote
 from equaltime.rendering.stated import stated
-from equaltime.statistics.in_words import count, error_range, megabytes, rounded, time_range
+from equaltime.statistics.in_words import count, megabytes, rounded
 from equaltime.statistics.intervals import Interval
 from equaltime.words import duration, percent
 
@@ -74,20 +74,20 @@ def _numbers(found: Quote, asked: Asked) -> Iterator[str]:
     if asked.seconds is not None:
         spp = law.samples_in(asked.seconds) if several else found.spp
         error = law.error_at(spp.value) if several else found.error
-        said = f"{number.noun} {error_range(error)}{number.of_paths}, about {count(spp.value)} samples a pixel"
+        said = f"{number.noun} {error:%}{number.of_paths}, about {count(spp.value)} samples a pixel"
         if spp.value < FEWEST:
             said = _too_few(found)
         yield f"In {duration(asked.seconds)}: {said}"
     if asked.spp is not None:
         error = law.error_at(asked.spp) if several else found.error
         seconds = law.seconds_for(Interval(asked.spp, asked.spp, asked.spp)) if several else found.seconds
-        said = f"{number.noun} {error_range(error)}{number.of_paths}" if asked.spp >= FEWEST else _too_few(found)
+        said = f"{number.noun} {error:%}{number.of_paths}" if asked.spp >= FEWEST else _too_few(found)
         samples = f"{count(asked.spp)} sample{'s' * (asked.spp != 1)}"
-        yield f"With {samples} a pixel: {said}" + (f" after {time_range(seconds)}" if asked.spp >= FEWEST else "")
+        yield f"With {samples} a pixel: {said}" + (f" after {seconds:s}" if asked.spp >= FEWEST else "")
     if asked.error is not None:
         spp = law.samples_until(asked.error) if several else found.spp
         seconds = law.seconds_for(spp) if several else found.seconds
-        said = f"{number.noun}{number.of_paths} surely below {percent(asked.error)} after {time_range(seconds)}"
+        said = f"{number.noun}{number.of_paths} surely below {percent(asked.error)} after {seconds:s}"
         yield f"{said[0].upper()}{said[1:]}, about {count(spp.value)} samples a pixel"
 
 
@@ -99,7 +99,7 @@ def _of_pilot(law: Law) -> float:
 def _too_few(found: Quote) -> str:
     least = found.law.seconds_for(Interval(FEWEST, FEWEST, FEWEST))
     noun = stated(found.origin).noun
-    return f"no {noun} can be known: it takes {FEWEST} samples a pixel, which take {time_range(least)}"
+    return f"no {noun} can be known: it takes {FEWEST} samples a pixel, which take {least:s}"
 
 
 def _biased(found: Quote) -> Iterator[str]:
@@ -115,9 +115,7 @@ def _prices(found: Quote) -> Iterator[str]:
     law = found.law
     pilot = _of_pilot(law)
     reached = f"under {duration(law.seconds_for(Interval(pilot, pilot, pilot)).value)}"
-    times = {
-        error: time_range(found.prices[error]) if error in found.prices else reached for error in sorted(_LOOKS)[::-1]
-    }
+    times = {error: f"{found.prices[error]:s}" if error in found.prices else reached for error in sorted(_LOOKS)[::-1]}
     width = max(map(len, times.values()))
     yield f"How long until the {stated(found.origin).noun} is surely below"
     yield from (f"  {percent(error):>5}   {time:<{width}}   {_LOOKS[error]}" for error, time in times.items())

@@ -9,7 +9,7 @@ from equaltime.quoting.law import Law
 from equaltime.quoting.noise_light import NoiseLight
 from equaltime.quoting.noise_places import NoisePlaces
 from equaltime.quoting.pilot import Quote
-from equaltime.statistics.in_words import error_range, rounded, time_range
+from equaltime.statistics.in_words import rounded
 from equaltime.statistics.intervals import Interval
 from equaltime.words import duration, percent
 
@@ -28,17 +28,17 @@ def details(found: Quote, asked_why: bool | None) -> Iterator[tuple[str, str]]:
     None leaves it to the quote.
     """
     law = found.law
-    yield "time", time_range(found.seconds)
+    yield "time", f"{found.seconds:s}"
     spp = found.spp
     yield "samples per pixel", f"{rounded(spp.value, 3)} ({rounded(spp.low, 3)} to {rounded(spp.high, 3)})"
-    yield "error", error_range(found.error)
+    yield "error", f"{found.error:%}"
     memory = (rounded(1e-6 * number, 3) for number in (found.memory.value, found.memory.low, found.memory.high))
     yield "memory", "{} MB ({} to {})".format(*memory)
     exponent = f"{law.exponent:.2f} ± {1.96 * law.exponent_doubt:.2f}"
     yield "law", f"{percent(law.error)} at {law.samples} spp, falling as spp^-({exponent})"
     yield "speed", f"{duration(law.seconds_per_sample)} for one spp"
     for target, seconds in found.prices.items():
-        yield f"{percent(target)} takes", time_range(seconds)
+        yield f"{percent(target)} takes", f"{seconds:s}"
     if found.places is not None:
         yield from _places(found.places)
     if found.light is not None:

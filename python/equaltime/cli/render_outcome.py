@@ -10,7 +10,7 @@ from equaltime.quoting.pilot import FEWEST, Quote
 from equaltime.rendering.budget import Looks, Stop
 from equaltime.rendering.result import Result
 from equaltime.rendering.stated import asked_samples, samples_in_words, stated
-from equaltime.statistics.in_words import count, error_range, time_range
+from equaltime.statistics.in_words import count
 from equaltime.strategy import Strategy
 from equaltime.words import duration, duration_of_runs, percent
 
@@ -43,7 +43,7 @@ def outcome(result: Result, written: Written, quote: Quote | None, first: bool =
     """
     number, stats = stated(result.origin), result.stats
     seconds = duration_of_runs(stats.seconds, stats.runs)
-    said = f"{number.noun} {error_range(result.error)}{number.of_paths}"
+    said = f"{number.noun} {result.error:%}{number.of_paths}"
     because = bias(result)
     asked = asked_samples(result.stopped_by, result.position)
     exact = ", unbiased" if because == ["unbiased"] else ""
@@ -161,5 +161,5 @@ def _price(result: Result, quote: Quote) -> Iterator[str]:
         return
     for target, seconds in smaller:
         if seconds.value > result.stats.seconds:
-            yield f"{percent(target)} takes {time_range(seconds)} in all: --resume --error {100.0 * target:g}%"
+            yield f"{percent(target)} takes {seconds:s} in all: --resume --error {100.0 * target:g}%"
             return

@@ -30,7 +30,7 @@ from equaltime.rendering.output_files import AovPicture, check_output, keep_othe
 from equaltime.rendering.picture_tag import to_repeat
 from equaltime.rendering.render_file import FORMAT, RenderFile
 from equaltime.rendering.stated import asked_samples, not_as_asked, paths_up_to, stated
-from equaltime.statistics.in_words import count, error_range
+from equaltime.statistics.in_words import count
 from equaltime.statistics.intervals import Interval
 from equaltime.strict_json import to_json
 from equaltime.words import Shown, duration, duration_of_runs
@@ -350,7 +350,7 @@ class Result:
         height, width = self.samples.shape
         number, asked = stated(self.origin), self.origin.scene_max_depth
         asks = f" (the scene asks for {paths_up_to(asked)})" if number.paths and asked is not None else ""
-        error = f"{number.noun} {error_range(self.error)}{number.of_paths}{asks}"
+        error = f"{number.noun} {self.error:%}{number.of_paths}{asks}"
         spp = f"{count(self.spp)} spp{not_as_asked(self.spp, asked_samples(self.stopped_by, self.position))}"
         return f"{width}x{height}, {spp}, {error}, stopped by {self.stopped_by}"
 

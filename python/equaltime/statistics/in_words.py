@@ -1,6 +1,6 @@
 """Intervals in words, such as ``2.1 s (1.9 to 2.4)``: one unit for the number and both ends.
 
-Sentences about a render have two significant digits (`error_range`, `time_range`). Results of measurements have the
+Estimates of a render have at least two significant digits (`Interval.__format__`). Results of measurements have the
 digits that their interval leaves sure (`in_percent`, `in_time`), as in tables (`places`).
 """
 
@@ -9,12 +9,11 @@ from __future__ import annotations
 import math
 
 from equaltime.statistics.intervals import Interval
-from equaltime.words import figure, time_unit
+from equaltime.words import figure, rounded, time_unit
 
 __all__ = [
     "about",
     "count",
-    "error_range",
     "exponent",
     "figure",
     "in_percent",
@@ -24,7 +23,6 @@ __all__ = [
     "probability",
     "rounded",
     "span",
-    "time_range",
 ]
 
 
@@ -99,26 +97,6 @@ def about(interval: Interval) -> str:
     return figure(rounded if interval.low <= rounded <= interval.high else interval.value)
 
 
-def rounded(number: float, digits: int = 2) -> str:
-    """Return a number with this many significant digits, and without an exponent: ``0.035``, ``3.5``, ``1,200``."""
-    if number == 0.0 or not math.isfinite(number):
-        return f"{number:g}"
-    number = float(f"{number:.{digits - 1}e}")
-    places = digits - 1 - math.floor(math.log10(abs(number)))
-    return f"{number:,.{max(places, 0)}f}"
-
-
-def error_range(error: Interval) -> str:
-    """Return a relative error with its interval, such as ``3.5 % (3.3 to 3.9)``."""
-    return _range(error, 0.01, "%")
-
-
-def time_range(seconds: Interval) -> str:
-    """Return a number of ``seconds`` with its interval, in the unit that fits the number: ``5.8 min (4 to 12)``."""
-    unit, size = time_unit(seconds.value)
-    return _range(seconds, size, unit)
-
-
 def count(number: float) -> str:
     """Return ``number``, a count of samples per pixel, as text: a whole number from 10 on, else two digits."""
     return f"{number:,.0f}" if number >= 10.0 else f"{number:.2g}"
@@ -132,12 +110,3 @@ def megabytes(size: float) -> str:
 def probability(p: float) -> str:
     """Return a p-value as text, such as ``p = 0.03``, or ``p < 0.0001`` if it is smaller."""
     return f"p = {p:.2f}" if p >= 0.01 else f"p = {p:.4f}" if p >= 0.0001 else "p < 0.0001"
-
-
-def _range(found: Interval, size: float, unit: str) -> str:
-    if not found.known:
-        return "unknown"
-    value, low, high = (rounded(number / size) for number in (found.value, found.low, found.high))
-    if not found.high > found.low:
-        return f"{value} {unit}"
-    return f"{value} {unit} ({low} to {high if math.isfinite(found.high) else 'unknown'})"

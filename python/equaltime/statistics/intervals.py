@@ -18,7 +18,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from equaltime.words import Shown, figure, time_unit
+from equaltime.words import Shown, figure, time_unit, with_ends
 
 __all__ = [
     "FEWEST_REPEATS",
@@ -60,8 +60,8 @@ TOO_WIDE = f"these runs cannot tell it within a factor of {TELLING:g}"
 """Note of a number that is not given, because both ends of its interval are farther away than `TELLING`."""
 
 Unit = Literal["", "%", "s", "spp", "MB"]
-_SCALES: Mapping[str, float] = {"": 1.0, "%": 100.0, "s": 1.0, "spp": 1.0, "MB": 1e-6}
-"""Factors by which numbers are multiplied when they are printed in a unit."""
+_SIZES: Mapping[str, float] = {"": 1.0, "%": 0.01, "s": 1.0, "spp": 1.0, "MB": 1e6}
+"""Sizes of the units, by which numbers are divided when they are printed."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -69,7 +69,8 @@ class Interval(Shown):
     """A number with its 95 % interval, and notes that tell whether the interval can be trusted.
 
     A format specification prints the number in a unit: ``%`` for fractions, ``s``, ``spp``, ``MB`` for bytes. Without
-    one, the number is printed in its own ``unit``. A unit that does not exist raises ValueError.
+    one, the number is printed in its own ``unit``. A unit that does not exist raises ValueError. Two significant digits
+    are printed, or more where the ends are so near that two would be the same.
 
     >>> error = Interval(0.0231, 0.0228, 0.0234)
     >>> print(f"{error:%}")
@@ -215,16 +216,15 @@ class Interval(Shown):
         return cls(value, low, high, trusted, note, data.get("bound", ""), float(data.get("reach", 1.0)))
 
     def __format__(self, unit: str) -> str:
-        if unit not in _SCALES:
+        if unit not in _SIZES:
             raise ValueError(f"'{unit}' is no unit of an interval; expected %, s, spp or MB")
         if not self.known:
             return "never" if math.isinf(self.value) else "unknown"
         unit = unit or self.unit
-        name, scale = unit, _SCALES[unit]
-        if unit == "s":
-            name, size = time_unit(self.value)
-            scale = 1.0 / size
-        value, low, high = (figure(scale * number) for number in (self.value, self.low, self.high))
+        name, size = time_unit(self.value) if unit == "s" else (unit, _SIZES[unit])
+        if not self.high > self.low:
+            return f"{figure(self.value / size)}{name and f' {name}'}"
+        value, low, high = with_ends(*(number / size for number in (self.value, self.low, self.high)))
         return f"{value}{name and f' {name}'} ({low} to {high if math.isfinite(self.high) else 'unknown'})"
 
     def __str__(self) -> str:

@@ -18,7 +18,7 @@ from equaltime.cli.messages import Written, doubts
 from equaltime.cli.render_outcome import details, outcome
 from equaltime.rendering.budget import Look, Stop
 from equaltime.rendering.stated import samples_in_words
-from equaltime.statistics.in_words import count, error_range
+from equaltime.statistics.in_words import count
 from equaltime.words import duration
 
 SCENE = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
@@ -324,4 +324,4 @@ def test_a_picture_and_its_render_have_the_same_digits(tmp_path: Path, capsys: p
     assert main(["info", str(path.with_suffix(".png"))]) == 0
     result = et.read(path)
     spp = f"{count(result.spp)} spp (for 64: more where it is noisy)"
-    assert f"32x32, {spp}, error {error_range(result.error)}," in capsys.readouterr().out
+    assert f"32x32, {spp}, error {result.error:%}," in capsys.readouterr().out

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import re
 
 import pytest
 
 from equaltime.experiments.report.words import seconds_cell
-from equaltime.statistics.in_words import error_range, in_percent, in_time, rounded, span, time_range
+from equaltime.statistics.in_words import in_percent, in_time, rounded, span
 from equaltime.statistics.intervals import UNKNOWN, Interval
 
 
@@ -28,14 +29,20 @@ def test_a_number_has_two_digits_and_no_exponent(number: float, text: str) -> No
 
 
 def test_an_interval_has_one_unit() -> None:
-    assert time_range(Interval(350.0, 237.0, 708.0)) == "5.8 min (4.0 to 12)"
-    assert time_range(Interval(18000.0, 9600.0, 31800.0)) == "5.0 h (2.7 to 8.8)"
+    assert f"{Interval(350.0, 237.0, 708.0):s}" == "5.8 min (4.0 to 12)"
+    assert f"{Interval(18000.0, 9600.0, 31800.0):s}" == "5.0 h (2.7 to 8.8)"
     assert str(seconds_cell(Interval(18000.0, 9600.0, 31800.0))).startswith("5\N{NARROW NO-BREAK SPACE}h ")
-    assert time_range(Interval(64440.0, 5664.0, 3.6e6)) == "18 h (1.6 to 1,000)"
-    assert time_range(Interval(30.0, 30.0, 30.0)) == "30 s"
-    assert error_range(Interval(0.0171, 0.0149, 0.0196)) == "1.7 % (1.5 to 2.0)"
-    assert error_range(Interval(0.0171, 0.0149, float("inf"))) == "1.7 % (1.5 to unknown)"
-    assert error_range(UNKNOWN) == "unknown"
+    assert f"{Interval(64440.0, 5664.0, 3.6e6):s}" == "18 h (1.6 to 1,000)"
+    assert f"{Interval(30.0, 30.0, 30.0):s}" == "30 s"
+    assert f"{Interval(0.0171, 0.0149, 0.0196):%}" == "1.7 % (1.5 to 2.0)"
+    assert f"{Interval(0.0171, 0.0149, math.inf):%}" == "1.7 % (1.5 to unknown)"
+    assert f"{UNKNOWN:%}" == "unknown"
+
+
+def test_an_interval_has_as_many_digits_as_tell_its_number_from_its_ends() -> None:
+    assert f"{Interval(0.0844, 0.0751, 0.0969):%}" == "8.4 % (7.5 to 9.7)"
+    assert f"{Interval(0.034567, 0.034512, 0.0357):%}" == "3.46 % (3.45 to 3.57)"
+    assert f"{Interval(0.5, 0.5, 0.62)}" == "0.50 (0.50 to 0.62)", "the number is its lower end"
 
 
 def test_an_end_of_a_ratio_stays_on_its_side_of_one() -> None:

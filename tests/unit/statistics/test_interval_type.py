@@ -18,7 +18,7 @@ from equaltime.statistics.intervals import UNKNOWN, Interval
         ("%", "2.31 % (2.28 to 2.34)"),
         ("s", "23.1 ms (22.8 to 23.4)"),
         ("spp", "0.0231 spp (0.0228 to 0.0234)"),
-        ("MB", "2.31e-08 MB (2.28e-08 to 2.34e-08)"),
+        ("MB", "0.0000000231 MB (0.0000000228 to 0.0000000234)"),
     ],
 )
 def test_a_unit_is_a_format(unit: str, text: str) -> None:
@@ -29,7 +29,7 @@ def test_a_representation_is_short_and_has_all_digits() -> None:
     assert repr(Interval(1 / 3, 0.25, 0.5)) == "Interval(0.3333333333333333, 0.25, 0.5)"
     doubted = Interval(1.0, 0.5, math.inf).doubted("heavy tail")
     assert repr(doubted) == "Interval(1.0, 0.5, inf, trusted=False, note='heavy tail')"
-    assert Interval(0.2, 0.1, 0.3)._repr_html_() == "<pre>0.2 (0.1 to 0.3)</pre>"
+    assert Interval(0.2, 0.1, 0.3)._repr_html_() == "<pre>0.20 (0.10 to 0.30)</pre>"
 
 
 def test_a_unit_that_does_not_exist_is_refused() -> None:
