@@ -55,7 +55,7 @@ def bias_verdict(scenes: Sequence[SceneResult], level: float) -> Answer:
 
 def _could_hide(bias: Interval | None) -> str:
     """Return the largest bias that the test may have missed, in brackets; empty if it is not known."""
-    if bias is None or not bias.trusted or not 0.0 < bias.high < math.inf:
+    if bias is None or not (bias.trusted or bias.bound == "high") or not 0.0 < bias.high < math.inf:
         return ""
     return f" (it could be off by up to {percent(bias.high)})"
 
