@@ -35,8 +35,6 @@ __all__ = [
 ]
 
 _MOST_NAMES = 6
-_MOST_SCENES = 2
-"""Largest number of scenes that are named beside an error; more are counted, to keep the line short."""
 _THIN = "\N{NARROW NO-BREAK SPACE}"
 _MEASURED_ON = {"machines": ("cpu",), "builds": ("version", "compiler", "target")}
 
@@ -189,44 +187,34 @@ def _errors(summary: Summary) -> str:
     """Return the error that each strategy reached; on several scenes, the smallest and the largest."""
     budgets = {scene.budget_s for scene in summary.scenes}
     after = f"after {duration(*budgets)}" if len(budgets) == 1 else "at equal time"
-    found: dict[str, dict[str, StrategyResult]] = {}
+    several = f" on {len(summary.scenes)} scenes" if len(summary.scenes) > 1 else ""
+    found: dict[str, list[StrategyResult]] = {}
     for scene in summary.scenes:
         for result in scene.strategies:
-            found.setdefault(result.named, {})[scene.name] = result
+            found.setdefault(result.label if several else result.named, []).append(result)
     most = list(found.items())[:_MOST_NAMES]
     more = f" and {len(found) - len(most)} more" if len(most) < len(found) else ""
-    return f"{after}: {', '.join(f'{label} {_reached(results)}' for label, results in most)}{more}"
+    return f"{after}{several}: {', '.join(f'{label} {_reached(results)}' for label, results in most)}{more}"
 
 
-def _reached(results: Mapping[str, StrategyResult]) -> str:
-    """Return the errors of a strategy's ``results`` by scene; scenes are named where they are not all of one kind."""
-    errors = {name: result.error_at_budget for name, result in results.items()}
+def _reached(results: Sequence[StrategyResult]) -> str:
+    """Return the error of a strategy on one scene, or the smallest and the largest of its errors on several scenes.
+
+    An error of which only the lower end is known counts with that end, and the text begins with ``at least``.
+    """
+    errors = [result.error_at_budget for result in results]
     if len(errors) == 1:
-        (error,) = errors.values()
+        (error,) = errors
         return in_brackets(error_cell(error)).replace(_THIN, " ") + " extrapolated" * (
             error.trusted and error.reach > 1.0
         )
-    known = {name: error.value for name, error in errors.items() if sound(error)}
-    least = {name: error.low for name, error in errors.items() if not sound(error) and sound_below(error)}
-    told = [
-        f"{sign}{_from_to([*numbers.values()])}{_on([*numbers], len(errors))}"
-        for numbers, sign in ((known, ""), (least, "at least "))
-        if numbers
-    ]
-    if unknown := [name for name in errors if name not in known and name not in least]:
-        told.append(f"not trusted{_on(unknown, len(errors))}")
-    return " and ".join(told)
-
-
-def _from_to(errors: Sequence[float]) -> str:
-    return " to ".join(dict.fromkeys((percent(min(errors)), percent(max(errors)))))
-
-
-def _on(names: Sequence[str], scenes: int) -> str:
-    """Return on which of all scenes a number holds; empty for all. A few are named, and many are counted."""
-    if len(names) == scenes:
-        return ""
-    return f" on {' and '.join(names) if len(names) <= _MOST_SCENES else f'{len(names)} of {scenes} scenes'}"
+    known = [error for error in errors if sound(error)]
+    bounds = [error.low for error in errors if not sound(error) and sound_below(error)]
+    if not (numbers := [*(error.value for error in known), *bounds]):
+        return "not trusted"
+    ends = " to ".join(dict.fromkeys((percent(min(numbers)), percent(max(numbers)))))
+    unknown = len(errors) - len(numbers)
+    return f"{'at least ' if bounds else ''}{ends}{f' (not trusted on {unknown} of them)' if unknown else ''}"
 
 
 def folder_table(stored: StoredExperiment) -> Iterator[Table | str]:
