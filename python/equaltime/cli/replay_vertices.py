@@ -22,10 +22,19 @@ _SAMPLED: Final = ("light", "mis")
 """Techniques that take a light sample at every vertex; others take one of point lights only."""
 _NOT_AIMING: Final = ("uniform", "bsdf")
 """Techniques that find lights with a surface or a sky by scattered rays only."""
+_SINGLE: Final = ("point", "spot", "directional")
+"""Lights that reach a point from one direction only: their pdf is the probability of the pick."""
 _DISCRETE: Final = ("conductor", "dielectric", "thindielectric")
 """BSDFs that scatter into discrete directions only."""
 
 
+_FROM: Final = {"BSDF pdf": "from the BSDF", "uniform pdf": "uniformly"}
+"""Densities of scattered rays by their names in the lines, and how such a ray is drawn."""
+_WEIGHTS: Final = {
+    "power": "light pdf² / (light pdf² + BSDF pdf²)",
+    "balance": "light pdf / (light pdf + BSDF pdf)",
+}
+"""MIS weights of a picked light, by heuristic."""
 _BY_THROUGHPUT: Final = (
     "the largest component of throughput · weight, at most 1; a split or a refraction counts as if it had not changed "
     "the throughput"
@@ -57,11 +66,17 @@ class PathInLines:
     def legend(self) -> Iterator[str]:
         """Yield lines that explain the numbers of the vertices; numbers that do not occur have no line."""
         vertices = self.path.vertices
+        drawn = f"{self._drawn}: of a direction drawn {_FROM[self._drawn]}"
         if any(self._takes_light(vertex) for vertex in vertices):
-            yield "a picked light adds throughput · radiance · BSDF·cos · MIS weight · visible / pdf"
-            yield "each pdf is per steradian; the pdf of a picked light contains the probability of the pick"
+            yield "a picked light adds throughput · radiance · BSDF·cos · MIS weight · visible / light pdf"
+            yield f"light pdf: of light sampling, with the probability of the pick; {drawn}; both per steradian"
+            if (heuristic := self.strategy.heuristic) is not None:
+                yield (
+                    f"MIS weight ({heuristic} heuristic): {_WEIGHTS[heuristic]} of a picked light, and 1 minus that of "
+                    "a light that a scattered ray meets"
+                )
         elif any(vertex["scattering"] is not None for vertex in vertices):
-            yield "each pdf is per steradian"
+            yield f"{drawn}, per steradian"
         if any(vertex["scattering"] is not None for vertex in vertices):
             yield "albedo: the share of the light that is scattered, for each colour"
         if any(vertex["scattering"] is not None and vertex["scattering"]["sampled"] for vertex in vertices):
@@ -108,6 +123,11 @@ class PathInLines:
     def all(self, values: Iterable[float]) -> str:
         """Return numbers with the digits of this output, separated by blanks."""
         return numbers(values, _EVERY_DIGIT if self.verbose else _DIGITS)
+
+    @property
+    def _drawn(self) -> str:
+        """Name of the density of scattered rays."""
+        return "uniform pdf" if self.strategy.technique == "uniform" else "BSDF pdf"
 
     def _survival(self) -> str:
         """Return the formula of the survival probability in words."""
@@ -168,7 +188,7 @@ class PathInLines:
                 return "the camera's ray: no light is aimed at from the camera"
             if self.path.vertices[left]["scattering"]["bsdf"] in _DISCRETE:
                 return "the ray's direction is discrete: no light sample has it"
-        return f"density of light sampling {self._one(vertex['emitter']['light_pdf'])}"
+        return f"light pdf {self._one(vertex['emitter']['light_pdf'])}"
 
     def _light(self, vertex: Mapping[str, Any]) -> Iterator[str]:
         light = vertex["light"]
@@ -177,21 +197,24 @@ class PathInLines:
             yield "  which gives no direction from here, for example since it faces away: adds nothing"
             return
         away = "" if light["distance"] is None else f", {self._one(light['distance'])} away"
-        yield f"  towards {self.all(light['direction'])}{away}, pdf {self._one(light['pdf'])}"
+        single = light["light"]["kind"] in _SINGLE
+        discrete = " (a discrete direction: the probability of the pick)" if single else ""
+        yield f"  towards {self.all(light['direction'])}{away}, light pdf {self._one(light['pdf'])}{discrete}"
         yield f"  radiance {self.all(light['radiance'])}"
         if not any(light["bsdf"]):
             yield f"  BSDF 0, {_why_black(vertex)}: adds nothing"
             return
         blocked = "" if light["blocker"] is None else f", behind {light['blocker']['name']}"
         pdf, weight = self._one(light["bsdf_pdf"]), self._one(light["mis_weight"])
-        yield f"  BSDF·cos {self.all(light['bsdf'])}, its pdf {pdf}, MIS weight {weight}"
+        alone = " (only aiming finds this light)" if single or self.strategy.technique == "light" else ""
+        yield f"  BSDF·cos {self.all(light['bsdf'])}, BSDF pdf {pdf}, MIS weight {weight}{alone}"
         yield f"  visible {self._one(light['visible'])}{blocked}: adds {self.all(light['gathered'])}"
 
     def _scattering(self, scattering: Mapping[str, Any], *, goes_on: bool) -> Iterator[str]:
         yield f"scatters by {scattering['bsdf']}, albedo {self.all(scattering['albedo'])}"
         if not scattering["sampled"]:
             return
-        pdf = "a discrete direction" if scattering["pdf"] is None else f"pdf {self._one(scattering['pdf'])}"
+        pdf = "a discrete direction" if scattering["pdf"] is None else f"{self._drawn} {self._one(scattering['pdf'])}"
         yield f"  towards {self.all(scattering['direction'])}, {pdf}, weight {self.all(scattering['weight'])}"
         if _plays_roulette(scattering):
             outcome = "the path survives" if goes_on else "the path ends"

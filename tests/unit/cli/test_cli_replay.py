@@ -292,6 +292,38 @@ def test_a_full_weight_has_its_reason(
     assert words in told_of_lamp(tmp_path, capsys, strategy, "-D", "surface=conductor", z=z)
 
 
+@pytest.mark.parametrize(("strategy", "power"), [("best,lights=uniform", 2), ("mis", 1)])
+def test_the_weight_follows_from_the_pdfs_in_the_lines_by_the_formula_in_the_legend(
+    strategy: str, power: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    told = told_of_lamp(tmp_path, capsys, strategy, "-v", "-D", "surface=roughconductor", z=6)
+    light, bsdf = (float(re.findall(rf"{name} pdf ([0-9][0-9.e+-]*)", told)[0]) for name in ("light", "BSDF"))
+    (weight,) = (float(number) for number in re.findall(r"MIS weight ([0-9.e-]+)$", told, re.MULTILINE))
+    assert weight == pytest.approx(light**power / (light**power + bsdf**power), rel=1e-5)
+    assert 0.0 < weight < 1.0
+    square = "²" if power == 2 else ""
+    assert f"heuristic): light pdf{square} / (light pdf{square} + BSDF pdf{square}) of a picked light" in told
+    assert "light pdf: of light sampling, with the probability of the pick" in told
+    assert "both per steradian" in told
+
+
+def test_a_light_that_only_aiming_finds_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    aimed = told_of_lamp(tmp_path, capsys, "light", z=6)
+    assert "MIS weight 1 (only aiming finds this light)" in aimed
+    assert "heuristic" not in aimed
+    scene = tmp_path / "point.toml"
+    scene.write_text(LAMP.partition("[lamp]")[0] + '[lamp]\ntype = "point"\nposition = [0, 0, 3]\n')
+    told = "\n".join(shown(scene, capsys, "--strategy", "mis"))
+    assert "light pdf 1 (a discrete direction: the probability of the pick)" in told
+    assert "MIS weight 1 (only aiming finds this light)" in told
+
+
+def test_uniform_directions_have_a_pdf_of_that_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    told = told_of_lamp(tmp_path, capsys, "naive", z=6)
+    assert "uniform pdf: of a direction drawn uniformly, per steradian" in told
+    assert ", uniform pdf 0.15915, weight " in told
+
+
 def test_a_bsdf_of_0_has_its_reason(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     told = told_of_lamp(tmp_path, capsys, "light", z=-6)
     assert "  BSDF 0, as the light is behind the surface: adds nothing" in told
