@@ -24,15 +24,18 @@ class LogScale:
     def of(cls, maps: Iterable[NDArray[Any]], decades: float, most: float = 0.0) -> LogScale:
         """Return a common scale of ``maps`` (arrays of any shape), so that equal colours mean equal values.
 
-        The high end is the 99th percentile, rounded up to half a decade. Numbers that are not finite or not above 0 are
-        left out. The scale spans ``decades`` factors of ten. If ``most`` is larger than ``decades``, the scale reaches
-        down to the 1st percentile, but spans at most ``most`` factors of ten.
+        The high end is the 99th percentile of all maps, rounded up to half a decade. Numbers that are not finite or not
+        above 0 are left out. The scale spans ``decades`` factors of ten. If ``most`` is larger than ``decades``, the
+        scale reaches down to the 1st percentile of half of the maps, and to the 90th of every map. One map far below
+        all others then leaves them most of the scale. The scale spans at most ``most`` factors of ten.
         """
-        values = np.concatenate([np.ravel(values) for values in maps])
-        positive = values[np.isfinite(values) & (values > 0.0)]
-        if not positive.size:
+        flat = (np.ravel(values) for values in maps)
+        positive = [kept for values in flat if (kept := values[np.isfinite(values) & (values > 0.0)]).size]
+        if not positive:
             return cls(float(10.0 ** (-1.0 - decades)), 0.1)
-        least, largest = 2.0 * np.log10(np.percentile(positive, (1.0, 99.0)))
+        firsts, nineties = np.transpose([np.percentile(values, (1.0, 90.0)) for values in positive])
+        least = 2.0 * np.log10(min(np.median(firsts), nineties.min()))
+        largest = 2.0 * np.log10(np.percentile(np.concatenate(positive), 99.0))
         end, begin = np.ceil(largest) / 2.0, np.floor(least) / 2.0
         return cls(float(10.0 ** (end - np.clip(end - begin, decades, max(decades, most)))), float(10.0**end))
 

@@ -14,8 +14,8 @@ from equaltime.images.log_scale import LogScale
 
 __all__ = ["is_known", "of_colours", "scale_in_words", "scale_of", "write_variance"]
 
-_DECADES: Final = (3.0, 6.0)
-"""Shortest and longest scale in powers of ten: standard deviations of 1 to 30, or to 1000."""
+_DECADES: Final = (2.5, 6.0)
+"""Shortest and longest scale in powers of ten: standard deviations of 1 to 18, or to 1000."""
 
 
 def of_colours(variance: NDArray[Any]) -> NDArray[np.float64]:

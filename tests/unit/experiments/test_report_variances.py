@@ -38,6 +38,9 @@ def test_the_variances_stand_after_the_images_on_one_scale(scene: SceneResult) -
     assert variances.bar is not None
     assert variances.bar.colours[0] == "#ffffff"
     assert variances.bar.colours[-1] == "#000000"
+    assert (
+        f"from {variances.bar.ticks[0]} (white) or less to {variances.bar.ticks[-1]} (black)" in variances.explanation
+    )
     low, _, high = map(float, variances.bar.ticks)
     assert low < min(CONSTANTS.values()) ** 2 <= max(CONSTANTS.values()) ** 2 <= 1.1 * high
 

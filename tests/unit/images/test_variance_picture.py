@@ -63,6 +63,17 @@ def test_pictures_have_one_scale() -> None:
     assert scale_of([powers(*[0.0] * 200), powers(*[-4.0] * 200)]) == LogScale(1e-4, 1.0)
 
 
+def test_a_map_far_below_the_others_leaves_them_most_of_the_scale() -> None:
+    """As a strategy that cuts paths has, without most of the light: its 10 % of highest variances are still seen."""
+    low = np.logspace(-6.0, -2.0, 400)[None]
+    maps = [low, *[np.logspace(-2.0, -1.0, 400)[None]] * 3]
+    scale = scale_of(maps)
+    assert scale.position(maps[1]).min() > 0.4
+    assert np.ptp(scale.position(maps[1])) > 0.3
+    assert np.ptp(scale.position(low)) > 0.2
+    assert scale.low < np.percentile(low, 90.0)
+
+
 def test_a_variance_that_no_pixel_has_is_not_known() -> None:
     assert not is_known(np.full((2, 2, 3), np.inf))
     assert is_known(np.array([[[np.inf, np.inf, 0.0]]]))

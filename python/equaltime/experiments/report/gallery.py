@@ -145,7 +145,8 @@ _SPREAD_WORDS = (
 )
 _VARIANCE_WORDS = (
     "Variance of one sample of each pixel, in squared units of the image: the mean of all repeats. Darker is higher, "
-    "on one scale for all strategies. The variance shows where light is hard to find, whatever the number of samples."
+    "on one scale for all strategies, from {low} (white) or less to {high} (black) or more. The variance shows where "
+    "light is hard to find, whatever the number of samples."
 )
 _COUNT_WORDS = "Samples of each pixel at the end of the run that is shown."
 
@@ -255,7 +256,8 @@ def _variances(shown: Sequence[StrategyResult], pictures: Pictures, looks: Mappi
         alt = f"Variance map of {strategy.label}: {caption}"
         frames.append(Frame(strategy.label, looks[strategy.label], uri, alt, caption))
     bar = Bar(colour_bar(_VARIANCES), scale.ticks)
-    return Series("Variance", "variance", _VARIANCE_WORDS, bar, tuple(frames))
+    low, _, high = scale.ticks
+    return Series("Variance", "variance", _VARIANCE_WORDS.format(low=low, high=high), bar, tuple(frames))
 
 
 def _counts(shown: Sequence[StrategyResult], pictures: Pictures, looks: Mapping[str, Style], longest: int) -> Series:
