@@ -122,6 +122,16 @@ def test_the_error_that_the_learn_page_shows_is_what_its_command_prints(tmp_path
     assert [float(number) for number in shown] == pytest.approx(printed, rel=0.03)
 
 
+def test_the_bright_dot_of_the_learn_page_is_what_its_command_finds(capsys: pytest.CaptureFixture[str]) -> None:
+    text = (ROOT / "scenes" / "learn" / "README.md").read_text()
+    (command,) = re.findall(r"^equaltime (replay .*)$", text, re.MULTILINE)
+    (shown,) = re.findall(r"with (\d+) times the mean of the others", text)
+    assert main(shlex.split(command.replace("scenes/", f"{ROOT}/scenes/"))) == 0
+    first = capsys.readouterr().out.partition("\n")[0]
+    (printed,) = re.findall(r"of the first 50 is the brightest: (\d+) times the mean of the others", first)
+    assert float(shown) == pytest.approx(float(printed), rel=0.03)
+
+
 def test_the_error_that_the_readme_shows_is_what_its_example_prints() -> None:
     (shown,) = re.findall(r"an Interval as three numbers: (\S+), (\S+), (\S+)$", README, re.MULTILINE)
     error = et.render(et.load(ROOT / "scenes" / "cornell-box.toml").with_(size=(128, 128)), spp=64).error
