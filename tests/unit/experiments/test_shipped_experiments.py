@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 
-from equaltime.experiments.model.reader import is_experiment, read_experiment
+from equaltime.experiments.model.plan import planned_seconds
+from equaltime.experiments.model.reader import is_experiment, quicker, read_experiment
+from equaltime.words import seconds_of
 
 FOLDER = Path(__file__).parents[3] / "scenes" / "experiments"
 FILES = sorted(path for path in FOLDER.glob("*.toml") if is_experiment(path))
@@ -22,3 +25,12 @@ def test_a_shipped_experiment_can_be_read_with_all_its_scenes(path: Path) -> Non
     assert experiment.title
     assert len(experiment.description) > 100, "it says what is compared, what to see and why"
     assert len(experiment.load_scenes()) == len(experiment.scenes)
+
+
+def test_the_page_tells_how_long_a_first_look_takes() -> None:
+    told = dict(re.findall(r"^\| `([\w-]+)\.toml` \| ([^|]+) \|", (FOLDER / "README.md").read_text(), re.MULTILINE))
+    assert told.keys() == {path.stem for path in FILES}
+    for path in FILES:
+        planned = planned_seconds(quicker(read_experiment(path)))
+        if planned is not None and told[path.stem] != "minutes":
+            assert planned <= seconds_of(told[path.stem]), path.stem
