@@ -48,19 +48,14 @@ def fastest(scenes: Sequence[SceneResult], target: float) -> str:
     tells it otherwise: if each scene's standard is its fastest strategy, alone or with the baseline. It is not empty
     beside a method of one's own. On one scene other renderers do not count, since they have a sentence of their own.
     """
-    pairs = [(scene, _winners(scene, lambda s: s.time_to[target])) for scene in scenes]
-    found = [one for _, one in pairs if one is not None]
-    beaten = any(scene.standard not in one.labels for scene, one in pairs if one is not None)
-    equal = any(
-        _is_rival(scene, strategy, len(scenes) == 1)
-        for scene, one in pairs
-        if one is not None
-        for strategy in one.strategies
-    )
-    if not found or not (beaten or equal or any(_has_own(scene, len(scenes) == 1) for scene in scenes)):
+    pairs = [(scene, one) for scene in scenes if (one := _winners(scene, lambda s: s.time_to[target])) is not None]
+    found, alone = [one for _, one in pairs], len(scenes) == 1
+    beaten = any(scene.standard not in one.labels for scene, one in pairs)
+    equal = any(_is_rival(scene, strategy, alone) for scene, one in pairs for strategy in one.strategies)
+    if not found or not (beaten or equal or any(_has_own(scene, alone) for scene in scenes)):
         return ""
     among = "".join(words for words in (_KNOWN, _RUNS) if any(words in one.among for one in found))
-    time = f", {in_time(found[0].value)}" if len(scenes) == 1 and beaten else ""
+    time = f", {in_time(found[0].value)}" if alone and beaten else ""
     return f"Fastest to {percent(target)}{among}: {_told(found, len(scenes))}{time}."
 
 
