@@ -388,7 +388,7 @@ def test_a_bias_of_a_known_size_at_the_most_is_an_upper_limit() -> None:
     for bias in (limit, replace(limit, value=-0.001)):
         found = bias_verdict([scene(strategy("wrong", 1e-9, bias))], LEVEL)
         assert "wrong is off by up to 2.5 %." in found
-        assert "too small for its size to be told: the reference of box has an error of 1 %." in found
+        assert "noise hides its size: the reference of box has an error of 1 %." in found
     deep = bias_verdict([scene(strategy("depth 20", 0.4, limit))], LEVEL)
     assert "No error was found in depth 20 (it could be off by up to 2.5 %)." in deep
     sure = bias_verdict([scene(strategy("wrong", 1e-9, Interval(0.2, 0.19, 0.21)))], LEVEL)

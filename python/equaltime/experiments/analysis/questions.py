@@ -66,7 +66,7 @@ def _hidden(scene: SceneResult) -> str:
     if not (limited and scene.reference_error > 0.0):
         return ""
     return (
-        f"A bias of up to a limit is too small for its size to be told: the reference of {scene.name} has an error of "
+        f"Where only a limit of a bias is told, noise hides its size: the reference of {scene.name} has an error of "
         f"{percent(scene.reference_error)}."
     )
 
