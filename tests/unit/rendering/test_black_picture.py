@@ -31,7 +31,7 @@ def described(**objects: object) -> et.Scene:
     [
         (
             {"ball": {"type": "sphere", "radius": 3.0}, "sky": SKY},
-            r"0 % \(0 to 0\): no sample has met any light; camera-enclosed: .*ball.*you can move the camera out",
+            r"0 %: no sample has met any light; camera-enclosed: .*ball.*you can move the camera out",
         ),
         ({"floor": {"type": "rectangle"}}, r"no-light: .*you can add an emitter"),
         (
