@@ -66,7 +66,7 @@ LightBreakdown break_down_light(std::shared_ptr<const Scene> scene, const Settin
                                 const RenderOptions& options, std::uint64_t samples, bool only_lengths,
                                 const Poll& poll) {
   Renderer renderer(scene, settings, options);
-  const Settings& decided = renderer.settings();
+  const Settings& decided = renderer.decide();
   LightBreakdown found{BreakdownParts(*scene),
                        scene->camera.film.crop_height,
                        scene->camera.film.crop_width,

@@ -34,7 +34,7 @@ class LimitRun {
         poll_(poll),
         renderer_(std::move(scene), settings, render),
         blocks_(renderer_.blocks()) {
-    (void)renderer_.settings();  // renders the pilot, if any, which is not timed
+    renderer_.decide();  // the pilot, if any, is not timed
   }
 
   /// Samples [first, last) of every pixel, rendered and replayed.
@@ -80,7 +80,7 @@ class LimitRun {
     Recording recording{begin, begin, std::vector<std::vector<RecordedRay>>(blocks_.size() - begin)};
     std::atomic<std::size_t> kept{0};
     Stop stop({.poll = poll_});
-    const Settings& settings = renderer_.settings();
+    const Settings& settings = renderer_.decide();
     const auto work = [&](std::size_t i) {
       RayRecorder recorder;
       const PixelBlock& block = blocks_[begin + i];

@@ -263,8 +263,8 @@ class DiskLight {
 
 /// Density per solid angle of the points uniform over an area.
 template <class Real>
-[[nodiscard]] inline Real area_pdf(Vec3<Real> receiver, Vec3<Real> wi, Vec3<Real> point, const Vec3<Real>& normal,
-                                   Real area) noexcept {
+[[nodiscard]] inline Real solid_angle_pdf(Vec3<Real> receiver, Vec3<Real> wi, Vec3<Real> point,
+                                          const Vec3<Real>& normal, Real area) noexcept {
   const Real cosine = -dot(normal, wi);
   return where(cosine > 0, [&] { return length_squared(point - receiver) / (cosine * area); });
 }
@@ -301,7 +301,7 @@ Real FlatLight<Real, Shape>::pdf(Vec3<Real> receiver, Vec3<Real> wi, Vec3<Real> 
         where(is_near(receiver), [&] { return for_each_lane<Real>(NearView<Shape>::pdf, surface_.edges, receiver); });
     return where(
         in_view > 0, [&] { return in_view; },
-        [&] { return area_pdf(receiver, wi, point, surface_.normal, surface_.area); });
+        [&] { return solid_angle_pdf(receiver, wi, point, surface_.normal, surface_.area); });
   });
 }
 
@@ -473,7 +473,7 @@ Optional<LightSample<Real>> DiskLight<Real>::sample(Vec3<Real> receiver, Point2<
 
 template <class Real>
 Real DiskLight<Real>::pdf(Vec3<Real> receiver, Vec3<Real> wi, Vec3<Real> point) const noexcept {
-  return where(faces(receiver), [&] { return area_pdf(receiver, wi, point, normal_, area_); });
+  return where(faces(receiver), [&] { return solid_angle_pdf(receiver, wi, point, normal_, area_); });
 }
 
 template <class Real>

@@ -136,7 +136,7 @@ bool Renderer::advance_until(std::uint64_t samples, const StopWhen& when) {
   return true;
 }
 
-const Settings& Renderer::settings() {
+const Settings& Renderer::decide() {
   Stop never;
   (void)run_pilot(never);
   never.rethrow();

@@ -69,8 +69,9 @@ class Renderer {
   /// another count.
   void resume(const Counters& so_far, const Position& position);
 
-  /// The settings with the roulette and the splitting map that a pilot chose. The first call renders the pilot.
-  [[nodiscard]] const Settings& settings();
+  /// Renders the pilot, unless it was rendered or none is needed. Returns the settings, with the roulette and the
+  /// splitting map that it chose.
+  const Settings& decide();
   /// The pilot's decision; null before it is made, or if none was needed.
   [[nodiscard]] const RouletteDecision* decision() const noexcept { return decision_ ? &*decision_ : nullptr; }
   [[nodiscard]] Film& film() noexcept { return film_; }

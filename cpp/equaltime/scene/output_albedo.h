@@ -26,7 +26,8 @@ template <Effects E>
   }
   Interaction at = it;
   std::optional<Bsdf> own;
-  const Bsdf& bsdf = scene.bsdf<E>(material, at, own, 0);
+  scene.tilt_frame<E>(material, at, 0);
+  const Bsdf& bsdf = scene.bsdf<E>(material, at, own);
   const Spectrum found = visit<E>(bsdf, [&](const auto& model) noexcept -> Spectrum {
     if constexpr (requires { model.diffuse_reflectance; })
       return model.diffuse_reflectance;

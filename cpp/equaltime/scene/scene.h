@@ -59,13 +59,17 @@ struct Scene {
 
   /// Component of a material at a point, chosen by u: a leaf, or a null material.
   [[nodiscard]] std::uint32_t choose_component(std::uint32_t material, const Interaction& it, double u) const noexcept;
-  /// BSDF of a leaf at a point. A normal map changes the interaction's frame. `own` stores a BSDF made by textures.
+  /// Tilts the shading frame of a point by the normal or bump map of its leaf, if it has one.
   template <Effects E>
-  [[nodiscard]] EQUALTIME_INLINE const Bsdf& bsdf(std::uint32_t leaf, Interaction& it, std::optional<Bsdf>& own,
-                                                  float time) const noexcept {
-    const Material& material = appearance.materials[leaf];
+  EQUALTIME_INLINE void tilt_frame(std::uint32_t leaf, Interaction& it, float time) const noexcept {
     if constexpr (E.normal_maps)
-      if (material.normal_map) perturb_frame(*material.normal_map, it, E.motion ? time : 0);
+      if (const auto& map = appearance.materials[leaf].normal_map) perturb_frame(*map, it, E.motion ? time : 0);
+  }
+  /// BSDF of a leaf at a point. `own` stores a BSDF made by textures.
+  template <Effects E>
+  [[nodiscard]] EQUALTIME_INLINE const Bsdf& bsdf(std::uint32_t leaf, const Interaction& it,
+                                                  std::optional<Bsdf>& own) const noexcept {
+    const Material& material = appearance.materials[leaf];
     if constexpr (E.textures)
       if (!material.bindings.empty()) return material.at(appearance.textures, geometry.texture_coords(it), own);
     return material.bsdf;

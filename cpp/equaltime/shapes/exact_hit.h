@@ -31,8 +31,8 @@ struct CylinderHit {
 namespace detail {
 /// The hit at a point with a unit normal. Its offset bounds the rounding of the point to float32.
 template <class Real>
-[[nodiscard]] EQUALTIME_INLINE ShapeHit<Real> hit_at(const Vec3<Double<Real>>& p,
-                                                     const Vec3<Double<Real>>& n) noexcept {
+[[nodiscard]] EQUALTIME_INLINE ShapeHit<Real> rounded_hit(const Vec3<Double<Real>>& p,
+                                                          const Vec3<Double<Real>>& n) noexcept {
   return {p, n, point_offset(Vec3<Real>(p), Vec3<Real>(n))};
 }
 
@@ -50,7 +50,7 @@ template <class Real>
   const Double<Real> t = where(
       hit.has_value(), [&] { return *hit; }, [&] { return detail::nearest(ray, sphere.center); });
   const Vec3<Double<Real>> n = normalize(ray.origin + ray.direction * t - sphere.center);
-  return detail::hit_at<Real>(sphere.center + n * sphere.radius, n);
+  return detail::rounded_hit<Real>(sphere.center + n * sphere.radius, n);
 }
 
 template <class Real>
@@ -59,7 +59,7 @@ template <class Real>
   const Double<Real> t = where(
       slope != 0, [&] { return dot(disk.normal, disk.center - ray.origin) / slope; },
       [&] { return detail::nearest(ray, disk.center); });
-  return detail::hit_at<Real>(ray.origin + ray.direction * t, disk.normal);
+  return detail::rounded_hit<Real>(ray.origin + ray.direction * t, disk.normal);
 }
 
 template <class Real>
@@ -74,7 +74,7 @@ template <class Real>
   const Double<Real> height = where(
       hit.has_value(), [&] { return along; }, [&] { return clamp(along, 0, cylinder.length); });
   const Vec3<Double<Real>> n = normalize(r - cylinder.axis * along);
-  return {detail::hit_at<Real>(cylinder.base + cylinder.axis * height + n * cylinder.radius, n), height};
+  return {detail::rounded_hit<Real>(cylinder.base + cylinder.axis * height + n * cylinder.radius, n), height};
 }
 
 // A point that is on a shape but for its rounding, as a hit: its offset is not computed.

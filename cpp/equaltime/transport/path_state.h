@@ -31,6 +31,8 @@ struct PathState {
   /// Index of the ray, and of the random numbers at its end.
   [[nodiscard]] std::uint32_t bounce() const noexcept { return static_cast<std::uint32_t>(depth - 1) + crossed; }
 
+  /// Takes back that the vertex counts for max_depth: light went straight on through it.
+  EQUALTIME_INLINE void count_as_crossed() noexcept { --depth, ++crossed; }
   /// Multiplies the throughput by the weight of a sampled direction.
   EQUALTIME_INLINE void weaken(const ScatterSample& s) noexcept {
     beta *= s.weight;

@@ -59,9 +59,10 @@ template <Effects E, Observer O>
       return Arrival::crosses;
     }
   }
+  if (phase == nullptr) scene.tilt_frame<E>(v.material, *it, path.time);
   v.scatterer = phase != nullptr
                     ? Scatterer(*phase)
-                    : path.media.here().with_exterior(scene, *it, scene.bsdf<E>(v.material, *it, own, path.time), own);
+                    : path.media.here().with_exterior(scene, *it, scene.bsdf<E>(v.material, *it, own), own);
   v.may_cross = crosses && v.scatterer.is_thin();
   if (E.masks && path.depth >= settings.max_depth && !v.may_cross) return Arrival::ends;
   return Arrival::scatters;
@@ -134,7 +135,7 @@ template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE bool depart(const Scene& scene, const Settings& settings, PathState<E>& path,
                                            const Interaction& it, const Vertex& v, const ScatterSample& scattered,
                                            O& observer) noexcept(!O::allocates) {
-  if (v.may_cross && !scattered.above) --path.depth, ++path.crossed;
+  if (v.may_cross && !scattered.above) path.count_as_crossed();
   if (E.masks && path.depth >= settings.max_depth) return false;
   path.weaken(scattered);
   if (!(0 < path.beta.sum() && path.beta.sum() < std::numeric_limits<float>::infinity())) [[unlikely]] {

@@ -69,23 +69,25 @@ EQUALTIME_INLINE void render_samples(const BlockTask& task, Film& film, RayCount
       const std::size_t pixel = std::size_t{y} * film.width() + x;
       const std::uint64_t first = task.schedule ? task.schedule->count(pixel, task.first) : task.first;
       const std::uint64_t last = task.schedule ? task.schedule->count(pixel, task.last) : task.last;
+      const std::uint64_t count = last - first;
       const std::uint64_t rays = counter.counters.rays + counter.counters.shadow_rays;
-      bool in_second_net = false;  // one loop serves both, since a path is too much code to be there twice
-      for (std::uint64_t i = first, end = last; i < end; ++i) {
-        const Spectrum L = sample(x, y, i);
+      const bool has_second_net = task.second && task.second->has(x, y);
+      // one loop serves both nets, since a path is too much code to be there twice
+      for (std::uint64_t k = 0; k < (has_second_net ? 2 * count : count); ++k) {
+        const bool in_second = k >= count;
+        const std::uint64_t i = first + (in_second ? k - count : k);
+        const std::uint64_t index = in_second ? kSecondNet + i : i;
+        const Spectrum L = sample(x, y, index);
         if (counter.gave_up) [[unlikely]]
           return;
         if (L.is_finite()) {
-          in_second_net ? task.second->add(x, y, i - kSecondNet, L, scale) : film.add(x, y, i, L, scale);
+          in_second ? task.second->add(x, y, i, L, scale) : film.add(x, y, i, L, scale);
         } else {
           ++counter.counters.nonfinite;
-          nonfinite.add({x, y, i});
+          nonfinite.add({x, y, index});
         }
-        if (i + 1 == last) {
-          if (task.pixel_rays) task.pixel_rays[pixel] += counter.counters.rays + counter.counters.shadow_rays - rays;
-          if (task.second && task.second->has(x, y))
-            in_second_net = true, i = kSecondNet + first - 1, end = kSecondNet + last;
-        }
+        if (task.pixel_rays && k + 1 == count)
+          task.pixel_rays[pixel] += counter.counters.rays + counter.counters.shadow_rays - rays;
       }
     }
 }

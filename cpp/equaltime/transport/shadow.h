@@ -48,7 +48,8 @@ template <Effects E>
   Interaction perturbed = it;
   perturbed.wo = normalize(it.wo);  // the direction of a shadow ray is not unit
   std::optional<Bsdf> own;
-  const Bsdf& bsdf = scene.bsdf<E>(index, perturbed, own, time);
+  scene.tilt_frame<E>(index, perturbed, time);
+  const Bsdf& bsdf = scene.bsdf<E>(index, perturbed, own);
   return straight_through<E>(perturbed, bsdf);
 }
 

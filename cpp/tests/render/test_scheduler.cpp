@@ -127,7 +127,7 @@ TEST("the counters of a window include the pilot's rays, whether the pilot or th
   settings.roulette = Roulette::efficiency;
   Renderer pilot_first(scene(), settings, kMany), window_first(scene(), settings, kMany);
   const PixelBlock window{0, 0, 4, 4};
-  static_cast<void>(pilot_first.settings());
+  pilot_first.decide();
   pilot_first.limit_to(window), window_first.limit_to(window);
   CHECK(pilot_first.advance(2) && window_first.advance(2));
   const Counters &a = pilot_first.counters(), &b = window_first.counters();
