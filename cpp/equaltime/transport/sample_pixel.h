@@ -69,24 +69,22 @@ EQUALTIME_INLINE void render_samples(const BlockTask& task, Film& film, RayCount
       const std::size_t pixel = std::size_t{y} * film.width() + x;
       const std::uint64_t first = task.schedule ? task.schedule->count(pixel, task.first) : task.first;
       const std::uint64_t last = task.schedule ? task.schedule->count(pixel, task.last) : task.last;
-      const std::uint64_t count = last - first;
       const std::uint64_t rays = counter.counters.rays + counter.counters.shadow_rays;
-      const bool has_second_net = task.second && task.second->has(x, y);
-      // one loop serves both nets, since a path is too much code to be there twice
-      for (std::uint64_t k = 0; k < (has_second_net ? 2 * count : count); ++k) {
-        const bool in_second = k >= count;
-        const std::uint64_t i = first + (in_second ? k - count : k);
-        const std::uint64_t index = in_second ? kSecondNet + i : i;
-        const Spectrum L = sample(x, y, index);
-        if (counter.gave_up) [[unlikely]]
-          return;
-        if (L.is_finite()) {
-          in_second ? task.second->add(x, y, i, L, scale) : film.add(x, y, i, L, scale);
-        } else {
-          ++counter.counters.nonfinite;
-          nonfinite.add({x, y, index});
+      const int nets = task.second && task.second->has(x, y) ? 2 : 1;
+      for (int net = 0; net < nets; ++net) {
+        for (std::uint64_t i = first; i < last; ++i) {
+          const std::uint64_t index = net == 0 ? i : kSecondNet + i;
+          const Spectrum L = sample(x, y, index);
+          if (counter.gave_up) [[unlikely]]
+            return;
+          if (L.is_finite()) {
+            net == 0 ? film.add(x, y, i, L, scale) : task.second->add(x, y, i, L, scale);
+          } else {
+            ++counter.counters.nonfinite;
+            nonfinite.add({x, y, index});
+          }
         }
-        if (task.pixel_rays && k + 1 == count)
+        if (net == 0 && task.pixel_rays)
           task.pixel_rays[pixel] += counter.counters.rays + counter.counters.shadow_rays - rays;
       }
     }
