@@ -124,12 +124,16 @@ def test_the_error_that_the_learn_page_shows_is_what_its_command_prints(tmp_path
 
 def test_the_bright_dot_of_the_learn_page_is_what_its_command_finds(capsys: pytest.CaptureFixture[str]) -> None:
     text = (ROOT / "scenes" / "learn" / "README.md").read_text()
-    (command,) = re.findall(r"^equaltime (replay .*)$", text, re.MULTILINE)
+    by_chance, by_both = re.findall(r"^equaltime (replay .*)$", text, re.MULTILINE)
     (shown,) = re.findall(r"with (\d+) times the mean of the others", text)
-    assert main(shlex.split(command.replace("scenes/", f"{ROOT}/scenes/"))) == 0
+    assert main(shlex.split(by_chance.replace("scenes/", f"{ROOT}/scenes/"))) == 0
     first = capsys.readouterr().out.partition("\n")[0]
-    (printed,) = re.findall(r"of the first 50 is the brightest: (\d+) times the mean of the others", first)
+    sample, printed = re.findall(r"sample (\d+) .* the brightest: (\d+) times the mean of the others", first)[0]
+    assert f"--sample {sample} " in by_both
     assert float(shown) == pytest.approx(float(printed), rel=0.03)
+    assert main(shlex.split(by_both.replace("scenes/", f"{ROOT}/scenes/"))) == 0
+    radiance = re.findall(r"^radiance (\S+)", capsys.readouterr().out, re.MULTILINE)
+    assert re.findall(r"The sample is now (\S+) where it\nwas 300", text) == radiance
 
 
 def test_the_error_that_the_readme_shows_is_what_its_example_prints() -> None:
