@@ -141,7 +141,7 @@ def _short(found: PriceList, left: int) -> Iterator[str]:
     if len(lights) > 1:
         said.append(f"by light: {', '.join(lights[:_MOST_LIGHTS])}")
     if said:
-        yield f"Noise: {'; '.join(said)}."
+        yield f"Noise: {'; '.join(said)}{' (shares of the noise are in doubt, see -v)' if found.doubt else ''}."
     if depth := other_depth(found.max_depth, found.scene_max_depth):
         yield f"All numbers are for {depth}."
     more = f"{left} more effects, " if left > 0 else ""
@@ -168,6 +168,8 @@ def _everything(found: PriceList) -> Iterator[str]:
         yield f"time of outputs beside the image, each alone: {times}"
     if depth := other_depth(found.max_depth, found.scene_max_depth):
         yield f"all numbers are for {depth}"
+    if found.doubt:
+        yield f"shares of the noise are in doubt: {found.doubt}"
     width, height = found.size
     measured = f"{found.repeats} repeats of {found.samples} samples a pixel of {width}x{height}, {found.strategy}"
     yield f"noise is variance; shares and errors with their 95 % intervals, from {measured}"

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.pricing.output_costs import ALL, measure_outputs
-from equaltime.quoting.light_parts import KINDS_OF_PARTS, LightParts, measure_parts
+from equaltime.quoting.light_parts import KINDS_OF_PARTS
+from equaltime.quoting.noise_parts import NoiseParts, measure_noise_parts
 from equaltime.quoting.pairs import Versus, run_in_turn
 from equaltime.rendering.job import as_scene, check_arguments
 from equaltime.rendering.stated import shorter
@@ -98,6 +99,9 @@ class PriceList(Shown):
     """Length of the longest paths that were measured, in Mitsuba's counting; -1 if there is no limit."""
     scene_max_depth: int
     """The ``max_depth`` that the scene's file asks for."""
+    doubt: str = ""
+    """Reason, in words, why shares of the noise cannot be trusted: few bright paths make it. Empty if they can be
+    trusted."""
 
     def __str__(self) -> str:
         called = ", ".join(price.kind.name for price in self.prices) or "no effect"
@@ -126,6 +130,7 @@ class PriceList(Shown):
             "memory": self.memory,
             "max_depth": self.max_depth,
             "scene_max_depth": self.scene_max_depth,
+            **({"doubt": self.doubt} if self.doubt else {}),
         }
 
 
@@ -142,7 +147,7 @@ def effects(
     """Return the measured cost of each effect (feature such as media or textures) that a scene uses.
 
     The scene is rendered in turn with each of its variants, which leave one effect out, with the same random numbers.
-    Then its noise is divided among kinds of light (`equaltime.quoting.light_parts`), and its outputs beside the image
+    Then its noise is divided among kinds of light (`equaltime.quoting.noise_parts`), and its outputs beside the image
     are timed.
 
     Parameters
@@ -178,12 +183,12 @@ def effects(
     check_arguments(seed=seed, threads=threads)
     chosen, scene = Strategy.of(strategy), as_scene(scene)
     most, repeats, samples = (QUICK_PIXELS, QUICK_REPEATS, QUICK_SAMPLES) if quick else (MOST_PIXELS, REPEATS, SAMPLES)
-    small, seed = scene.with_(size=size) if size else smaller(scene, most), min(seed, 2**64 - repeats)
+    small, seed = scene.with_(size=size) if size else smaller(scene, most), min(seed, 2**64 - 1 - repeats)
     reasons = derive(small)
     variants = {name: (name,) for name in reasons if kind_of(name).instead and can_leave_out(small, chosen, name)}
     whole, less = run_in_turn(small, chosen, variants, repeats, samples, seed, threads, _part_of(progress, 0.0, 0.6))
     end = 0.9 if "outputs" in reasons else 1.0
-    parts = measure_parts(small, chosen, repeats, samples, seed, threads, _part_of(progress, 0.6, end))
+    parts = measure_noise_parts(small, chosen, repeats, samples, seed, threads, _part_of(progress, 0.6, end))
     beside = dict(measure_outputs(small, chosen, repeats, samples, seed, threads, _part_of(progress, end, 1.0)))
     together = {"outputs": beside.pop(ALL, None)}
     prices = [
@@ -206,13 +211,14 @@ def effects(
         memory=small.core.memory_bytes,
         max_depth=shorter(small.max_depth, chosen.truncate),
         scene_max_depth=small.own_max_depth,
+        doubt=parts.doubt,
     )
 
 
 def _price(
     kind: Effect,
     reasons: tuple[Reason, ...],
-    parts: LightParts,
+    parts: NoiseParts,
     versus: Versus | None = None,
     time: Interval | None = None,
 ) -> Price:
@@ -231,7 +237,7 @@ def _price(
     )
 
 
-def _share(kind: Effect, parts: LightParts) -> Interval | None:
+def _share(kind: Effect, parts: NoiseParts) -> Interval | None:
     """Return the variance share of light that the core tells apart, for effects that are such a light; else None."""
     if kind.scatterers:
         return parts.share("bsdf", lambda what: what in kind.scatterers)

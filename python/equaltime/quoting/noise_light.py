@@ -1,38 +1,23 @@
 """The light that makes the noise of a render: direct or indirect, by lamp, by surface, and by technique.
 
-A small film is rendered a few times with independent seeds, and its light is split (`equaltime.quoting.light_parts`).
+A small film is rendered a few times with independent seeds, and its light is split (`equaltime.quoting.noise_parts`).
 The share of a part of the light in the variance is ``Cov(part, whole) / Var(whole)``, where whole stands for the image.
 It is a share of error² for that film and its samples per pixel: edges make more of the error there than on a larger
 film. Shares of one kind sum to 1, since each covariance of two parts is divided equally between them. A part that
 cancels noise of others has a negative share. For indirect light and the rest, three more numbers are stated: the noise
 that each would make alone, and twice their covariance. These sum to 1 as well. Intervals are at 95 %, by the jackknife
 over seeds.
-
-Squared errors should be divided by the squares of the true image, which is unknown. If they are divided by the mean of
-the split images themselves, pixels that a rare bright path has met hide that path. Such light would seem to make a few
-per cent of an error of which it makes a fifth (measured, at edges of a lamp). If they are divided by an independent
-image that has met no such path, these pixels count for too much. So shares are computed twice: with an independent
-image of 32 times the samples, and with the mean of all images. The stated share is the middle of the two shares, and
-its interval holds both intervals. A doubt is stated if few bright paths make the noise, so that intervals cannot be
-trusted.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from equaltime.film.error import pixel_statistics
-from equaltime.film.tails import tail_of
-from equaltime.images.metrics import Reference
-from equaltime.quoting.light_parts import KINDS_OF_PARTS, LightParts, measure_parts_by
-from equaltime.rendering.core import make_renderer
+from equaltime.quoting.light_parts import KINDS_OF_PARTS
+from equaltime.quoting.noise_parts import REFERENCE, measure_noise_parts
 from equaltime.scene import Scene
 from equaltime.scene.scene import smaller
 from equaltime.statistics.intervals import Interval
@@ -41,16 +26,13 @@ from equaltime.strict_json import fields_to_json
 
 __all__ = ["LEAST_PATHS", "NoiseLight", "noise_light"]
 
-Floats = NDArray[np.float64]
-
 REPEATS = 8
 MOST_PIXELS = 64 * 64
 MOST_SAMPLES, LEAST_SAMPLES = 8, 2
 LEAST_PIXELS = 24 * 24
-_REFERENCE = 32
 _SPLITTING = 2.5
 """Largest cost of a path whose light is split, in paths of a render: 1.6 to 2.1 measured, and the start."""
-_COST = _REFERENCE + _SPLITTING * REPEATS
+_COST = REFERENCE + _SPLITTING * REPEATS
 LEAST_PATHS = _COST * LEAST_SAMPLES * LEAST_PIXELS
 """Least number of camera paths that `noise_light` needs for a result."""
 
@@ -125,53 +107,20 @@ def noise_light(
     most = max(LEAST_SAMPLES, min(MOST_SAMPLES, paths / (_COST * width * height)))
     samples = 2 ** math.floor(math.log2(most))
     seed = min(seed, 2**64 - 1 - REPEATS)
-    doubts: list[str] = []
-    references = partial(_references, small, strategy, seed + REPEATS, threads, samples, doubts)
-    both = list(measure_parts_by(small, strategy, REPEATS, samples, seed, threads, references=references))
-
-    def told(share: Callable[[LightParts], Interval]) -> Interval:
-        return _between(*map(share, both))
-
+    parts = measure_noise_parts(small, strategy, REPEATS, samples, seed, threads)
     return NoiseLight(
-        seen=told(lambda parts: parts.share("length", lambda what: _length(what) == 1)),
-        direct=told(lambda parts: parts.share("length", lambda what: _length(what) == 2)),
-        indirect=told(lambda parts: parts.share("length", lambda what: _length(what) > 2)),
-        alone=_positive(told(lambda parts: parts.apart(2)[1])),
-        indirect_alone=_positive(told(lambda parts: parts.apart(2)[0])),
-        common=told(lambda parts: parts.common(2)),
-        kinds={kind: _shares(*(parts.shares(kind) for parts in both)) for kind in KINDS_OF_PARTS},
+        seen=parts.share("length", lambda what: _length(what) == 1),
+        direct=parts.share("length", lambda what: _length(what) == 2),
+        indirect=parts.share("length", lambda what: _length(what) > 2),
+        alone=_positive(parts.apart(2)[1]),
+        indirect_alone=_positive(parts.apart(2)[0]),
+        common=parts.common(2),
+        kinds={kind: parts.shares(kind) for kind in KINDS_OF_PARTS},
         size=(width, height),
         samples=samples,
         repeats=REPEATS,
-        doubt=next(filter(None, doubts), ""),
+        doubt=parts.doubt,
     )
-
-
-def _references(
-    scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int, doubts: list[str], whole: Floats
-) -> Iterator[Reference]:
-    """Yield a reference without noise in common with the images, and the mean of all images; note doubts."""
-    renderer = make_renderer(scene, strategy, seed, threads)
-    renderer.advance(_REFERENCE * samples)
-    independent = pixel_statistics(renderer.moments).mean
-    weight = _REFERENCE / (_REFERENCE + len(whole))
-    for mean in (independent, weight * independent + (1.0 - weight) * whole.mean(axis=0)):
-        reference = Reference(mean, np.zeros_like(mean))
-        squares = np.square(whole - whole.mean(axis=0)) / np.maximum(reference.denominator, np.finfo(np.float64).tiny)
-        doubts.append(tail_of(squares.mean(axis=-1)).doubt)
-        yield reference
-
-
-def _shares(first: Mapping[str, Interval], second: Mapping[str, Interval]) -> dict[str, Interval]:
-    return {what: _between(share, second[what]) for what, share in first.items() if what in second}
-
-
-def _between(first: Interval, second: Interval) -> Interval:
-    """Return the middle of two shares, with an interval that holds both of theirs."""
-    doubts = [share.note or "no noise was seen" for share in (first, second) if not share.trusted]
-    low, high = min(first.low, second.low), max(first.high, second.high)
-    middle = Interval(0.5 * (first.value + second.value), low, high)
-    return middle.doubted(doubts[0]) if doubts else middle
 
 
 def _positive(share: Interval) -> Interval:

@@ -58,6 +58,22 @@ def test_the_prices_are_those_of_the_crop_window() -> None:
     assert texture.difference.shape == (4, 7, 3)
 
 
+def test_rare_light_leaves_shares_of_the_noise_in_doubt_and_even_noise_does_not(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """The box at 8 samples has edges of its lamp; a lamp that is alone in a grey room has no rare light."""
+    box = str(ROOT / "scenes" / "cornell-box.toml")
+    assert main(["effects", box, "--quick", "--size", "16x16", "--max-depth", "3", "-v"]) == 0
+    assert "shares of the noise are in doubt: heavy tail" in capsys.readouterr().out
+    assert main(["effects", box, "--quick", "--size", "16x16", "--max-depth", "3"]) == 0
+    assert "(shares of the noise are in doubt, see -v)" in capsys.readouterr().out
+    lamp = {"type": "constant", "radiance": 1.0}
+    ball = {"type": "sphere", "center": [0.0, 0.0, 6.0], "radius": 4.0}
+    film = {"type": "hdrfilm", "width": 16, "height": 16}
+    even = et.load_dict({"type": "scene", "camera": {"type": "perspective", "film": film}, "sky": lamp, "ball": ball})
+    assert et.effects(even, quick=True).doubt == ""
+
+
 def test_the_price_list_is_printed_and_pictures_show_what_changes(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
