@@ -13,7 +13,7 @@
 
 namespace equaltime {
 
-inline constexpr std::size_t kRadius = 3, kChannels = 3;
+inline constexpr std::size_t kNeighbourRadius = 3, kChannels = 3;
 inline constexpr std::size_t kBandRows = 64;  // few enough for the cache, with the rows around
 
 using Doubles = std::vector<double>;
@@ -23,7 +23,7 @@ struct Beside {
   std::size_t before, behind;
 
   Beside(std::size_t at, std::size_t length) noexcept
-      : before(std::min(at, kRadius)), behind(std::min(length - 1 - at, kRadius)) {}
+      : before(std::min(at, kNeighbourRadius)), behind(std::min(length - 1 - at, kNeighbourRadius)) {}
 
   [[nodiscard]] std::size_t all() const noexcept { return before + 1 + behind; }
   [[nodiscard]] std::size_t next() const noexcept {

@@ -162,7 +162,7 @@ ErrorSums error_parts(const PixelEstimates& image, double floor, const ErrorCont
   std::vector<ErrorSums> found((image.height + kBandRows - 1) / kBandRows);
   for (const std::span<double> part : {contributions.value, contributions.lenient, contributions.cautious})
     std::fill(part.begin(), part.end(), 0.0);
-  over_bands<Scratch>(image, 3 * kRadius, [&](const Band& band, std::size_t number, Scratch& s) {
+  over_bands<Scratch>(image, 3 * kNeighbourRadius, [&](const Band& band, std::size_t number, Scratch& s) {
     band.box_sum(band.pixels.variance, s.noise);
     pool(band, uniform, s);
     s.local.find(band);
@@ -189,7 +189,7 @@ ErrorSums error_parts(const PixelEstimates& image, double floor, const ErrorCont
 
 void standard_errors(const PixelEstimates& image, std::span<float> errors) {
   const bool uniform = are_uniform(image);
-  over_bands<Scratch>(image, kRadius, [&](const Band& band, std::size_t, Scratch& s) {
+  over_bands<Scratch>(image, kNeighbourRadius, [&](const Band& band, std::size_t, Scratch& s) {
     band.box_sum(band.pixels.variance, s.noise);
     pool(band, uniform, s);
     const std::size_t before = kChannels * band.first * image.width;
