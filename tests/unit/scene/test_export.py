@@ -343,6 +343,16 @@ def test_a_mesh_that_a_ply_file_does_not_hold_is_refused(parts: dict[str, Any], 
     assert images[0].tobytes() == images[1].tobytes()
 
 
+def test_a_mesh_with_vertices_and_faces_that_show_nothing_is_written_to_a_ply_file(tmp_path: Path) -> None:
+    builder = Builder()
+    positions = [[9, 9, 9], [0, 0, 0], [1, 0, 0], [0, 1, 0], [2, 0, 0], [3, 0, 0]]
+    builder.add("nodes", {"mesh": builder.mesh(positions, [1, 2, 3, 1, 4, 5], NORMAL=[[0, 0, 1]] * 6)})
+    loaded = et.load(builder.gltf(tmp_path / "spare.gltf")).with_(size=(4, 4))
+    loaded.write(tmp_path / "spare.xml")
+    images = [et.render(scene, spp=2).image for scene in (loaded, et.load(tmp_path / "spare.xml"))]
+    assert images[0].tobytes() == images[1].tobytes()
+
+
 def test_mitsuba_s_transforms_replace_lists_and_none_that_is_animated() -> None:
     rows = [[2.0, 0.0, 0.0, 0.0], [0.0, 2.0, 0.0, 0.0], [0.0, 0.0, 2.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
     plain = et.load_dict(scene(ball={"type": "sphere", "to_world": rows})).to_dict()
