@@ -104,6 +104,10 @@ class Assets:
         """
         return self._within(self.path(filename)).extensions
 
+    def companions(self, filename: str) -> tuple[str, ...]:
+        """Return the names of the files that the glTF file `filename` reads, relative to its folder."""
+        return self._within(self.path(filename)).companions
+
     def image(self, emitter: EnvMap) -> NDArray[np.float32]:
         """Return the image (H, W, 3) of `emitter` in linear sRGB; all values are finite and at least 0."""
         path = self.path(emitter.filename)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -233,6 +234,55 @@ def test_files_can_be_copied_and_none_is_overwritten(with_mesh: Path) -> None:
         assert et.load(with_mesh / name).model.shapes[0].filename == "new_files/a $mesh-2.ply"  # type: ignore[union-attr]
     assert sorted(path.name for path in copies.iterdir()) == ["a $mesh-2.ply", "a $mesh.ply"]
     assert (copies / "a $mesh.ply").read_bytes() == b"somebody else's"
+
+
+@pytest.mark.parametrize("kind", ["glb", "gltf"])
+def test_a_gltf_file_is_copied_with_its_buffers_and_images(kind: str, tmp_path: Path) -> None:
+    (source := tmp_path / "old").mkdir()
+    builder = Builder()
+    texture = builder.image(np.full((2, 2, 3), 90, np.uint8), source)
+    colour = {"baseColorTexture": {"index": texture}}
+    material = builder.add("materials", {"pbrMetallicRoughness": colour})
+    plane = [[-1, -1, 0], [1, -1, 0], [1, 1, 0]]
+    for _ in range(2):
+        mesh = builder.mesh(plane, TEXCOORD_0=[[0, 0], [1, 0], [1, 1]], material=material)
+        builder.add("nodes", {"mesh": mesh})
+    if kind == "glb":
+        model = builder.glb(source / "model.glb")
+        expected = {"model.glb"}
+    else:
+        (source / "maps").mkdir()
+        image = builder.json["images"][0]
+        view = builder.json["bufferViews"][image.pop("bufferView")]
+        begin = view["byteOffset"]
+        (source / "maps" / "a b.png").write_bytes(builder.binary[begin : begin + view["byteLength"]])
+        image["uri"] = "maps/a%20b.png"
+        (source / "model.bin").write_bytes(builder.binary)
+        buffers = [{"uri": "model.bin", "byteLength": len(builder.binary)}]
+        images = [image, {"uri": "missing.png"}]
+        model = source / "model.gltf"
+        model.write_text(json.dumps(builder.document() | {"buffers": buffers, "images": images}))
+        expected = {"model/model.gltf", "model/model.bin", "model/maps/a b.png"}
+    image_before = et.render(et.load(model).with_(size=(8, 8)), spp=2).image
+    for name in ("new.toml", "again.toml"):
+        files = et.load(model).write(tmp_path / "out" / name, copy=True)
+        folder = tmp_path / "out" / f"{name.removesuffix('.toml')}_files"
+        assert {path.relative_to(folder).as_posix() for path in files[1:]} == expected
+    shutil.rmtree(source)
+    (tmp_path / "out").rename(tmp_path / "elsewhere")
+    image_after = et.render(et.load(tmp_path / "elsewhere" / "new.toml").with_(size=(8, 8)), spp=2).image
+    assert image_before.tobytes() == image_after.tobytes()
+
+
+def test_a_gltf_file_whose_name_is_taken_is_copied_with_its_buffers_elsewhere(tmp_path: Path) -> None:
+    (tmp_path / "a.gltf").write_text("a")
+    (tmp_path / "a.bin").write_text("b")
+    (taken := tmp_path / "new" / "a").mkdir(parents=True)
+    (taken / "a.bin").write_text("somebody else's")
+    for _ in range(2):
+        assert Folder(tmp_path / "new").copy(tmp_path / "a.gltf", ["a.bin"]) == tmp_path / "new" / "a-2" / "a.gltf"
+    assert (tmp_path / "new" / "a-2" / "a.bin").read_text() == "b"
+    assert sorted(path.name for path in (tmp_path / "new").rglob("*")) == ["a", "a-2", "a.bin", "a.bin", "a.gltf"]
 
 
 def test_what_is_there_is_not_overwritten_and_unknown_kinds_are_refused(with_mesh: Path) -> None:

@@ -2,7 +2,7 @@
 
 `plain` converts a scene model to nested dictionaries with Mitsuba's names. `look_at` replaces matrices of cameras by
 origin, target and up direction. `toml_writer` and `xml_writer` convert such a dictionary to text. `files` names files,
-and writes the contents of a glTF file as separate files. The function `convert` combines all steps.
+copies them, and writes the contents of a glTF file as separate files. The function `convert` combines all steps.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ def convert(model: SceneModel, assets: Assets, file: Path, *, copy: bool = False
     """Write the scene to the new file `file`, and return all files that were written, `file` first.
 
     The suffix of `file` decides the format; see `FORMATS`. The written scene names meshes and images relative to
-    `file`. With `copy`, meshes and images are copied into a folder beside `file` first. For XML, or with `copy`, meshes
-    and bitmaps of glTF files become separate files in that folder, and so do parts of OBJ files. TOML without `copy`
-    names glTF files directly.
+    `file`. With `copy`, meshes and images are copied into a folder beside `file` first, and glTF files with the buffers
+    and images that they name. For XML, meshes and bitmaps of glTF files become separate files in that folder, and so do
+    parts of OBJ files.
 
     Raises SceneError for an unknown format or if `file` exists. Raises ValueError if a file of the scene is missing.
     """
@@ -45,14 +45,14 @@ def convert(model: SceneModel, assets: Assets, file: Path, *, copy: bool = False
     if file.exists():
         raise SceneError((Problem(str(file), "this file exists already; choose another name"),))
     folder = Folder(file.parent / f"{file.stem}_files")
-    if copy or file.suffix.lower() == ".xml":
+    if file.suffix.lower() == ".xml":
         model = portable(model, assets, folder)
 
     def name(filename: str) -> str:
         """Return the name of a file in the written scene; a fragment that names a part stays."""
         path, inside = assets.path(filename), split(filename)[1]
         if copy and path.resolve().parent != folder.path.resolve():
-            path = folder.copy(path)
+            path = folder.copy(path, () if inside is None else assets.companions(filename))
         return relative(path, file.parent) + ("" if inside is None else f"#{inside}")
 
     text = FORMATS[file.suffix.lower()](with_look_at(scene_dict(model, name)))

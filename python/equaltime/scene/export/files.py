@@ -1,6 +1,6 @@
 """Files of an exported scene: relative names of existing meshes and images, and new files in a folder of the scene.
 
-Meshes and bitmaps inside glTF and OBJ files become separate files, which any renderer can read. No file is overwritten.
+For Mitsuba, meshes and bitmaps inside glTF and OBJ files become separate files. No file is overwritten.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ import filecmp
 import os
 import re
 import shutil
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from itertools import count
@@ -190,14 +190,34 @@ class Folder:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.written: list[Path] = []
+        self._copies: dict[Path, Path] = {}
         self._tidied = False
 
-    def copy(self, file: Path) -> Path:
-        """Copy `file` into this folder and return the path of the copy.
+    def copy(self, file: Path, companions: Sequence[str] = ()) -> Path:
+        """Copy `file` into this folder and return the path of the copy, once for each file.
 
-        If the folder has an identical file with this name, that file is used instead.
+        If the folder has an identical file with this name, that file is used instead. The `companions` are files that
+        `file` names relative to its own folder. A file with companions gets a folder of its own in this folder, where
+        all of them keep their names.
         """
+        if file not in self._copies:
+            self._copies[file] = self._together(file, companions) if companions else self._copy(file)
+        return self._copies[file]
+
+    def _copy(self, file: Path) -> Path:
         return self.put(file.name, lambda target: shutil.copyfile(file, target))
+
+    def _together(self, file: Path, companions: Sequence[str]) -> Path:
+        """Copy a file and its companions into the first folder called `file.stem` or so in which no name is taken."""
+        names = (file.name, *companions)
+        for own in self._names(file.stem):
+            if all(_is_free(own / name, file.parent / name) for name in names):
+                for name in names:
+                    inner = Folder((own / name).parent)
+                    inner._copy(file.parent / name)
+                    self.written += inner.written
+                return own / file.name
+        raise AssertionError("there is always another name")
 
     def put(self, name: str, write: Callable[[Path], object]) -> Path:
         """Create a file in this folder and return its path.
@@ -231,6 +251,11 @@ class Folder:
         stem, suffix = Path(name).stem, Path(name).suffix
         for number in count(2):
             yield self.path / f"{stem}-{number}{suffix}"
+
+
+def _is_free(target: Path, file: Path) -> bool:
+    """Tell whether `target` does not exist or has the content of `file`."""
+    return not os.path.lexists(target) or (target.is_file() and filecmp.cmp(file, target, shallow=False))
 
 
 def write_ply(

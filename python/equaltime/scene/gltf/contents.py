@@ -65,6 +65,12 @@ class Contents:
         """
         return self._document.extensions
 
+    @property
+    def companions(self) -> tuple[str, ...]:
+        """Names of the buffers and images outside the file, relative to its folder; files that are missing are left
+        out, since nothing needs them."""
+        return tuple(self._document.relative(uri, "") for uri in self._document.outside)
+
     def sha256(self, fragment: str) -> str:
         """Return the SHA-256, in hexadecimal digits, of the mesh or bitmap that `fragment` names.
 

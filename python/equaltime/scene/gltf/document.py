@@ -76,6 +76,12 @@ class Document:
         used = dict.fromkeys([*self.gltf.extensionsUsed, *self.gltf.extensionsRequired])
         return {name: MAPPING.get(name, NOT_USED) for name in used}
 
+    @property
+    def outside(self) -> tuple[str, ...]:
+        """URIs of the existing files beside the document that have its buffers and images, each once."""
+        uris = dict.fromkeys(part.uri for part in (*self.gltf.buffers, *self.gltf.images) if part.uri is not None)
+        return tuple(uri for uri in uris if not uri.startswith("data:") and self.size_of(uri))
+
     def note(self, message: str, place: str) -> None:
         """Add the note `message` for the user about `place`, a path in the JSON such as ``nodes[2]``.
 

@@ -64,8 +64,7 @@ def _check(found: int, most: int, what: str, place: str) -> None:
 
 def _bytes(document: Document) -> int:
     """Return the size in bytes of the file and of the files that it names, as far as they exist."""
-    beside = {part.uri for part in (*document.gltf.buffers, *document.gltf.images) if part.uri is not None}
-    return document.size + sum(document.size_of(uri) for uri in beside if not uri.startswith("data:"))
+    return document.size + sum(map(document.size_of, document.outside))
 
 
 def _of_primitives(gltf: Any) -> Iterator[tuple[str, int]]:
