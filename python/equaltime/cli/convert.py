@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from equaltime.cli.messages import print_warnings
+from equaltime.cli.messages import Written, print_lines, print_warnings
 from equaltime.cli.options import Define, ExposureStops, Substitute, parse_definitions
 from equaltime.errors import ImageError
 from equaltime.images import preview
@@ -86,7 +86,8 @@ def _picture_of(saved: Path, output: Path, exposure: Exposure, quiet: bool) -> i
         raise ImageError(f"{output}: the picture of a render is a file {' or '.join(preview.EXTENSIONS)}")
     if output.exists():
         raise ImageError(f"{output}: exists already, and no file is overwritten")
-    (written,) = read(saved).save(output, exposure=exposure)
+    result = read(saved)
+    written = Written(result.save(output, exposure=exposure), result.exposure(exposure), result.exposure())
     if not quiet:
-        print(f"wrote {written}")
+        print_lines([f"wrote {written}", *filter(None, [written.counted])])
     return 0

@@ -20,7 +20,7 @@ from equaltime.cli.lines import fitted
 from equaltime.cluster import CONNECT_SECONDS
 from equaltime.errors import EqualtimeWarning, ImageError
 from equaltime.film.unseen import FAR_APART
-from equaltime.images.exposure import exposure_in_words
+from equaltime.images.exposure import beside_automatic, exposure_in_words
 from equaltime.quoting.observer import ENDED_FIRST
 from equaltime.quoting.pilot import Quote
 from equaltime.rendering.outputs import asked_for
@@ -124,6 +124,8 @@ class Written:
     files: Sequence[Path]
     stops: float = 0.0
     """Exposure of the preview in stops: 1 is twice as bright."""
+    automatic: float | None = None
+    """Automatic exposure of the preview in stops; None if it is not to be compared with ``stops``."""
     scale: str = ""
     """Scale of the picture of the variance, in words; empty if there is no such picture."""
     replaced: str = ""
@@ -137,6 +139,11 @@ class Written:
         if shown and preview is not None:
             names[preview] += f" ({shown})"
         return ", ".join(names)
+
+    @property
+    def counted(self) -> str:
+        """Sentence on an exposure that is not the automatic one; empty if it is."""
+        return "" if self.automatic is None else beside_automatic(self.stops, self.automatic)
 
     @property
     def kept(self) -> str:

@@ -283,8 +283,8 @@ ExposureStops = Annotated[
         "--exposure",
         parser=parse_exposure,
         metavar="auto|EV",
-        help="Brightness of the preview in stops, such as 1.5 or -2; auto: whole stops, if it would be too dark or too "
-        "bright. The EXR is never scaled.",
+        help="Brightness of the preview in stops, such as 1.5 or -2, counted from the scene's own values (0), not from "
+        "the automatic picture. auto: whole stops, if it would be too dark or too bright. The EXR is never scaled.",
     ),
 ]
 

@@ -58,6 +58,8 @@ def outcome(result: Result, written: Written, quote: Quote | None, first: bool =
         yield below
     if result.stopped_by == "error" and selects_images(result):
         yield _SELECTS
+    if written.counted:
+        yield written.counted
     if written.scale:
         yield f"{written.files[-1 - bool(written.kept)]}: {written.scale}"
     if told := written.kept or written.replaced:

@@ -12,7 +12,7 @@ from typing import Any, Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["AUTO", "MOST_STOPS", "Exposure", "automatic_stops", "checked_exposure", "exposure_in_words"]
+__all__ = ["AUTO", "MOST_STOPS", "Exposure", "automatic_stops", "beside_automatic", "checked_exposure", "exposure_in_words"]
 
 Exposure = float | Literal["auto"]
 """Exposure in stops, positive for brighter; or ``auto``, which chooses the stops from the picture."""
@@ -58,3 +58,13 @@ def exposure_in_words(stops: float) -> str:
     if stops == 0.0:
         return ""
     return f"{abs(stops):g} stop{'' if abs(stops) == 1.0 else 's'} {'brighter' if stops > 0.0 else 'darker'}"
+
+
+def beside_automatic(stops: float, automatic: float) -> str:
+    """Return a sentence that compares an exposure that was asked for with the automatic one; empty if they are equal.
+
+    Users take the automatic picture for exposure 0, which is the scene's own values.
+    """
+    if stops == automatic:
+        return ""
+    return f"--exposure {stops:g} is counted from the scene's own values (0); auto takes {automatic:g} here"

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import equaltime as et
 from equaltime.cli import main
 
 SCENE = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
@@ -24,6 +27,20 @@ def test_the_picture_of_a_saved_render_is_that_of_a_render_to_the_picture(name: 
     words = ["--size", "8x6", "--spp", "4", "--seed", "1", "--exposure", "1", "-q"]
     assert main(["render", str(SCENE), "-o", str(saved.with_name(f"c{name}")), *words]) == 0
     assert saved.with_name(name).read_bytes() == saved.with_name(f"c{name}").read_bytes()
+
+
+def test_an_exposure_is_told_beside_the_automatic_one(saved: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    dark = et.read(saved)
+    replace(dark, image=dark.image / np.float32(64.0)).save(saved, overwrite=True)
+    automatic = et.read(saved).exposure()
+    assert automatic > 2.0
+    for stops, shown in ((f"{automatic:g}", f"{automatic:g} stops"), ("auto", f"{automatic:g} stops"), ("1", "1 stop")):
+        picture = saved.with_name(f"{stops}.png")
+        assert main(["convert", str(saved), str(picture), "--exposure", stops]) == 0
+        said = f"wrote {picture} ({shown} brighter)\n"
+        if stops == "1":
+            said += f"--exposure 1 is counted from the scene's own values (0); auto takes {automatic:g} here\n"
+        assert capsys.readouterr().out == said
 
 
 def test_a_picture_overwrites_no_file_and_is_png_or_jpeg(saved: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -119,10 +119,11 @@ def test_the_command_says_how_the_preview_is_shown(
     command = ["render", str(scene), "-o", str(tmp_path / "a.exr"), "--spp", "2"]
     assert main(command) == 0
     assert capsys.readouterr().out.rstrip().endswith(f"{tmp_path / 'a.png'} (4 stops brighter)")
-    assert main([*command, "--exposure", "-2"]) == 0
-    assert capsys.readouterr().out.rstrip().endswith(f"{tmp_path / 'a.png'} (2 stops darker)")
-    assert main([*command, "--exposure", "0"]) == 0
-    assert capsys.readouterr().out.rstrip().endswith(f"{tmp_path / 'a.png'}")
+    for stops, shown in (("-2", " (2 stops darker)"), ("0", "")):
+        assert main([*command, "--exposure", stops]) == 0
+        first, told, *_ = capsys.readouterr().out.splitlines()[-2:]
+        assert first.endswith(f"{tmp_path / 'a.png'}{shown}")
+        assert told == f"--exposure {stops} is counted from the scene's own values (0); auto takes 4 here"
     assert main([*command, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["exposure"] == 4.0
 
