@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, Final
 
 import typer
 
 from equaltime.cli.messages import Written, print_lines, print_warnings
-from equaltime.cli.options import Define, ExposureStops, Substitute, parse_definitions
+from equaltime.cli.options import Define, ExposureStops, Substitute, parse_background, parse_definitions
 from equaltime.errors import ImageError
 from equaltime.images import preview
 from equaltime.images.exposure import Exposure
 from equaltime.images.image_files import PICTURES
+from equaltime.rendering.output_files import check_spares
 from equaltime.rendering.saved import read
 from equaltime.scene import load_file
 from equaltime.scene.schema import scene_schema
 from equaltime.strict_json import json_text
 
 __all__ = ["convert", "schema"]
+
+_BLACK: Final = "a JPEG has no alpha: it is black where the render is transparent; --background white changes that"
 
 
 def schema() -> int:
@@ -45,7 +49,7 @@ def convert(
         Path,
         typer.Argument(
             metavar="OUT",
-            help="A new file: .toml, or .xml for Mitsuba 3. Of a render: .png or .jpg.",
+            help="A file .toml, or .xml for Mitsuba 3. Of a render: .png or .jpg.",
             show_default=False,
         ),
     ],
@@ -56,38 +60,57 @@ def convert(
         typer.Option("--copy", help="Copy meshes and images into a folder beside OUT, instead of referring to them."),
     ] = False,
     exposure: ExposureStops = "auto",
+    background: Annotated[
+        Any,
+        typer.Option(
+            parser=parse_background,
+            metavar="R,G,B|white",
+            show_default=False,
+            help="Linear colour behind a render with alpha, which the exposure does not change. The picture then has "
+            "no alpha. A JPEG never has: without this option it is black behind.",
+        ),
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace OUT if it is there.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> int:
     """Write one scene, or the picture of one saved render, to a file of another format.
 
     For many files: `for f in *.exr; do equaltime convert "$f" "${f%.exr}.png"; done`
 
-    Renders of the new scene file equal renders of the old one bit by bit. No file is overwritten. Variables are
-    replaced by their values, spectra by colours in linear sRGB, and outdated parameter names by current ones.
+    Renders of the new scene file equal renders of the old one bit by bit. Variables are replaced by their values,
+    spectra by colours in linear sRGB, and outdated parameter names by current ones.
 
     `equaltime convert a.exr a.jpg` writes the picture of a saved render, in sRGB, as `render -o a.jpg` would.
     """
+    if output.exists() and not overwrite:
+        raise ImageError(f"{output}: is there already; choose another name, or --overwrite replaces it")
     if scene.suffix.lower() == ".exr":
-        return _picture_of(scene, output, exposure, quiet)
+        return _picture_of(scene, output, exposure, background, quiet)
     if scene.suffix.lower() in PICTURES:
         kinds = "a scene file, or of pictures a render that equaltime saved as FILE.exr"
         raise ImageError(f"{scene}: is a picture, and convert takes {kinds}; `equaltime compare` reads pictures")
+    if background is not None:
+        raise typer.BadParameter("only renders have one: FILE.exr that equaltime saved", param_hint="--background")
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
+    check_spares([output], loaded.files, "the scene is made of this file")
     if not quiet:
         print_warnings(loaded)
-    written = loaded.write(output, copy=copy)
+    written = loaded.write(output, copy=copy, overwrite=overwrite)
     if not quiet:
         print(f"wrote {', '.join(map(str, written))}")
     return 0
 
 
-def _picture_of(saved: Path, output: Path, exposure: Exposure, quiet: bool) -> int:
+def _picture_of(saved: Path, output: Path, exposure: Exposure, background: Sequence[float] | None, quiet: bool) -> int:
     if output.suffix.lower() not in preview.EXTENSIONS:
         raise ImageError(f"{output}: the picture of a render is a file {' or '.join(preview.EXTENSIONS)}")
-    if output.exists():
-        raise ImageError(f"{output}: exists already, and no file is overwritten")
     result = read(saved)
-    written = Written(result.save(output, exposure=exposure), result.exposure(exposure), result.exposure())
+    has_alpha = result.origin.picture.alpha and result.alpha is not None
+    if background is not None and not has_alpha:
+        raise typer.BadParameter(f"{saved} has no alpha: render it with --transparent", param_hint="--background")
+    files = result.save(output, exposure=exposure, background=background, overwrite=True)
     if not quiet:
-        print_lines([f"wrote {written}", *filter(None, [written.counted])])
+        written = Written(files, result.exposure(exposure), result.exposure())
+        black = has_alpha and background is None and output.suffix.lower() != ".png"
+        print_lines([f"wrote {written}", *filter(None, [written.counted]), *[_BLACK] * black])
     return 0

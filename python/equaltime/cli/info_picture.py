@@ -58,8 +58,15 @@ def _repeat(path: Path, tag: str | None) -> _Repeat:
     if tag is None:
         return {"seed": None, "repeat": []}
     record, stops = from_repeat(tag, path)
-    named = path.with_suffix(".exr") if record["sources"] else path  # only an EXR file can be merged
-    lines = repeating(named, record, verbose=False, exposure=stops)
+    background, is_jpeg = record["background"], path.suffix.lower() != ".png"
+    converted = background is not None or (is_jpeg and record["transparent"])  # which render does not write
+    named = path.with_suffix(".exr") if record["sources"] or converted else path  # only an EXR file can be merged
+    lines = [*repeating(named, record, verbose=False, exposure=None if converted else stops)]
+    if converted:
+        words = ["equaltime", "convert", named.name, path.name, "--exposure", f"{stops:g}"]
+        words += [] if background is None else ["--background", ",".join(f"{value:g}" for value in background)]
+        words += ["--overwrite"] if named.with_suffix(".png") == path else []  # the preview of that EXR
+        lines.append(f"then      {shlex.join(words)}")
     return {"seed": record["seed"], "repeat": [f"strategy  {record['strategy']}, {seeds(record)}", *lines]}
 
 

@@ -42,6 +42,7 @@ __all__ = [
     "Verbose",
     "Without",
     "parse_aov",
+    "parse_background",
     "parse_cluster",
     "parse_crop",
     "parse_definitions",
@@ -117,6 +118,20 @@ def parse_exposure(text: str) -> Exposure:
     if not abs(stops) <= MOST_STOPS:
         raise typer.BadParameter(f"'{text}' is no exposure; write auto, or stops such as 1.5 or -2")
     return stops
+
+
+_COLORS = {"white": (1.0, 1.0, 1.0), "black": (0.0, 0.0, 0.0)}
+
+
+def parse_background(text: str) -> tuple[float, ...]:
+    """Parse a linear colour ``R,G,B`` in [0, 1], ``white`` or ``black``; raises typer.BadParameter for other texts."""
+    try:
+        color = _COLORS.get(text) or tuple(map(float, text.split(",")))
+    except ValueError:
+        color = ()
+    if len(color) != 3 or not all(0.0 <= value <= 1.0 for value in color):
+        raise typer.BadParameter(f"'{text}' is no colour; write white, black or linear R,G,B from 0 to 1: 0.2,0.2,0.2")
+    return color
 
 
 def parse_cluster(text: str) -> str:

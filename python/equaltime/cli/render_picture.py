@@ -167,7 +167,8 @@ def render_picture(
             raise failure.with_result(result, str(output))
         if viewer is not None and viewer.problem is not None:
             print_warning(viewer.problem)
-        teller.tell(result, scene, writing, Written(files, stops, result.exposure(), scale, replaced(result.record, old)))
+        written = Written(files, stops, result.exposure(), scale, replaced(result.record, old))
+        teller.tell(result, scene, writing, written)
     if failure is not None:
         raise failure.with_words(*order.words)
     return 130 if signals or result.stopped_by == "interrupt" else 0

@@ -12,7 +12,15 @@ from typing import Any, Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["AUTO", "MOST_STOPS", "Exposure", "automatic_stops", "beside_automatic", "checked_exposure", "exposure_in_words"]
+__all__ = [
+    "AUTO",
+    "MOST_STOPS",
+    "Exposure",
+    "automatic_stops",
+    "beside_automatic",
+    "checked_exposure",
+    "exposure_in_words",
+]
 
 Exposure = float | Literal["auto"]
 """Exposure in stops, positive for brighter; or ``auto``, which chooses the stops from the picture."""

@@ -1,13 +1,14 @@
 """Previews of linear images for viewing: sRGB with eight bits per channel, clipped to [0, 1], as PNG or JPEG.
 
 The exposure is given in stops and written in the file's description (`equaltime.images.exposure`). A JPEG has no alpha:
-it shows the image over a black background.
+it shows the image over a background, black by default.
 """
 
 from __future__ import annotations
 
 import math
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -65,6 +66,7 @@ def write(
     alpha: NDArray[Any] | None = None,
     stops: float = 0.0,
     repeat: str = "",
+    background: Sequence[float] | None = None,
 ) -> None:
     """Write the preview of a linear image (H, W, 3) to a file whose extension is one of `EXTENSIONS`.
 
@@ -72,7 +74,8 @@ def write(
     if empty or above 60,000 bytes) become attributes of the file. ``stops`` is the exposure;
     if it is not 0, the description tells it. If ``alpha`` (H, W) is given, the image must already be multiplied by it
     (associated). A PNG gets alpha and unmultiplied colours, as PNG requires; a fully transparent pixel keeps its
-    colour. A JPEG gets no alpha.
+    colour. A JPEG gets no alpha. ``background`` is a linear RGB colour behind the image, which the exposure does not
+    change. With a background, a PNG gets no alpha either.
 
     Raises
     ------
@@ -87,7 +90,9 @@ def write(
     channels: tuple[str, ...] = images.RGB
     if file_format == "jpeg":
         attributes |= _JPEG
-    if alpha is None or file_format == "jpeg":
+    if alpha is not None and background is not None:
+        pixels = srgb_bytes(image * 2.0**stops + (1.0 - alpha)[..., None] * np.asarray(background))
+    elif alpha is None or file_format == "jpeg":
         pixels = srgb_bytes(image, stops)
     else:
         weight = np.where(alpha > 0.0, alpha, 1.0)[..., None]

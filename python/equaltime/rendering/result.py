@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -266,6 +266,7 @@ class Result:
         exposure: Exposure = AUTO,
         aov: Collection[AovPicture] = (),
         overwrite: bool = False,
+        background: Sequence[float] | None = None,
     ) -> tuple[Path, ...]:
         """Write the result and return the files written.
 
@@ -276,8 +277,8 @@ class Result:
             resume or merge the render (`equaltime.rendering.render_file`). Its first subimage has the channels that the
             film asks for (`FilmPicture`). A preview ``NAME.png`` is written beside the EXR, in sRGB, with alpha if the
             film asks for alpha. A path ``NAME.png`` or ``NAME.jpg`` gets the preview alone; a JPEG has no alpha and
-            shows the image over black. An existing render that took more than a minute is kept as ``NAME.exr~``, unless
-            this render contains its samples (was resumed from it).
+            shows the image over ``background`` or over black. An existing render that took more than a minute is kept
+            as ``NAME.exr~``, unless this render contains its samples (was resumed from it).
         small
             Leave out of the EXR the data for resuming and merging, and the outputs beside the image. Round the image to
             11 significant bits (0.02 %).
@@ -292,15 +293,21 @@ class Result:
             Replace files of other programs, and renders of other scenes, without keeping them. Else each is kept as
             ``NAME~``. A scene made in memory is another one unless its content is equal; a scene file is the same one
             even if it has changed.
+        background
+            Linear RGB colour behind the transparent parts of the preview, which then has no alpha. The exposure does
+            not change it. None keeps the alpha of a PNG.
 
         Raises
         ------
         ImageError
             If a file cannot be written or kept; an earlier file stays unchanged.
         ValueError
-            If ``exposure`` is out of range, or ``aov`` names an unknown picture or a variance that is not known.
+            If ``exposure`` is out of range, if ``background`` is no colour, or if ``aov`` names an unknown picture or a
+            variance that is not known.
         """
         paths, stops = check_output(Path(path), aov=aov), self.exposure(exposure)
+        if background is not None and len(background) != 3:
+            raise ValueError(f"background is a linear colour (red, green, blue), found {background!r}")
         variance = None if paths.variance is None else self._known_variance()
         description = f"{self._summary()}; {self.origin.strategy}"
         kept = () if overwrite else keep_others(paths.all, self.origin.scene, self.origin.digest)
@@ -308,8 +315,8 @@ class Result:
             if not kept and (work := keep_work(paths.exr, self.record)) is not None:
                 kept = (work,)
             self.file.write(paths.exr, description, small)
-        repeat = to_repeat(self.record, stops)
-        preview.write(paths.preview, self.image, description, self.origin.scene, self._alpha, stops, repeat)
+        repeat = to_repeat(self.record, stops, background)
+        preview.write(paths.preview, self.image, description, self.origin.scene, self._alpha, stops, repeat, background)
         if paths.variance is not None and variance is not None:
             variance_picture.write_variance(paths.variance, variance, description, self.origin.scene)
         return (*paths.all, *kept)

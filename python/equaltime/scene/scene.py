@@ -220,16 +220,16 @@ class Scene(Shown):
         """
         return export.scene_dict(self.model, self.assets.absolute)
 
-    def write(self, path: str | Path, *, copy: bool = False) -> tuple[Path, ...]:
-        """Write the scene as a new TOML or XML file, and return the paths of the written files.
+    def write(self, path: str | Path, *, copy: bool = False, overwrite: bool = False) -> tuple[Path, ...]:
+        """Write the scene as a TOML or XML file, and return the paths of the written files.
 
         Reading the file gives the same scene, with the same bits in every image. With `copy`, meshes and images are
-        copied into a folder beside the new file. Otherwise the new file names their present paths. Raises SceneError on
-        failure. See `equaltime.scene.export`.
+        copied into a folder beside the new file. Otherwise the new file names their present paths. With
+        `overwrite`, an existing file `path` is replaced. Raises SceneError on failure. See `equaltime.scene.export`.
         """
         path = Path(path)
         try:
-            return export.convert(self.model, self.assets, path, copy=copy)
+            return export.convert(self.model, self.assets, path, copy=copy, overwrite=overwrite)
         except (OSError, ValueError) as error:
             raise SceneError((Problem(str(path), getattr(error, "strerror", None) or str(error)),)) from error
 

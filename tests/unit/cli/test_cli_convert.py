@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import OpenImageIO as oiio  # noqa: N813
 import pytest
 
 import equaltime as et
 from equaltime.cli import main
+from equaltime.images.preview import srgb_bytes
 
 SCENE = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
 
@@ -45,12 +48,16 @@ def test_an_exposure_is_told_beside_the_automatic_one(saved: Path, capsys: pytes
 
 def test_a_picture_overwrites_no_file_and_is_png_or_jpeg(saved: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for name, problem in (
-        ("a.png", "exists already, and no file is overwritten"),
+        ("a.png", "is there already; choose another name, or --overwrite replaces it"),
         ("a.toml", "is a file .png or .jpg"),
     ):
         assert main(["convert", str(saved), str(saved.with_name(name))]) == 2
         assert problem in capsys.readouterr().err
     assert not saved.with_name("a.toml").exists()
+    before = saved.with_name("a.png").read_bytes()
+    assert main(["convert", str(saved), str(saved.with_name("a.png")), "--exposure", "-1", "--overwrite"]) == 0
+    assert saved.with_name("a.png").read_bytes() != before
+    assert not saved.with_name("a.png~").exists()
 
 
 @pytest.mark.parametrize("name", ["a.pfm", "a.hdr", "a.PNG", "a.jpg", "a.tiff"])
@@ -60,3 +67,96 @@ def test_other_pictures_are_refused_as_pictures(name: str, tmp_path: Path, capsy
     said = capsys.readouterr().err
     assert "is a picture, and convert takes a scene file, or of pictures a render that equaltime saved as" in said
     assert "kind of scene file" not in said
+
+
+SKY = """
+[sensor]
+type = "perspective"
+to_world = [{ look_at = { origin = [0, 0, 4], target = [0, 0, 0], up = [0, 1, 0] } }]
+film = { type = "hdrfilm", width = 8, height = 8 }
+[sky]
+type = "constant"
+radiance = 0.5
+[ball]
+type = "sphere"
+"""
+
+
+@pytest.fixture
+def cut_out(tmp_path: Path) -> Path:
+    (tmp_path / "ball.toml").write_text(SKY)
+    path = tmp_path / "cut.exr"
+    assert main(["render", str(tmp_path / "ball.toml"), "-o", str(path), "--spp", "4", "--transparent", "-q"]) == 0
+    return path
+
+
+def corner(picture: Path) -> list[int]:
+    return [round(255.0 * value) for value in oiio.ImageBuf(str(picture)).getpixel(0, 0)]
+
+
+def test_a_jpeg_of_a_transparent_render_is_told_to_be_black_behind(
+    cut_out: Path, saved: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for source, name, told in ((cut_out, "b.jpg", True), (cut_out, "b.png", False), (saved, "c.jpg", False)):
+        assert main(["convert", str(source), str(source.with_name(name))]) == 0
+        assert ("a JPEG has no alpha: it is black where" in capsys.readouterr().out) == told
+    assert corner(cut_out.with_name("b.jpg")) == [0, 0, 0]
+    assert corner(cut_out.with_name("b.png"))[3] == 0
+
+
+@pytest.mark.parametrize(("name", "within"), [("b.png", 0), ("b.jpg", 2)])
+@pytest.mark.parametrize(("colour", "expected"), [("white", [255, 255, 255]), ("0.5,0.25,0.1", [188, 137, 89])])
+def test_a_background_is_seen_behind_a_transparent_render(
+    colour: str, expected: list[int], name: str, within: int, cut_out: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    picture = cut_out.with_name(name)
+    assert main(["convert", str(cut_out), str(picture), "--background", colour, "--exposure", "-1"]) == 0
+    assert "no alpha" not in capsys.readouterr().out
+    assert corner(picture) == pytest.approx(expected, abs=within)
+
+
+def test_the_pixels_at_an_edge_are_mixed_with_the_background_in_linear_light(cut_out: Path) -> None:
+    result = et.read(cut_out)
+    assert result.alpha is not None
+    result.save(cut_out.with_name("b.png"), exposure=1.0, background=(0.0, 0.5, 0.0))
+    linear = 2.0 * result.image + (1.0 - result.alpha)[..., None] * np.array([0.0, 0.5, 0.0])
+    shown = oiio.ImageBuf(str(cut_out.with_name("b.png"))).get_pixels(oiio.UINT8)
+    assert (shown == srgb_bytes(linear)).all()
+    with pytest.raises(ValueError, match="background is a linear colour"):
+        result.save(cut_out.with_name("c.png"), background=(1.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("source", "colour", "problem"),
+    [
+        ("cut.exr", "red", "'red' is no colour; write white, black or linear R,G,B from 0 to 1"),
+        ("cut.exr", "1,1,2", "'1,1,2' is no colour"),
+        ("a.exr", "white", "a.exr has no alpha: render it with --transparent"),
+        ("ball.toml", "white", "only renders have one"),
+    ],
+)
+def test_a_background_is_a_colour_behind_a_render_with_alpha(
+    source: str, colour: str, problem: str, cut_out: Path, saved: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["convert", str(saved.with_name(source)), str(cut_out.with_name("b.png")), "--background", colour]) == 2
+    assert problem in capsys.readouterr().err
+
+
+def test_the_commands_that_repeat_a_converted_picture_give_the_picture_again(
+    cut_out: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(cut_out.parent)
+    for name, words in (("b.jpg", []), ("c.png", ["--background", "1,0.5,0"]), ("d.png", [])):
+        assert main(["convert", cut_out.name, name, "--exposure", "1", *words]) == 0
+        before = oiio.ImageBuf(name).get_pixels()
+        capsys.readouterr()
+        assert main(["info", name]) == 0
+        commands = [
+            shlex.split(line)[2:]
+            for line in capsys.readouterr().out.splitlines()
+            if line.startswith(("repeat ", "then "))
+        ]
+        Path(name).unlink()
+        for command in commands:
+            assert main([*command, "-q"]) == 0
+        assert np.array_equal(oiio.ImageBuf(name).get_pixels(), before)

@@ -287,7 +287,8 @@ def test_a_gltf_file_whose_name_is_taken_is_copied_with_its_buffers_elsewhere(tm
 
 def test_what_is_there_is_not_overwritten_and_unknown_kinds_are_refused(with_mesh: Path) -> None:
     loaded = et.load(with_mesh / "scene.toml")
-    for name, problem in (("scene.toml", "this file exists already"), ("x.json", r"expected \.toml or \.xml")):
+    there = "is there already; choose another name, or overwrite=True replaces it"
+    for name, problem in (("scene.toml", there), ("x.json", r"expected \.toml or \.xml")):
         with pytest.raises(et.SceneError, match=problem):
             loaded.write(with_mesh / name)
     (with_mesh / "data" / "a $mesh.ply").write_bytes(TRIANGLE + b" ")
@@ -360,7 +361,13 @@ def test_a_scene_is_converted_on_the_command_line(with_mesh: Path, capsys: pytes
     assert main(["info", str(out), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["triangles"] == 1
     assert main(["convert", str(with_mesh / "scene.toml"), str(out)]) == 2
-    assert "this file exists already" in capsys.readouterr().err
+    assert f"error: {out}: is there already; choose another name, or --overwrite" in capsys.readouterr().err
+    written = out.read_text()
+    out.write_text("something else")
+    assert main(["convert", str(with_mesh / "scene.toml"), str(out), "--overwrite"]) == 0
+    assert out.read_text() == written
+    assert main(["convert", str(with_mesh / "scene.toml"), str(with_mesh / "scene.toml"), "--overwrite"]) != 0
+    assert "scene.toml: the scene is made of this file; write to another" in capsys.readouterr().err
 
 
 # -- meshes that a PLY file cannot hold ------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from equaltime.errors import Problem, SceneError
-from equaltime.files import beside, give_new_name
+from equaltime.files import beside, give_new_name, replacing
 from equaltime.scene.assets import Assets
 from equaltime.scene.export.files import Folder, portable, relative
 from equaltime.scene.export.look_at import with_look_at
@@ -29,21 +29,24 @@ FORMATS: Final[dict[str, Callable[[Mapping[str, Any]], str]]] = {".toml": write_
 """Functions that turn a scene's dictionary into text, by the suffix of the scene file."""
 
 
-def convert(model: SceneModel, assets: Assets, file: Path, *, copy: bool = False) -> tuple[Path, ...]:
-    """Write the scene to the new file `file`, and return all files that were written, `file` first.
+def convert(
+    model: SceneModel, assets: Assets, file: Path, *, copy: bool = False, overwrite: bool = False
+) -> tuple[Path, ...]:
+    """Write the scene to the file `file`, and return all files that were written, `file` first.
 
     The suffix of `file` decides the format; see `FORMATS`. The written scene names meshes and images relative to
     `file`. With `copy`, meshes and images are copied into a folder beside `file` first, and glTF files with the buffers
     and images that they name. For XML, meshes and bitmaps of glTF files become separate files in that folder, and so do
     parts of OBJ files.
 
-    Raises SceneError for an unknown format or if `file` exists. Raises ValueError if a file of the scene is missing.
+    Raises SceneError for an unknown format, or if `file` exists and `overwrite` is False. Raises ValueError if a file
+    of the scene is missing.
     """
     if file.suffix.lower() not in FORMATS:
         known = " or ".join(FORMATS)
         raise SceneError((Problem(str(file), f"cannot write a scene as '{file.suffix}'; expected {known}"),))
-    if file.exists():
-        raise SceneError((Problem(str(file), "this file exists already; choose another name"),))
+    if file.exists() and not overwrite:
+        raise SceneError((Problem(str(file), "is there already; choose another name, or overwrite=True replaces it"),))
     folder = Folder(file.parent / f"{file.stem}_files")
     if file.suffix.lower() == ".xml":
         model = portable(model, assets, folder)
@@ -56,7 +59,8 @@ def convert(model: SceneModel, assets: Assets, file: Path, *, copy: bool = False
         return relative(path, file.parent) + ("" if inside is None else f"#{inside}")
 
     text = FORMATS[file.suffix.lower()](with_look_at(scene_dict(model, name)))
-    with beside(file) as fresh:
+    with replacing(file) if overwrite else beside(file) as fresh:
         fresh.write_text(text, encoding="utf-8", newline="\n")
-        give_new_name(fresh, file)
+        if not overwrite:
+            give_new_name(fresh, file)
     return file, *folder.written

@@ -67,8 +67,7 @@ class Contents:
 
     @property
     def companions(self) -> tuple[str, ...]:
-        """Names of the buffers and images outside the file, relative to its folder; files that are missing are left
-        out, since nothing needs them."""
+        """Names of the buffers and images outside the file, relative to its folder; missing files are left out."""
         return tuple(self._document.relative(uri, "") for uri in self._document.outside)
 
     def sha256(self, fragment: str) -> str:
