@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from equaltime.rendering.stated import paths_up_to
 from equaltime.scene import Scene
 from equaltime.scene.model.sensors import Projective
 from equaltime.statistics.in_words import megabytes
@@ -33,9 +34,8 @@ def scene_summary(scene: Scene, facts: Mapping[str, Any], verbose: bool = False)
     if facts["substitutions"]:
         see = "below" if verbose else "-v"
         yield f"replaced   {_many(len(facts['substitutions']), 'part')} that cannot be rendered; see {see}"
-    depth = "all paths" if scene.max_depth < 0 else f"paths up to depth {scene.max_depth}"
     spp = "" if scene.spp is None else f", {scene.spp} samples a pixel"
-    yield f"asks for   {depth}{spp}{'' if verbose else '; -v for more'}"
+    yield f"asks for   {paths_up_to(scene.max_depth)}{spp}{'' if verbose else '; -v for more'}"
 
 
 def _camera(scene: Scene) -> str:

@@ -56,8 +56,8 @@ class Stated:
 
 
 def paths_up_to(depth: int) -> str:
-    """Return ``all paths`` for a negative depth, else words such as ``paths up to depth 2``."""
-    return "all paths" if depth < 0 else f"paths up to depth {depth}"
+    """Return ``paths of any length`` for a negative depth, else words such as ``paths up to depth 2``."""
+    return "paths of any length" if depth < 0 else f"paths up to depth {depth}"
 
 
 def samples_in_words(spp: float, asked: int | None) -> str:
@@ -90,7 +90,7 @@ def shorter(depth: int, other: int | None) -> int:
 
 
 def other_depth(depth: int, asked: int) -> str:
-    """Return words such as ``paths up to depth 2; the scene asks for all paths``; empty if both depths are equal.
+    """Return words such as ``paths up to depth 2; the scene asks for paths of any length``; empty if equal.
 
     ``depth`` is the largest path depth in the image, and ``asked`` the one that the scene asks for; negative: no limit.
     """

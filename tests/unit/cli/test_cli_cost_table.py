@@ -167,9 +167,9 @@ def test_paths_that_are_not_those_of_the_scene_are_said_once(
     for asked, times in ((None, 0), (8, 0), (-1, 1)):
         scene = replace(found.scenes[0], scene_max_depth=asked)
         text = printed(replace(found, scenes=(scene,)), tmp_path, capsys)
-        said = "errors and times are of paths up to depth 8; the scene asks for all paths"
+        said = "errors and times are of paths up to depth 8; the scene asks for paths of any length"
         assert text.count(said) == times
-        assert facts(scene).count(", max_depth 8 (the scene asks for all paths); ") == times
+        assert facts(scene).count(", max_depth 8 (the scene asks for paths of any length); ") == times
 
 
 def test_what_a_biased_strategy_says_of_itself_is_called_noise(tmp_path: Path) -> None:

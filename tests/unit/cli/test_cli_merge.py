@@ -89,7 +89,7 @@ def test_the_depth_is_told_as_of_a_render(tmp_path: Path, capsys: pytest.Capture
     cut = [et.render(BALL.with_(max_depth=2), spp=4, seed=seed, threads=1) for seed in range(2)]
     line = said(cut, tmp_path, capsys)[0]
     assert " of 2 seeds, noise " in line
-    assert ") of paths up to depth 2; the scene asks for all paths: " in line
+    assert ") of paths up to depth 2; the scene asks for paths of any length: " in line
 
 
 def test_a_limit_in_doubt_and_pixels_without_a_sample_are_told_as_of_a_render(

@@ -14,7 +14,7 @@ from equaltime.rendering.origin import Origin
 from equaltime.rendering.stated import asked_samples, different_problems, not_as_asked, other_depth, shorter, stated
 
 CORNELL = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
-ALL, UP_TO_8 = "the scene asks for all paths", "the scene asks for paths up to depth 8"
+ALL, UP_TO_8 = "the scene asks for paths of any length", "the scene asks for paths up to depth 8"
 BIAS = "the bias is not in the noise: `equaltime compare` with a render by `best` measures it"
 
 
@@ -67,7 +67,7 @@ def test_the_noise_of_another_problem_names_both_depths_and_what_measures_the_di
 ) -> None:
     number = stated(cut)
     assert number.noun == ("noise and measured bias" if cut.without else "noise")
-    assert number.of_paths == (" of all paths" if of < 0 else f" of paths up to depth {of}")
+    assert number.of_paths == (" of paths of any length" if of < 0 else f" of paths up to depth {of}")
     assert number.missing == missing
     assert number.by_strategy == ("truncate" in cut.strategy and not cut.without)
 
@@ -97,7 +97,7 @@ def record(max_depth: int, asked: int, digest: str, scene: str = "box.toml") -> 
         ([record(8, 8, "a"), record(8, 8, "a")], []),
         ([record(8, 8, "a"), {"max_depth": 8, "digest": "a"}, {}], []),
         ([record(2, -1, "a"), record(-1, -1, "b")], ["images of two problems: 0.exr shows paths up to depth 2, 1.exr "
-         "shows all paths. The noise that an image states does not contain the difference"]),
+         "shows paths of any length. The noise that an image states does not contain the difference"]),
         ([record(2, -1, "a"), record(2, -1, "a")], [f"the images show paths up to depth 2; {ALL}"]),
         ([record(2, -1, "a"), record(2, 2, "a")], [f"the images show paths up to depth 2; {ALL}"]),
         ([record(8, 8, "a"), record(8, 8, "b")], ["the files say that they show different scenes"]),
