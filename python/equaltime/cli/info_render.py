@@ -103,12 +103,13 @@ def repeating(path: Path, record: Record, verbose: bool, exposure: float | None 
     ``exposure`` is that of a picture alone, in stops; None for an EXR file.
     """
     if record["scene"] is None:
-        yield _call(record, path.name)
+        yield from _call(record, path.name)
         return
     if not record["sources"]:
-        words, exact = _command(record, path.name)
+        words, why = _command(record, path.name)
         words += [] if exposure is None else ["--exposure", _plain(exposure)]
-        yield f"{_title(exact)}{shlex.join(words)}"
+        yield f"{_title(not why)}{shlex.join(words)}"
+        yield from _not_exactly(why)
     elif all(source["stopped_by"] for source in record["sources"]):
         yield from _repeat_parts(path, record, verbose)
     else:
@@ -117,11 +118,12 @@ def repeating(path: Path, record: Record, verbose: bool, exposure: float | None 
         yield f"          but {changed}"
 
 
-def _call(record: Record, name: str) -> str:
-    """Return a line with the call that repeats a render of a scene made in Python, which no command can load."""
+def _call(record: Record, name: str) -> Iterator[str]:
+    """Yield the call that repeats a render of a scene made in Python, which no command can load."""
     if record["sources"] or record["frame"] is not None:
-        return "repeat    in Python: the scene was made there, and this file does not hold it"
-    option, exact = _limit(record)
+        yield "repeat    in Python: the scene was made there, and this file does not hold it"
+        return
+    option, why = _limit(record)
     limit, *rule = option[1::2]
     kind = option[0].removeprefix("--")
     words = [f"{kind}={float(limit.rstrip('%')) / 100.0:g}" if kind == "error" else f"{kind}={limit}"]
@@ -129,7 +131,8 @@ def _call(record: Record, name: str) -> str:
     words += [f"without={list(record['without'])!r}"] if record.get("without") else []
     words += [f"backend={record['backend']!r}"] if record["backend"] != "core" else []
     call = f"et.render(scene, {', '.join(words)}).save({name!r})"
-    return f"{_title(exact)}in Python, with the same scene or dict, which no file holds: {call}"
+    yield f"{_title(not why)}in Python, with the same scene or dict, which no file holds: {call}"
+    yield from _not_exactly(why)
 
 
 def _repeat_parts(path: Path, record: Record, verbose: bool) -> Iterator[str]:
@@ -139,40 +142,52 @@ def _repeat_parts(path: Path, record: Record, verbose: bool) -> Iterator[str]:
         number = "" if record["frame"] is None else f"_{record['frame']['number']:04}"
         name = f"part-{source['seed']}{number}.exr"
         commands[name] = _command({**record, **source}, name)
-    title = _title(all(exact for _, exact in commands.values()))
+    why = next((why for _, why in commands.values() if why), "")
+    title = _title(not why)
     lines = [words for words, _ in commands.values()] + [["equaltime", "merge", *commands, "-o", path.name]]
-    shown = len(lines) if verbose or len(lines) <= _MOST_COMMANDS else _MOST_COMMANDS - 1
+    most = _MOST_COMMANDS - bool(why)
+    shown = len(lines) if verbose or len(lines) <= most else most - 1
     for words in lines[:shown]:
         yield f"{title}{shlex.join(words)}"
         title = " " * len(title)
     if shown < len(lines):
         yield f"{title}and so on for {len(commands) - shown} more parts, then equaltime merge: -v shows all"
+    yield from _not_exactly(why)
 
 
 def _title(exact: bool) -> str:
     return f"{'repeat' if exact else 'similar':<10}"
 
 
-def _command(record: Record, name: str) -> tuple[list[str], bool]:
-    """Return the command that renders the file ``name`` anew, and whether the picture is then exactly the same."""
-    (limit, exact), frame, seed = _limit(record), Origin.from_record(record).frame, record["seed"]
+def _not_exactly(why: str) -> Iterator[str]:
+    """Yield the line that tells ``why`` a command does not repeat a render exactly; none if it does."""
+    if why:
+        yield f"          not exactly, since {why}"
+
+
+def _command(record: Record, name: str) -> tuple[list[str], str]:
+    """Return the command that renders the file ``name`` anew, and why the picture is not exactly the same; else empty."""
+    (limit, why), frame, seed = _limit(record), Origin.from_record(record).frame, record["seed"]
     if frame is not None:
         name, seed = frame_pattern(name, frame.number), seed - frame.number
     words = ["equaltime", "render", record["scene"], "-o", name, *limit, *_frame(frame)]
     words += recorded_options(record, max(0, seed))
-    return words, exact and seed >= 0  # a frame that Python rendered may have any seed
+    if seed < 0:  # a frame that Python rendered may have any seed
+        why = "the frame's seed is below its number"
+    return words, why
 
 
-def _limit(record: Record) -> tuple[list[str], bool]:
-    """Return the options that end a render at the same samples, and whether they do so exactly."""
+def _limit(record: Record) -> tuple[list[str], str]:
+    """Return the options that end a render at the same samples, and why they do not do so exactly; else empty."""
     stop, by = record.get("stop") or {}, record["stopped_by"]
     bias = Interval.from_dict(record["bias"]).high if record.get("bias") else 0.0
     if by in ("error", "count") and "error" in stop:
         rule = ["--stop", "fixed"] if by == "count" else []
-        return ["--error", f"{100.0 * math.hypot(stop['error'], bias):.6g}%", *rule], True
+        return ["--error", f"{100.0 * math.hypot(stop['error'], bias):.6g}%", *rule], ""
     if by == "spp" and (position := record.get("position")):
-        return ["--spp", str(position[0])], True
-    return ["--spp", str(max(1, round(record["spp"])))], False
+        return ["--spp", str(position[0])], ""
+    why = "the file does not tell where it ended" if by in ("error", "count", "spp") else _ENDS[by]
+    return ["--spp", str(max(1, round(record["spp"])))], f"{why}; only --spp and --error end at the same samples again"
 
 
 def _frame(frame: Frame | None) -> Iterator[str]:

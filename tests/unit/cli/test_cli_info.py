@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import shlex
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -216,6 +218,32 @@ def test_a_frame_with_a_seed_below_its_number_is_repeated_with_another(
     assert main(["info", str(tmp_path / "f_0003.exr")]) == 0
     told = capsys.readouterr().out
     assert f"similar   equaltime render {scene} -o 'f_####.exr' --spp 2 --frames 3 --size 8x6 --seed 0\n" in told
+
+
+@pytest.mark.parametrize(
+    ("end", "why"),
+    [
+        ("interrupt", "it was interrupted; only --spp and --error end at the same samples again"),
+        ("time", "the time was up; only --spp and --error end at the same samples again"),
+        ("unfinished", "it is a checkpoint: the render was not finished; only --spp and --error end at the same"),
+        ("error", "the file does not tell where it ended; only --spp and --error end at the same samples again"),
+        ("spp", ""),
+    ],
+)
+def test_a_command_that_gives_a_similar_render_tells_why(
+    end: Any, why: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for source in (None, {"type": "scene", "sensor": {"type": "perspective"}, "sky": {"type": "constant"}}):
+        scene = et.load_dict(source) if source else et.load(SCENES / "cornell-box.toml")
+        result = et.render(scene.with_(size=(8, 6)), spp=2, seed=1)
+        replace(result, stopped_by=end).save(tmp_path / "a.exr", overwrite=True)
+        for picture in ("a.exr", "a.png"):
+            assert main(["info", str(tmp_path / picture)]) == 0
+            lines = capsys.readouterr().out.splitlines()
+            (first,) = (i for i, line in enumerate(lines) if line.startswith(("similar ", "repeat ")))
+            assert lines[first].startswith("similar " if why else "repeat ")
+            assert lines[first + 1].startswith(f"          not exactly, since {why}") == bool(why)
+            assert len(lines) <= 10
 
 
 def test_more_of_a_render_tells_its_frame(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

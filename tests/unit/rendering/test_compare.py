@@ -188,9 +188,13 @@ def test_images_of_paths_of_different_lengths_are_images_of_two_problems(tmp_pat
     cut = write(tmp_path / "cut.exr", noisy(0.05, 3), 0.05, record)
     whole = write(tmp_path / "whole.exr", TRUTH, 0.01, {**record, "seed": 2, "digest": "e", "max_depth": -1})
     (note,) = et.compare(cut, whole).notes
-    assert note.startswith(f"images of two problems: {cut} shows paths up to depth 2, {whole} shows paths of any length. ")
+    assert note.startswith(
+        f"images of two problems: {cut} shows paths up to depth 2, {whole} shows paths of any length. "
+    )
     same = write(tmp_path / "same.exr", TRUTH, 0.01, {**record, "seed": 2})
-    assert et.compare(cut, same).notes == ("the images show paths up to depth 2; the scene asks for paths of any length",)
+    assert et.compare(cut, same).notes == (
+        "the images show paths up to depth 2; the scene asks for paths of any length",
+    )
 
 
 def test_plain_files_of_other_renderers_have_errors_without_intervals(tmp_path: Path) -> None:
