@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import math
 import shlex
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from equaltime.cli.recorded import CHANGED, recorded_options, recorded_scene
+from equaltime.cli.recorded import CHANGED, error_limit, plain, recorded_command, recorded_scene
 from equaltime.errors import EqualtimeError
 from equaltime.rendering.origin import Origin
 from equaltime.rendering.render_record import checked
 from equaltime.rendering.stated import asked_samples, paths_up_to, samples_in_words, stated
-from equaltime.scene.frames import Frame, frame_pattern
 from equaltime.statistics.intervals import UNKNOWN, Interval
 from equaltime.words import duration_of_runs, percent
 
@@ -107,7 +105,7 @@ def repeating(path: Path, record: Record, verbose: bool, exposure: float | None 
         return
     if not record["sources"]:
         words, why = _command(record, path.name)
-        words += [] if exposure is None else ["--exposure", _plain(exposure)]
+        words += [] if exposure is None else ["--exposure", plain(exposure)]
         yield f"{_title(not why)}{shlex.join(words)}"
         yield from _not_exactly(why)
     elif all(source["stopped_by"] for source in record["sources"]):
@@ -166,44 +164,23 @@ def _not_exactly(why: str) -> Iterator[str]:
 
 
 def _command(record: Record, name: str) -> tuple[list[str], str]:
-    """Return the command that renders the file ``name`` anew, and why the picture is not exactly the same; else empty."""
-    (limit, why), frame, seed = _limit(record), Origin.from_record(record).frame, record["seed"]
-    if frame is not None:
-        name, seed = frame_pattern(name, frame.number), seed - frame.number
-    words = ["equaltime", "render", record["scene"], "-o", name, *limit, *_frame(frame)]
-    words += recorded_options(record, max(0, seed))
-    if seed < 0:  # a frame that Python rendered may have any seed
+    """Return the command that renders the file ``name`` anew, and why the picture is not exactly the same, or empty."""
+    limit, why = _limit(record)
+    if record["frame"] is not None and record["seed"] < record["frame"]["number"]:  # Python may give any seed
         why = "the frame's seed is below its number"
-    return words, why
+    return recorded_command(record, name, limit), why
 
 
 def _limit(record: Record) -> tuple[list[str], str]:
     """Return the options that end a render at the same samples, and why they do not do so exactly; else empty."""
     stop, by = record.get("stop") or {}, record["stopped_by"]
-    bias = Interval.from_dict(record["bias"]).high if record.get("bias") else 0.0
     if by in ("error", "count") and "error" in stop:
-        rule = ["--stop", "fixed"] if by == "count" else []
-        return ["--error", f"{100.0 * math.hypot(stop['error'], bias):.6g}%", *rule], ""
+        bias = Interval.from_dict(record["bias"]) if record.get("bias") else None
+        return error_limit(stop["error"], bias, fixed=by == "count"), ""
     if by == "spp" and (position := record.get("position")):
         return ["--spp", str(position[0])], ""
     why = "the file does not tell where it ended" if by in ("error", "count", "spp") else _ENDS[by]
     return ["--spp", str(max(1, round(record["spp"])))], f"{why}; only --spp and --error end at the same samples again"
-
-
-def _frame(frame: Frame | None) -> Iterator[str]:
-    """Yield the options that choose the frame of an animation; none for other renders."""
-    if frame is None:
-        return
-    yield from ("--frames", str(frame.number))
-    if frame.fps != Frame.fps:
-        yield from ("--fps", _plain(frame.fps))
-    if frame.blur != Frame.blur:
-        yield from ("--blur", _plain(frame.blur))
-
-
-def _plain(number: float) -> str:
-    """Return a number with all its digits, but a whole one without its ``.0``."""
-    return str(number).removesuffix(".0")
 
 
 def _changed(record: Record) -> str:

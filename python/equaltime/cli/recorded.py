@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from pathlib import Path
 from typing import Any, Final
@@ -11,12 +12,52 @@ from equaltime.rendering.origin import Origin
 from equaltime.scene import Scene, load_file
 from equaltime.scene.effects.leaving import leave_out
 from equaltime.scene.frame_scenes import frames_of
+from equaltime.scene.frames import Frame, frame_pattern
+from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 
-__all__ = ["CHANGED", "recorded_options", "recorded_scene"]
+__all__ = ["CHANGED", "error_limit", "plain", "recorded_command", "recorded_options", "recorded_scene"]
 
 CHANGED: Final = "has changed since, or was read with options that the record does not have"
 """Predicate of a scene for which `recorded_scene` returns None."""
+
+
+def error_limit(error: float, bias: Interval | None, fixed: bool) -> list[str]:
+    """Return the options that end a render at an error: ``error`` by noise, together with a measured ``bias``.
+
+    ``fixed`` tells whether a pilot chooses the number of samples.
+    """
+    whole = error if bias is None else math.hypot(error, bias.high)
+    return ["--error", f"{100.0 * whole:.6g}%", *(["--stop", "fixed"] if fixed else [])]
+
+
+def recorded_command(record: Mapping[str, Any], output: str, limits: Sequence[str]) -> list[str]:
+    """Return the command that renders the scene of a ``record`` into the file ``output``.
+
+    ``limits`` are the options that end the render. A frame of an animation gets the option that chooses it.
+    """
+    frame, seed = Origin.from_record(record).frame, record["seed"]
+    if frame is not None:
+        folder, name = Path(output).parent, Path(output).name
+        output, seed = str(folder / frame_pattern(name, frame.number)), seed - frame.number
+    words = ["equaltime", "render", record["scene"], "-o", output, *limits, *_frame(frame)]
+    return [*words, *recorded_options(record, max(0, seed))]
+
+
+def _frame(frame: Frame | None) -> Iterator[str]:
+    """Yield the options that choose the frame of an animation; none for other renders."""
+    if frame is None:
+        return
+    yield from ("--frames", str(frame.number))
+    if frame.fps != Frame.fps:
+        yield from ("--fps", plain(frame.fps))
+    if frame.blur != Frame.blur:
+        yield from ("--blur", plain(frame.blur))
+
+
+def plain(number: float) -> str:
+    """Return a number with all its digits, but a whole one without its ``.0``."""
+    return str(number).removesuffix(".0")
 
 
 def recorded_options(record: Mapping[str, Any], seed: int) -> Iterator[str]:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Iterator, Mapping
 
 from equaltime.cli.messages import Written, bias, headline, selects_images
+from equaltime.cli.recorded import error_limit, plain, recorded_command
 from equaltime.quoting.pilot import FEWEST, Quote
 from equaltime.rendering.budget import Looks, Stop
+from equaltime.rendering.render_record import checked
 from equaltime.rendering.result import Result
 from equaltime.rendering.stated import asked_samples, samples_in_words, stated
 from equaltime.statistics.in_words import count
@@ -34,12 +37,14 @@ _LOOKS_TOLD = 3
 """Number of looks that are told: the two that ended the render, and the one before, at which it went on."""
 
 
-def outcome(result: Result, written: Written, quote: Quote | None, first: bool = True) -> Iterator[str]:
+def outcome(
+    result: Result, written: Written, quote: Quote | None, first: bool = True, resumable: bool = True
+) -> Iterator[str]:
     """Yield the answer of a finished render in one line, then up to five lines.
 
     These tell biases, doubts, looks, files and the time to a smaller error. ``quote`` is the prediction for this
-    render, from which the time follows. ``quote`` is None if nothing was predicted, or if the render cannot go on.
-    ``first`` is False for later frames of an animation, which leave out why their error is better than asked for.
+    render, from which the time follows; None if nothing was predicted. ``resumable`` tells whether the render can go
+    on. ``first`` is False for later frames of an animation, which leave out why their error is better than asked for.
     """
     number, stats = stated(result.origin), result.stats
     seconds = duration_of_runs(stats.seconds, stats.runs)
@@ -64,16 +69,19 @@ def outcome(result: Result, written: Written, quote: Quote | None, first: bool =
         yield f"{written.files[-1 - bool(written.kept)]}: {written.scale}"
     if told := written.kept or written.replaced:
         yield told
-    if quote is not None:
-        yield from _price(result, quote)
+    if resumable and (missed_error := _missed_error(result)):
+        yield _how_to_reach(missed_error, result, written, quote)
+    elif resumable and quote is not None:
+        yield from _price(result, written, quote)
 
 
-def nothing_added(result: Result) -> Iterator[str]:
+def nothing_added(result: Result, written: Written) -> Iterator[str]:
     """Yield why a resumed render took no sample, if its file had all that were asked for, and how it goes on."""
     if result.stopped_by in ("spp", "count"):
         more = 2 * max(1, round(result.spp))
         had = f"the file had {count(result.spp)} samples a pixel already"
-        yield f"nothing was added: {had}, and --spp counts all runs together; --resume --spp {more} goes on"
+        further = _resuming(result, written, "--spp", str(more))
+        yield f"nothing was added: {had}, and --spp counts all runs together; more: {further}"
 
 
 def details(result: Result, phases: Mapping[str, float]) -> Iterator[str]:
@@ -146,7 +154,34 @@ def _count_missed(stop: Stop | None) -> str:
     return f"ended before the {stop.spp} samples a pixel that a pilot chose for {percent(stop.error)}"
 
 
-def _price(result: Result, quote: Quote) -> Iterator[str]:
+def _missed_error(result: Result) -> Stop | None:
+    """Return the error that was asked for, if another limit or Ctrl-C ended the render before it; else None."""
+    stop = result.stop
+    if stop is None or result.stopped_by not in ("time", "interrupt", "spp"):
+        return None
+    return None if result.error.trusted and result.error.high <= stop.error else stop
+
+
+def _how_to_reach(stop: Stop, result: Result, written: Written, quote: Quote | None) -> str:
+    """Return the command that goes on to the error that was asked for, with its time if the quote has it."""
+    limit = error_limit(stop.error, result.bias, fixed=not stop.selects)
+    wanted, further = limit[1].replace("%", " %"), _resuming(result, written, *limit)
+    seconds = None if quote is None or result.bias is not None else quote.prices.get(stop.error)
+    if seconds is None or seconds.value <= result.stats.seconds:
+        return f"to reach {wanted}: {further}"
+    return f"{wanted} takes {seconds:s} in all: {further}"
+
+
+def _resuming(result: Result, written: Written, *limits: str) -> str:
+    """Return the whole command that continues the render with these limits."""
+    record = checked(result.record, written.files[0])
+    if record["scene"] is None:
+        return " ".join(["--resume", *limits])
+    words = recorded_command(record, str(written.files[0]), ["--resume", *limits])
+    return shlex.join(words + (["--exposure", plain(written.stops)] if written.counted else []))
+
+
+def _price(result: Result, written: Written, quote: Quote) -> Iterator[str]:
     """Yield the time to the next smaller error of the quote, if the render ended before it.
 
     If the render's error is above all that the quote expected, bright paths came later, and no time can be told.
@@ -158,10 +193,11 @@ def _price(result: Result, quote: Quote) -> Iterator[str]:
         target = smaller[0][0]
         yield (
             f"how long {percent(target)} takes cannot be told, since a few bright paths make most of the error: "
-            f"--resume --error {100.0 * target:g}%"
+            f"{_resuming(result, written, '--error', f'{100.0 * target:g}%')}"
         )
         return
     for target, seconds in smaller:
         if seconds.value > result.stats.seconds:
-            yield f"{percent(target)} takes {seconds:s} in all: --resume --error {100.0 * target:g}%"
+            further = _resuming(result, written, "--error", f"{100.0 * target:g}%")
+            yield f"{percent(target)} takes {seconds:s} in all: {further}"
             return

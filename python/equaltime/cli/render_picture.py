@@ -290,9 +290,9 @@ class _Teller:
             told = {"phases": phases, "files": written.files, "exposure": written.stops}
             print_json({**result.record, **told, **self.record})
         elif not self.quiet:
-            said = outcome(result, written, self.quote if self.resumable else None, self.first)
+            said = outcome(result, written, self.quote, self.first, self.resumable)
             forecast = "" if self.quote is None else self.quote.error.doubt
-            added = () if result.stats.paths != self.before else nothing_added(result)
+            added = () if result.stats.paths != self.before else nothing_added(result, written)
             print_lines([*said, *added, *doubts(result, self.findings, forecast)])
             left = left_by_interrupt(result, scene) if self.resumable else ended_by_interrupt(result, written)
             print_lines([*left, *(details(result, phases) if self.verbose else ())])

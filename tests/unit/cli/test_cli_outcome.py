@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
 import tempfile
 from dataclasses import replace
 from importlib import import_module
@@ -297,8 +298,32 @@ def test_no_time_is_told_where_bright_paths_came_after_the_quote() -> None:
     brighter = replace(result.error, value=2.0 * quote.error.high, high=math.inf)
     met = replace(result, error=brighter)
     assert [line for line in outcome(met, Written([Path("a.exr")]), quote) if "--resume" in line] == [
-        "how long 20 % takes cannot be told, since a few bright paths make most of the error: --resume --error 20%"
+        "how long 20 % takes cannot be told, since a few bright paths make most of the error: "
+        f"equaltime render {SCENE} -o a.exr --resume --error 20% --size 32x32 --seed 0"
     ]
+
+
+@pytest.mark.parametrize("end", ["interrupt", "time", "spp"])
+@pytest.mark.parametrize("rule", ["look", "fixed"])
+def test_a_render_that_missed_its_error_tells_the_whole_command_that_goes_on_to_it(
+    end: Any, rule: Any, tmp_path: Path
+) -> None:
+    file = tmp_path / "my render.exr"
+    options = ["--size", "16x12", "--max-depth", "4", "--seed", "3", "--strategy", "mis"]
+    assert main(["render", str(SCENE), "-o", str(file), *options, "--spp", "8", "-q"]) == 0
+    result = et.read(file)
+    missed = replace(result, stopped_by=end, stop=Stop(rule, 0.5 * result.error.low))
+    missed.save(file, overwrite=True)
+    lines = [line for line in outcome(missed, Written([file]), None) if "--resume" in line]
+    assert len(lines) == 1
+    wanted, command = lines[0].split(": ")
+    assert wanted == f"to reach {50.0 * result.error.low:.6g} %"
+    assert ("--stop fixed" in command) == (rule == "fixed")
+    assert main(shlex.split(command)[1:]) == 0
+    assert et.read(file).spp > result.spp
+    assert not any("--resume" in line for line in outcome(missed, Written([file]), None, resumable=False))
+    reached = replace(missed, stop=Stop(rule, 2.0 * result.error.high))
+    assert not any("--resume" in line for line in outcome(reached, Written([file]), None))
 
 
 def test_a_finished_render_tells_how_it_goes_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -309,7 +334,8 @@ def test_a_finished_render_tells_how_it_goes_on(tmp_path: Path, capsys: pytest.C
         assert main([*words, "--spp", spp]) == 0
         out = capsys.readouterr().out
         assert "nothing was added: the file had 8 samples a pixel already, and --spp counts all runs together" in out
-        assert "--resume --spp 16 goes on\n" in out
+        more = f"equaltime render {SCENE} -o {tmp_path / 'a.exr'} --resume --spp 16 --size 16x16 --seed 0"
+        assert f"together; more: {more}\n" in out
         assert "runs" not in out.splitlines()[0], "a run without samples is none"
     assert main([*words, "--spp", "16"]) == 0
     out = capsys.readouterr().out

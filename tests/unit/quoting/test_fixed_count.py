@@ -287,7 +287,7 @@ def test_a_stop_that_selects_says_so_where_light_may_not_have_been_met(
     lamp: float, bsdf: str, limits: dict[str, Any], said: bool
 ) -> None:
     result = et.render(lit_ball(lamp, {"type": bsdf}), threads=1, **limits)
-    lines = [*outcome(result, Written(()), None)]
+    lines = [*outcome(result, Written(()), None, resumable=False)]
     assert any("favours images that have not met rare light" in line for line in lines) is said
 
 
