@@ -6,6 +6,8 @@ import math
 import shlex
 from collections.abc import Iterator, Mapping
 
+import numpy as np
+
 from equaltime.cli.messages import Written, bias, headline, selects_images
 from equaltime.cli.recorded import error_limit, plain, recorded_command
 from equaltime.quoting.pilot import FEWEST, Quote
@@ -33,6 +35,8 @@ _SELECTS = (
 
 _FAR_BELOW = 0.75
 """Share of the wanted error below which an upper limit surprises users, who may think that the render took too long."""
+_HARDLY = 0.05
+"""Share of the picture below which its transparent parts may be missed: the rim of a room in small pictures has 3 %."""
 _LOOKS_TOLD = 3
 """Number of looks that are told: the two that ended the render, and the one before, at which it went on."""
 
@@ -63,6 +67,8 @@ def outcome(
         yield below
     if result.stopped_by == "error" and selects_images(result):
         yield _SELECTS
+    if opaque := _opaque(result):
+        yield opaque
     if written.counted:
         yield written.counted
     if written.scale:
@@ -104,6 +110,17 @@ def details(result: Result, phases: Mapping[str, float]) -> Iterator[str]:
     yield f"strategy {Strategy.parse(result.origin.strategy).in_full}"
     if str(result.decision):
         yield str(result.decision)
+
+
+def _opaque(result: Result) -> str:
+    """Return a remark if hardly anything is transparent in a render with ``--transparent``; else empty."""
+    if result.alpha is None or not result.origin.record.get("transparent"):
+        return ""
+    clear = 1.0 - float(result.alpha.mean(dtype=np.float64))
+    if clear >= _HARDLY:
+        return ""
+    share = f"only {percent(clear)} of the picture" if clear > 0.0 else "nothing"
+    return f"{share} is transparent: surfaces fill the picture, as in a closed room or before a ground"
 
 
 def _end(result: Result) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -49,6 +50,23 @@ def file(tmp_path: Path) -> Path:
 
 def channels(path: Path) -> tuple[str, ...]:
     return tuple(oiio.ImageBuf(str(path)).spec().channelnames)
+
+
+@pytest.mark.parametrize(("radius", "told"), [(1.0, False), (9.0, True)], ids=["a ball", "inside of a ball"])
+def test_a_picture_without_a_transparent_pixel_says_so(
+    radius: float, told: bool, file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file.write_text(f"{SCENE}radius = {radius}\n".replace("bsdf =", "flip_normals = true\nbsdf ="))
+    for words in ([], ["--transparent"]):
+        assert main(["render", str(file), "-o", str(tmp_path / "a.png"), "--spp", "3", *words]) == 0
+        said = "nothing is transparent: surfaces fill the picture" in capsys.readouterr().out
+        assert said == (told and bool(words))
+
+
+def test_a_picture_with_hardly_a_transparent_pixel_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["--size", "60x60", "--spp", "4", "--transparent"]
+    assert main(["render", "cornell-box", "-o", str(tmp_path / "a.png"), *words]) == 0
+    assert re.search(r"^only [0-9.]+ % of the picture is transparent: surfaces", capsys.readouterr().out, re.MULTILINE)
 
 
 @pytest.mark.parametrize(
