@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TypedDict
 
@@ -25,7 +26,9 @@ class PictureFacts(TypedDict):
     """Size, samples, error and strategy of the render, in words."""
     software: str
     record: str | None
-    """The EXR file of the same render beside the picture, with the whole record."""
+    """The EXR file of the same render with the whole record: beside the picture, or that from which it was made."""
+    made_from: str | None
+    """The EXR file from which the picture was made, which may be gone; None if the picture was rendered."""
     seed: int | None
     """The seed; of a merged render, of its first part."""
     repeat: list[str]
@@ -43,20 +46,22 @@ def picture_facts(path: Path) -> PictureFacts:
         "scene": tags.get(preview.SOURCE),
         "description": tags.get("ImageDescription"),
         "software": software,
-        "record": _record_beside(path, tags),
-        **_repeat(path, tags.get(preview.REPEAT)),
+        **_repeat(path, tags),
     }
 
 
 class _Repeat(TypedDict):
+    record: str | None
+    made_from: str | None
     seed: int | None
     repeat: list[str]
 
 
-def _repeat(path: Path, tag: str | None) -> _Repeat:
-    """Return what a picture's tag tells of its render; pictures of earlier versions have no such tag."""
-    if tag is None:
-        return {"seed": None, "repeat": []}
+def _repeat(path: Path, tags: Mapping[str, str]) -> _Repeat:
+    """Return what a picture's tags tell of its render; pictures of earlier versions have no tag that repeats it."""
+    beside = path.with_suffix(".exr")
+    if (tag := tags.get(preview.REPEAT)) is None:
+        return {"record": _of_render([beside], tags), "made_from": None, "seed": None, "repeat": []}
     record, stops = from_repeat(tag, path)
     background, is_jpeg = record["background"], path.suffix.lower() != ".png"
     converted = background is not None or (is_jpeg and record["transparent"])  # which render does not write
@@ -67,17 +72,23 @@ def _repeat(path: Path, tag: str | None) -> _Repeat:
         words += [] if background is None else ["--background", ",".join(f"{value:g}" for value in background)]
         words += ["--overwrite"] if named.with_suffix(".png") == path else []  # the preview of that EXR
         lines.append(f"then      {shlex.join(words)}")
-    return {"seed": record["seed"], "repeat": [f"strategy  {record['strategy']}, {seeds(record)}", *lines]}
+    made_from = record["saved"]
+    return {
+        "record": _of_render([beside, *([] if made_from is None else [Path(made_from)])], tags),
+        "made_from": made_from,
+        "seed": record["seed"],
+        "repeat": [f"strategy  {record['strategy']}, {seeds(record)}", *lines],
+    }
 
 
-def _record_beside(path: Path, tags: Mapping[str, str]) -> str | None:
-    """Return the EXR file beside a picture if it is of the same render: one that has the same description."""
-    saved = path.with_suffix(".exr")
-    try:
-        of_render = image_files.read_attributes(saved).get("ImageDescription", "")
-    except ImageError:
-        return None
-    return str(saved) if of_render and tags.get("ImageDescription", "").startswith(of_render) else None
+def _of_render(files: Sequence[Path], tags: Mapping[str, str]) -> str | None:
+    """Return the first EXR file of the render that a picture shows: one that has the same description."""
+    for file in files:
+        with suppress(ImageError):
+            of_render = image_files.read_attributes(file).get("ImageDescription", "")
+            if of_render and tags.get("ImageDescription", "").startswith(of_render):
+                return str(file)
+    return None
 
 
 def picture_summary(facts: PictureFacts) -> Iterator[str]:
@@ -86,6 +97,9 @@ def picture_summary(facts: PictureFacts) -> Iterator[str]:
     yield f"shows     {facts['scene'] or 'a scene made in memory'}"
     yield f"made by   {facts['software']}"
     yield from facts["repeat"]
-    saved = facts["record"]
-    where = "only -o FILE.exr keeps one" if saved is None else f"equaltime info {shlex.quote(saved)}"
-    yield f"record    {where}"
+    if facts["record"] is not None:
+        yield f"record    equaltime info {shlex.quote(facts['record'])}"
+    elif facts["made_from"] is not None:
+        yield f"record    was in {facts['made_from']}, which is not there or shows another render now"
+    else:
+        yield "record    only -o FILE.exr keeps one"

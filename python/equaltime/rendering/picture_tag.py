@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, Final
 
 from equaltime.errors import ImageError
@@ -22,27 +23,37 @@ _MEASURED: Final[Mapping[str, Any]] = {
 _UNREPEATED: Final = frozenset({*_MEASURED, "runs", "phases", "rays_per_s", "focus", "radiance_range", "degrees"})
 
 
-def to_repeat(record: Mapping[str, Any], stops: float, background: Sequence[float] | None = None) -> str:
+def to_repeat(
+    record: Mapping[str, Any],
+    stops: float,
+    background: Sequence[float] | None = None,
+    saved: Path | None = None,
+) -> str:
     """Return JSON text with the part of a record that repeats the render, for the tags of its picture.
 
-    ``stops`` is the picture's exposure, and ``background`` the colour behind transparent pixels. The text has no
-    measured times, so that equal pictures have equal files.
+    ``stops`` is the picture's exposure, and ``background`` the colour behind transparent pixels. ``saved`` is the
+    file of the render if the picture was made from it. The text has no measured times, so that equal pictures have
+    equal files.
     """
     kept = {key: value for key, value in record.items() if key not in _UNREPEATED}
     behind = {} if background is None else {"background": [float(value) for value in background]}
-    return json_text({**kept, "exposure": stops, **behind})
+    file = {} if saved is None else {"saved": os.fspath(saved)}
+    return json_text({**kept, "exposure": stops, **behind, **file})
 
 
 def from_repeat(text: str, path: str | os.PathLike[str]) -> tuple[Mapping[str, Any], float]:
     """Return the record of a picture's tag, as `to_repeat` wrote it, and the exposure in stops.
 
     ``path`` is the picture, for messages. Measured times and counts are 0. The record has the key ``background``:
-    the colour that the picture was saved with, or None. Raises `ImageError` if the tag is damaged.
+    the colour that the picture was saved with, or None. Its key ``saved`` is the file of the render from which the
+    picture was made, or None. Raises `ImageError` if the tag is damaged.
     """
     try:
-        said = json.loads(text)
+        said = {"saved": None, **json.loads(text)}
         stops = float(said["exposure"])
         said["background"] = None if said.get("background") is None else [*map(float, said["background"])]
+        if not isinstance(said["saved"], str | None):
+            raise TypeError
     except (ValueError, TypeError, KeyError):
         raise ImageError(f"{path}: its tag {REPEAT!r} is damaged") from None
     return checked({**_MEASURED, **said}, path), stops

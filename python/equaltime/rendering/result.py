@@ -160,6 +160,8 @@ class Result:
     """Decisions that the strategy left to the render: on splitting of paths, and on sample counts of pixels."""
     focus: Focus = field(default_factory=Focus.none)
     """Light that specular surfaces focus, which may put the error in doubt."""
+    saved: Path | None = None
+    """File from which the render was read, as an absolute path; None if it was rendered or merged just now."""
 
     def __post_init__(self) -> None:
         """Make the arrays read-only: image, error and moments describe each other. Errors print in per cent."""
@@ -315,7 +317,7 @@ class Result:
             if not kept and (work := keep_work(paths.exr, self.record)) is not None:
                 kept = (work,)
             self.file.write(paths.exr, description, small)
-        repeat = to_repeat(self.record, stops, background)
+        repeat = to_repeat(self.record, stops, background, self.saved if paths.exr is None else None)
         preview.write(paths.preview, self.image, description, self.origin.scene, self._alpha, stops, repeat, background)
         if paths.variance is not None and variance is not None:
             variance_picture.write_variance(paths.variance, variance, description, self.origin.scene)

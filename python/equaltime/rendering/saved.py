@@ -286,6 +286,7 @@ def read(path: str | os.PathLike[str]) -> Result:
         second=file.second,
         decision=Decision.from_dict(record["decision"]),
         focus=Focus.from_dict(record["focus"]),
+        saved=Path(path).absolute(),
     )
 
 

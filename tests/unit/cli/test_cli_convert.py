@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shlex
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
+from equaltime.images import image_files, preview
 from equaltime.images.preview import srgb_bytes
 
 SCENE = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
@@ -29,7 +31,29 @@ def test_the_picture_of_a_saved_render_is_that_of_a_render_to_the_picture(name: 
     assert main(["convert", str(saved), str(saved.with_name(name)), "--exposure", "1", "-q"]) == 0
     words = ["--size", "8x6", "--spp", "4", "--seed", "1", "--exposure", "1", "-q"]
     assert main(["render", str(SCENE), "-o", str(saved.with_name(f"c{name}")), *words]) == 0
-    assert saved.with_name(name).read_bytes() == saved.with_name(f"c{name}").read_bytes()
+    converted, rendered = (oiio.ImageBuf(str(saved.with_name(each))) for each in (name, f"c{name}"))
+    assert np.array_equal(converted.get_pixels(), rendered.get_pixels())
+    ours, theirs = (image_files.read_attributes(saved.with_name(each)) for each in (name, f"c{name}"))
+    told = json.loads(ours[preview.REPEAT])
+    assert told.pop("saved") == str(saved)
+    assert {**ours, preview.REPEAT: told} == {**theirs, preview.REPEAT: json.loads(theirs[preview.REPEAT])}
+
+
+def test_info_on_a_converted_picture_names_the_render_it_was_made_from(
+    saved: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(saved.parent)
+    Path("pictures").mkdir()
+    assert main(["convert", "a.exr", "pictures/b.jpg", "-q"]) == 0
+    assert main(["info", "pictures/b.jpg"]) == 0
+    assert capsys.readouterr().out.endswith(f"record    equaltime info {saved}\n")
+    assert main(["info", "pictures/b.jpg", "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["record"] == facts["made_from"] == str(saved)
+    saved.unlink()
+    assert main(["info", "pictures/b.jpg"]) == 0
+    gone = f"record    was in {saved}, which is not there or shows another render now\n"
+    assert capsys.readouterr().out.endswith(gone)
 
 
 def test_an_exposure_is_told_beside_the_automatic_one(saved: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -25,7 +25,7 @@ def scene(size: tuple[int, int] = (40, 32)) -> et.Scene:
 def assert_same(found: et.Result, wanted: et.Result, but: tuple[str, ...] = ()) -> None:
     """Compare every field; arrays to the bit."""
     for field in dataclasses.fields(et.Result):
-        if field.name in but:
+        if field.name in (*but, "saved"):  # the file, which only one that was read has
             continue
         ours, theirs = (getattr(result, field.name) for result in (found, wanted))
         if field.name == "second":
@@ -116,3 +116,12 @@ def test_another_program_s_image_is_no_render(tmp_path: Path) -> None:
     et.render(scene((8, 8)), spp=2).save(picture)
     with pytest.raises(et.ImageError, match="was not rendered by equaltime"):
         et.read(picture)
+
+
+def test_a_result_that_is_read_has_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = et.render(et.load("cornell-box").with_(size=(4, 4)), spp=2)
+    result.save("a.exr")
+    assert result.saved is None
+    assert (read := et.read("a.exr")).saved == tmp_path / "a.exr"
+    assert et.render(et.load("cornell-box").with_(size=(4, 4)), spp=4, resume=read).saved is None
