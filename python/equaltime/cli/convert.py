@@ -105,12 +105,13 @@ def _picture_of(saved: Path, output: Path, exposure: Exposure, background: Seque
     if output.suffix.lower() not in preview.EXTENSIONS:
         raise ImageError(f"{output}: the picture of a render is a file {' or '.join(preview.EXTENSIONS)}")
     result = read(saved)
-    has_alpha = result.origin.picture.alpha and result.alpha is not None
-    if background is not None and not has_alpha:
+    alpha = result.alpha if result.origin.picture.alpha else None
+    if background is not None and alpha is None:
         raise typer.BadParameter(f"{saved} has no alpha: render it with --transparent", param_hint="--background")
     files = result.save(output, exposure=exposure, background=background, overwrite=True)
     if not quiet:
         written = Written(files, result.exposure(exposure), result.exposure())
-        black = has_alpha and background is None and output.suffix.lower() != ".png"
-        print_lines([f"wrote {written}", *filter(None, [written.counted]), *[_BLACK] * black])
+        print_lines([f"wrote {written}", *filter(None, [written.counted])])
+        if alpha is not None and (alpha < 1.0).any() and background is None and output.suffix.lower() != ".png":
+            print_lines([_BLACK])
     return 0

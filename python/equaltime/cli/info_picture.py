@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TypedDict
 
 from equaltime.cli.info_render import repeating, seeds
+from equaltime.cli.recorded import plain
 from equaltime.errors import ImageError
 from equaltime.images import image_files, preview
 from equaltime.rendering.picture_tag import from_repeat
@@ -68,8 +69,8 @@ def _repeat(path: Path, tags: Mapping[str, str]) -> _Repeat:
     named = path.with_suffix(".exr") if record["sources"] or converted else path  # only an EXR file can be merged
     lines = [*repeating(named, record, verbose=False, exposure=None if converted else stops)]
     if converted:
-        words = ["equaltime", "convert", named.name, path.name, "--exposure", f"{stops:g}"]
-        words += [] if background is None else ["--background", ",".join(f"{value:g}" for value in background)]
+        words = ["equaltime", "convert", named.name, path.name, "--exposure", plain(stops)]
+        words += [] if background is None else ["--background", ",".join(map(plain, background))]
         words += ["--overwrite"] if named.with_suffix(".png") == path else []  # the preview of that EXR
         lines.append(f"then      {shlex.join(words)}")
     made_from = record["saved"]

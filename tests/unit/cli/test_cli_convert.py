@@ -170,7 +170,7 @@ def test_the_commands_that_repeat_a_converted_picture_give_the_picture_again(
     cut_out: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(cut_out.parent)
-    for name, words in (("b.jpg", []), ("c.png", ["--background", "1,0.5,0"]), ("d.png", [])):
+    for name, words in (("b.jpg", []), ("c.png", ["--background", "1,0.12345678,0"]), ("d.png", [])):
         assert main(["convert", cut_out.name, name, "--exposure", "1", *words]) == 0
         before = oiio.ImageBuf(name).get_pixels()
         capsys.readouterr()
