@@ -19,7 +19,7 @@ PANELS: Final = {
     ),
     "How": ("strategy", "strategies", "seed", "threads", "cluster"),
     "Output": (
-        *("output", "exposure", "aov", "resume", "checkpoint", "small", "overwrite", "copy"),
+        *("output", "exposure", "background", "aov", "resume", "checkpoint", "small", "overwrite", "copy"),
         *("why", "as_json", "quiet", "verbose", "help"),
     ),
     "For experts": ("backend", "traps", "tev", "peer"),
