@@ -210,14 +210,16 @@ def _reasons(summary: Summary, unknown: bool = False) -> list[str]:
 def _without_times(summary: Summary, quick: bool = False) -> Iterator[str]:
     """Yield a line for the targets to which no strategy has a time, with the most frequent reason; targets share it.
 
-    ``quick`` tells that the experiment was run with ``--quick``, so that a better reference needs no other keys.
+    A reason of biased strategies is given if no other strategy has one. ``quick`` tells that the experiment was run
+    with ``--quick``, so that a better reference needs no other keys.
     """
     every = [one for scene in summary.scenes for one in scene.strategies]
     reasons: dict[str, list[float]] = {}
     for target in summary.targets:
-        times = [one.time_to[target] for one in every]
-        notes = Counter(_reason_without_time(time.note, summary, quick) for time in times if time.note)
-        if notes and not any(time.known for time in times):
+        noted = [one for one in every if one.time_to[target].note]
+        asked = [one for one in noted if not one.biased] or noted
+        notes = Counter(_reason_without_time(one.time_to[target].note, summary, quick) for one in asked)
+        if notes and not any(one.time_to[target].known for one in every):
             reasons.setdefault(notes.most_common(1)[0][0], []).append(target)
     yield from (f"No times to {listed([percent(one) for one in these])}: {why}" for why, these in reasons.items())
 

@@ -269,8 +269,9 @@ def time_to_error(runs: Runs, target: float) -> Interval:
       errors were smaller, and the time is that of a mean of both.
     - If a renderer starts anew for every checkpoint, slopes are against samples, and the start is added to times.
     - The value is ``inf`` if the curve does not reach ``target`` within these limits. The field ``low`` is then a time
-      that is surely too short for ``target``; it is 0 if no such time is known. If the fitted slope of an unbiased
-      strategy does not fall, ``low`` alone is valid.
+      that is surely too short for ``target``; it is 0 if no such time is known. For a biased strategy it is the longest
+      run, or ``inf`` if the bias alone exceeds ``target`` (`Runs.bias`). If the fitted slope of an unbiased strategy
+      does not fall, ``low`` alone is valid.
     - The value is NaN if there are too few checkpoints to extrapolate, or if the error is below the reference's noise
       from the first checkpoint on. It is NaN where ``target`` is within the limits only by the steep end of the slope's
       95 % interval. It is also NaN for a time beyond the runs to an error below the reference's own, which the
@@ -303,10 +304,15 @@ def time_to_error(runs: Runs, target: float) -> Interval:
     far = value > farthest
     if far and not runs.biased and (found.low < farthest if runs.law else _may_be_near(runs, target)):
         return runs.judged_time(UNKNOWN.doubted("the error varies too much between repeats to tell how it goes on"))
-    if math.isinf(value) or far:
+    if math.isinf(value):  # only biased strategies are left
+        if runs.bias > target:
+            return runs.judged_time(Interval(math.inf, math.inf, math.inf).noted("never reached: its bias is larger"))
+        low = _surely_until(runs, target, x.size - 1)
+        return runs.judged_time(Interval(math.inf, low, math.inf).noted("not reached: biased, not extrapolated"))
+    if far:
         low = max(_surely_until(runs, target, x.size - 1), min(_lower_end(found), FARTHEST_REACH * math.exp(end)))
-        why = ": biased, not extrapolated" if math.isinf(value) else f" in {FARTHEST_REACH:g} times the longest run"
-        return runs.judged_time(Interval(math.inf, low, math.inf).noted("not reached" + why))
+        why = f"not reached in {FARTHEST_REACH:g} times the longest run"
+        return runs.judged_time(Interval(math.inf, low, math.inf).noted(why))
     found = _with_reach(found.map(exp), value, (begin, end), runs, steep_doubt(runs, target))
     return runs.judged_time(found.noted(RISES) if value <= end and y[-1] > math.log(target) else found)
 

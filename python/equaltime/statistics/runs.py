@@ -48,6 +48,8 @@ class Runs:
     """Whether samples are known to be independent, so that the error falls as time to the power -1/2."""
     biased: bool = False
     """Whether the strategy is biased, so that the error may stop falling; then nothing is extrapolated."""
+    bias: float = 0.0
+    """Lower end of the relative bias of a biased strategy, below which its error never falls; 0 if it is not known."""
     doubt: str = ""
     """Reason, in words, to think that a few rare bright paths make most of the error of the final images
     (`equaltime.film.tails`). Empty if there is none."""

@@ -348,6 +348,22 @@ def test_targets_without_any_time_are_named_with_the_reason(tmp_path: Path, caps
     assert f"{told}one ({BETTER})" in capsys.readouterr().out.replace("\N{NARROW NO-BREAK SPACE}", " ").splitlines()
 
 
+def test_the_reason_why_no_strategy_has_a_time_is_not_one_of_a_biased_strategy(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = summary(tmp_path)
+    for label, note in (("naive", "the bias is its own"), ("cut", "the bias is its own"), ("best", "few checkpoints")):
+        biased = label != "best"
+        found = changed(
+            found,
+            label,
+            lambda one, note=note, biased=biased: replace(
+                one, biased=biased, time_to={**one.time_to, 0.01: UNKNOWN.doubted(note)}
+            ),
+        )
+    assert "No times to 1\N{NARROW NO-BREAK SPACE}%: few checkpoints" in printed(found, tmp_path, capsys)
+
+
 def test_unknown_times_of_the_table_point_to_their_reasons(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     none = UNKNOWN.doubted("the error varies too much between repeats to tell how it goes on")
     found = changed(summary(tmp_path), "naive", lambda one: replace(one, time_to=dict.fromkeys(one.time_to, none)))

@@ -128,8 +128,9 @@ def test_columns_that_say_nothing_are_left_out_and_other_cells_are_dashes() -> N
     assert told.unsaid == f"Left out (b, c), and {DASH}: these runs are too short to tell; run without --quick."
 
 
-def test_a_biased_strategy_that_is_not_extrapolated_is_told() -> None:
-    never = Cell("not reached", note="not reached: biased, not extrapolated", state="unknown")
+@pytest.mark.parametrize("note", ["not reached: biased, not extrapolated", "never reached: its bias is larger"])
+def test_a_biased_strategy_that_is_not_extrapolated_is_told(note: str) -> None:
+    never = Cell("not reached", note=note, state="unknown")
     told = table((Cell("1"), never)).telling(quick=False)
     assert told.unsaid == (
         "Left out (b): these runs cannot tell; biased strategies may never reach an error, and are not extrapolated."

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.stats import binomtest
 
 from equaltime.experiments.analysis.strategy_runs import speed_up
+from equaltime.experiments.report.words import factor_cell
 from equaltime.statistics.curves import (
     AGAINST_SAMPLES,
     RISES,
@@ -282,6 +283,30 @@ def test_a_bias_is_not_extrapolated() -> None:
     assert found.value == math.inf
     assert found.low == pytest.approx(64.0, rel=0.1)
     assert "biased" in found.note
+
+
+def test_biased_typical_runs_that_do_not_reach_an_error_were_only_seen_for_the_longest_run() -> None:
+    """No repeat of a heavy tail reaches 20 %, so the median of their times is infinite: longer runs may."""
+    runs = power_law()
+    floor = replace(runs, relmse=runs.relmse + 0.1, biased=True, doubt="heavy tail")
+    found, fast = time_to_error(floor, 0.2), replace(power_law(speed=4.0), doubt="heavy tail")
+    assert (found.value, found.low) == (math.inf, pytest.approx(64.0, rel=0.1))
+    ratio = speed_up(fast, floor, 0.2)
+    assert (ratio.value, ratio.high) == (0.0, pytest.approx(25.0 / 4.0 / 64.0, rel=0.2)), "not a hundredth of it"
+    assert not speed_up(power_law(speed=0.2), floor, 0.2).known, "the baseline takes longer than the runs of this one"
+
+
+def test_a_bias_above_an_error_is_never_below_it() -> None:
+    runs = power_law()
+    floor = replace(runs, relmse=runs.relmse + 0.1, biased=True, bias=0.3)
+    found = time_to_error(floor, 0.2)
+    assert (found.value, found.low, found.note) == (math.inf, math.inf, "never reached: its bias is larger")
+    assert Interval.from_dict(found.as_dict()) == found
+    assert "biased, not extrapolated" in time_to_error(replace(floor, relmse=runs.relmse + 0.2), 0.31).note
+    ratio = speed_up(runs, floor, 0.2)
+    assert (ratio.value, ratio.high) == (0.0, 0.0)
+    assert factor_cell(ratio).text == "never"
+    assert speed_up(floor, runs, 0.2).low == pytest.approx(64.0 / 25.0, rel=0.1), "a limit that can be printed"
 
 
 def test_the_error_at_the_end_of_runs_is_told_though_it_rose_there() -> None:

@@ -32,7 +32,7 @@ from equaltime.statistics.curves import (
     time_to_error,
     typical_interval,
 )
-from equaltime.statistics.intervals import FEWEST_REPEATS, UNKNOWN, Z95, Interval, exp, join
+from equaltime.statistics.intervals import FEWEST_REPEATS, UNKNOWN, Z95, Interval, exp, join, sound_below
 from equaltime.statistics.runs import MISSING, TYPICAL, Runs
 from equaltime.strategy import Strategy
 
@@ -87,7 +87,13 @@ class StrategyRuns:
         missing = "" if runs.biased else _missing(parts, float(runs.relmse[:, -1].mean()))
         own = math.sqrt(max(reference.relmse, 0.0))
         judged = replace(
-            runs, doubt=tail.doubt, missing=missing, unseen=tail.unseen, shared=parts.shared, reference=own
+            runs,
+            bias=math.sqrt(parts.bias2.low) if runs.biased and sound_below(parts.bias2) else 0.0,
+            doubt=tail.doubt,
+            missing=missing,
+            unseen=tail.unseen,
+            shared=parts.shared,
+            reference=own,
         )
         return replace(plain, runs=judged, parts=parts, heavy=bool(tail.doubt))
 
@@ -165,7 +171,8 @@ def speed_up(baseline: Runs, runs: Runs, target: float) -> Interval:
     If the ratio is above 1, ``runs`` are faster. Each repeat of one strategy is paired with the repeat of the other
     that ran beside it; surplus repeats are left out. If few events make most of an error (a heavy tail), the ratio is
     the median over pairs of repeats. If one strategy does not reach the target, the ratio is a bound: its interval
-    reaches to 0 or to infinity. A bound that does not tell which strategy is faster is returned as
+    reaches to 0 or to infinity. It is 0 without a width if the bias of ``runs`` alone exceeds the target. A
+    bound that does not tell which strategy is faster is returned as
     `equaltime.statistics.intervals.UNKNOWN`, all of whose numbers are NaN.
     """
     repeats = min(baseline.repeats, runs.repeats)
@@ -176,7 +183,8 @@ def speed_up(baseline: Runs, runs: Runs, target: float) -> Interval:
     if math.isnan(slow.value) or math.isnan(fast.value) or (math.isinf(slow.value) and math.isinf(fast.value)):
         return Interval(math.nan, math.nan, math.nan, False, note or "neither reaches it")
     if math.isinf(slow.value):
-        low = slow.low / fast.high
+        until = slow.low if math.isfinite(slow.low) else float(first.seconds[:, -1].mean())  # so a limit can be told
+        low = until / fast.high
         return Interval(math.inf, low, math.inf, trusted, note) if low > 1.0 else UNKNOWN.noted(note)
     if math.isinf(fast.value):
         trusted = slow.trusted and (fast.trusted or fast.bound == "low")

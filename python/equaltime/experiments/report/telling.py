@@ -15,11 +15,11 @@ from equaltime.statistics.intervals import UNKNOWN, Interval
 __all__ = ["DASH", "column_says_something", "commands", "is_quick", "says_slower", "silenced", "unsaid"]
 
 DASH = "\N{EN DASH}"
-_BIASED = "biased, not extrapolated"
+_BIASED = re.compile("biased, not extrapolated|its bias is larger")
 """Part of the note of a time that a biased strategy does not reach."""
 _NOISY = re.compile(f"the reference has .*{re.escape(TOO_NOISY)}")
 """Remark on a time that is not given because of the reference's noise; its number differs from scene to scene."""
-_NOT_KNOWN = ("unknown", "cannot tell", "not trusted", "not reached")
+_NOT_KNOWN = ("unknown", "cannot tell", "not trusted", "not reached", "never")
 
 
 def commands(summary: Summary) -> tuple[str, ...]:
@@ -78,7 +78,7 @@ def unsaid(names: Iterable[str], dashes: bool, quick: bool, cells: Iterable[Cell
     listed = ", ".join(names)
     why = "these runs are too short to tell; run without --quick" if quick else "these runs cannot tell"
     silent = [cell.note for cell in cells if _is_silent(cell)]
-    if any(_BIASED in note for note in silent):
+    if any(_BIASED.search(note) for note in silent):
         why += "; biased strategies may never reach an error, and are not extrapolated"
     if noisy := [remark for note in silent for remark in note.split("; ") if _NOISY.match(remark)]:
         why += f"; {merged(noisy)}"

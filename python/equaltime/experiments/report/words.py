@@ -158,7 +158,10 @@ def factor_cell(interval: Interval) -> Cell:
     """Return a table cell with a ratio, such as ``31x [27, 35]`` but with a real multiplication sign.
 
     A ratio of 0 or infinity means that one of the two strategies does not reach the error; it is printed as a bound.
+    It is printed as "never" if the strategy's bias exceeds the error.
     """
+    if interval.trusted and interval.value == interval.high == 0.0:
+        return Cell("never", note=interval.note, state="unknown")
     if interval.trusted and interval.value in (0.0, math.inf):
         end, sign = (interval.low, AT_LEAST) if interval.value else (interval.high, AT_MOST)
         if 0.0 < end < math.inf:
