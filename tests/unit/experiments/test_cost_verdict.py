@@ -237,6 +237,9 @@ def test_a_time_without_a_ratio_stands_alone() -> None:
 def test_numbers_of_no_use_are_left_out_of_the_sentence() -> None:
     useless = replace(UNKNOWN, note=TOO_WIDE)
     assert said((useless, useless), (useless, useless)) == f"No time to a given error can be trusted: {TOO_WIDE}."
+    found = scene((useless, useless), (useless, useless))
+    other = replace(found, strategies=(*found.strategies, times(found.strategies[0], "mine", 2.0)))
+    assert f"No time of best to a given error can be trusted: {TOO_WIDE}." in verdict([other], TARGETS)
     assert said((TIME, TIME), (useless, useless)).endswith(
         f"How much faster it is than naive cannot be told. Speed-up over naive: {TOO_WIDE}."
     )
@@ -300,6 +303,23 @@ def test_strategies_whose_intervals_overlap_are_equally_fast() -> None:
     assert "Fastest" not in verdict([replace(found, strategies=(naive, best, far))], TARGETS)
     slow = (times(naive, "naive", 0.5), best)
     assert "Fastest" not in verdict([replace(found, strategies=slow)], TARGETS), "the speed-up tells it"
+
+
+def test_one_known_time_is_no_ranking_unless_others_are_surely_longer() -> None:
+    found = scene((UNKNOWN, UNKNOWN), (UNKNOWN, UNKNOWN))
+    naive, best = found.strategies
+    only = times(naive, "mine", 2.0)
+
+    def told(*others: StrategyResult) -> str:
+        own = replace(found, strategies=(*others, only))
+        box = replace(scene((TIME, TIME), (RATIO, RATIO)), name="hall")
+        return verdict(
+            [replace(box, strategies=(times(naive, "naive", 20.0), *box.strategies[1:], only)), own], TARGETS
+        )
+
+    assert "Fastest to 5 %: best on hall." in told(naive, best)
+    never = replace(best, time_to=dict.fromkeys(TARGETS, Interval(math.inf, 64.0, math.inf)))
+    assert "Fastest to 5 % of those whose time is known: best on hall, mine on box." in told(naive, never)
 
 
 def typical(strategy: StrategyResult) -> StrategyResult:

@@ -171,9 +171,9 @@ def speed_up(baseline: Runs, runs: Runs, target: float) -> Interval:
     If the ratio is above 1, ``runs`` are faster. Each repeat of one strategy is paired with the repeat of the other
     that ran beside it; surplus repeats are left out. If few events make most of an error (a heavy tail), the ratio is
     the median over pairs of repeats. If one strategy does not reach the target, the ratio is a bound: its interval
-    reaches to 0 or to infinity. It is 0 without a width if the bias of ``runs`` alone exceeds the target. A
-    bound that does not tell which strategy is faster is returned as
-    `equaltime.statistics.intervals.UNKNOWN`, all of whose numbers are NaN.
+    reaches to 0 or to infinity. It is 0 without a width if the bias of ``runs`` alone exceeds the target. A bound that
+    does not tell which strategy is faster is returned as `equaltime.statistics.intervals.UNKNOWN`, all of whose numbers
+    are NaN.
     """
     repeats = min(baseline.repeats, runs.repeats)
     first, second = (_first(r, repeats) for r in (baseline, runs))
@@ -194,9 +194,9 @@ def speed_up(baseline: Runs, runs: Runs, target: float) -> Interval:
     for less, more in (steep_doubt(first, target), steep_doubt(second, target)[::-1]):
         ratio = ratio.widened(less, "low").widened(more)
     if not slow.trusted:
-        ratio = ratio.bounded("low", note) if slow.bound else ratio.doubted(note)
+        ratio = ratio.bounded(slow.bound, note) if slow.bound else ratio.doubted(note)
     if not fast.trusted:
-        ratio = ratio.bounded("high", note) if fast.bound else ratio.doubted(note)
+        ratio = ratio.bounded("high" if fast.bound == "low" else "low", note) if fast.bound else ratio.doubted(note)
     return replace(ratio, reach=max(slow.reach, fast.reach)).noted(note).telling().deciding()
 
 

@@ -239,8 +239,8 @@ def _without_ratio(scenes: Sequence[SceneResult], alone: tuple[SceneResult, Stra
     """
     typical = _typical(scenes)
     if alone is None:
-        lacking = f"a given error can be trusted{_reason(scenes)}."
-        return Answer(typical, (f"No time to {lacking}",)) if typical else Answer(f"No time to {lacking}")
+        lacking = f"No time{_of_standards(scenes)} to a given error can be trusted{_reason(scenes)}."
+        return Answer(typical, (lacking,)) if typical else Answer(lacking)
     scene, strategy, target = alone
     time = strategy.time_to[target]
     notes = [_extrapolated(time, target), _rare((time,))]
@@ -327,6 +327,12 @@ def _with_efficiency(scenes: Sequence[SceneResult]) -> list[_Found]:
 
 def _standards(scenes: Sequence[SceneResult]) -> Iterator[_Found]:
     return ((scene, s) for scene in scenes for s in scene.strategies if s.label == scene.standard)
+
+
+def _of_standards(scenes: Sequence[SceneResult]) -> str:
+    """Return the phrase `` of best`` if times of other strategies than the standard are known; else an empty text."""
+    times = (time for scene in scenes for strategy in scene.strategies for time in strategy.time_to.values())
+    return f" of {joined(strategy.label for _, strategy in _standards(scenes))}" if any(map(sound, times)) else ""
 
 
 def _reason(scenes: Sequence[SceneResult]) -> str:

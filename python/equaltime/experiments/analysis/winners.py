@@ -75,7 +75,9 @@ def best_per_scene(scenes: Sequence[SceneResult]) -> str:
 
 
 def _winners(scene: SceneResult, measure: _Measure) -> _Winners | None:
-    """Return the strategies with the smallest numbers; None if there are less than two, or no number is known.
+    """Return the strategies with the smallest numbers; None if there is nothing to rank.
+
+    A ranking needs a known number, and another that is known or surely above it.
 
     All strategies whose interval overlaps with that of the smallest number are equally good. A test of pairs would be
     narrower, but does not hold for the smallest of several numbers, which is chosen after the runs.
@@ -84,9 +86,11 @@ def _winners(scene: SceneResult, measure: _Measure) -> _Winners | None:
     """
     rivals = [(s, measure(s)) for s in scene.strategies if not s.disagrees or sound(measure(s))]
     known = [(s, number) for s, number in rivals if sound(number)]
-    if not known or len(rivals) < 2:
+    if not known:
         return None
     _, least = min(known, key=lambda one: one[1].value)
+    if len(known) < 2 and not any(_is_above(number, least) for _, number in rivals):
+        return None
     best = [(s, number) for s, number in known if number.low <= least.high]
     unknown = any(not sound(number) and not _is_above(number, least) for _, number in rivals)
     typical = any(TYPICAL in number.note for _, number in best)
