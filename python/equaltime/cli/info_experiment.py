@@ -200,7 +200,7 @@ def _errors(summary: Summary) -> str:
 def _reached(results: Sequence[StrategyResult]) -> str:
     """Return the error of a strategy on one scene, or the smallest and the largest of its errors on several scenes.
 
-    An error of which only the lower end is known counts with that end, and the text begins with ``at least``.
+    Errors of which only the lower end is known stand apart, with that end, after ``at least``.
     """
     errors = [result.error_at_budget for result in results]
     if len(errors) == 1:
@@ -208,13 +208,16 @@ def _reached(results: Sequence[StrategyResult]) -> str:
         return in_brackets(error_cell(error)).replace(_THIN, " ") + " extrapolated" * (
             error.trusted and error.reach > 1.0
         )
-    known = [error for error in errors if sound(error)]
-    bounds = [error.low for error in errors if not sound(error) and sound_below(error)]
-    if not (numbers := [*(error.value for error in known), *bounds]):
-        return "not trusted"
-    ends = " to ".join(dict.fromkeys((percent(min(numbers)), percent(max(numbers)))))
-    unknown = len(errors) - len(numbers)
-    return f"{'at least ' if bounds else ''}{ends}{f' (not trusted on {unknown} of them)' if unknown else ''}"
+    known = [error.value for error in errors if sound(error)]
+    limits = [error.low for error in errors if not sound(error) and sound_below(error)]
+    told = " and ".join((*_ends(known), *(f"at least {ends}" for ends in _ends(limits))))
+    unknown = len(errors) - len(known) - len(limits)
+    return f"{told} (not trusted on {unknown} of them)" if told and unknown else told or "not trusted"
+
+
+def _ends(errors: Sequence[float]) -> list[str]:
+    """Return the smallest and the largest of some errors in one text; none without errors."""
+    return [" to ".join(dict.fromkeys((percent(min(errors)), percent(max(errors)))))] if errors else []
 
 
 def folder_table(stored: StoredExperiment) -> Iterator[Table | str]:

@@ -261,7 +261,8 @@ def test_no_scene_vanishes_from_the_errors_of_several() -> None:
     def reached(*errors: Interval) -> str:
         return _reached([cast(StrategyResult, SimpleNamespace(error_at_budget=error)) for error in errors])
 
-    assert reached(known, bound) == "at least 16.3 % to 22.4 %"
+    assert reached(known, bound) == "16.3 % and at least 22.4 %", "a measured error is no limit"
+    assert reached(bound, known, replace(bound, low=0.25)) == "16.3 % and at least 22.4 % to 25 %"
     assert reached(known, UNKNOWN, UNKNOWN) == "16.3 % (not trusted on 2 of them)"
     assert reached(bound, UNKNOWN, UNKNOWN, UNKNOWN) == "at least 22.4 % (not trusted on 3 of them)"
     assert reached(known, Interval(0.2, 0.19, 0.21)) == "16.3 % to 20 %"
