@@ -195,3 +195,35 @@ def test_an_image_of_another_size_is_refused(scene: Scene, known: KnownReference
         obtain(scene.with_(size=(12, 12)), ReferenceWish(file=tmp_path / "r.npz"))
     with pytest.raises(ExperimentError, match=r"reference\.file: .*missing\.exr: no such file"):
         obtain(scene, ReferenceWish(file=tmp_path / "missing.exr"))
+
+
+def test_the_page_of_experiments_tells_strategy_seeds_and_limits_of_a_reference() -> None:
+    page = (SCENES / "experiments" / "README.md").read_text()
+    told = " ".join(page.partition("### References\n")[2].partition("\n### ")[0].split())
+    fixed, wish = Strategy.parse(references.REFERENCE_STRATEGY), ReferenceWish()
+    assert fixed == Strategy.parse("mis,lights=power")
+    assert fixed.sampler == "independent"
+    assert "always `mis,lights=power` with independent samples" in told
+    assert f"`reference.error` ({100 * wish.error:g} %), or after `reference.seconds` ({wish.seconds:g} s)" in told
+    assert min(references._SEEDS) > 2**63
+    assert "seeds of a reference, which are above 2^63" in told
+
+
+def test_the_reference_of_an_experiment_s_folder_can_be_kept_for_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As the page says: the file of the folder, or a render whose seed no run has."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    box: dict[str, Any] = {"path": str(SCENES / "cornell-box.toml"), "name": "box", "size": [16, 16], "max_depth": 3}
+    common: dict[str, Any] = {"scenes": [box], "spp": [2, 4], "repeats": 3, "targets": ["50%"]}
+    wish = {"error": 0.1, "seconds": 5.0}
+    first = et.cost(et.Experiment(**common, strategies=["mis", "best"], reference=wish), tmp_path / "a")
+    file = tmp_path / "a" / "references" / "box.npz"
+    assert (known := read(file)).error == pytest.approx(first.scenes[0].reference_error)
+    exr = tmp_path / "reference.exr"
+    et.render(et.load(SCENES / "cornell-box.toml").with_(size=(16, 16), max_depth=3), spp=256, seed=2**32).save(exr)
+    for number, path in enumerate((file, exr)):
+        own = et.Experiment(**common, strategies=["mis", "best"], reference={"file": path})
+        again = et.cost(own, tmp_path / str(number)).scenes[0]
+        assert 0.0 < again.reference_error < 0.5
+        assert path != file or again.reference_error == pytest.approx(known.error)

@@ -22,6 +22,7 @@ from equaltime.experiments.run.reference import REFERENCE_STRATEGY
 from equaltime.experiments.run.runner import RunProgress, run
 from equaltime.film.error import pixel_statistics
 from equaltime.film.unseen import stated_error
+from equaltime.rendering.core import make_renderer
 from equaltime.rendering.core_subject import CoreSubject, Point, RendererKind
 from equaltime.scene import Scene
 from equaltime.scene import load as load_scene
@@ -387,3 +388,14 @@ def test_a_renderer_must_take_the_same_counts_in_every_repeat(folder: Path, cloc
     clockworks[0].rounded = None
     run(experiment(), folder)
     assert len(keys(folder)) == 6, "what was refused can be done again"
+
+
+def test_a_strategy_s_own_pilot_runs_within_the_time_that_is_measured() -> None:
+    """The clock of a run covers `advance` alone, so the pilot must run there. Its rays count, its samples do not."""
+    scene = load_scene(CORNELL).with_(size=(256, 256), max_depth=3)
+    renderer = make_renderer(scene, Strategy.parse("best"), 0, 2)
+    assert (renderer.decision, renderer.counters["rays"]) == (None, 0)
+    renderer.advance(2)
+    assert renderer.decision is not None
+    assert renderer.decision["splitting"] is not None, "measured by a pilot"
+    assert (renderer.moments["count"].sum(axis=0) == 2).all()
