@@ -520,7 +520,8 @@ def slope(runs: Runs) -> Interval:
         return UNKNOWN.doubted("an exact image has no error that falls" if runs.exact else "too few checkpoints")
     if runs.spp is not None:
         started = _started(start_seconds(runs, np.ones(runs.repeats)))
-        found = found.noted(f"{AGAINST_SAMPLES}: {started or 'times of other renderers may contain a start'}")
+        anew = "each count is a render of its own, whose time may contain a start"
+        found = found.noted(f"{AGAINST_SAMPLES}: {started or anew}")
     if found.trusted and found.low > INDEPENDENT and not runs.biased:
         found = found.noted(_SHALLOW)
     reason = join((runs.tail, runs.missing))

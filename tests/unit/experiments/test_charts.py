@@ -19,10 +19,11 @@ from equaltime.experiments.report.charts import (
     has_dots,
     tick,
     with_one_point,
+    without_curve,
 )
 from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.page import without_marks
-from equaltime.statistics.intervals import UNKNOWN
+from equaltime.statistics.intervals import UNKNOWN, Interval
 from equaltime.statistics.runs import TYPICAL
 
 from .fake_summary import CONSTANTS, TARGETS, doubted, summary
@@ -80,6 +81,16 @@ def test_a_strategy_without_a_curve_has_no_entry_in_the_legend_and_the_page_says
     text = page.write_report(replace(found, scenes=(changed, second)), tmp_path).read_text("utf-8")
     assert text.count(f"naive has no curve: {why}.") == 1
     assert "Error against time on box0, both logarithmic, one curve each for cut, best;" in text
+
+
+def test_a_strategy_that_is_exact_has_no_curve_for_that_reason(found: Summary) -> None:
+    first, *others = found.scenes[0].strategies
+    exact = replace(first.curve, error=tuple(Interval(0.0, 0.0, 0.0) for _ in first.curve.error))
+    scene = replace(found.scenes[0], strategies=(replace(first, curve=exact), *others))
+    assert without_curve(scene) == "naive has no curve: it is exact from its first image on."
+    hidden = replace(first.curve, error=tuple(UNKNOWN for _ in first.curve.error))
+    scene = replace(found.scenes[0], strategies=(replace(first, curve=hidden), *others))
+    assert without_curve(scene) == "naive has no curve: none of its errors is known."
 
 
 def test_a_chart_says_that_curves_are_root_mean_squares_and_some_times_medians(

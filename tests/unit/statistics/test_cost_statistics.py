@@ -336,6 +336,12 @@ def test_a_time_to_an_error_that_the_last_measurement_exceeds_says_so() -> None:
     assert RISES not in time_to_error(replace(runs, relmse=runs.relmse[:, :3], seconds=seconds[:, :3]), 1.03).note
 
 
+def test_a_slope_against_samples_names_the_start_and_no_other_renderer() -> None:
+    anew = replace(power_law(), spp=SPP)
+    note = f"{AGAINST_SAMPLES}: each count is a render of its own, whose time may contain a start"
+    assert slope(anew).note.startswith(note)
+
+
 def test_the_error_at_a_checkpoint_is_that_of_the_curve_also_where_errors_rise_or_a_few_events_make_them() -> None:
     for runs in (power_law(scatter=0.5), with_firefly()):
         measured = np.sqrt(runs.relmse.mean(axis=0))

@@ -99,7 +99,9 @@ def without_curve(scene: SceneResult) -> str:
     told = []
     for strategy in scene.strategies:
         if not is_drawn(strategy):
-            why = next((error.note for error in strategy.curve.error if error.note), "none of its errors is known")
+            exact = all(error.trusted and error.value == 0.0 for error in strategy.curve.error)
+            unknown = "it is exact from its first image on" if exact else "none of its errors is known"
+            why = next((error.note for error in strategy.curve.error if error.note), unknown)
             told.append(f"{strategy.label} has no curve: {why}.")
     return " ".join(told)
 
