@@ -474,3 +474,23 @@ def test_errors_against_a_black_reference_are_infinite_and_told_without_warnings
     endless = [replace(row, relmse=math.inf) for row in rows]
     best = summarise(experiment(), endless, folder).scenes[0].strategies[1]
     assert not best.time_to[0.2].known
+
+
+def test_a_busy_machine_is_told_by_the_share_of_the_processors_that_runs_had(recorded: tuple[Path, list[Row]]) -> None:
+    folder, rows = recorded
+
+    def notes(share: float, renderer: str = "core", shorter: float = 1.0) -> str:
+        found = [
+            replace(
+                row, renderer=renderer, wall_s=shorter * row.wall_s, cpu_s=share * shorter * row.wall_s * row.threads
+            )
+            for row in rows
+        ]
+        return " ".join(summarise(experiment(), found, folder).verdict_notes)
+
+    said = "The machine was busy: runs had 61 % of their processors, in the median. Times are too long"
+    assert said in notes(0.612)
+    for told in (notes(0.81), notes(0.3, renderer="command"), notes(0.3, shorter=1e-6)):
+        assert "busy" not in told
+    one_of_many = [replace(row, cpu_s=(0.3 if row.repeat == 0 else 0.97) * row.wall_s * row.threads) for row in rows]
+    assert "busy" not in " ".join(summarise(experiment(), one_of_many, folder).verdict_notes), "one run is no machine"

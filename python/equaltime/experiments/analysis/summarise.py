@@ -41,6 +41,11 @@ Floats = NDArray[np.float64]
 
 _LATE = 1.1
 """Times the budget from which a first image is told to be late; runs aim at the budget with about this accuracy."""
+_BUSY = 0.8
+"""Share of its processors below which a median run shows that other programs took part of them. It is nearly 1 on a
+machine that does nothing else."""
+_SHORTEST_RUN = 0.1
+"""Least seconds of a run whose share of its processors is judged: threads take milliseconds to start."""
 _NO_COMMON_COUNT = "its repeats have no sample count in common, so that they cannot be joined"
 
 
@@ -105,7 +110,7 @@ def summarise(experiment: Experiment, rows: Sequence[Row], folder: Path) -> Summ
         answer.text,
         experiment.question,
         headline_target=headline_target(scenes, targets, experiment.question),
-        verdict_notes=answer.notes,
+        verdict_notes=(*_busy([row for name in named for row in by_scene[name]]), *answer.notes),
         directions=_existing(place.directions) if "directions" in experiment.figures else None,
     )
 
@@ -291,6 +296,24 @@ class _Scene:
             budget = duration(self.experiment.budget or 0.0)
             notes.append(f"its first image took {duration(late)}, longer than the budget: no image after {budget}")
         return notes
+
+
+def _busy(rows: Sequence[Row]) -> tuple[str, ...]:
+    """Return a sentence if runs had too small a share of their processors, by CPU time over wall time times threads.
+
+    Only equaltime's own strategies are judged, since other renderers may have fewer threads than they are given.
+    """
+    shares = [
+        row.cpu_s / (row.wall_s * row.threads)
+        for row in rows
+        if row.last and row.renderer == "core" and row.wall_s >= _SHORTEST_RUN and row.threads > 0
+    ]
+    if not shares or (share := float(np.median(shares))) >= _BUSY:
+        return ()
+    return (
+        f"The machine was busy: runs had {100.0 * share:.0f} % of their processors, in the median. Times are too long "
+        "and uncertain. Ratios are fairer, since runs take turns.",
+    )
 
 
 def _left_out(windows: Sequence[Window]) -> str:
