@@ -93,6 +93,23 @@ def test_a_strategy_that_is_exact_has_no_curve_for_that_reason(found: Summary) -
     assert without_curve(scene) == "naive has no curve: none of its errors is known."
 
 
+def test_curves_of_runs_too_short_for_a_clock_are_drawn_against_samples(
+    found: Summary, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(page, "write_figures", lambda *_: ())
+    first, second = found.scenes
+    short = replace(first, budget_s=0.05)
+    axes = draw_curves(short, TARGETS, LOOKS, (6.0, 4.0), legend=True).axes[0]
+    assert axes.get_xlabel() == "samples per pixel"
+    assert list(axes.get_lines()[0].get_xdata()) == [float(spp) for spp in first.strategies[0].curve.spp]
+    low, high = axes.get_xlim()
+    assert low < 2.0 < 32.0 < high < 64.0, "without the equal time"
+    text = page.write_report(replace(found, scenes=(short, second)), tmp_path).read_text("utf-8")
+    assert text.count("<h3>Error against samples per pixel</h3>") == text.count("<h3>Error against time</h3>") == 1
+    assert text.count("The dashed line is the equal time") == 1
+    assert "the\n      times are too short for a clock" in text
+
+
 def test_a_chart_says_that_curves_are_root_mean_squares_and_some_times_medians(
     found: Summary, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

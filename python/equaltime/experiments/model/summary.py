@@ -26,6 +26,9 @@ __all__ = ["DISAGREES", "Beside", "Curve", "SceneResult", "StrategyResult", "Sum
 DISAGREES = "disagrees with the reference"
 """Words in the note of a number that a renderer does not get, because its picture is another one."""
 
+_SHORTEST_CURVE = 0.1
+"""Least equal time, in seconds, for curves against time. Curves begin at about a hundredth of it, and threads
+take about a millisecond to start."""
 _RULE = "it is the smallest target whose times can be trusted"
 """Rule by which the verdict chooses among an experiment's target errors."""
 
@@ -191,6 +194,11 @@ class SceneResult:
         """
         counts = (set(one.curve.spp) for one in self.strategies if one.label == self.baseline)
         return max(set(strategy.curve.spp).intersection(*counts), default=None)
+
+    @property
+    def against_samples(self) -> bool:
+        """Whether charts show errors against samples per pixel, since the equal time is too short for a clock."""
+        return self.budget_s < _SHORTEST_CURVE
 
     @property
     def late(self) -> str:

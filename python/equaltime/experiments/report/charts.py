@@ -28,6 +28,7 @@ __all__ = [
     "has_pale_points",
     "has_typical_times",
     "is_drawn",
+    "places_along",
     "tick",
     "unmarked",
     "with_one_point",
@@ -45,21 +46,22 @@ def draw_curves(
 ) -> Figure:
     """Draw the error of all strategies of a scene against time, and return the figure.
 
-    ``targets`` are errors, drawn as horizontal lines. ``looks`` gives colour, marker and line style by label of a
-    strategy. ``size`` is width and height in inches, and ``legend`` tells whether to draw a legend. Points are
-    pale, and have no band, if a table prints no number with an interval for them. A curve without points has no entry
-    in the legend. In the SVG, the points of each curve are in the groups that `curve_titles` names.
+    Errors are drawn against samples per pixel where the scene asks for it (`SceneResult.against_samples`). ``targets``
+    are errors, drawn as horizontal lines. ``looks`` gives colour, marker and line style by label of a strategy.
+    ``size`` is width and height in inches, and ``legend`` tells whether to draw a legend. Points are pale, and have no
+    band, if a table prints no number with an interval for them. A curve without points has no entry in the legend. In
+    the SVG, the points of each curve are in the groups that `curve_titles` names.
     """
     figure: Figure = optional("matplotlib.figure").Figure(figsize=size, layout="constrained", facecolor="none")
     axes = figure.add_subplot(facecolor="none")
     for order, strategy in enumerate(scene.strategies):
-        _draw_curve(axes, strategy, looks[strategy.label], order)
+        _draw_curve(axes, scene, strategy, looks[strategy.label], order)
     _scale(axes, scene)
     _frame(axes, ("left", "bottom"))
     _draw_marks(axes, scene, targets)
-    tick(axes.xaxis, seconds, min(_MOST_TICKS, _TIMES_AN_INCH * size[0]))
+    tick(axes.xaxis, _count_words if scene.against_samples else seconds, min(_MOST_TICKS, _TIMES_AN_INCH * size[0]))
     tick(axes.yaxis, percent)
-    axes.set_xlabel("time, first sample to image", color=INK)
+    axes.set_xlabel("samples per pixel" if scene.against_samples else "time, first sample to image", color=INK)
     axes.set_ylabel("error (root mean square of the runs)", color=INK)
     if legend:
         _add_legend(axes, has_pale_points(scene))
@@ -131,6 +133,16 @@ def _drawn(strategy: StrategyResult) -> list[int]:
     return [i for i, (time, error) in enumerate(pairs) if _positive(time.value) and _positive(error.value)]
 
 
+def places_along(scene: SceneResult, strategy: StrategyResult) -> tuple[float, ...]:
+    """Return where the points of a curve stand along the chart's lower axis: seconds, or samples per pixel."""
+    curve = strategy.curve
+    return tuple(map(float, curve.spp)) if scene.against_samples else tuple(time.value for time in curve.seconds)
+
+
+def _count_words(count: float) -> str:
+    return f"{count:,.3g}"
+
+
 def _places(strategy: StrategyResult, pale: bool) -> list[int]:
     """Return the places, in the list of drawn points, of those with a trusted interval or of the ``pale`` others."""
     errors = (strategy.curve.error[i] for i in _drawn(strategy))
@@ -146,9 +158,10 @@ def _positive(value: float) -> bool:
     return math.isfinite(value) and value > 0.0
 
 
-def _draw_curve(axes: Axes, strategy: StrategyResult, look: Style, order: int) -> None:
+def _draw_curve(axes: Axes, scene: SceneResult, strategy: StrategyResult, look: Style, order: int) -> None:
     points = _drawn(strategy)
-    times = [strategy.curve.seconds[i].value for i in points]
+    along = places_along(scene, strategy)
+    times = [along[i] for i in points]
     errors = [strategy.curve.error[i] for i in points]
     bands = [_band(error) for error in errors]
     axes.fill_between(
@@ -183,11 +196,11 @@ def _band(error: Interval) -> tuple[float, float]:
 
 def _scale(axes: Axes, scene: SceneResult) -> None:
     """Make both axes logarithmic, with limits that include all points, all bands and the equal time."""
-    times = [scene.budget_s] if _positive(scene.budget_s) else []
+    times = [scene.budget_s] if _positive(scene.budget_s) and not scene.against_samples else []
     errors: list[float] = []
     for strategy in scene.strategies:
         for i in _drawn(strategy):
-            times.append(strategy.curve.seconds[i].value)
+            times.append(places_along(scene, strategy)[i])
             errors.extend(_band(strategy.curve.error[i]))
     axes.set(xscale="log", yscale="log", xlim=_limits(times), ylim=_limits(errors))
 
@@ -210,12 +223,12 @@ def _frame(axes: Axes, sides: Sequence[str]) -> None:
 
 
 def _draw_marks(axes: Axes, scene: SceneResult, targets: Sequence[float]) -> None:
-    """Mark the targets within the axes' limits, and the equal time."""
+    """Mark the targets within the axes' limits, and the equal time on an axis of times."""
     low, high = axes.get_ylim()
     for target in targets:
         if low < target < high:
             axes.axhline(target, color=MUTED, linewidth=0.9, linestyle=(0, (1, 2)), zorder=1)
-    if _positive(scene.budget_s):
+    if _positive(scene.budget_s) and not scene.against_samples:
         axes.axvline(scene.budget_s, color=MUTED, linewidth=0.9, linestyle=(0, (5, 3)), zorder=1)
         left, right = axes.get_xlim()
         room = math.log(scene.budget_s / left) > 0.3 * math.log(right / left)

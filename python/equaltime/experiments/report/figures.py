@@ -145,8 +145,8 @@ def chart(
         titles |= curve_titles(order, strategy)
     labels = ", ".join(strategy.label for strategy in scene.strategies if is_drawn(strategy))
     description = (
-        f"Error against time on {scene.name}, both logarithmic, one curve each for {labels}; "
-        f"equal time is {seconds(scene.budget_s)}. The numbers stand in a table of the report."
+        f"Error against {'samples' if scene.against_samples else 'time'} on {scene.name}, both logarithmic, one curve "
+        f"each for {labels}; equal time is {seconds(scene.budget_s)}. The numbers stand in a table of the report."
     )
     return themed(draw_curves(scene, targets, looks, size, legend=False), prefix, description, titles)
 

@@ -107,7 +107,11 @@ def _chart(summary: Summary, prefix: str, look: Mapping[str, Style]) -> tuple[An
     scene = next((scene for scene in summary.scenes if scene.name == wanted), summary.scenes[0])
     where = f", {scene.name}" if len(summary.scenes) > 1 else ""
     pale = "; pale points cannot be trusted" if has_pale_points(scene) else ""
-    return chart(scene, prefix, summary.targets, look, SMALL), f"Error against time{where}{pale}", look
+    return (
+        chart(scene, prefix, summary.targets, look, SMALL),
+        f"Error against {'samples' if scene.against_samples else 'time'}{where}{pale}",
+        look,
+    )
 
 
 def _facts(summary: Summary) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
+from equaltime.experiments.report.charts import places_along
 
 __all__ = ["hidden_curves"]
 
@@ -19,7 +20,7 @@ _CLOSE = 0.012
 
 def hidden_curves(scene: SceneResult) -> str:
     """Return a sentence on hidden curves, which lie beneath others; empty if all curves are visible."""
-    points = {strategy.label: _points(strategy) for strategy in scene.strategies}
+    points = {strategy.label: _points(scene, strategy) for strategy in scene.strategies}
     heights = np.concatenate([errors for _, errors in points.values()] or [np.zeros(0)])
     most = _CLOSE * float(np.ptp(heights)) if heights.size else 0.0
     hidden = {one: other for one, other in combinations(points, 2) if _is_hidden(points[one], points[other], most)}
@@ -27,9 +28,10 @@ def hidden_curves(scene: SceneResult) -> str:
     return f"{'; '.join(parts)}." if parts else ""
 
 
-def _points(strategy: StrategyResult) -> tuple[Floats, Floats]:
-    """Return the logarithms of times and errors that the chart can show, in order of time."""
-    pairs = [(t.value, e.value) for t, e in zip(strategy.curve.seconds, strategy.curve.error, strict=True)]
+def _points(scene: SceneResult, strategy: StrategyResult) -> tuple[Floats, Floats]:
+    """Return the logarithms of times (or samples) and errors that the chart can show, in order of time."""
+    along = places_along(scene, strategy)
+    pairs = [(place, error.value) for place, error in zip(along, strategy.curve.error, strict=True)]
     shown = [pair for pair in pairs if all(np.isfinite(pair)) and min(pair) > 0.0]
     logs = np.log(np.asarray(sorted(shown), np.float64).reshape(-1, 2))
     return logs[:, 0], logs[:, 1]

@@ -75,6 +75,8 @@ class SceneView:
     narrow_chart: str
     """Chart of the error curves for a phone: an ``<svg>`` element that needs no escaping."""
     legend: tuple[TableRow, ...]
+    against_samples: bool
+    """Whether the charts show errors against samples per pixel instead of time."""
     has_pale_points: bool
     """Whether the charts have points whose interval cannot be trusted."""
     hidden: str
@@ -347,6 +349,7 @@ def _scene_view(
         legend=tuple(label_row(scene, strategy, look[strategy.label]) for strategy in scene.strategies),
         has_pale_points=has_pale_points(scene),
         hidden=" ".join(filter(None, (hidden_curves(scene), without_curve(scene), with_one_point(scene)))),
+        against_samples=scene.against_samples,
         has_typical_times=has_typical_times(scene),
         tables=_tables(name, scene, summary, look),
         points=point_table(name, scene, look).telling(is_quick(summary)),
