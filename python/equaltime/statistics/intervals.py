@@ -58,8 +58,6 @@ TELLING = 10.0
 """Largest factor between a number and an end of its interval: an end farther away says nothing about the number."""
 TOO_WIDE = f"these runs cannot tell it within a factor of {TELLING:g}"
 """Note of a number that is not given, because both ends of its interval are farther away than `TELLING`."""
-_FAR_END = f"the other end is more than {TELLING:g} times off the number"
-"""Reason why an interval gives one end alone."""
 
 Unit = Literal["", "%", "s", "spp", "MB"]
 _SIZES: Mapping[str, float] = {"": 1.0, "%": 0.01, "s": 1.0, "spp": 1.0, "MB": 1e6}
@@ -128,17 +126,14 @@ class Interval(Shown):
         """Return a copy of this interval of a positive number that does not state what says too little.
 
         An end is far if it is more than `TELLING` times off the value. If both ends of a trusted interval are far, the
-        result is unknown and has the note `TOO_WIDE`. If one is far, only the other end stays valid. An untrusted
-        interval loses its valid end if that is far. An infinite value only loses a valid lower end of 0. A value of 0,
-        or an unknown one, changes nothing.
+        result is unknown and has the note `TOO_WIDE`. An untrusted interval loses its valid end if that is far. An
+        infinite value only loses a valid lower end of 0. A value of 0, or an unknown one, changes nothing.
         """
         if self.value == 0.0 or math.isnan(self.value) or (math.isinf(self.value) and (self.trusted or self.low > 0.0)):
             return self
         far_below, far_above = not self.low * TELLING >= self.value, not self.high <= TELLING * self.value
         if self.trusted:
-            if far_below and far_above:
-                return replace(UNKNOWN, note=join((self.note, TOO_WIDE)))
-            return self.bounded("low" if far_above else "high", _FAR_END) if far_below or far_above else self
+            return replace(UNKNOWN, note=join((self.note, TOO_WIDE))) if far_below and far_above else self
         far = (self.bound == "low" and far_below) or (self.bound == "high" and far_above)
         return replace(self, bound="") if far else self
 

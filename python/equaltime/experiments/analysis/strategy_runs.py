@@ -194,9 +194,9 @@ def speed_up(baseline: Runs, runs: Runs, target: float) -> Interval:
     for less, more in (steep_doubt(first, target), steep_doubt(second, target)[::-1]):
         ratio = ratio.widened(less, "low").widened(more)
     if not slow.trusted:
-        ratio = ratio.bounded(slow.bound, note) if slow.bound else ratio.doubted(note)
+        ratio = ratio.bounded("low", note) if slow.bound else ratio.doubted(note)
     if not fast.trusted:
-        ratio = ratio.bounded("high" if fast.bound == "low" else "low", note) if fast.bound else ratio.doubted(note)
+        ratio = ratio.bounded("high", note) if fast.bound else ratio.doubted(note)
     return replace(ratio, reach=max(slow.reach, fast.reach)).noted(note).telling().deciding()
 
 
