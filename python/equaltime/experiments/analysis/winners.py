@@ -77,7 +77,7 @@ def best_per_scene(scenes: Sequence[SceneResult]) -> str:
 def _winners(scene: SceneResult, measure: _Measure) -> _Winners | None:
     """Return the strategies with the smallest numbers; None if there is nothing to rank.
 
-    A ranking needs a known number, and another that is known or surely above it.
+    A ranking needs two known numbers, or a single one that all others are surely above.
 
     All strategies whose interval overlaps with that of the smallest number are equally good. A test of pairs would be
     narrower, but does not hold for the smallest of several numbers, which is chosen after the runs.
@@ -89,10 +89,10 @@ def _winners(scene: SceneResult, measure: _Measure) -> _Winners | None:
     if not known:
         return None
     _, least = min(known, key=lambda one: one[1].value)
-    if len(known) < 2 and not any(_is_above(number, least) for _, number in rivals):
+    unknown = any(not sound(number) and not _is_above(number, least) for _, number in rivals)
+    if len(rivals) < 2 or (unknown and len(known) < 2):
         return None
     best = [(s, number) for s, number in known if number.low <= least.high]
-    unknown = any(not sound(number) and not _is_above(number, least) for _, number in rivals)
     typical = any(TYPICAL in number.note for _, number in best)
     return _Winners(scene.name, tuple(s for s, _ in best), least, _KNOWN * unknown + _RUNS * typical)
 
