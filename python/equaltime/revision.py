@@ -39,7 +39,7 @@ def revision(package: Path = _PACKAGE) -> str:
 
 
 def _is_checkout(root: Path) -> bool:
-    """Tell whether a folder is the top of a checkout of equaltime; a copy in another repository is none."""
+    """Tell whether a folder is the top of a checkout of equaltime, and not of another repository with a copy of it."""
     try:
         return (root / ".git").exists() and 'name = "equaltime"' in (root / "pyproject.toml").read_text("utf-8")
     except OSError:

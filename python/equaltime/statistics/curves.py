@@ -469,7 +469,7 @@ def _below_noise(runs: Runs, wanted: float) -> Interval:
     """Return the upper limit of an error that the reference's noise hides, at the time with the logarithm ``wanted``.
 
     The value is unknown. The limit, at 97.5 %, is interpolated between checkpoints as the error is. A run that ends a
-    little early has its last limit, since errors fall. There is none if the time is farther outside the runs.
+    little early has its last limit, since errors fall. Farther outside the runs no limit is known.
     """
     times = np.log(runs.seconds.mean(axis=0))
     if not times[0] <= wanted <= times[-1] + math.log(_NEAR_ENOUGH):

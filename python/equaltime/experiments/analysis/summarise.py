@@ -42,8 +42,8 @@ Floats = NDArray[np.float64]
 _LATE = 1.1
 """Times the budget from which a first image is told to be late; runs aim at the budget with about this accuracy."""
 _BUSY = 0.8
-"""Share of its processors below which a median run shows that other programs took part of them. It is nearly 1 on a
-machine that does nothing else."""
+"""Share of its processors below which a median run shows that other programs took part of them. It is 0.98 to 0.99
+on a machine that does nothing else (medians of ten experiments, two processors)."""
 _SHORTEST_RUN = 0.1
 """Least seconds of a run whose share of its processors is judged: threads take milliseconds to start."""
 _NO_COMMON_COUNT = "its repeats have no sample count in common, so that they cannot be joined"

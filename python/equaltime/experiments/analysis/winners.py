@@ -44,7 +44,7 @@ class _Winners:
 def fastest(scenes: Sequence[SceneResult], target: float) -> str:
     """Return a sentence that names the strategy that first reaches the error ``target`` on each scene.
 
-    Strategies whose intervals overlap with that of the first are named with it. The text is empty where the verdict
+    A strategy is named with the first if their intervals overlap. The text is empty where the verdict
     tells it otherwise: if each scene's standard is its fastest strategy, alone or with the baseline. It is not empty
     beside a method of one's own. On one scene other renderers do not count, since they have a sentence of their own.
     """
@@ -79,7 +79,7 @@ def _winners(scene: SceneResult, measure: _Measure) -> _Winners | None:
 
     A ranking needs two known numbers, or a single one that all others are surely above.
 
-    All strategies whose interval overlaps with that of the smallest number are equally good. A test of pairs would be
+    A strategy is as good as the one with the smallest number if their intervals overlap. A test of pairs would be
     narrower, but does not hold for the smallest of several numbers, which is chosen after the runs.
     Medians of typical runs are compared with means of other strategies. Means are given where rare events make little
     of the error, and are the numbers of typical runs too.
