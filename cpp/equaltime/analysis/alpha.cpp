@@ -25,7 +25,7 @@ double opacity(const Scene& scene, Ray ray, const Sampler& sampler, float time) 
     if (media.sample_distance(scene, ray, sampler, crossed, through, hit) != nullptr) return 1;
     const Optional<Interaction>& it = interaction(hit);
     if (!it) return 1 - static_cast<double>(through.mean());
-    if (!media.here().hides(scene.geometry, *it) && !hidden_emitters.skips(scene, *it, 1)) {
+    if (!media.here().hides(scene.geometry, it->shape) && !hidden_emitters.skips(scene, *it, 1)) {
       const std::uint32_t material = scene.geometry.material(*it);
       if (material == kNone) return 1;
       through *= surface_transmittance<E>(scene, material, *it, false, time);

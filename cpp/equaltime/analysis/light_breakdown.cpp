@@ -28,7 +28,7 @@ void BreakdownParts::name_lights(const Scene& scene) {
   const std::uint32_t first = count();
   std::vector<std::string> starts(light_part_.size());
   for (std::size_t i = 0; i < scene.geometry.surfaces.size(); ++i)
-    if (const std::uint32_t light = scene.geometry.surfaces[i].first_light; light != kNone)
+    if (const std::uint32_t light = scene.geometry.surfaces[i].emission.first_light; light != kNone)
       starts[light] = "shape " + std::to_string(i);
   for (std::uint32_t i = scene.lights.first_delta(); i < starts.size(); ++i)
     starts[i] = "light " + std::to_string(i - scene.lights.first_delta());

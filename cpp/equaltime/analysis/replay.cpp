@@ -13,10 +13,10 @@ namespace {
 /// Barycentric coordinates on a triangle; elsewhere uv, known only where a texture looks at them.
 std::optional<Point2f> prim_uv_at(const SceneGeometry& geometry, const Interaction& it, float time) noexcept {
   const Surface& surface = geometry.surfaces[it.shape];
-  if (surface.mesh == kNone) return surface.textured ? std::optional(it.prim_uv) : std::nullopt;
+  if (surface.mesh.number == kNone) return surface.textured ? std::optional(it.prim_uv) : std::nullopt;
   RayD at(Vec3d(it.anchor.p), Vec3d(it.anchor.n), 1);
   if (it.instance != kNone) at = geometry.instance_at(it.instance, time).to_local(at);
-  const auto [a, b, c] = geometry.corners(surface.mesh, it.primitive, time);
+  const auto [a, b, c] = geometry.corners(surface.mesh.number, it.primitive, time);
   const auto [u, v] = barycentric(a, b, c, at.origin);
   return Point2f{u, v};
 }
@@ -160,7 +160,7 @@ std::uint32_t shape_of_light(const Scene& scene, std::uint32_t light) noexcept {
   std::uint32_t owner = kNone, begin = 0;
   if (light >= scene.lights.first_delta()) return owner;
   for (std::uint32_t shape = 0; shape < scene.geometry.surfaces.size(); ++shape) {
-    const std::uint32_t first = scene.geometry.surfaces[shape].first_light;
+    const std::uint32_t first = scene.geometry.surfaces[shape].emission.first_light;
     if (first != kNone && first <= light && first >= begin) owner = shape, begin = first;
   }
   return owner != kNone && scene.geometry.surfaces[owner].source_shape != kNone

@@ -27,13 +27,13 @@ constexpr std::size_t kSquares = 4096, kLargestSquare = 4;
 constexpr std::uint64_t kPixelsPerChain = 4;
 constexpr std::size_t kChunk = 16;  // pixels that a worker takes at once
 
-enum class Vertex : std::uint8_t { specular, straight, other };
+enum class VertexKind : std::uint8_t { specular, straight, other };
 
 /// The kind of a vertex, by where the path goes on; thin glass that is passed straight is as good as none.
-Vertex kind_of(const event::DirectionSampled& at) noexcept {
-  if (!at.scattered) return Vertex::other;
-  if (at.scatterer.is_thin() && !at.scattered->above) return Vertex::straight;
-  return at.scattered->delta || at.scattered->pdf > kSpecularDensity ? Vertex::specular : Vertex::other;
+VertexKind kind_of(const event::DirectionSampled& at) noexcept {
+  if (!at.scattered) return VertexKind::other;
+  if (at.scatterer.is_thin() && !at.scattered->above) return VertexKind::straight;
+  return at.scattered->delta || at.scattered->pdf > kSpecularDensity ? VertexKind::specular : VertexKind::other;
 }
 
 /// The vertex at which an observer leaves a path: the first specular one, or the first of another kind.
@@ -51,11 +51,11 @@ class ChainObserver : public PathObserver {
     if (specular_) radiance_ += added.L;
   }
   void on(const event::DirectionSampled& at) noexcept {
-    const Vertex kind = kind_of(at);
-    specular_ = specular_ || kind == Vertex::specular;
-    left_ = kind == (where == Leaves::at_specular ? Vertex::specular : Vertex::other);
+    const VertexKind kind = kind_of(at);
+    specular_ = specular_ || kind == VertexKind::specular;
+    left_ = kind == (where == Leaves::at_specular ? VertexKind::specular : VertexKind::other);
     place_ = at.it.anchor.p;
-    density_ = kind == Vertex::specular && !at.scattered->delta ? at.scattered->pdf : 0;
+    density_ = kind == VertexKind::specular && !at.scattered->delta ? at.scattered->pdf : 0;
   }
   [[nodiscard]] bool stops_path() const noexcept { return left_; }
 

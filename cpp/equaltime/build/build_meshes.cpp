@@ -111,12 +111,13 @@ std::vector<Point2f> float_uvs(std::size_t shape, const std::vector<std::array<d
 namespace {
 
 MeshView view_of(const TriangleMesh& mesh, const Surface& surface, std::uint32_t shape) noexcept {
+  const MeshAttributes& of_mesh = surface.mesh;
   return {mesh.triangles.data(),
           mesh.vertices.data(),
-          surface.planes.data(),
-          surface.normals.empty() ? nullptr : surface.normals.data(),
-          surface.tangents.empty() ? nullptr : surface.tangents.data(),
-          surface.uvs.empty() ? nullptr : surface.uvs.data(),
+          of_mesh.planes.data(),
+          of_mesh.normals.empty() ? nullptr : of_mesh.normals.data(),
+          of_mesh.tangents.empty() ? nullptr : of_mesh.tangents.data(),
+          of_mesh.uvs.empty() ? nullptr : of_mesh.uvs.data(),
           surface.textured,
           shape,
           surface.flipped};
@@ -176,8 +177,8 @@ std::vector<std::optional<std::size_t>> only_instances(const std::vector<ShapeDe
 
 void set_azimuth(Surface& surface, const Vec3d& axis, const Vec3d& meridian, bool mirrored) noexcept {
   const FrameD axes = FrameD::from_tangent(axis, meridian);
-  surface.azimuth[0] = Vec3f(axes.s);
-  surface.azimuth[1] = Vec3f(mirrored ? -axes.t : axes.t);
+  surface.analytic.azimuth[0] = Vec3f(axes.s);
+  surface.analytic.azimuth[1] = Vec3f(mirrored ? -axes.t : axes.t);
 }
 
 std::vector<MovingInstanceGeometry> move_instances(const std::vector<InstanceDescription>& instances,
@@ -191,12 +192,12 @@ std::vector<MovingInstanceGeometry> move_instances(const std::vector<InstanceDes
 
 void deform(std::size_t index, const MeshDescription& from, const TriangleMesh& mesh, Surface& surface) {
   if (mesh.later.empty()) return;
-  if (!surface.radiance.is_black()) fail(index, "a mesh that deforms cannot emit");
+  if (!surface.emission.radiance.is_black()) fail(index, "a mesh that deforms cannot emit");
   if (from.normals.empty()) return;
   if (from.later_normals.size() != mesh.later.size()) fail(index, "a mesh has normals at all times, or at none");
   for (const std::vector<Vec3d>& later : from.later_normals) {
     if (later.size() != mesh.vertices.size()) fail(index, "a mesh has as many normals as vertices, or none");
-    std::vector<Vec3f>& normals = surface.later_normals.emplace_back();
+    std::vector<Vec3f>& normals = surface.mesh.later_normals.emplace_back();
     for (const Vec3d& n : later) normals.push_back(Vec3f(n));
   }
 }
@@ -209,7 +210,7 @@ std::vector<std::optional<DeformingMesh>> deforming_meshes(const Accel& accel, c
   const auto add = [&](std::size_t first, const Geometries& geometries) {
     for (std::size_t i = 0; i < geometries.meshes.size(); ++i)
       if (const TriangleMesh& mesh = geometries.meshes[i]; !mesh.later.empty()) {
-        all[first + i] = DeformingMesh{&mesh, &surfaces[views[first + i].shape]};
+        all[first + i] = DeformingMesh{&mesh, &surfaces[views[first + i].shape].mesh};
         any = true;
       }
   };

@@ -135,9 +135,10 @@ void rank_dielectrics(const SceneDescription& d, const ShapesToNest& shapes, Nes
          "no more than " + std::to_string(kMaxDielectrics) + " shapes that overlap have priorities");
   for (const Ranked& r : ranked) {
     Surface& surface = surfaces[r.shape];
-    surface.rank = static_cast<std::uint8_t>(nesting.dielectrics.size());
+    surface.media.rank = static_cast<std::uint8_t>(nesting.dielectrics.size());
     const std::uint32_t material = surface.bsdf[0] != kNone ? surface.bsdf[0] : surface.bsdf[1];
-    nesting.dielectrics.push_back({surface.media[1], material == kNone ? 1.0F : index_of(shapes, material, r.shape)});
+    nesting.dielectrics.push_back(
+        {surface.media.sides[1], material == kNone ? 1.0F : index_of(shapes, material, r.shape)});
   }
 }
 
@@ -166,7 +167,7 @@ class Search {
     std::vector<Candidate> found;
     each_of(shapes_, set, all, [&](ClosedShape closed) {
       const Surface& surface = surfaces_[closed.shape];
-      if (surface.rank == kNoRank && (!surface.bounds_media || medium_is_said_)) return;
+      if (surface.media.rank == kNoRank && (!surface.media.bounded || medium_is_said_)) return;
       const Bounds box = bounds_of(closed);
       if (closed.mesh != nullptr && (shared || changes(closed)))
         closed.index = std::make_shared<ClosedMesh>(*closed.mesh, box);

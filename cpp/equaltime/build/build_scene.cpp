@@ -91,26 +91,26 @@ std::uint32_t Builder::add_surface(const SurfaceDescription& d, bool flipped) {
     surface.textured = surface.textured || material.textured;
     surface.tangential = surface.tangential || material.anisotropic;
   }
-  if (d.radiance) surface.radiance = normalization_.radiance(*d.radiance);
+  if (d.radiance) surface.emission.radiance = normalization_.radiance(*d.radiance);
   if (d.emission) area_lights_.set_emission(surface, surfaces_.size(), *d.emission);
   surface.textured = surface.textured || description_.keeps_uvs;
   for (const auto& [side, medium] : {std::pair{0, d.exterior}, std::pair{1, d.interior}}) {
     if (medium && *medium >= media_.index.size()) fail(surfaces_.size(), "no medium " + std::to_string(*medium));
-    surface.media[side] = media_.at(medium);
+    surface.media.sides[side] = media_.at(medium);
   }
-  surface.bounds_media = d.exterior || d.interior;
+  surface.media.bounded = d.exterior || d.interior;
   surface.flipped = flipped;
   surfaces_.push_back(std::move(surface));
   return static_cast<std::uint32_t>(surfaces_.size() - 1);
 }
 
 void Builder::add_mesh(std::size_t shape, TriangleMesh mesh) {
-  std::vector<TrianglePlane<float>>& planes = surfaces_[shape].planes;
+  std::vector<TrianglePlane<float>>& planes = surfaces_[shape].mesh.planes;
   planes.reserve(mesh.triangles.size());
   for (const auto& [a, b, c] : mesh.triangles)
     planes.push_back(triangle_plane(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]));
-  surfaces_[shape].mesh = static_cast<std::uint32_t>(mesh_shapes_.size());
-  surfaces_[shape].size = static_cast<float>(space_.length(1));
+  surfaces_[shape].mesh.number = static_cast<std::uint32_t>(mesh_shapes_.size());
+  surfaces_[shape].mesh.unit = static_cast<float>(space_.length(1));
   mesh_shapes_.push_back(static_cast<std::uint32_t>(shape));
   geometries_.meshes.push_back(std::move(mesh));
 }
@@ -120,12 +120,12 @@ void Builder::add(std::size_t index, MeshDescription& mesh) {
   dropped_triangles_ += drop_degenerate(index, out, mesh.attributes);
   add_attributes(static_cast<std::uint32_t>(index), out, mesh.attributes, textures_);
   Surface& surface = surfaces_[add_surface(mesh.surface, false)];
-  surface.normals.reserve(mesh.normals.size());
-  for (const Vec3d& n : mesh.normals) surface.normals.push_back(Vec3f(n));
+  surface.mesh.normals.reserve(mesh.normals.size());
+  for (const Vec3d& n : mesh.normals) surface.mesh.normals.push_back(Vec3f(n));
   deform(index, mesh, out, surface);
   release(mesh.normals, mesh.later_normals);
-  if (surface.tangential) surface.tangents = triangle_tangents(out, mesh.uvs);
-  if (surface.textured || (surface.tangential && !out.later.empty())) surface.uvs = float_uvs(index, mesh.uvs);
+  if (surface.tangential) surface.mesh.tangents = triangle_tangents(out, mesh.uvs);
+  if (surface.textured || (surface.tangential && !out.later.empty())) surface.mesh.uvs = float_uvs(index, mesh.uvs);
   release(mesh.uvs);
   area_lights_.add_triangles(index, out, surface, false);
   add_mesh(index, std::move(out));
@@ -141,11 +141,11 @@ void Builder::add(std::size_t index, RectangleDescription& r) {
   if (!(length_squared(cross(edge_x, edge_y)) > 0)) fail(index, "a rectangle needs an area");
   const bool flipped = r.flip_normals != (orientation(r.to_world) < 0);
   Surface& surface = surfaces_[add_surface(r.surface, flipped)];
-  if (surface.textured) surface.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-  if (surface.tangential) surface.tangents.assign(2, Vec3f(edge_x));
+  if (surface.textured) surface.mesh.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  if (surface.tangential) surface.mesh.tangents.assign(2, Vec3f(edge_x));
   if (in_group_ || std::abs(dot(edge_x, edge_y)) > kOrthogonal * length(edge_x) * length(edge_y)) {
     area_lights_.add_triangles(index, out, surface, flipped);
-  } else if (!surface.radiance.is_black()) {
+  } else if (!surface.emission.radiance.is_black()) {
     area_lights_.add_rectangle(surface, index, out.vertices[0], edge_x, edge_y, flipped);
   }
   add_mesh(index, std::move(out));
@@ -156,9 +156,9 @@ template <class Shape, class MakeLight>
 void Builder::add_analytic(std::size_t index, const Shape& shape, Surface& surface, MakeLight&& make_light) {
   constexpr std::size_t kKind = AnalyticShapes::place_of<Shape>;
   std::vector<Shape>& all = geometries_.of<Shape>();
-  surface.kind = kKind;
-  if (!surface.radiance.is_black())
-    area_lights_.add(surface, index, all.size(), make_light(area_lights_.mean_radiance(surface)));
+  surface.analytic.kind = kKind;
+  if (!surface.emission.radiance.is_black())
+    area_lights_.add(surface, index, all.size(), make_light(area_lights_.mean_radiance(surface.emission)));
   all.push_back(shape);
   analytic_shapes_[kKind].push_back(static_cast<std::uint32_t>(index));
 }
@@ -174,7 +174,7 @@ void Builder::add(std::size_t index, DiskDescription& d) {
   const Disk<float> disk{center, n, cross(v, n) / dot(u, cross(v, n)), cross(n, u) / dot(v, cross(n, u))};
   const bool flipped = d.flip_normals != (orientation(d.to_world) < 0);
   Surface& surface = surfaces_[add_surface(d.surface, flipped)];
-  surface.azimuth[0] = Vec3f(u), surface.azimuth[1] = Vec3f(v);
+  surface.analytic.azimuth[0] = Vec3f(u), surface.analytic.azimuth[1] = Vec3f(v);
   add_analytic(index, disk, surface,
                [&](const Spectrum& radiance) { return DiskLight(center, u, v, flipped, radiance); });
 }
@@ -185,9 +185,9 @@ void Builder::add(std::size_t index, SphereDescription& s) {
   const Vec3d center = space_.point(s.center);
   const double radius = space_.length(s.radius);
   Surface& surface = surfaces_[add_surface(s.surface, s.flip_normals)];
-  surface.pole = Vec3f(s.pole);
+  surface.analytic.pole = Vec3f(s.pole);
   set_azimuth(surface, s.pole, s.meridian, s.mirrored);
-  surface.size = static_cast<float>(radius);
+  surface.analytic.radius = static_cast<float>(radius);
   add_analytic(index, Sphere<float>{center, radius}, surface,
                [&](const Spectrum& radiance) { return SphereLight(center, radius, s.flip_normals, radiance); });
 }
@@ -200,8 +200,8 @@ void Builder::add(std::size_t index, CylinderDescription& c) {
   const Cylinder<float> cylinder{base, axis / height, height, radius};
   Surface& surface = surfaces_[add_surface(c.surface, c.flip_normals)];
   set_azimuth(surface, cylinder.axis, c.meridian, c.mirrored);
-  surface.size = static_cast<float>(radius);
-  surface.pole = Vec3f(axis);
+  surface.analytic.radius = static_cast<float>(radius);
+  surface.analytic.pole = Vec3f(axis);
   add_analytic(index, cylinder, surface,
                [&](const Spectrum& radiance) { return CylinderLight(cylinder, c.flip_normals, radiance); });
 }
@@ -314,7 +314,7 @@ Scene Builder::build(Intersection mode) {
                                  media_.at(description_.camera_medium), surfaces_);
   const bool by_number =  // lights are asked which surface they are
       !nesting.dielectrics.empty() ||
-      std::any_of(surfaces_.begin(), surfaces_.end(), [](const Surface& s) { return s.emission != kNone; });
+      std::any_of(surfaces_.begin(), surfaces_.end(), [](const Surface& s) { return s.emission.texture != kNone; });
   const bool lets_light_pass =
       !nesting.dielectrics.empty() || std::any_of(surfaces_.begin(), surfaces_.end(), [&](const Surface& s) {
         return std::any_of(s.bsdf, s.bsdf + 2, [&](std::uint32_t i) { return i != kNone && materials_[i].passes; });

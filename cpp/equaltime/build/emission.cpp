@@ -53,43 +53,44 @@ Spectrum mean_over_square(const Texture& texture) noexcept {
 void AreaLightBuilder::set_emission(Surface& surface, std::size_t shape, std::uint32_t texture) const {
   if (texture >= textures.size()) fail(shape, "no texture " + std::to_string(texture) + " to shine by");
   if (const auto color = constant(textures[texture])) {
-    surface.radiance *= *color;
+    surface.emission.radiance *= *color;
   } else {
-    surface.emission = texture;
+    surface.emission.texture = texture;
     surface.textured = true;
   }
 }
 
-Spectrum AreaLightBuilder::mean_radiance(const Surface& surface) const noexcept {
-  if (surface.emission == kNone) return surface.radiance;
-  return surface.radiance * mean_over_square(textures[surface.emission]);
+Spectrum AreaLightBuilder::mean_radiance(const SurfaceEmission& emission) const noexcept {
+  if (emission.texture == kNone) return emission.radiance;
+  return emission.radiance * mean_over_square(textures[emission.texture]);
 }
 
 void AreaLightBuilder::add(Surface& surface, std::size_t shape, std::size_t primitive, const AreaLight& light) {
-  if (surface.first_light == kNone) surface.first_light = static_cast<std::uint32_t>(lights.size());
+  if (surface.emission.first_light == kNone) surface.emission.first_light = static_cast<std::uint32_t>(lights.size());
   lights.push_back(light);
   emitters.push_back({static_cast<std::uint32_t>(shape), static_cast<std::uint32_t>(primitive)});
 }
 
 void AreaLightBuilder::add_rectangle(Surface& surface, std::size_t shape, const Vec3f& corner, const Vec3d& edge_x,
                                      const Vec3d& edge_y, bool flipped) {
+  const SurfaceEmission& emission = surface.emission;
   const auto lit_by = [&](const Spectrum& mean) { return rectangle_light(corner, edge_x, edge_y, flipped, mean); };
-  if (surface.emission == kNone || std::holds_alternative<MeshAttribute>(textures[surface.emission]))
-    return add(surface, shape, 0, lit_by(mean_radiance(surface)));
+  if (emission.texture == kNone || std::holds_alternative<MeshAttribute>(textures[emission.texture]))
+    return add(surface, shape, 0, lit_by(mean_radiance(emission)));
   const auto picture =
-      std::make_shared<const ImageDistribution>(picture_of(textures[surface.emission], surface.radiance));
+      std::make_shared<const ImageDistribution>(picture_of(textures[emission.texture], emission.radiance));
   add(surface, shape, 0, TexturedRectangle(lit_by(Spectrum(static_cast<float>(picture->mean()))), picture));
 }
 
 void AreaLightBuilder::add_triangles(std::size_t shape, const TriangleMesh& mesh, Surface& surface, bool flipped) {
-  if (surface.radiance.is_black()) return;
-  surface.light_per_primitive = true;
+  if (surface.emission.radiance.is_black()) return;
+  surface.emission.light_per_primitive = true;
   std::vector<TriangleEmission> emissions;
-  if (surface.emission != kNone) emissions = triangle_emissions(shape, mesh, surface, flipped);
+  if (surface.emission.texture != kNone) emissions = triangle_emissions(shape, mesh, surface, flipped);
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const auto [a, b, c] = corners_of(mesh, i, flipped);
     if (emissions.empty()) {
-      add(surface, shape, i, triangle_light(a, b, c, surface.radiance));
+      add(surface, shape, i, triangle_light(a, b, c, surface.emission.radiance));
       continue;
     }
     const TriangleLight<float> light = triangle_light(a, b, c, Spectrum(static_cast<float>(emissions[i].mean)));
@@ -102,9 +103,9 @@ void AreaLightBuilder::add_triangles(std::size_t shape, const TriangleMesh& mesh
 
 std::vector<TriangleEmission> AreaLightBuilder::triangle_emissions(std::size_t shape, const TriangleMesh& mesh,
                                                                    const Surface& surface, bool flipped) const {
-  const MeshEmission mesh_emission(textures[surface.emission], surface.radiance, mesh.triangles.size(),
+  const MeshEmission mesh_emission(textures[surface.emission.texture], surface.emission.radiance, mesh.triangles.size(),
                                    textured_emitters);
-  const Point2f* uvs = surface.uvs.empty() ? nullptr : surface.uvs.data();
+  const Point2f* uvs = surface.mesh.uvs.empty() ? nullptr : surface.mesh.uvs.data();
   std::vector<TriangleEmission> emissions;
   double total = 0;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {

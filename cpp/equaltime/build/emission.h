@@ -25,7 +25,7 @@ struct AreaLightBuilder {
   /// Sets the texture of a surface's emission. Throws std::invalid_argument if the texture does not exist.
   void set_emission(Surface& surface, std::size_t shape, std::uint32_t texture) const;
   /// Estimate of the mean radiance of a rectangle, sphere, disk or cylinder.
-  [[nodiscard]] Spectrum mean_radiance(const Surface& surface) const noexcept;
+  [[nodiscard]] Spectrum mean_radiance(const SurfaceEmission& emission) const noexcept;
   void add(Surface& surface, std::size_t shape, std::size_t primitive, const AreaLight& light);
   /// Adds a rectangle, with the distribution of its texture if it has one.
   void add_rectangle(Surface& surface, std::size_t shape, const Vec3f& corner, const Vec3d& edge_x, const Vec3d& edge_y,

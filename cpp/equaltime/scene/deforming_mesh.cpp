@@ -6,15 +6,15 @@ namespace equaltime {
 
 std::array<Vec3f, 3> DeformingMesh::normals_of(std::uint32_t primitive, float time) const noexcept {
   const auto [before, fraction] = between(time, mesh->later.size());
-  const std::vector<Vec3f>& a = before == 0 ? surface->normals : surface->later_normals[before - 1];
-  const std::vector<Vec3f>& b = surface->later_normals[before];
+  const std::vector<Vec3f>& a = before == 0 ? attributes->normals : attributes->later_normals[before - 1];
+  const std::vector<Vec3f>& b = attributes->later_normals[before];
   const auto& [i, j, k] = mesh->triangles[primitive];
   return {mixed(a[i], b[i], fraction), mixed(a[j], b[j], fraction), mixed(a[k], b[k], fraction)};
 }
 
 Vec3f DeformingMesh::tangent(std::uint32_t primitive, const std::array<Vec3f, 3>& corners) const noexcept {
   CornerUvs uvs = kBarycentric;
-  const std::vector<Point2f>& given = surface->uvs;
+  const std::vector<Point2f>& given = attributes->uvs;
   for (std::size_t i = 0; !given.empty() && i < 3; ++i) {
     const Point2f& uv = given[mesh->triangles[primitive][i]];
     uvs[i] = {static_cast<double>(uv.x), static_cast<double>(uv.y)};

@@ -11,8 +11,8 @@
 namespace equaltime {
 
 struct DeformingMesh {
-  const TriangleMesh* mesh;  // the accel's own
-  const Surface* surface;    // has normals and texture coordinates, if there are any
+  const TriangleMesh* mesh;          // the accel's own
+  const MeshAttributes* attributes;  // normals and texture coordinates, if there are any
 
   /// The corners of a triangle at a time.
   [[nodiscard]] std::array<Vec3f, 3> corners(std::uint32_t primitive, float time) const noexcept {

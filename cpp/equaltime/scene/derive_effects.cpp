@@ -49,8 +49,8 @@ Effects derive_effects(const Scene& scene) noexcept {
   e.lens = !std::holds_alternative<PerspectiveCamera>(scene.camera.sensor);
   e.textures = scene.lights.any_projects();
   for (const Surface& surface : geometry.surfaces) {
-    e.smooth_normals = e.smooth_normals || !surface.normals.empty();
-    e.textures = e.textures || surface.emission != kNone;
+    e.smooth_normals = e.smooth_normals || !surface.mesh.normals.empty();
+    e.textures = e.textures || surface.emission.texture != kNone;
     for (const std::uint32_t side : surface.bsdf)
       if (side != kNone) add_material(e, scene, side);
   }

@@ -11,14 +11,15 @@ TextureCoords place_of(const SceneGeometry& geometry, const Geometries& all, con
                        const Vec3d& p) noexcept {
   const auto [shape, primitive] = emitter;
   const Surface& surface = geometry.surfaces[shape];
-  if (surface.mesh == kNone)
-    return AnalyticShapes::at(surface.kind, [&, i = primitive]<class Shape>(std::type_identity<Shape>) noexcept {
-      const Shape& light = all.of<Shape>()[i];
-      return TextureCoords{detail::uv_at(light, surface, hit_at(light, p))};
-    });
-  const MeshView& mesh = geometry.meshes[surface.mesh];
+  if (surface.mesh.number == kNone)
+    return AnalyticShapes::at(surface.analytic.kind,
+                              [&, i = primitive]<class Shape>(std::type_identity<Shape>) noexcept {
+                                const Shape& light = all.of<Shape>()[i];
+                                return TextureCoords{detail::uv_at(light, surface.analytic, hit_at(light, p))};
+                              });
+  const MeshView& mesh = geometry.meshes[surface.mesh.number];
   const auto& [a, b, c] = mesh.triangles[primitive];
-  if (surface.light_per_primitive) {
+  if (surface.emission.light_per_primitive) {
     const auto [u, v] = barycentric(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c], p);
     return geometry.texture_coords(shape, primitive, {u, v});
   }
@@ -33,7 +34,7 @@ TextureCoords place_of(const SceneGeometry& geometry, const Geometries& all, con
 const Emitter* Scene::textured_emitter(const LightSample<float>& sample) const noexcept {
   if (geometry.emitters.empty() || sample.infinite || sample.delta) return nullptr;
   const Emitter& emitter = geometry.emitters[sample.light];
-  return geometry.surfaces[emitter.shape].emission == kNone ? nullptr : &emitter;
+  return geometry.surfaces[emitter.shape].emission.texture == kNone ? nullptr : &emitter;
 }
 
 Spectrum Scene::projected(const LightSample<float>& sample) const noexcept {
@@ -47,7 +48,7 @@ Spectrum Scene::radiance_of(const LightSample<float>& sample) const noexcept {
   if (emitter == nullptr) return projected(sample);
   const Surface& surface = geometry.surfaces[emitter->shape];
   const TextureCoords place = place_of(geometry, geometry.accel.geometries(), *emitter, Vec3d(sample.target.p));
-  return surface.radiance * eval(appearance.textures[surface.emission], place);
+  return surface.emission.radiance * eval(appearance.textures[surface.emission.texture], place);
 }
 
 Spectrum Scene::radiance_of(const LightSample<float>& sample, float time) const noexcept {
@@ -57,7 +58,7 @@ Spectrum Scene::radiance_of(const LightSample<float>& sample, float time) const 
   const Surface& surface = geometry.surfaces[emitter->shape];
   const Vec3d local = carrier->to_world.at(static_cast<double>(time)).local_point(Vec3d(sample.target.p));
   const TextureCoords place = place_of(geometry, geometry.accel.groups()[carrier->group], *emitter, local);
-  return surface.radiance * eval(appearance.textures[surface.emission], place);
+  return surface.emission.radiance * eval(appearance.textures[surface.emission.texture], place);
 }
 
 }  // namespace equaltime

@@ -27,7 +27,7 @@ Bsdf with_exterior_ior(const Bsdf& bsdf, float outside) noexcept {
 
 void ClosedShape::include_if_inside(CameraMedium& state, const Surface& surface, const Vec3d& camera,
                                     const Instance* in, float time) const noexcept {
-  const bool ranked = surface.rank != kNoRank;
+  const bool ranked = surface.media.rank != kNoRank;
   const Vec3d place = in != nullptr ? in->to_local({camera, {0, 0, 1}, 1}).origin : camera;
   const auto found = index             ? index->enclosure(place, time)
                      : mesh != nullptr ? enclosure(*mesh, place, time)
@@ -35,7 +35,7 @@ void ClosedShape::include_if_inside(CameraMedium& state, const Surface& surface,
   const bool turned = mesh != nullptr && surface.flipped;
   if (!found || found->behind == turned) return;
   if (ranked) {
-    state.dielectrics |= dielectric_bit(surface.rank);
+    state.dielectrics |= dielectric_bit(surface.media.rank);
     return;
   }
   // Each group's space has a unit of its own, so volumes are compared in the scene's space. They are finite there: its
@@ -43,7 +43,7 @@ void ClosedShape::include_if_inside(CameraMedium& state, const Surface& surface,
   const double volume = in != nullptr ? found->volume * in->magnification() : found->volume;
   if (!(volume < state.smallest)) return;
   state.smallest = volume;
-  state.medium = surface.media[1];
+  state.medium = surface.media.sides[1];
 }
 
 /// Instances of a shape share its index. Each counts an equal part of it.

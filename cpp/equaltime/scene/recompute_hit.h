@@ -73,23 +73,26 @@ template <Effects E>
 // into memory even where no part is asked for.
 
 /// The direction in which u grows, of any length.
-[[nodiscard]] inline Vec3f tangent_at(const Sphere<float>&, const Surface& surface, ShapeHit<float> hit) noexcept {
-  return cross(surface.pole, Vec3f(hit.n));
+[[nodiscard]] inline Vec3f tangent_at(const Sphere<float>&, const ShapeParametrization& s,
+                                      ShapeHit<float> hit) noexcept {
+  return cross(s.pole, Vec3f(hit.n));
 }
-[[nodiscard]] inline Vec3f tangent_at(const Disk<float>& disk, const Surface&, ShapeHit<float> hit) noexcept {
+[[nodiscard]] inline Vec3f tangent_at(const Disk<float>& disk, const ShapeParametrization&,
+                                      ShapeHit<float> hit) noexcept {
   return Vec3f(hit.p - disk.center);
 }
-[[nodiscard]] inline Vec3f tangent_at(const Cylinder<float>& cylinder, const Surface&,
+[[nodiscard]] inline Vec3f tangent_at(const Cylinder<float>& cylinder, const ShapeParametrization&,
                                       CylinderHit<float> hit) noexcept {
   return Vec3f(cross(cylinder.axis, hit.hit.n));
 }
 
 /// Azimuth and polar angle, in whole turns and half turns.
-[[nodiscard]] Point2f uv_at(const Sphere<float>&, const Surface& surface, ShapeHit<float> hit) noexcept;
+[[nodiscard]] Point2f uv_at(const Sphere<float>&, const ShapeParametrization& s, ShapeHit<float> hit) noexcept;
 /// Distance from the centre, in radii, and azimuth, in turns.
-[[nodiscard]] Point2f uv_at(const Disk<float>& disk, const Surface&, ShapeHit<float> hit) noexcept;
+[[nodiscard]] Point2f uv_at(const Disk<float>& disk, const ShapeParametrization&, ShapeHit<float> hit) noexcept;
 /// Azimuth, in turns, and height, from 0 at the base to 1.
-[[nodiscard]] Point2f uv_at(const Cylinder<float>& cylinder, const Surface& surface, CylinderHit<float> hit) noexcept;
+[[nodiscard]] Point2f uv_at(const Cylinder<float>& cylinder, const ShapeParametrization& s,
+                            CylinderHit<float> hit) noexcept;
 
 /// A point of an analytic shape: its shading normal is the geometric one.
 template <Effects E, class Shape, class Hit>
@@ -97,9 +100,9 @@ template <Effects E, class Shape, class Hit>
                                                      std::uint32_t shape) noexcept {
   SurfacePoint point{shape_hit(hit), Vec3f(shape_hit(hit).n), {}, shape, 0, surface.flipped, false, {}};
   if constexpr (E.anisotropy)
-    if (surface.tangential) point.tangent = tangent_at(geometry, surface, hit);
+    if (surface.tangential) point.tangent = tangent_at(geometry, surface.analytic, hit);
   if constexpr (E.textures)
-    if (surface.textured) point.prim_uv = uv_at(geometry, surface, hit);
+    if (surface.textured) point.prim_uv = uv_at(geometry, surface.analytic, hit);
   return point;
 }
 

@@ -81,9 +81,10 @@ struct Scene {
   [[nodiscard]] EQUALTIME_INLINE Spectrum radiance(const Interaction& it) const noexcept {
     const Surface& surface = geometry.surfaces[it.shape];
     if constexpr (E.textures)
-      if (surface.emission != kNone)
-        return surface.radiance * eval(appearance.textures[surface.emission], geometry.texture_coords(it));
-    return surface.radiance;
+      if (surface.emission.texture != kNone)
+        return surface.emission.radiance *
+               eval(appearance.textures[surface.emission.texture], geometry.texture_coords(it));
+    return surface.emission.radiance;
   }
   /// Radiance of a light sample at a time, times the emitter's or projector's texture if there is one.
   [[nodiscard]] Spectrum radiance_of(const LightSample<float>& sample, float time) const noexcept;

@@ -29,7 +29,7 @@ Derivatives on_mesh(const MeshView& mesh, std::uint32_t primitive, const std::ar
 struct Azimuth {
   Vec3f outward, around;
 
-  Azimuth(const Surface& s, float turns) noexcept {
+  Azimuth(const ShapeParametrization& s, float turns) noexcept {
     const auto [sine, cosine] = sin_cos(kTurn * turns);
     outward = s.azimuth[0] * cosine + s.azimuth[1] * sine;
     around = s.azimuth[1] * cosine - s.azimuth[0] * sine;
@@ -38,17 +38,17 @@ struct Azimuth {
 
 // Derivatives of the point of an analytic shape.
 
-Derivatives on(std::type_identity<Sphere<float>>, const Surface& s, Point2f uv) noexcept {
+Derivatives on(std::type_identity<Sphere<float>>, const ShapeParametrization& s, Point2f uv) noexcept {
   const auto [outward, around] = Azimuth(s, uv.x);
   const auto [sin_polar, cos_polar] = sin_cos(kPi * uv.y);
-  return {around * (kTurn * s.size * sin_polar), (outward * cos_polar - s.pole * sin_polar) * (kPi * s.size)};
+  return {around * (kTurn * s.radius * sin_polar), (outward * cos_polar - s.pole * sin_polar) * (kPi * s.radius)};
 }
-Derivatives on(std::type_identity<Disk<float>>, const Surface& s, Point2f uv) noexcept {
+Derivatives on(std::type_identity<Disk<float>>, const ShapeParametrization& s, Point2f uv) noexcept {
   const auto [outward, around] = Azimuth(s, uv.y);
   return {outward, around * (kTurn * uv.x)};
 }
-Derivatives on(std::type_identity<Cylinder<float>>, const Surface& s, Point2f uv) noexcept {
-  return {Azimuth(s, uv.x).around * (kTurn * s.size), s.pole};
+Derivatives on(std::type_identity<Cylinder<float>>, const ShapeParametrization& s, Point2f uv) noexcept {
+  return {Azimuth(s, uv.x).around * (kTurn * s.radius), s.pole};
 }
 
 std::size_t held_by(const Geometries& all) noexcept {
@@ -61,10 +61,10 @@ std::size_t held_by(const Geometries& all) noexcept {
   return bytes;
 }
 
-std::size_t held_by(const Surface& surface) noexcept {
-  std::size_t bytes = held(surface.planes) + held(surface.normals) + held(surface.tangents) + held(surface.uvs) +
-                      held(surface.later_normals);
-  for (const std::vector<Vec3f>& later : surface.later_normals) bytes += held(later);
+std::size_t held_by(const MeshAttributes& mesh) noexcept {
+  std::size_t bytes =
+      held(mesh.planes) + held(mesh.normals) + held(mesh.tangents) + held(mesh.uvs) + held(mesh.later_normals);
+  for (const std::vector<Vec3f>& later : mesh.later_normals) bytes += held(later);
   return bytes;
 }
 
@@ -72,7 +72,7 @@ std::size_t held_by(const Surface& surface) noexcept {
 
 TextureCoords SceneGeometry::texture_coords(std::uint32_t shape, std::uint32_t primitive,
                                             Point2f on_primitive) const noexcept {
-  const std::uint32_t mesh = surfaces[shape].mesh;
+  const std::uint32_t mesh = surfaces[shape].mesh.number;
   if (mesh == kNone) return {on_primitive, shape, primitive};
   return on_triangle(on_primitive, shape, primitive, meshes[mesh].triangles[primitive], meshes[mesh].uvs);
 }
@@ -93,18 +93,19 @@ Derivatives SceneGeometry::derivatives(const Interaction& it, float time) const 
     return {instance.to_world(du), instance.to_world(dv)};
   }
   const Surface& s = surfaces[it.shape];
-  if (s.mesh != kNone) {
-    const bool deforms = !deforming.empty() && deforming[s.mesh];
-    const Vec3d n = deforms ? deforming[s.mesh]->plane(it.primitive, time).n : meshes[s.mesh].planes[it.primitive].n;
-    return on_mesh(meshes[s.mesh], it.primitive, corners(s.mesh, it.primitive, time), n, s.size);
+  if (const std::uint32_t mesh = s.mesh.number; mesh != kNone) {
+    const bool deforms = !deforming.empty() && deforming[mesh];
+    const Vec3d n = deforms ? deforming[mesh]->plane(it.primitive, time).n : meshes[mesh].planes[it.primitive].n;
+    return on_mesh(meshes[mesh], it.primitive, corners(mesh, it.primitive, time), n, s.mesh.unit);
   }
-  return AnalyticShapes::at(
-      s.kind, [&]<class Shape>(std::type_identity<Shape> kind) noexcept { return on(kind, s, it.prim_uv); });
+  return AnalyticShapes::at(s.analytic.kind, [&]<class Shape>(std::type_identity<Shape> kind) noexcept {
+    return on(kind, s.analytic, it.prim_uv);
+  });
 }
 
 std::size_t SceneGeometry::triangle_count() const noexcept {
   std::size_t n = 0;
-  for (const Surface& surface : surfaces) n += surface.planes.size();
+  for (const Surface& surface : surfaces) n += surface.mesh.planes.size();
   return n;
 }
 
@@ -115,7 +116,7 @@ std::size_t SceneGeometry::memory_bytes() const noexcept {
       held(surfaces) + held(groups) + held(instances) + held(moving) + held(deforming) + held(meshes) + held(emitters);
   for (const std::vector<std::uint32_t>& shapes : analytic_shapes) bytes += held(shapes);
   for (const MovingInstanceGeometry& instance : moving) bytes += instance.to_world.memory_bytes();
-  for (const Surface& surface : surfaces) bytes += held_by(surface);
+  for (const Surface& surface : surfaces) bytes += held_by(surface.mesh);
   return bytes;
 }
 

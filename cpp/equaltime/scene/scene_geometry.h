@@ -85,11 +85,13 @@ struct SceneGeometry {
   [[nodiscard]] std::uint32_t material(const Interaction& it) const noexcept {
     return surfaces[it.shape].bsdf[it.front ? 0 : 1];
   }
-  [[nodiscard]] bool emits(const Interaction& it) const noexcept { return surfaces[it.shape].first_light != kNone; }
+  [[nodiscard]] bool emits(const Interaction& it) const noexcept {
+    return surfaces[it.shape].emission.first_light != kNone;
+  }
   /// Number in Scene::lights of the emissive primitive that the interaction is on.
   [[nodiscard]] std::uint32_t light_of(const Interaction& it) const noexcept {
     const Surface& surface = surfaces[it.shape];
-    return surface.first_light + (surface.light_per_primitive ? it.primitive : 0);
+    return surface.emission.first_light + (surface.emission.light_per_primitive ? it.primitive : 0);
   }
   [[nodiscard]] std::size_t triangle_count() const noexcept;
   [[nodiscard]] std::size_t memory_bytes() const noexcept;

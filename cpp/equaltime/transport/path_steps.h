@@ -38,7 +38,7 @@ template <Effects E, Observer O>
   tell<event::DistanceSampled>(observer, it ? &*it : nullptr, phase != nullptr, path.beta);
   if constexpr (E.media || E.hidden_emitters)
     if (phase == nullptr && it &&
-        (path.media.here().hides(scene.geometry, *it) || path.hidden_emitters.skips(scene, *it, path.depth))) {
+        (path.media.here().hides(scene.geometry, it->shape) || path.hidden_emitters.skips(scene, *it, path.depth))) {
       path.cross(scene, *it, false);
       return Arrival::crosses;
     }
@@ -90,12 +90,12 @@ template <Effects E, Observer O>
   } else if (replaces_bsdf_sampling(settings.technique)) [[unlikely]] {
     const Interaction it_copy = it;
     const Sampler sampler_copy = path.sampler;
-    const OneSampleVertex vertex = sample_one_direction<E>(
+    const OneSampleEstimate estimate = sample_one_direction<E>(
         {scene, settings, it_copy, v.scatterer, path.media.here(), sampler_copy, bounce, path.depth, path.time}, u,
         observer);
-    add_direct_light<E>(path, vertex.direct, observer);
-    path.previous.mixed = vertex.mixed;
-    scattered = vertex.scattered;
+    add_direct_light<E>(path, estimate.direct, observer);
+    path.previous.mixed = estimate.mixed;
+    scattered = estimate.scattered;
   } else {
     if constexpr (!E.splitting) scattered = sample_bsdf<E>(it, v.scatterer, path.sampler, bounce, u.bsdf_direction);
     const VertexContext<E> at{scene,        settings, it,         v.scatterer, path.media.here(),

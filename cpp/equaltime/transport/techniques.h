@@ -8,7 +8,7 @@
 namespace equaltime {
 
 /// Direct light of a vertex, and the direction in which the path goes on.
-struct OneSampleVertex {
+struct OneSampleEstimate {
   Spectrum direct;
   Optional<ScatterSample> scattered;
   OneSampleMis mixed{};
@@ -18,8 +18,8 @@ struct OneSampleVertex {
 /// therefore unbiased by itself, and no other light's pdf is needed. `emission_mis_weight` says which emitters count
 /// that the ray then meets. A delta light is sampled as ever, and the BSDF draws every direction.
 template <Effects E, Observer O>
-[[nodiscard]] OneSampleVertex mixture_vertex(VertexContext<E> at, VertexNumbers u,
-                                             O& observer) noexcept(!O::allocates) {
+[[nodiscard]] OneSampleEstimate mixture_vertex(VertexContext<E> at, VertexNumbers u,
+                                               O& observer) noexcept(!O::allocates) {
   const Lights& lights = at.scene.lights;
   const LightSampleContext receiver = receiver_at<E>(at.it, at.scatterer);
   const LightVertex light_vertex{receiver, at.sampler, at.bounce, u.light_point, at.time};
@@ -27,22 +27,22 @@ template <Effects E, Observer O>
   tell<event::LightPicked>(observer, picked);
   const bool has_directions = picked && lights.has_directions<E>(picked->light, receiver, at.time);
   const bool from_light = at.sampler.get_1d(slot(BounceDimension::technique, at.bounce)) < 0.5F;
-  OneSampleVertex vertex;
+  OneSampleEstimate estimate;
   if (from_light && has_directions) {
     const auto light = lights.sample<E>(SampledLight{picked->light, 1}, at.settings.environment_sampling, light_vertex);
-    if (!light) return vertex;
+    if (!light) return estimate;
     const auto [value, above] = eval_bsdf<E>(at.it, at.scatterer, light->wi);
-    vertex.mixed = {picked->light, value.pdf + light->pdf};
-    const Spectrum weight = value.f * (2 / vertex.mixed.pdf_sum);
-    if (!value.f.is_black()) vertex.scattered = ScatterSample{light->wi, above, weight, value.pdf, false, 1};
-    return vertex;
+    estimate.mixed = {picked->light, value.pdf + light->pdf};
+    const Spectrum weight = value.f * (2 / estimate.mixed.pdf_sum);
+    if (!value.f.is_black()) estimate.scattered = ScatterSample{light->wi, above, weight, value.pdf, false, 1};
+    return estimate;
   }
   if (picked && !has_directions) {
     const auto point = lights.sample<E>(*picked, at.settings.environment_sampling, light_vertex);
-    if (point) vertex.direct = direct_light_from<E>(at, *point, observer);
+    if (point) estimate.direct = direct_light_from<E>(at, *point, observer);
   }
   auto scattered = sample_bsdf<E>(at.it, at.scatterer, at.sampler, at.bounce, u.bsdf_direction);
-  if (!scattered) return vertex;
+  if (!scattered) return estimate;
   float light_pdf = scattered->pdf;  // without a light to aim at, the BSDF draws every direction
   if (has_directions) {
     light_pdf = scattered->delta ? 0.0F
@@ -50,16 +50,16 @@ template <Effects E, Observer O>
                                                            scattered->wi, at.time);
     scattered->weight *= scattered->delta ? 2.0F : 2 * mis_weight(Heuristic::balance, scattered->pdf, light_pdf);
   }
-  vertex.scattered = scattered;
-  vertex.mixed = {from_light ? OneSampleMis::kNoLight : OneSampleMis::kEvery, scattered->pdf + light_pdf};
-  return vertex;
+  estimate.scattered = scattered;
+  estimate.mixed = {from_light ? OneSampleMis::kNoLight : OneSampleMis::kEvery, scattered->pdf + light_pdf};
+  return estimate;
 }
 
 /// Out of line: inlined, it costs the other techniques 4 %. The context must refer to copies of the interaction and the
 /// sampler: references to the path's own would hold them in memory, at 6 %.
 template <Effects E, Observer O>
-[[nodiscard, gnu::noinline]] OneSampleVertex sample_one_direction(VertexContext<E> at, VertexNumbers u,
-                                                                  O& observer) noexcept(!O::allocates) {
+[[nodiscard, gnu::noinline]] OneSampleEstimate sample_one_direction(VertexContext<E> at, VertexNumbers u,
+                                                                    O& observer) noexcept(!O::allocates) {
   if (at.settings.technique == Technique::mixture) return mixture_vertex<E>(at, u, observer);
   return {direct_light<E>(at, u.light_point, observer),
           sample_uniform<E>(at.it, at.scatterer, at.sampler, at.bounce, u.bsdf_direction)};

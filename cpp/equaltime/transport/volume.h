@@ -32,7 +32,7 @@ template <Effects E>
 class MediumStack {
  public:
   void leave(const SceneGeometry&, const Interaction&, bool) const noexcept {}
-  [[nodiscard]] static constexpr bool hides(const SceneGeometry&, const Interaction&) noexcept { return false; }
+  [[nodiscard]] static constexpr bool hides(const SceneGeometry&, std::uint32_t) noexcept { return false; }
   [[nodiscard]] static const Bsdf& with_exterior(const Scene&, const Interaction&, const Bsdf& bsdf,
                                                  std::optional<Bsdf>&) noexcept {
     return bsdf;
@@ -57,27 +57,25 @@ requires(E.media) class MediumStack<E> {
   /// Updates the state as the path leaves a vertex. `above`: on the side of the geometric normal.
   void leave(const SceneGeometry& geometry, const Interaction& it, bool above) noexcept {
     if (it.shape == kNone) return;
-    const Surface& surface = geometry.surfaces[it.shape];
+    const SurfaceMedia& media = geometry.surfaces[it.shape].media;
     const bool before = above == it.front;
-    if (surface.rank != kNoRank) {
-      dielectrics_ = before ? others(surface) : dielectrics_ | dielectric_bit(surface.rank);
+    if (media.rank != kNoRank) {
+      dielectrics_ = before ? others(media.rank) : dielectrics_ | dielectric_bit(media.rank);
       if (!before || dielectrics_ != 0) return;
     }
-    if (surface.bounds_media) exterior_medium_ = surface.media[before ? 0 : 1];
+    if (media.bounded) exterior_medium_ = media.sides[before ? 0 : 1];
   }
-  /// Whether a dielectric of higher priority holds the point, and hides the surface.
-  [[nodiscard]] bool hides(const SceneGeometry& geometry, const Interaction& it) const noexcept {
-    return hides(geometry.surfaces[it.shape]);
-  }
-  [[nodiscard]] bool hides(const Surface& surface) const noexcept {
-    return surface.rank != kNoRank && others(surface) != 0 && top_rank(others(surface)) > surface.rank;
+  /// Whether a dielectric of higher priority holds the path where it meets the shape, and hides its surface.
+  [[nodiscard]] bool hides(const SceneGeometry& geometry, std::uint32_t shape) const noexcept {
+    const std::uint8_t rank = geometry.surfaces[shape].media.rank;
+    return rank != kNoRank && others(rank) != 0 && top_rank(others(rank)) > rank;
   }
   /// The surface's BSDF, with its index relative to the exterior dielectric if there is one. `own` stores such a BSDF.
   [[nodiscard]] const Bsdf& with_exterior(const Scene& scene, const Interaction& it, const Bsdf& bsdf,
                                           std::optional<Bsdf>& own) const noexcept {
-    const Surface& surface = scene.geometry.surfaces[it.shape];
-    if (surface.rank == kNoRank || others(surface) == 0) return bsdf;
-    const Bsdf changed = with_exterior_ior(bsdf, scene.volumes.nesting.dielectrics[index(others(surface))].ior);
+    const std::uint8_t rank = scene.geometry.surfaces[it.shape].media.rank;
+    if (rank == kNoRank || others(rank) == 0) return bsdf;
+    const Bsdf changed = with_exterior_ior(bsdf, scene.volumes.nesting.dielectrics[index(others(rank))].ior);
     return own.emplace(changed);
   }
   /// Transmittance of the medium along a shadow ray, up to the surface that it hits or else the light. Moves the path's
@@ -127,9 +125,7 @@ requires(E.media) class MediumStack<E> {
   [[nodiscard]] static std::size_t index(DielectricSet dielectrics) noexcept {
     return static_cast<std::size_t>(top_rank(dielectrics));
   }
-  [[nodiscard]] DielectricSet others(const Surface& surface) const noexcept {
-    return dielectrics_ & ~dielectric_bit(surface.rank);
-  }
+  [[nodiscard]] DielectricSet others(std::uint8_t rank) const noexcept { return dielectrics_ & ~dielectric_bit(rank); }
 
   DielectricSet dielectrics_;      // that hold the path
   std::uint32_t exterior_medium_;  // outside all dielectrics; kNone: vacuum
@@ -215,12 +211,12 @@ template <Effects E, Observer O>
     if constexpr (E.media) {
       transmittance *= media.transmittance_along(scene, shadow, hit, light, time, observer);
       if (!it && !scene.volumes.nesting.dielectrics.empty() && !light.infinite && !light.delta)
-        if (media.hides(scene.geometry.surfaces[scene.geometry.emitters[light.light].shape])) return {};
+        if (media.hides(scene.geometry, scene.geometry.emitters[light.light].shape)) return {};
     }
     if (!it || transmittance.is_black()) return transmittance;
     from = *it;
     above = false;
-    if (media.hides(scene.geometry, *it)) continue;
+    if (media.hides(scene.geometry, it->shape)) continue;
     const std::uint32_t material = scene.geometry.material(*it);
     if (crossings-- <= 0 || material == kNone) return {};
     transmittance *= surface_transmittance<E>(scene, material, *it, glass_passes, time);
