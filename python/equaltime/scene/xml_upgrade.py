@@ -1,9 +1,9 @@
 """Translates objects of files older than Mitsuba 2 into the names of Mitsuba 3.
 
-Three changes are made as in Mitsuba 3. Names change from camelCase to snake_case. ``diffuse_reflectance`` of a diffuse
-surface becomes ``reflectance``. Scale and offset of texture coordinates become ``to_uv``. In addition, old names with
-exactly the meaning of a new name are replaced, and parameters that never changed the image are left out. Any other old
-name is refused when the model is made.
+Three changes are made as in Mitsuba 3. Names change from camelCase to snake_case. ``diffuse_reflectance`` becomes
+``reflectance`` where a plugin has that parameter. Scale and offset of texture coordinates become ``to_uv``. In
+addition, old names with exactly the meaning of a new name are replaced, and parameters that never changed the image are
+left out. Any other old name is refused when the model is made.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Callable
 from typing import Final
 
 from equaltime.scene import transforms
-from equaltime.scene.model import METALS, SpectralCurve, Spectrum
+from equaltime.scene.model import METALS, PLUGINS, SpectralCurve, Spectrum
 from equaltime.scene.model.ior import as_ior
 from equaltime.scene.report import Report
 from equaltime.scene.tree import Child, Node, Object, Plain
@@ -91,7 +91,8 @@ def _without_effect(node: Object, report: Report) -> Object:
 
 
 def _reflectance(node: Object, _report: Report) -> Object:
-    if node.type != "diffuse":
+    plugin = PLUGINS.get(node.type)
+    if plugin is None or "reflectance" not in plugin.model_fields:
         return node
     names = {"diffuse_reflectance": "reflectance"}
     return _with(node, [c._replace(name=names.get(c.name or "", c.name)) for c in node.children])
