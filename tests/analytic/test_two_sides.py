@@ -11,7 +11,7 @@ import equaltime as et
 from equaltime.scene.model import LEAVES
 
 PARAMETERS: dict[str, dict[str, Any]] = {
-    **dict.fromkeys(("roughplastic", "pplastic", "roughconductor"), {"alpha": 0.3}),
+    **{type: {"alpha": 0.3} for type in ("roughplastic", "pplastic", "roughconductor")},
     "principled": {"metallic": 0.3, "sheen": 0.5, "clearcoat": 0.5},
 }
 """Parameters that are not the default, by type."""
