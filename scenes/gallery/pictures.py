@@ -182,6 +182,7 @@ SHAPES: dict[str, Scene] = {
 }
 SURFACES: dict[str, Scene] = {
     "diffuse": matte(diffuse(*RED)),
+    "roughdiffuse": matte({"type": "roughdiffuse", "reflectance": list(RED), "alpha": 0.6}),
     "plastic": matte({"type": "plastic", "diffuse_reflectance": list(RED)}),
     "pplastic": matte({"type": "pplastic", "diffuse_reflectance": list(RED), "alpha": 0.1}),
     "roughplastic": matte({"type": "roughplastic", "diffuse_reflectance": list(RED), "alpha": 0.2}),

@@ -1,4 +1,6 @@
-"""Plastics, glass and the principled model as the cross-check traces them: their samples, and whole images.
+"""Plastics, rough diffuse surfaces, glass and the principled model as the cross-check traces them.
+
+Both their samples and whole images are tested.
 
 Seeds are fixed. The tests of samples have a false-alarm rate of 1e-4 each; all image comparisons together have 0.1 %,
 shared equally.
@@ -17,7 +19,7 @@ from scipy import stats
 
 import equaltime as et
 from equaltime.crosscheck import scattering
-from equaltime.scene.model import Bsdf, Plastic, Principled, RoughDielectric, RoughPlastic, ThinDielectric
+from equaltime.scene.model import Bsdf, Plastic, Principled, RoughDielectric, RoughDiffuse, RoughPlastic, ThinDielectric
 
 from .test_against_core import FLOOR, LAMP, SKY, TURNED, scene, twosided
 
@@ -30,6 +32,7 @@ COATED: dict[str, Any] = {
     **{"sheen": 0.5, "flatness": 0.3, "clearcoat": 1.0, "clearcoat_gloss": 0.1},
 }
 MODELS: dict[str, tuple[Bsdf, bool]] = {
+    "rough diffuse": (RoughDiffuse(reflectance=(0.8, 0.5, 0.1), alpha=0.5), True),
     "rough plastic": (RoughPlastic(distribution="ggx", alpha=0.3, **BODY), True),
     "rough glass": (RoughDielectric(distribution="ggx", alpha_u=0.3, alpha_v=0.5, int_ior=1.5), True),
     "rough glass from inside": (RoughDielectric(distribution="beckmann", alpha=0.4, int_ior=1.5), False),
@@ -99,6 +102,14 @@ def plastics(change: float = 1.0) -> et.Scene:
     return scene(FLOOR, LAMP, SKY, BALL | {"bsdf": rough}, CUBE | {"bsdf": twosided(smooth)})
 
 
+def plasters(change: float = 1.0) -> et.Scene:
+    full, fast = (
+        {"type": "roughdiffuse", "reflectance": [0.8 * change, 0.3, 0.1], "alpha": 0.6, "use_fast_approx": is_fast}
+        for is_fast in (False, True)
+    )
+    return scene(FLOOR, LAMP, SKY, BALL | {"bsdf": full}, CUBE | {"bsdf": twosided(fast)})
+
+
 def glasses(change: float = 1.0) -> et.Scene:
     rough = {
         "type": "roughdielectric",
@@ -116,7 +127,9 @@ def principled(change: float = 1.0) -> et.Scene:
     return scene(FLOOR, LAMP, SKY, BALL | {"bsdf": coated}, CUBE | {"bsdf": glass}, depth=5)
 
 
-SCENES: dict[str, Callable[..., et.Scene]] = {"plastics": plastics, "glasses": glasses, "principled": principled}
+SCENES: dict[str, Callable[..., et.Scene]] = {
+    **{"plastics": plastics, "plasters": plasters, "glasses": glasses, "principled": principled}
+}
 EACH = 0.001 / len(SCENES)
 
 

@@ -76,6 +76,7 @@ SUBJECTS = [
     *(Subject("glazed plastic", theta, part=part) for theta in (40.0, 80.0) for part in ("mirrored", "rest")),
     Subject("dry plastic", 60.0),
     *(Subject("lacquered wood", theta) for theta in (30.0, 85.0)),
+    *(Subject(name, theta) for name in ("plaster", "gravel", "plaster in short") for theta in (0.0, 80.0)),
     *(Subject("frosted glass", theta, front) for theta in (0.0, 70.0) for front in (True, False)),
     *(Subject("sharp glass", t, f, p) for t, f in ((0.0, True), (60.0, True), (30.0, False)) for p in BOTH),
     Subject("sharp glass", 60.0, False, "mirrored"),
@@ -95,6 +96,7 @@ TWINS = [
     Subject("plastic", 60.0),
     Subject("deep plastic", 45.0),
     Subject("dull plastic", 30.0),
+    Subject("plaster", 80.0),
 ]
 EACH = share(LEVEL, len(SUBJECTS))
 

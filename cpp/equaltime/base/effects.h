@@ -10,7 +10,7 @@ struct Effects {
   bool rough_conductors = false;  // microfacets
   bool anisotropy = false;        // of microfacets: shading frames need tangents
   bool specular = false;          // smooth conductors and dielectrics: directions of a discrete set
-  bool layered = false;           // plastics: an interface over a diffuse body
+  bool layered = false;           // plastics, and rough diffuse surfaces
   bool rough_dielectrics = false;
   bool principled = false;
   bool point_lights = false;  // and spots and directional lights: what no ray meets

@@ -27,14 +27,15 @@
 #include "equaltime/bsdfs/principled.h"
 #include "equaltime/bsdfs/rough_conductor.h"
 #include "equaltime/bsdfs/rough_dielectric.h"
+#include "equaltime/bsdfs/rough_diffuse.h"
 #include "equaltime/bsdfs/rough_plastic.h"
 #include "equaltime/bsdfs/thin_dielectric.h"
 
 namespace equaltime {
 
-using Bsdfs =
-    TypeList<Diffuse<float>, RoughConductor<float>, Conductor<float>, Dielectric<float>, ThinDielectric<float>,
-             Plastic<float>, RoughPlastic<float>, RoughDielectric<float>, Principled, PPlastic<float>>;
+using Bsdfs = TypeList<Diffuse<float>, RoughConductor<float>, Conductor<float>, Dielectric<float>,
+                       ThinDielectric<float>, Plastic<float>, RoughPlastic<float>, RoughDielectric<float>, Principled,
+                       PPlastic<float>, RoughDiffuse<float>>;
 using Bsdf = Bsdfs::Variant;
 
 // A BSDF is copied where textures give its parameters: what is large stands in the scene's tables.

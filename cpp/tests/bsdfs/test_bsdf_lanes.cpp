@@ -100,6 +100,10 @@ TEST("lanes of every model have the bits of one path") {
         d.distribution = MicrofacetModel::beckmann;
         check_model<Model>(d);
       }
+      if constexpr (requires { d.use_fast_approx; }) {
+        d.use_fast_approx = true;
+        check_model<Model>(d);
+      }
       ++checked;
     }
   });

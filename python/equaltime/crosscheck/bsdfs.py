@@ -1,4 +1,4 @@
-"""Diffuse, metal and glass BSDFs by Mitsuba 3's formulas, in local coordinates; `scattering` covers all BSDFs.
+"""Diffuse, metal and glass BSDFs by Mitsuba's formulas, in local coordinates; `scattering` covers all BSDFs.
 
 The normal is +z, on the side of the viewer; wo points to the viewer (z > 0), wi to the light. `evaluate` returns
 the BSDF f(wo, wi) times the cosine of wi, and the density per solid angle with which `sample` draws wi. Mirrors and
@@ -14,7 +14,16 @@ from typing import TypeVar
 import numpy as np
 
 from equaltime.crosscheck.vectors import Array, Mask, dot, normalize
-from equaltime.scene.model import Bsdf, Conductor, Dielectric, Diffuse, RoughConductor, Texture, TexturePlugin
+from equaltime.scene.model import (
+    Bsdf,
+    Conductor,
+    Dielectric,
+    Diffuse,
+    RoughConductor,
+    RoughDiffuse,
+    Texture,
+    TexturePlugin,
+)
 
 __all__ = [
     "Scattered",
@@ -62,7 +71,8 @@ def evaluate(bsdf: Bsdf, wo: Array, wi: Array) -> tuple[Array, Array]:
     up = np.flatnonzero(wi[:, 2] > 0.0)
     if isinstance(bsdf, Diffuse):
         pdf[up] = wi[up, 2] / math.pi
-        value[up] = np.array(bsdf.reflectance) * pdf[up, None]
+        rho = _grooves(bsdf, wo[up], wi[up]) if isinstance(bsdf, RoughDiffuse) else np.array(bsdf.reflectance)
+        value[up] = rho * pdf[up, None]
     elif isinstance(bsdf, RoughConductor):
         value[up], pdf[up] = _rough(bsdf, wo[up], wi[up])
     return value, pdf
@@ -98,6 +108,28 @@ def draw_cosine(count: int, rng: np.random.Generator) -> Array:
     square, phi = rng.random(count), rng.uniform(0.0, 2.0 * math.pi, count)
     r = np.sqrt(square)
     return np.stack([r * np.cos(phi), r * np.sin(phi), np.sqrt(1.0 - square)], axis=1)
+
+
+def _grooves(bsdf: RoughDiffuse, wo: Array, wi: Array) -> Array:
+    """Return pi times the BSDF of a rough diffuse surface (N, 3), by the formulas and names of Oren and Nayar 1994.
+
+    Values below 0, which the formulas give where both directions graze a very rough surface, become 0.
+    """
+    rho, variance = np.array(bsdf.reflectance), 0.5 * constant(bsdf.alpha) ** 2
+    angles = np.arccos(np.clip([wo[:, 2], wi[:, 2]], -1.0, 1.0))
+    alpha, beta = angles.max(axis=0), angles.min(axis=0)
+    cos_phi = np.cos(np.arctan2(wo[:, 1], wo[:, 0]) - np.arctan2(wi[:, 1], wi[:, 0]))
+    spread = variance / (variance + 0.09)
+    c1 = 1.0 - 0.5 * variance / (variance + 0.33)
+    if bsdf.use_fast_approx:
+        c2 = 0.45 * spread * np.sin(alpha)
+        return np.asarray(rho * (c1 + np.maximum(cos_phi, 0.0) * c2 * np.tan(beta))[:, None])
+    c2 = 0.45 * spread * (np.sin(alpha) - np.where(cos_phi < 0.0, (2.0 * beta / math.pi) ** 3, 0.0))
+    c3 = 0.125 * spread * (4.0 * alpha * beta / math.pi**2) ** 2
+    once = c1 + cos_phi * c2 * np.tan(beta) + (1.0 - np.abs(cos_phi)) * c3 * np.tan(0.5 * (alpha + beta))
+    twice = 0.17 * variance / (variance + 0.13) * (1.0 - cos_phi * (2.0 * beta / math.pi) ** 2)
+    value: Array = np.maximum(rho * once[:, None] + rho**2 * twice[:, None], 0.0)
+    return value
 
 
 # ---- rough conductor ------------------------------------------------------------------------------------------------

@@ -41,7 +41,7 @@ _NAMES: dict[Kind, str] = {
 MITSUBA = {kind: frozenset(names.split()) for kind, names in _NAMES.items()}
 """The plugins that Mitsuba 3 documents, by family."""
 _OLD_NAMES: dict[Kind, str] = {
-    "bsdf": "coating difftrans hk irawan mixturebsdf phong roughcoating roughdiffuse rtrans ward",
+    "bsdf": "coating difftrans hk irawan mixturebsdf phong roughcoating rtrans ward",
     "emitter": "collimated sky sun",
     "integrator": "adaptive ao bdpt dipole erpt irrcache mlt motion multichannel photonmapper ppm pssmlt "
     "singlescatter sppm vpl",

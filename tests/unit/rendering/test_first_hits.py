@@ -108,6 +108,7 @@ def test_a_wall_moves_with_its_texture_coordinates_and_they_from_pixel_to_pixel(
 LEAVES = {
     "diffuse": ({"type": "diffuse", "reflectance": 0.3}, 0.3),
     "two sides": ({"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": 0.3}}, 0.3),
+    "rough diffuse": ({"type": "roughdiffuse", "reflectance": 0.3}, 0.3),
     "plastic": ({"type": "plastic", "diffuse_reflectance": 0.3}, 0.3),
     "rough plastic": ({"type": "roughplastic", "diffuse_reflectance": 0.3}, 0.3),
     "polarised plastic": ({"type": "pplastic", "diffuse_reflectance": 0.3}, 0.3),

@@ -250,8 +250,9 @@ def test_a_camera_inside_of_what_shows_it_its_back_is_told(obj: Callable[..., di
     assert found(scene(box=obj(CUBE, SIDES))) == {}
 
 
-def test_surfaces_that_reflect_everything_are_told_where_paths_have_no_limit() -> None:
-    white = {"type": "sphere", "bsdf": {"type": "diffuse", "reflectance": 1.0}}
+@pytest.mark.parametrize("type", ["diffuse", "roughdiffuse"])
+def test_surfaces_that_reflect_everything_are_told_where_paths_have_no_limit(type: str) -> None:
+    white = {"type": "sphere", "bsdf": {"type": type, "reflectance": 1.0}}
     assert found(scene(ball=white))["white-surfaces"].severity == "note"
     assert found(scene(ball=white).with_(max_depth=8)) == {}
     assert found(scene(ball={"type": "sphere", "bsdf": {"type": "diffuse", "reflectance": 0.9}})) == {}

@@ -124,12 +124,23 @@ def test_an_integrator_of_old_is_refused_by_name_and_replaced_on_request(integra
     assert loaded.max_depth == 65
 
 
-def test_hair_and_rough_walls_of_old_are_refused_by_name_and_replaced_on_request(tmp_path: Path) -> None:
+def test_a_rough_diffuse_surface_is_read_as_it_was_written(tmp_path: Path) -> None:
+    flag = '<boolean name="useFastApprox" value="true"/>'
+    for name in ("reflectance", "diffuseReflectance"):
+        bsdf = f'<bsdf type="roughdiffuse"><rgb name="{name}" value="0.3"/><float name="alpha" value="0"/>{flag}</bsdf>'
+        grey = (0.3, 0.3, 0.3)
+        assert of_square(tmp_path, bsdf) == model.RoughDiffuse(reflectance=grey, alpha=0.0, use_fast_approx=True)
+    alpha = HEIGHTS.replace("<texture", '<texture name="alpha"')
+    textured = of_square(tmp_path, f'<bsdf type="roughdiffuse">{alpha}</bsdf>')
+    assert textured == model.RoughDiffuse(alpha=model.Bitmap(filename="wood.png"))
+
+
+def test_hair_and_walls_of_old_are_refused_by_name_and_replaced_on_request(tmp_path: Path) -> None:
     hair = '<shape type="hair"><string name="filename" value="h.hair"/><float name="radius" value="0.01"/></shape>'
-    wall = '<shape type="disk"><bsdf type="roughdiffuse"><rgb name="reflectance" value="0.3"/></bsdf></shape>'
+    wall = '<shape type="disk"><bsdf type="hk"><rgb name="reflectance" value="0.3"/></bsdf></shape>'
     with pytest.raises(SceneError) as error:
         read(tmp_path, hair + wall)
-    for what in ("shape 'hair'", "bsdf 'roughdiffuse'"):
+    for what in ("shape 'hair'", "bsdf 'hk'"):
         assert f"the {what} is one of Mitsuba 0.6" in str(error.value)
     (shape,) = read(tmp_path, hair + wall, substitute=True).model.shapes
     assert shape.bsdf == model.Diffuse(reflectance=(0.3, 0.3, 0.3))  # type: ignore[union-attr]

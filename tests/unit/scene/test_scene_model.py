@@ -290,7 +290,7 @@ def test_what_makes_the_image_says_whether_emitters_are_hidden() -> None:
 def test_every_supported_plugin_but_our_own_is_one_that_mitsuba_knows_and_belongs_to_the_same_family() -> None:
     from equaltime.scene.substitutes import mitsuba_kind
 
-    ours = {"gltf": "shape", "spherical": "sensor"}
+    ours = {"gltf": "shape", "roughdiffuse": "bsdf", "spherical": "sensor"}
     known = {name: ours.get(name, mitsuba_kind(name)) for name in m.PLUGINS}
     assert {name: plugin.kind for name, plugin in m.PLUGINS.items()} == known
 

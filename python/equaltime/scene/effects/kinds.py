@@ -130,7 +130,7 @@ KINDS: Final[Mapping[str, Effect]] = {
         Effect("rough_conductors", "rough metals", _models("rough_conductors")),
         Effect("anisotropy", "roughness that depends on the direction", _is_anisotropic),
         Effect("specular", "mirrors and clear glass", _models("specular")),
-        Effect("layered", "plastics", _models("layered")),
+        Effect("layered", "plastics and rough diffuse surfaces", _models("layered")),
         Effect("rough_dielectrics", "frosted glass", _models("rough_dielectrics")),
         Effect("principled", "the principled model", _models("principled")),
         Effect("point_lights", "points, spots and directional lights", _one_of(Point, Spot, Directional)),

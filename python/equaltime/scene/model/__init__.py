@@ -16,6 +16,7 @@ from equaltime.scene.model.bsdfs import (
     Principled,
     RoughConductor,
     RoughDielectric,
+    RoughDiffuse,
     RoughPlastic,
     ThinDielectric,
 )
@@ -158,6 +159,7 @@ __all__ = [
     "Rectangle",
     "RoughConductor",
     "RoughDielectric",
+    "RoughDiffuse",
     "RoughPlastic",
     "Sampler",
     "SceneModel",

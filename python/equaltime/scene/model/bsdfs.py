@@ -15,6 +15,7 @@ from equaltime.scene.model.textures import (
     ConstantRoughness,
     ReflectanceTexture,
     Roughness,
+    Slope,
     Texture,
     UnitTexture,
 )
@@ -32,6 +33,7 @@ __all__ = [
     "Principled",
     "RoughConductor",
     "RoughDielectric",
+    "RoughDiffuse",
     "RoughPlastic",
     "ThinDielectric",
 ]
@@ -74,6 +76,22 @@ class Diffuse(BsdfPlugin):
 
     type: Literal["diffuse"] = "diffuse"
     reflectance: ReflectanceTexture = (0.5, 0.5, 0.5)
+
+
+class RoughDiffuse(Diffuse):
+    """Grooves of diffuse facets, as of plaster or clay (Oren and Nayar 1994); the back side absorbs all light.
+
+    The plugin is from Mitsuba 0.6, and an extension to Mitsuba 3. The model does not keep energy exactly: a white
+    surface reflects from 0.67 to 1.051 of the light, and for ``alpha`` up to 0.5 at least 0.94.
+    """
+
+    type: Literal["roughdiffuse"] = "roughdiffuse"  # type: ignore[assignment]  # narrows the tag of Diffuse
+    alpha: Slope = 0.2
+    """Root mean square of the facets' slopes; 0 is ``diffuse``. The standard deviation of Oren and Nayar's angles is
+    alpha/√2 radians."""
+    use_fast_approx: bool = False
+    """Use Oren and Nayar's qualitative model, which leaves out the light between facets. It is darker: a white surface
+    reflects from 0.5 to 1.016 of the light."""
 
 
 class Conductor(BsdfPlugin):

@@ -29,8 +29,8 @@ from equaltime.scene.model.values import (
 
 __all__ = [
     *("Bitmap", "Checkerboard", "MeshAttribute", "Texture", "TexturePlugin"),
-    *("CoefficientTexture", "ConstantRoughness", "RadianceTexture", "ReflectanceTexture", "Roughness", "UnitTexture"),
-    "WeightTexture",
+    *("CoefficientTexture", "ConstantRoughness", "RadianceTexture", "ReflectanceTexture", "Roughness", "Slope"),
+    *("UnitTexture", "WeightTexture"),
 ]
 
 
@@ -149,10 +149,14 @@ def _or_texture(constant: Callable[[Any], object]) -> BeforeValidator:
     return BeforeValidator(lambda value: value if isinstance(value, TexturePlugin) else constant(value))
 
 
-def _roughness(value: object) -> float:
+def _slope(value: object) -> float:
     if (number := as_number(value)) < 0.0:
         raise ValueError("must not be negative")
-    return number or SMALLEST_ROUGHNESS
+    return number
+
+
+def _roughness(value: object) -> float:
+    return _slope(value) or SMALLEST_ROUGHNESS
 
 
 ReflectanceTexture = Annotated[Texture | Color, _or_texture(as_reflectance)]
@@ -169,4 +173,6 @@ Roughness = Annotated[Texture | float, _or_texture(_roughness)]
 """A positive number, or a texture of such numbers; 0 becomes `SMALLEST_ROUGHNESS`."""
 ConstantRoughness = Annotated[float, BeforeValidator(_roughness)]
 """A positive number, not a texture; 0 becomes `SMALLEST_ROUGHNESS`."""
+Slope = Annotated[Texture | float, _or_texture(_slope)]
+"""A non-negative number, or a texture of such numbers."""
 Checkerboard.model_rebuild()
