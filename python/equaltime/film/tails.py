@@ -36,7 +36,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from equaltime.film.sums import others_count, others_sum
 
-__all__ = ["MOST_RATIO", "Tail", "averaged_out", "outstanding", "tail_of"]
+__all__ = ["MOST_RATIO", "MOST_SHARE", "Tail", "averaged_out", "outstanding", "tail_of"]
 
 Floats = NDArray[np.float64]
 

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from equaltime.film.sums import error_floor
-from equaltime.film.tails import MOST_RATIO, Tail, tail_of
+from equaltime.film.tails import MOST_RATIO, MOST_SHARE, Tail, outstanding, tail_of
 from equaltime.images.flip import flip
 from equaltime.statistics.intervals import Z95, Interval, signed_root
 
@@ -126,6 +126,15 @@ class Reference:
         parts = divided(self.noise, self.denominator)
         degrees = 2.0 if self.halves is None else 4.0  # v from one difference varies as n² does
         return math.sqrt(degrees * float(np.square(parts.sum(axis=2)).sum())) / parts.size
+
+    @property
+    def has_heavy_tail(self) -> bool:
+        """Whether one pixel makes so much of the reference's own squared error that `relmse` cannot be trusted.
+
+        The limit is the one of strategies, `equaltime.film.tails.MOST_SHARE`. As in a single render, only the excess
+        over the noise of the neighbours counts (`equaltime.film.tails.outstanding`).
+        """
+        return outstanding(divided(self.noise, self.denominator).mean(axis=2)) > MOST_SHARE
 
 
 def measure(image: ArrayLike, reference: Reference, metrics: Iterable[Metric] = METRICS) -> dict[str, Interval]:

@@ -29,9 +29,9 @@ from equaltime.experiments.report.pictures import Pictures, load_pictures
 from equaltime.experiments.report.tables import Table, check_table, time_table
 from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.record import Row
-from equaltime.experiments.run.reference import KnownReference, write
+from equaltime.experiments.run.reference import KnownReference, read, write
 from equaltime.images.metrics import Reference, measure
-from equaltime.statistics.curves import AGAINST_SAMPLES
+from equaltime.statistics.curves import AGAINST_SAMPLES, BETTER
 from equaltime.statistics.intervals import Interval
 from equaltime.statistics.runs import TYPICAL
 
@@ -474,6 +474,26 @@ def test_errors_against_a_black_reference_are_infinite_and_told_without_warnings
     endless = [replace(row, relmse=math.inf) for row in rows]
     best = summarise(experiment(), endless, folder).scenes[0].strategies[1]
     assert not best.time_to[0.2].known
+
+
+def test_a_reference_with_a_heavy_tail_is_told_and_another_one_is_not(
+    recorded: tuple[Path, list[Row]], tmp_path: Path
+) -> None:
+    folder, rows = recorded
+    copied = ExperimentFolder(Path(shutil.copytree(folder, tmp_path / "copy")))
+    known = read(copied.reference("box")).reference
+
+    def notes(firefly: float) -> tuple[str, ...]:
+        variance = known.variance.copy()
+        variance[3, 4] *= firefly
+        write(copied.reference("box"), KnownReference(Reference(known.mean, variance, known.halves), {}))
+        return summarise(experiment(), rows, copied.path).verdict_notes
+
+    doubtful = notes(1e3)
+    assert doubtful[0].startswith("The reference of box (stated error ")
+    assert " has a heavy tail too: one pixel makes much of the stated error, and light may be missing." in doubtful[0]
+    assert BETTER in doubtful[0]
+    assert doubtful[1:] == notes(1.0)
 
 
 def test_a_busy_machine_is_told_by_the_share_of_the_processors_that_runs_had(recorded: tuple[Path, list[Row]]) -> None:

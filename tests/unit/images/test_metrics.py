@@ -105,6 +105,23 @@ def test_halves_alone_stand_for_the_variance() -> None:
     assert value(image, halves_only, "mse") == pytest.approx(square, rel=1e-12)
 
 
+def sampled(spp: int, firefly: float) -> Reference:
+    """Return a reference from samples with normal noise, one of which is a firefly in one pixel."""
+    samples = TRUTH + 0.3 * np.random.default_rng(3).standard_normal((spp, *SHAPE))
+    samples[0, 5, 7] += firefly
+    halves = (samples[: spp // 2].mean(axis=0), samples[spp // 2 :].mean(axis=0))
+    return Reference(samples.mean(axis=0), samples.var(axis=0, ddof=1) / spp, halves)
+
+
+def test_a_reference_whose_error_one_pixel_makes_has_a_heavy_tail() -> None:
+    plain, with_firefly = sampled(64, 0.0), sampled(64, 50.0)
+    assert not plain.has_heavy_tail
+    assert with_firefly.has_heavy_tail
+    assert not exact().has_heavy_tail
+    halves_only = [Reference(one.mean, np.zeros(SHAPE), one.halves) for one in (plain, with_firefly)]
+    assert [one.has_heavy_tail for one in halves_only] == [False, True]
+
+
 def covered(metric: Metric, images: Array, seeds: range, sigma: float, narrow: float = 1.0) -> float:
     """Return how often the interval of a metric holds the value against the truth."""
     hits = 0

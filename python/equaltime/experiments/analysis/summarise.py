@@ -171,6 +171,7 @@ class _Scene:
             crops_left_out=_left_out(self._small_crops()),
             scene_max_depth=self.provenance.get(OWN_DEPTHS, {}).get(self.name, {}).get("max_depth"),
             left_out=tuple((strategy.label, _NO_COMMON_COUNT) for strategy in found if not strategy.spp),
+            reference_has_heavy_tail=reference is not None and reference.has_heavy_tail,
             reference_caveat=self.provenance.get("references", {}).get(self.name, {}).get("caveat", ""),
         )
 

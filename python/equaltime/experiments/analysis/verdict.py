@@ -18,6 +18,7 @@ from equaltime.experiments.analysis.winners import best_per_scene, fastest, is_o
 from equaltime.experiments.model.experiment import Question
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.statistics.agreement import LEVEL
+from equaltime.statistics.curves import BETTER
 from equaltime.statistics.in_words import about, figure, in_time, span
 from equaltime.statistics.intervals import Interval, product_mean, sound, sound_below
 from equaltime.statistics.runs import MISSING, TYPICAL
@@ -51,8 +52,9 @@ def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Q
     The last choice is a speed-up of which only the lower limit is known, for example because the baseline does not
     reach the error. A note has the limits of the scenes that the answer leaves out: limits cannot be compared.
     """
+    doubts = _doubted_references(scenes)
     if question == "bias":
-        return bias_verdict(scenes, LEVEL)
+        return bias_verdict(scenes, LEVEL).noted([doubts])
     if question == "samples":
         found = samples_verdict(scenes)
     elif question == "combination":
@@ -61,7 +63,21 @@ def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Q
         found = efficiency_verdict(scenes).then(best_per_scene(scenes))
     else:
         found, _ = _answer_in_time(scenes, targets)
-    return found.noted(other_pictures(scenes))
+    return replace(found, notes=(*([doubts] if doubts else ()), *found.notes)).noted(other_pictures(scenes))
+
+
+def _doubted_references(scenes: Sequence[SceneResult]) -> str:
+    """Return sentences on references whose own error has a heavy tail; empty without any."""
+    doubted = [scene for scene in scenes if scene.reference_has_heavy_tail]
+    if not doubted:
+        return ""
+    named = listed([f"{scene.name} (stated error {percent(scene.reference_error)})" for scene in doubted])
+    several = len(doubted) > 1
+    subject, verb = ("references", "have heavy tails") if several else ("reference", "has a heavy tail")
+    return (
+        f"The {subject} of {named} {verb} too: one pixel makes much of the stated error, and light may be missing. "
+        f"Errors of strategies that are not much larger may be too small or too large; {BETTER}."
+    )
 
 
 def headline_target(scenes: Sequence[SceneResult], targets: Sequence[float], question: Question) -> float | None:
