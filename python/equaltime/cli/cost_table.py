@@ -28,7 +28,7 @@ from equaltime.experiments.report.words import (
     seconds,
     seconds_cell,
 )
-from equaltime.statistics.curves import BELOW, BETTER, TOO_NOISY
+from equaltime.statistics.curves import BELOW, BETTER, ERROR_OF, ERRORS_OF, TOO_NOISY
 from equaltime.statistics.intervals import UNKNOWN, Interval
 from equaltime.statistics.runs import TYPICAL
 
@@ -225,13 +225,18 @@ def _without_times(summary: Summary, quick: bool = False) -> Iterator[str]:
 
 
 def _reason_without_time(note: str, summary: Summary, quick: bool) -> str:
-    """Return the note of a time that is not known; the error of a reference becomes the range over all scenes."""
+    """Return the note of a time that is not known; several references have the smallest and the largest error named."""
     if TOO_NOISY not in note:
         return note
-    errors = sorted(scene.reference_error for scene in summary.scenes)
-    spread = " to ".join(dict.fromkeys((percent(errors[0]), percent(errors[-1]))))
     better = "without --quick it is better" if quick else BETTER
-    return f"the reference has an error of {spread}{TOO_NOISY} ({better})"
+    ordered = sorted(summary.scenes, key=lambda scene: scene.reference_error)
+    least, most = ordered[0], ordered[-1]
+    if percent(least.reference_error) == percent(most.reference_error):
+        told = f"{ERROR_OF} {percent(most.reference_error)}"
+    else:
+        ends = " to ".join(f"{percent(scene.reference_error)} ({scene.name})" for scene in (least, most))
+        told = f"{ERRORS_OF} {ends}"
+    return f"{told}{TOO_NOISY} ({better})"
 
 
 def _below(summary: Summary) -> Iterator[str]:

@@ -53,6 +53,8 @@ __all__ = [
     "AGAINST_SAMPLES",
     "BELOW",
     "BETTER",
+    "ERRORS_OF",
+    "ERROR_OF",
     "RISES",
     "STEEPEST",
     "TOO_NOISY",
@@ -101,6 +103,8 @@ BELOW = f"the error is below what the reference can show; {BETTER}"
 RISES = "read off the mean of errors that rise with time: the last of them is above this error"
 """Note of a time within the runs to an error that the last measurement exceeds. Low-discrepancy points have such
 errors between powers of two, and noise makes them too."""
+ERROR_OF, ERRORS_OF = "the reference has an error of", "the references have errors of"
+"""Beginning of the note of a time that is not given because of the reference's noise, for one scene and for several."""
 TOO_NOISY = ", too much for times beyond the runs to a smaller one"
 """Part of the note of a time that is not given because of the reference's noise."""
 _SHALLOW = "shallower than -0.5, the slope of independent samples: fixed costs at the start, or rare bright samples"
@@ -295,7 +299,7 @@ def time_to_error(runs: Runs, target: float) -> Interval:
     if math.isnan(value):
         return runs.judged_time(UNKNOWN.doubted("too few checkpoints to extrapolate"))
     if value > end and target < runs.reference and not runs.biased:
-        return UNKNOWN.doubted(f"the reference has an error of {percent(runs.reference)}{TOO_NOISY} ({BETTER})")
+        return UNKNOWN.doubted(f"{ERROR_OF} {percent(runs.reference)}{TOO_NOISY} ({BETTER})")
     if math.isinf(value) and not runs.biased:  # more samples do make it smaller, but the runs do not tell how fast
         low = _surely_until(runs, target, x.size - 1)
         why = "not reached in the runs, whose error does not fall over the last three doublings of time"

@@ -346,6 +346,10 @@ def test_targets_without_any_time_are_named_with_the_reason(tmp_path: Path, caps
     )
     print_summary(found, tmp_path)
     assert f"{told}one ({BETTER})" in capsys.readouterr().out.replace("\N{NARROW NO-BREAK SPACE}", " ").splitlines()
+    worse = replace(found.scenes[0], name="room", reference_error=0.0264)
+    print_summary(replace(found, scenes=(worse, *found.scenes)), tmp_path)
+    told = "No times to 2 % and 1 %: the references have errors of 0.2 % (box0) to 2.64 % (room), too much for times"
+    assert told in capsys.readouterr().out.replace("\N{NARROW NO-BREAK SPACE}", " ")
 
 
 def test_the_reason_why_no_strategy_has_a_time_is_not_one_of_a_biased_strategy(

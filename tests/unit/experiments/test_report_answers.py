@@ -144,8 +144,9 @@ def test_a_column_beyond_the_reference_s_own_error_says_so() -> None:
     told = table(*((Cell("1"), seconds_cell(time)) for time in times)).telling(quick=False)
     assert told.columns == ("a",)
     assert told.unsaid == (
-        "Left out (b): these runs cannot tell; the reference has an error of 8.63 to 9.04 %, too much for times beyond "
-        "the runs to a smaller one (reference.error and reference.seconds of an experiment file ask for a better one)."
+        "Left out (b): these runs cannot tell; the references have errors of 8.63 to 9.04 %, too much for times "
+        "beyond the runs to a smaller one (reference.error and reference.seconds of an experiment file ask for a "
+        "better one)."
     )
 
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 from equaltime.experiments.model.summary import SceneResult, Summary
 from equaltime.experiments.report.footnotes import merged
 from equaltime.experiments.report.words import Cell
-from equaltime.statistics.curves import TOO_NOISY
+from equaltime.statistics.curves import ERROR_OF, ERRORS_OF, TOO_NOISY
 from equaltime.statistics.intervals import UNKNOWN, Interval
 
 __all__ = ["DASH", "column_says_something", "commands", "is_quick", "says_slower", "silenced", "unsaid"]
@@ -17,7 +17,7 @@ __all__ = ["DASH", "column_says_something", "commands", "is_quick", "says_slower
 DASH = "\N{EN DASH}"
 _BIASED = re.compile("biased, not extrapolated|its bias is larger")
 """Part of the note of a time that a biased strategy does not reach."""
-_NOISY = re.compile(f"the reference has .*{re.escape(TOO_NOISY)}")
+_NOISY = re.compile(f"{ERROR_OF} .*{re.escape(TOO_NOISY)}")
 """Remark on a time that is not given because of the reference's noise; its number differs from scene to scene."""
 _NOT_KNOWN = ("unknown", "cannot tell", "not trusted", "not reached", "never")
 
@@ -81,7 +81,8 @@ def unsaid(names: Iterable[str], dashes: bool, quick: bool, cells: Iterable[Cell
     if any(_BIASED.search(note) for note in silent):
         why += "; biased strategies may never reach an error, and are not extrapolated"
     if noisy := [remark for note in silent for remark in note.split("; ") if _NOISY.match(remark)]:
-        why += f"; {merged(noisy)}"
+        told = merged(noisy)
+        why += f"; {told if told in noisy else told.replace(ERROR_OF, ERRORS_OF)}"
     if not listed:
         return f"{DASH}: {why}." if dashes else ""
     return f"Left out ({listed}){f', and {DASH}' if dashes else ''}: {why}."
