@@ -32,7 +32,7 @@ from equaltime.statistics.curves import BELOW, BETTER, ERROR_OF, ERRORS_OF, TOO_
 from equaltime.statistics.intervals import UNKNOWN, Interval
 from equaltime.statistics.runs import TYPICAL
 
-__all__ = ["every_row", "in_brackets", "legend", "print_summary"]
+__all__ = ["every_row", "legend", "print_summary"]
 
 _REPORT = "report.html"
 _MOST_TARGETS = 2
@@ -371,9 +371,4 @@ def _table(rows: Sequence[_Row], summary: Summary, most: int) -> Table:
 
 
 def _marked(cell: Cell, number: Interval) -> str:
-    return marked(in_brackets(cell), number)
-
-
-def in_brackets(cell: object) -> str:
-    """Return a cell of a report as text, with its interval as in sentences: ``12 % (11 to 13)``."""
-    return str(cell).replace("[", "(").replace(", ", " to ").replace("]", ")")
+    return marked(str(cell), number)

@@ -9,7 +9,7 @@ from typing import Any
 
 from rich.table import Table
 
-from equaltime.cli.cost_table import every_row, in_brackets, legend
+from equaltime.cli.cost_table import every_row, legend
 from equaltime.experiments.model.experiment import Experiment, StrategyEntry
 from equaltime.experiments.model.plan import planned, planned_runs, planned_seconds
 from equaltime.experiments.model.reader import quicker
@@ -205,9 +205,7 @@ def _reached(results: Sequence[StrategyResult]) -> str:
     errors = [result.error_at_budget for result in results]
     if len(errors) == 1:
         (error,) = errors
-        return in_brackets(error_cell(error)).replace(_THIN, " ") + " extrapolated" * (
-            error.trusted and error.reach > 1.0
-        )
+        return str(error_cell(error)).replace(_THIN, " ") + " extrapolated" * (error.trusted and error.reach > 1.0)
     known = [error.value for error in errors if sound(error)]
     limits = [error.low for error in errors if not sound(error) and sound_below(error)]
     told = " and ".join((*_ends(known), *(f"at least {ends}" for ends in _ends(limits))))

@@ -29,8 +29,9 @@ __all__ = [
 def places(value: float, low: float, high: float) -> tuple[int, int, int]:
     """Return the decimals with which a number and the two ends of its interval are printed.
 
-    They show one digit of the half width, or two if its first digit is 1. A number without width gets three significant
-    digits. Over powers of ten, decimals that suit the upper end would turn the lower end into 0, so it gets two digits.
+    They show one digit of the half width, or two if its first digit is 1. The number has at least two significant
+    digits, whatever its unit. A number without width gets three significant digits. Over powers of ten, decimals that
+    suit the upper end would turn the lower end into 0, so it gets two digits.
     """
     half = 0.5 * (high - low)
     if half <= 0.0:
@@ -39,7 +40,8 @@ def places(value: float, low: float, high: float) -> tuple[int, int, int]:
         first = exponent(half)
         digits = max(0, min(9, -first + (half / 10.0**first < 2.0)))
     if 0.0 < 10.0 * low <= high:
-        return max(digits, -exponent(value)), max(digits, 1 - exponent(low)), digits
+        return max(digits, 1 - exponent(value)), max(digits, 1 - exponent(low)), digits
+    digits = max(digits, min(9, 1 - exponent(max(abs(value), half))))
     return digits, digits, digits
 
 

@@ -288,7 +288,9 @@ def test_up_to_eight_strategies_are_all_shown_also_without_a_number(
 def test_the_legend_has_the_marks_of_its_table_and_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "160")
     plain = changed(summary(tmp_path), "cut", lambda one: replace(one, biased=False))
-    assert legend(plain, every_row(plain))[1:] == ["in brackets: 95 % intervals"]
+    assert legend(plain, every_row(plain))[1:] == [
+        "in brackets: 95 % intervals, by the spread over repeats and the noise of the reference"
+    ]
     far = changed(summary(tmp_path), "naive", lambda one: replace(one, time_to={**one.time_to, 0.02: HUGE}))
     half = changed(
         far, "best", lambda one: replace(one, error_at_budget=one.error_at_budget.bounded("low", "light is missing"))

@@ -372,7 +372,7 @@ def numbers(text: str) -> list[str]:
 
 
 def agree(sentence: str, cell: str) -> bool:
-    """Tell whether ``12 (10 to 14)`` and ``12.1 s [10.2, 13.9]`` are the same numbers, but for how they are rounded."""
+    """Tell whether ``12 (10 to 14)`` and ``12.1 s (10.2 to 13.9)`` are the same numbers, but for their rounding."""
     pairs = list(zip(numbers(sentence), numbers(cell), strict=True))
     units = (0.5 * 10.0 ** -decimals(number) for pair in pairs for number in pair)
     steps = [sum(both) for both in zip(*[iter(units)] * 2, strict=True)]

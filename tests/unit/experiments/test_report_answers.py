@@ -45,8 +45,8 @@ def with_renderer(value: Summary, change: dict[str, object] | None = None) -> Su
 def test_a_renderer_of_ones_own_has_its_time_beside_the_baseline_and_the_best(found: Summary) -> None:
     one = with_renderer(replace(found, scenes=found.scenes[:1]))
     assert other_renderers(one) == (
-        f"my_renderer: 1{THIN}% in 400{THIN}s [360, 440], 16.0{TIMES} [14.4, 17.6] as fast as naive; "
-        f"best takes 100{THIN}s [90, 110].",
+        f"my_renderer: 1{THIN}% in 400{THIN}s (360 to 440), 16.0{TIMES} (14.4 to 17.6) as fast as naive; "
+        f"best takes 100{THIN}s (90 to 110).",
     )
 
 
@@ -61,7 +61,7 @@ def test_on_several_scenes_ratios_alone_are_means_and_times_have_their_scenes(fo
 def test_what_the_runs_cannot_tell_of_it_is_said_with_its_error(found: Summary) -> None:
     unknown = {"time_to": dict.fromkeys(found.targets, UNKNOWN)}
     (sentence,) = other_renderers(with_renderer(replace(found, scenes=found.scenes[:1]), unknown))
-    told = f"after 2{THIN}s its error is 14.1{THIN}% [12.7, 15.6]"
+    told = f"after 2{THIN}s its error is 14.1{THIN}% (12.7 to 15.6)"
     assert sentence == f"my_renderer: these runs cannot tell its time to an error; {told}."
 
 

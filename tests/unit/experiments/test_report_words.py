@@ -41,14 +41,14 @@ THIN, MINUS, TIMES = "\N{NARROW NO-BREAK SPACE}", "\N{MINUS SIGN}", "\N{MULTIPLI
 @pytest.mark.parametrize(
     ("interval", "text"),
     [
-        (Interval(4.12, 3.91, 4.37), f"4.1{THIN}s [3.9, 4.4]"),
-        (Interval(0.0412, 0.0391, 0.0437), f"41{THIN}ms [39, 44]"),
-        (Interval(5000.0, 4990.0, 5010.0), f"83.33{THIN}min [83.17, 83.50]"),
-        (Interval(2.0, 2.0, 2.0), f"2.00{THIN}s [2.00, 2.00]"),
-        (Interval(46.0, 0.328, 16255.0), f"46{THIN}s [0.33, 16,255]"),
-        (Interval(9.0, 1.24, 49.0), f"9{THIN}s [1.2, 49]"),
-        (Interval(0.2, 0.012, 7.0), f"200{THIN}ms [12, 7,000]"),
-        (Interval(3.0, 0.0, 6.0), f"3{THIN}s [0, 6]"),
+        (Interval(4.12, 3.91, 4.37), f"4.1{THIN}s (3.9 to 4.4)"),
+        (Interval(0.0412, 0.0391, 0.0437), f"41{THIN}ms (39 to 44)"),
+        (Interval(5000.0, 4990.0, 5010.0), f"83.33{THIN}min (83.17 to 83.50)"),
+        (Interval(2.0, 2.0, 2.0), f"2.00{THIN}s (2.00 to 2.00)"),
+        (Interval(46.0, 0.328, 16255.0), f"46{THIN}s (0.33 to 16,255)"),
+        (Interval(9.0, 1.24, 49.0), f"9.0{THIN}s (1.2 to 49)"),
+        (Interval(0.2, 0.012, 7.0), f"200{THIN}ms (12 to 7,000)"),
+        (Interval(3.0, 0.0, 6.0), f"3.0{THIN}s (0.0 to 6.0)"),
     ],
 )
 def test_a_time_has_the_digits_that_its_interval_allows(interval: Interval, text: str) -> None:
@@ -56,12 +56,12 @@ def test_a_time_has_the_digits_that_its_interval_allows(interval: Interval, text
 
 
 def test_a_speed_up_has_a_multiplication_sign_and_a_negative_error_a_minus_sign() -> None:
-    assert str(factor_cell(Interval(31.0, 27.0, 35.0))) == f"31{TIMES} [27, 35]"
-    assert str(error_cell(Interval(0.001, -0.002, 0.003))) == f"0.1{THIN}% [{MINUS}0.2, 0.3]"
+    assert str(factor_cell(Interval(31.0, 27.0, 35.0))) == f"31{TIMES} (27 to 35)"
+    assert str(error_cell(Interval(0.001, -0.002, 0.003))) == f"0.10{THIN}% ({MINUS}0.20 to 0.30)"
 
 
 def test_thousands_have_a_comma_as_in_sentences() -> None:
-    assert str(factor_cell(Interval(51193.0, 41000.0, 62000.0))) == f"51,193{TIMES} [41,000, 62,000]"
+    assert str(factor_cell(Interval(51193.0, 41000.0, 62000.0))) == f"51,193{TIMES} (41,000 to 62,000)"
 
 
 def test_an_interval_that_cannot_be_trusted_shows_its_reason_and_no_number() -> None:
@@ -300,4 +300,4 @@ def test_an_error_of_nothing_is_exact_and_a_useless_upper_end_is_left_out() -> N
     far = measured_cell(Interval(40.0, 0.3, 4000.1))
     assert str(far) == f"\N{GREATER-THAN OR EQUAL TO} 30{THIN}% (measured 4,000{THIN}%)"
     assert "beyond 100 times" in far.note
-    assert str(error_cell(Interval(0.4, 0.3, 39.9))).startswith(f"40{THIN}% [")
+    assert str(error_cell(Interval(0.4, 0.3, 39.9))).startswith(f"40{THIN}% (")

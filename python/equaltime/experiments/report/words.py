@@ -87,7 +87,7 @@ class Cell:
     text: str
     """The number with its unit, or a word instead."""
     interval: str = ""
-    """Interval of the number, ``[low, high]`` in its unit; empty if there is none."""
+    """Interval of the number, ``(low to high)`` in its unit, as in sentences; empty if there is none."""
     note: str = ""
     """Remarks on the number, which become footnotes."""
     state: Literal["trusted", "untrusted", "unknown", "silent"] = "trusted"
@@ -155,7 +155,7 @@ def measured_cell(interval: Interval) -> Cell:
 
 
 def factor_cell(interval: Interval) -> Cell:
-    """Return a table cell with a ratio, such as ``31x [27, 35]`` but with a real multiplication sign.
+    """Return a table cell with a ratio, such as ``31x (27 to 35)`` but with a real multiplication sign.
 
     A ratio of 0 or infinity means that one of the two strategies does not reach the error; it is printed as a bound.
     It is printed as "never" if the strategy's bias exceeds the error.
@@ -252,7 +252,7 @@ def _shown(interval: Interval) -> float:
 def in_brackets_stands(texts: Iterable[str]) -> str:
     """Return the meaning of the numbers in brackets in a table with these ``texts``."""
     measured = ", or the error that was measured" if any("(measured" in text for text in texts) else ""
-    return f"in brackets: 95 % intervals{measured}"
+    return f"in brackets: 95 % intervals, by the spread over repeats and the noise of the reference{measured}"
 
 
 def meanings(texts: Iterable[str]) -> dict[str, str]:
@@ -283,7 +283,7 @@ def _cell(interval: Interval, unit: Unit) -> Cell:
     if not (math.isfinite(low) and math.isfinite(high)):
         return Cell("not trusted", note=interval.note or "its interval has no end", state="untrusted")
     of_value, of_low, of_high = places(value, low, high)
-    ends = f"[{_fixed(low, of_low)}, {_fixed(high, of_high)}]"
+    ends = f"({_fixed(low, of_low)} to {_fixed(high, of_high)})"
     return Cell(_fixed(value, of_value) + unit.symbol, ends, note=interval.note)
 
 
