@@ -136,6 +136,8 @@ def test_the_equal_time_is_named_above_the_axes_beside_no_legend(found: Summary)
     above, legend = label.get_window_extent(), axes.get_legend().get_window_extent()
     assert above.y0 >= axes.get_window_extent().y1
     assert not above.overlaps(legend)
+    assert not axes.get_window_extent().overlaps(legend), "it would lie on curves or on the equal time"
+    assert legend.x1 <= figure.bbox.x1
 
 
 def test_an_error_that_the_table_does_not_trust_is_a_pale_point(found: Summary) -> None:

@@ -12,6 +12,7 @@ from equaltime.experiments.model.summary import StrategyResult
 from equaltime.experiments.report.captions import mean_of_runs, short_caption, this_run
 from equaltime.experiments.report.figures import draw_comparison
 from equaltime.experiments.report.pictures import Pictures, load_pictures
+from equaltime.experiments.report.words import EXTRAPOLATED
 from equaltime.statistics.intervals import Interval
 
 from .fake_summary import CONSTANTS, REPEATS, scene_result, strategy
@@ -68,6 +69,19 @@ def test_a_figure_for_papers_has_both_errors_above_the_crops(tmp_path: Path) -> 
     titles = [axes.get_title() for axes in figure.axes]
     wanted = [f"{one.label}\n{short_caption(one, scene.budget_s)}" for one in scene.strategies]
     assert [title for title in titles if title] == [scene.name, "reference", *wanted]
+
+
+def test_a_figure_for_papers_explains_the_marks_of_its_errors_and_no_other(tmp_path: Path) -> None:
+    scene = scene_result(tmp_path)
+    pictures = load_pictures(scene)
+    assert isinstance(pictures, Pictures)
+    star = f"{EXTRAPOLATED.strip()} extrapolated beyond the runs"
+    assert star not in draw_comparison(scene, pictures, scene.crops).get_supxlabel()
+    first, *others = scene.strategies
+    far = replace(
+        scene, strategies=(replace(first, error_at_budget=replace(first.error_at_budget, reach=1.2)), *others)
+    )
+    assert star in draw_comparison(far, pictures, far.crops).get_supxlabel()
 
 
 def test_what_is_not_known_is_left_out(best: StrategyResult) -> None:

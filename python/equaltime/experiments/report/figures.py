@@ -20,7 +20,7 @@ from equaltime.experiments.report.charts import curve_titles, draw_curves, draw_
 from equaltime.experiments.report.gallery import Window
 from equaltime.experiments.report.looks import GRID, INK, LIGHT, MUTED, Style
 from equaltime.experiments.report.pictures import Pictures
-from equaltime.experiments.report.words import percent, seconds
+from equaltime.experiments.report.words import meanings, percent, seconds
 from equaltime.extras import optional
 from equaltime.files import replacing
 from equaltime.images.preview import srgb_bytes
@@ -44,6 +44,10 @@ __all__ = [
 
 WIDE, NARROW, SMALL = (8.6, 4.6), (4.4, 4.0), (4.2, 2.9)
 """Width and height of a chart in inches: for a desktop, for a phone, and for one of many on a page."""
+_PAPER = (7.6, 4.0)
+"""Width and height in inches of a chart for papers, whose legend stands beside it."""
+_COLUMN = 1.5
+"""Inches of a crop's side, which the lines above it need."""
 _KINDS = {"pdf": {"CreationDate": None}, "png": {}}
 """File types and their metadata; without a date, so that equal figures give equal files."""
 _TRUETYPE = {"pdf.fonttype": 42, "ps.fonttype": 42}
@@ -202,7 +206,7 @@ def write_figures(
     are errors, drawn as horizontal lines. ``crops`` are windows (x, y, width, height) in pixels. ``looks`` gives
     colour, marker and line style by label of a strategy.
     """
-    drawn = {f"{slug}-curves": draw_curves(scene, targets, looks, (6.0, 4.0), legend=True)}
+    drawn = {f"{slug}-curves": draw_curves(scene, targets, looks, _PAPER, legend=True)}
     if pictures is not None and pictures.runs and crops:
         drawn[f"{slug}-crops"] = draw_comparison(scene, pictures, crops)
     return tuple(file for name, figure in drawn.items() for file in write_figure(figure, folder, name))
@@ -219,7 +223,7 @@ def draw_comparison(scene: SceneResult, pictures: Pictures, crops: Sequence[Wind
     height, width = pictures.reference.mean.shape[:2]
     left = len(crops) * width / height
     columns = 1 + len(shown)
-    size = (1.3 * (left + columns), 1.3 * len(crops) + 0.75)
+    size = (_COLUMN * (left + columns), _COLUMN * len(crops) + 0.9)
     figure: Figure = optional("matplotlib.figure").Figure(figsize=size, layout="constrained")
     grid = figure.add_gridspec(len(crops), 1 + columns, width_ratios=[left] + [1.0] * columns, wspace=0.02, hspace=0.02)
     whole = figure.add_subplot(grid[:, 0])
@@ -235,7 +239,7 @@ def draw_comparison(scene: SceneResult, pictures: Pictures, crops: Sequence[Wind
             _show(axes, srgb_bytes(image[y : y + h, x : x + w], pictures.stops), colour)
             if row == 0:
                 _title(axes, "reference" if column == 0 else _heading(shown[column - 1], scene.budget_s), 7)
-    figure.supxlabel(_crops_caption(scene), fontsize=7, color=INK).set_parse_math(False)
+    figure.supxlabel(_crops_caption(scene, shown), fontsize=7, color=INK).set_parse_math(False)
     return figure
 
 
@@ -243,12 +247,14 @@ def _heading(strategy: StrategyResult, budget: float) -> str:
     return "\n".join(filter(None, (strategy.label, short_caption(strategy, budget))))
 
 
-def _crops_caption(scene: SceneResult) -> str:
-    """Return the sentences on the times and errors above the crops of a scene."""
-    return (
-        "Each picture is one run at its end: first line, its own error and time.\nSecond line, as in the table: the "
-        f"error of all runs after the equal time, {seconds(scene.budget_s)}."
-    )
+def _crops_caption(scene: SceneResult, shown: Sequence[StrategyResult]) -> str:
+    """Return the sentences on the times and errors above the crops of a scene, and on the marks of these errors."""
+    lines = [
+        "Each picture is one run at its end: first line, its own error and time.",
+        f"Second line, as in the table: the error of all runs after the equal time, {seconds(scene.budget_s)}.",
+    ]
+    marks = meanings(short_caption(strategy, scene.budget_s) for strategy in shown)
+    return "\n".join([*lines, *(f"{mark.strip()} {meaning}." for mark, meaning in marks.items())])
 
 
 def _cycle(count: int) -> list[str]:
