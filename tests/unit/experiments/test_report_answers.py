@@ -10,14 +10,15 @@ import pytest
 from equaltime.experiments.model.summary import StrategyResult, Summary
 from equaltime.experiments.report.index import Card, write_index
 from equaltime.experiments.report.links import next_links
+from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.overlap import hidden_curves
 from equaltime.experiments.report.own import other_renderers
-from equaltime.experiments.report.tables import Table, TableRow
+from equaltime.experiments.report.tables import Table, TableRow, check_table
 from equaltime.experiments.report.telling import commands, is_quick
 from equaltime.experiments.report.words import Cell, same_cell, seconds_cell
 from equaltime.images.image_files import SOFTWARE
 from equaltime.statistics.curves import time_to_error
-from equaltime.statistics.intervals import UNKNOWN
+from equaltime.statistics.intervals import UNKNOWN, Interval
 
 from .fake_summary import summary
 from .made_up_runs import power_law
@@ -173,3 +174,22 @@ def test_the_page_of_all_experiments_names_it_too(found: Summary, tmp_path: Path
     one = with_renderer(replace(found, scenes=found.scenes[:1]))
     text = write_index([Card("mine", "A renderer of my own", "done", one)], tmp_path).read_text("utf-8")
     assert other_renderers(one)[0] in text
+
+
+def test_a_bias_whose_interval_excludes_0_beside_an_equal_picture_is_explained(tmp_path: Path) -> None:
+    plain = summary(tmp_path).scenes[0]
+    off = {"naive": Interval(-0.004, -0.006, -0.002), "cut": Interval(0.003, 0.002, 0.004), "best": None}
+    strategies = tuple(replace(one, bias=off[one.label]) for one in plain.strategies)
+    look = looks(list(off), "naive")
+    told = check_table("box", replace(plain, strategies=strategies), look)
+    assert [row.cells[3][0].note for row in told.rows] == [
+        "the interval excludes 0, as 1 of 20 does by chance: the test for an equal picture decides, which finds a "
+        "difference by chance in 1 of 1000 experiments, all rows and scenes together",
+        "biased by its settings, but too little for the test for an equal picture, which finds a difference by chance "
+        "in 1 of 1000 experiments, all rows and scenes together",
+        "",
+    ]
+    assert len(told.footnotes) == 2
+    found = check_table("box", replace(plain, strategies=tuple(replace(one, unequal=True) for one in strategies)), look)
+    for table in (check_table("box", plain, look), found):
+        assert not any("by chance" in note for note in table.footnotes)

@@ -24,8 +24,9 @@ from equaltime.experiments.report.words import (
     seconds,
     seconds_cell,
 )
+from equaltime.statistics.agreement import LEVEL
 from equaltime.statistics.curves import AGAINST_SAMPLES
-from equaltime.statistics.intervals import UNKNOWN, Interval, product_mean
+from equaltime.statistics.intervals import UNKNOWN, Interval, join, product_mean, sound
 
 __all__ = [
     "PAGE_NOTE",
@@ -233,7 +234,7 @@ def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Style]) -> Ta
             [plain_cell(curve.slope), *(Cell(_against(curve.slope)) for _ in axes[1:] if curve.slope.known)],
             [measured_cell(strategy.error_at_budget), *map(measured_cell, curve.error[-1:])],
             [_own_estimate(curve.own_estimate, strategy.biased)],
-            [_bias_cell(strategy.bias)],
+            [_beside_the_test(strategy)],
             [same_cell(strategy.picture_p, strategy.another_picture)],
         ]
         rows.append(label_row(scene, strategy, looks[strategy.label], cells))
@@ -261,6 +262,23 @@ def _bias_cell(bias: Interval | None) -> Cell:
     if bias.trusted and bias.low <= 0.0 < bias.high:
         return Cell("none found", f"(at most {percent(bias.high)})", bias.note)
     return error_cell(bias)
+
+
+def _beside_the_test(strategy: StrategyResult) -> Cell:
+    """Format a strategy's bias; a note explains an interval that excludes 0 where the test finds an equal picture."""
+    cell, bias = _bias_cell(strategy.bias), strategy.bias
+    if bias is None or strategy.picture_p is None or strategy.another_picture:
+        return cell
+    if not (sound(bias) and (bias.low > 0.0 or bias.high < 0.0)):
+        return cell
+    return replace(cell, note=join((cell.note, _BIASED_BY_LITTLE if strategy.biased else _BY_CHANCE)))
+
+
+_ALARMS = f"which finds a difference by chance in 1 of {1.0 / LEVEL:g} experiments, all rows and scenes together"
+_BY_CHANCE = f"the interval excludes 0, as 1 of 20 does by chance: the test for an equal picture decides, {_ALARMS}"
+"""Remark on a bias that is not told from 0."""
+_BIASED_BY_LITTLE = f"biased by its settings, but too little for the test for an equal picture, {_ALARMS}"
+"""Remark on a bias that is known to be one."""
 
 
 def point_table(slug: str, scene: SceneResult, looks: Mapping[str, Style]) -> Table:
