@@ -19,6 +19,7 @@ from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.tables import time_table
 from equaltime.experiments.report.words import factor_cell, plain_cell, seconds_cell
+from equaltime.statistics.curves import BELOW
 from equaltime.statistics.intervals import TOO_WIDE, UNKNOWN, Interval, product_mean
 from equaltime.statistics.runs import MISSING, TYPICAL
 
@@ -236,7 +237,9 @@ def test_a_time_without_a_ratio_stands_alone() -> None:
 
 def test_numbers_of_no_use_are_left_out_of_the_sentence() -> None:
     useless = replace(UNKNOWN, note=TOO_WIDE)
-    assert said((useless, useless), (useless, useless)) == f"No time to a given error can be trusted: {TOO_WIDE}."
+    lacking = f"No time to a given error can be trusted: {TOO_WIDE}."
+    longer = "What to do: longer runs (--budget), or more of them (--repeats)."
+    assert said((useless, useless), (useless, useless)) == f"{lacking} {longer}"
     found = scene((useless, useless), (useless, useless))
     other = replace(found, strategies=(*found.strategies, times(found.strategies[0], "mine", 2.0)))
     assert f"No time of best to a given error can be trusted: {TOO_WIDE}." in verdict([other], TARGETS)
@@ -244,6 +247,40 @@ def test_numbers_of_no_use_are_left_out_of_the_sentence() -> None:
         f"How much faster it is than naive cannot be told. Speed-up over naive: {TOO_WIDE}."
     )
     assert (str(seconds_cell(useless)), str(factor_cell(useless))) == ("cannot tell", "cannot tell")
+
+
+def test_without_any_time_the_runs_that_would_give_one_are_told() -> None:
+    """The equal time is 1 s, and the largest target 10 %."""
+    found = scene((UNKNOWN, UNKNOWN), (UNKNOWN, UNKNOWN))
+
+    def told(error: Interval, note: str = "") -> str:
+        times = dict.fromkeys(TARGETS, UNKNOWN.doubted(note))
+        strategies = [replace(one, error_at_budget=error, time_to=times) for one in found.strategies]
+        return " ".join(answer_of([replace(found, strategies=tuple(strategies))], TARGETS).notes)
+
+    error = Interval(0.3, 0.25, 0.35)
+    law = "would reach 10 %, if errors go on to fall as 1/sqrt(time)."
+    assert told(error) == f"What to do: runs of about 9 s (--budget) {law}"
+    assert told(error.bounded("low", "a tail")) == f"What to do: runs of at least 6.2 s (--budget) {law}"
+    assert told(Interval(0.08, 0.07, 0.09)) == "What to do: longer runs (--budget), or more of them (--repeats)."
+    assert told(error, BELOW) == "", "the reason says what to do"
+
+
+def test_a_biased_strategy_with_the_lowest_error_is_told_with_the_bias_that_it_keeps() -> None:
+    plain = scene((TIME, TIME), (RATIO, RATIO))
+    naive, best = (replace(one, error_at_budget=Interval(0.2, 0.19, 0.21)) for one in plain.strategies)
+    bias = Interval(0.017, 0.007, 0.022)
+    cut = replace(naive, label="cut", biased=True, error_at_budget=Interval(0.1, 0.09, 0.11), bias=bias)
+    found = replace(plain, strategies=(naive, cut, best))
+    lowest = "cut has the lowest measured error at equal time, and keeps a bias of"
+    never = "at any time: more time will not take its error below that."
+    for question in ("time", "bias"):
+        assert f"{lowest} 1.7 % (0.7 to 2.2) {never}" in verdict([found], TARGETS, question)
+    limit = replace(cut, bias=bias.bounded("high", "noise"))
+    assert f"{lowest} up to 2.2 % {never}" in verdict([replace(found, strategies=(naive, limit, best))], TARGETS)
+    assert "cut on box has the lowest" in verdict([found, found], TARGETS)
+    worse = replace(cut, error_at_budget=Interval(0.3, 0.2, 0.4))
+    assert "lowest" not in verdict([replace(found, strategies=(naive, worse, best))], TARGETS)
 
 
 def test_a_renderer_of_ones_own_is_told_beside_standard_and_baseline() -> None:

@@ -9,10 +9,10 @@ from equaltime.experiments.analysis.disagreement import NEGLIGIBLE, least_error,
 from equaltime.experiments.analysis.sentences import joined
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.statistics.in_words import probability
-from equaltime.statistics.intervals import UNKNOWN, Interval
+from equaltime.statistics.intervals import UNKNOWN, Interval, sound
 from equaltime.words import percent
 
-__all__ = ["differing_renderers", "other_pictures", "size_of"]
+__all__ = ["biased_leaders", "differing_renderers", "other_pictures", "size_of"]
 
 _Found = tuple[SceneResult, StrategyResult]
 
@@ -34,6 +34,31 @@ def other_pictures(scenes: Sequence[SceneResult]) -> tuple[str, ...]:
     if ours := [f"{_named(one, len(scenes))} {_probability(one[1])}" for one in found if one[1].renderer == "core"]:
         said.append(f"Unlike {standard}, by a bias or because few samples met some light: {', '.join(ours)}.")
     return tuple(filter(None, said))
+
+
+def biased_leaders(scenes: Sequence[SceneResult]) -> str:
+    """Return sentences on biased strategies with the lowest error at equal time; empty without any.
+
+    They tell the bias, below which the error of such a strategy never falls.
+    """
+    told = []
+    for scene in scenes:
+        measured = [one for one in scene.strategies if one.error_at_budget.value > 0.0]
+        first = min(measured, key=lambda one: one.error_at_budget.value, default=None)
+        if first is not None and first.biased:
+            on = f" on {scene.name}" if len(scenes) > 1 else ""
+            told.append(
+                f"{first.label}{on} has the lowest measured error at equal time, and {_kept(first.bias)} at any time: "
+                "more time will not take its error below that."
+            )
+    return " ".join(told)
+
+
+def _kept(bias: Interval | None) -> str:
+    """Return in words that a bias is kept, and how large it is."""
+    if bias is None or not (sound(bias) or bias.bound == "high"):
+        return "keeps a bias of unknown size"
+    return f"keeps a bias of {off_by(bias)}"
 
 
 def differing_renderers(scenes: Sequence[SceneResult]) -> str:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from equaltime.experiments.analysis.combination import combination_verdict
-from equaltime.experiments.analysis.pictures import other_pictures
+from equaltime.experiments.analysis.pictures import biased_leaders, other_pictures
 from equaltime.experiments.analysis.questions import bias_verdict, efficiency_verdict, samples_verdict
 from equaltime.experiments.analysis.sentences import Answer, across, compared, joined, less_time, listed, where
 from equaltime.experiments.analysis.winners import best_per_scene, fastest, is_own, quotient
@@ -22,7 +22,7 @@ from equaltime.statistics.curves import BETTER
 from equaltime.statistics.in_words import about, figure, in_time, span
 from equaltime.statistics.intervals import Interval, product_mean, sound, sound_below
 from equaltime.statistics.runs import MISSING, TYPICAL
-from equaltime.words import percent
+from equaltime.words import duration, percent
 
 __all__ = ["headline_target", "pick_standard", "verdict"]
 
@@ -52,10 +52,9 @@ def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Q
     The last choice is a speed-up of which only the lower limit is known, for example because the baseline does not
     reach the error. A note has the limits of the scenes that the answer leaves out: limits cannot be compared.
     """
-    doubts = _doubted_references(scenes)
     if question == "bias":
-        return bias_verdict(scenes, LEVEL).noted([doubts])
-    if question == "samples":
+        found = bias_verdict(scenes, LEVEL)
+    elif question == "samples":
         found = samples_verdict(scenes)
     elif question == "combination":
         found = combination_verdict(scenes)
@@ -63,7 +62,9 @@ def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Q
         found = efficiency_verdict(scenes).then(best_per_scene(scenes))
     else:
         found, _ = _answer_in_time(scenes, targets)
-    return replace(found, notes=(*([doubts] if doubts else ()), *found.notes)).noted(other_pictures(scenes))
+    different = () if question == "bias" else other_pictures(scenes)
+    found = replace(found, notes=()).noted([_doubted_references(scenes), *found.notes])
+    return found.noted([*different, biased_leaders(scenes)])
 
 
 def _doubted_references(scenes: Sequence[SceneResult]) -> str:
@@ -100,7 +101,7 @@ def _answer_in_time(scenes: Sequence[SceneResult], targets: Sequence[float]) -> 
                     return _with_own(answer, scenes, target), target
     alone = _time_alone(scenes, targets)
     if alone is None:
-        return _without_ratio(scenes, alone), None
+        return _without_ratio(scenes, alone).noted([_next_step(scenes, targets)]), None
     limits = _limits(scenes, alone[2]) if len(scenes) > 1 else ""
     answer = _without_ratio(scenes, alone).noted([limits]).then(fastest(scenes, alone[2]))
     return _with_own(answer, scenes, alone[2]), alone[2]
@@ -272,6 +273,32 @@ def _without_ratio(scenes: Sequence[SceneResult], alone: tuple[SceneResult, Stra
     why = next((s.notes for s in scene.strategies if s.label == scene.baseline), ()) or (strategy.ratio[target].note,)
     notes.append(f"Speed-up over {scene.baseline}: {why[0]}." if why[0] else "")
     return Answer(f"{answer} How much faster it is than {scene.baseline} cannot be told.").noted(notes)
+
+
+def _next_step(scenes: Sequence[SceneResult], targets: Sequence[float]) -> str:
+    """Return a sentence on the runs that would give a time to an error, by the standards' errors at equal time.
+
+    The budget is told for the largest target on the scene that needs the shortest runs. Errors are taken to fall as
+    1/sqrt(time), and a lower limit of an error gives a lower limit of the budget. The text is empty if the reason
+    already tells what to do.
+    """
+    if BETTER in _reason(scenes):
+        return ""
+    largest = max(targets)
+    found: list[tuple[float, SceneResult, bool]] = []
+    for scene, strategy in _standards(scenes):
+        error = strategy.error_at_budget
+        known = error.low if error.bound == "low" else error.value
+        if known > 0.0 and math.isfinite(known):
+            found.append((scene.budget_s * (known / largest) ** 2, scene, error.bound == "low"))
+    longer = [one for one in found if one[0] > one[1].budget_s]
+    if not longer or len(longer) < len(found):
+        return "What to do: longer runs (--budget), or more of them (--repeats)."
+    seconds, scene, is_limit = min(longer, key=lambda one: one[0])
+    least = "at least" if is_limit else "about"
+    on = f" on {scene.name}" if len(scenes) > 1 else ""
+    runs = f"runs of {least} {duration(float(f'{seconds:.2g}'))} (--budget)"
+    return f"What to do: {runs} would reach {percent(largest)}{on}, if errors go on to fall as 1/sqrt(time)."
 
 
 def _longer(reach: float, several: bool) -> str:

@@ -299,8 +299,8 @@ def _add_legend(axes: Axes, pale: bool) -> None:
         )
     if not axes.get_legend_handles_labels()[0]:
         return  # no strategy has a curve
-    beside = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}  # inside, it may lie on curves and lines
-    legend = axes.legend(frameon=False, labelcolor=INK, fontsize=9, **beside)
+    # beside the axes: inside, it may lie on curves and lines
+    legend = axes.legend(frameon=False, labelcolor=INK, fontsize=9, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     for text in legend.get_texts():
         text.set_text(text.get_text().removeprefix(_SHOWN))
         text.set_parse_math(False)  # dollar signs in a name are no formula

@@ -26,7 +26,7 @@ from equaltime.experiments.report.words import (
 )
 from equaltime.statistics.agreement import LEVEL
 from equaltime.statistics.curves import AGAINST_SAMPLES
-from equaltime.statistics.intervals import UNKNOWN, Interval, join, product_mean, sound
+from equaltime.statistics.intervals import UNKNOWN, Interval, join, product_mean
 
 __all__ = [
     "PAGE_NOTE",
@@ -269,7 +269,7 @@ def _beside_the_test(strategy: StrategyResult) -> Cell:
     cell, bias = _bias_cell(strategy.bias), strategy.bias
     if bias is None or strategy.picture_p is None or strategy.another_picture:
         return cell
-    if not (sound(bias) and (bias.low > 0.0 or bias.high < 0.0)):
+    if not (bias.trusted and (bias.low > 0.0 or bias.high < 0.0)):
         return cell
     return replace(cell, note=join((cell.note, _BIASED_BY_LITTLE if strategy.biased else _BY_CHANCE)))
 
