@@ -187,7 +187,7 @@ class SceneResult:
     reference_caveat: str = ""
     """Known limit of the reference besides its noise; empty if there is none."""
     reference_has_heavy_tail: bool = False
-    """Whether a few pixels make much of the reference's own error, so that `reference_error` cannot be trusted."""
+    """Whether one pixel makes much of the reference's own error, so that `reference_error` cannot be trusted."""
 
     def equal_samples(self, strategy: StrategyResult) -> int | None:
         """Return the samples per pixel at which a strategy's `fewer_samples` compares it with the baseline.
