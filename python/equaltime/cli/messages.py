@@ -149,7 +149,7 @@ class Written:
     def kept(self) -> str:
         """Sentence that names the copy of an earlier render at the same path; empty if there is none."""
         kept = [file for file in self.files if file.name.endswith("~")]
-        return f"the render that was there is kept as {kept[0]}" if kept else ""
+        return f"the render that was there is kept as {', '.join(map(str, kept))}" if kept else ""
 
 
 def doubts(result: Result, findings: Sequence[Finding] = (), forecast: str = "") -> list[str]:

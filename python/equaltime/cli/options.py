@@ -287,8 +287,9 @@ Overwrite = Annotated[
     bool,
     typer.Option(
         "--overwrite",
-        help="Replace FILE even if another program wrote it, or it shows another scene file. A render of the same "
-        "scene file is replaced without this option, and kept as FILE.exr~ if it took more than a minute.",
+        help="Replace FILE even if another program wrote or edited it, or it shows another scene file. A render of the "
+        "same scene file is replaced without this option: an EXR is kept as FILE.exr~ if it took more than a minute, "
+        "and a picture alone as FILE.png~.",
     ),
 ]
 

@@ -72,9 +72,8 @@ def outcome(
     if written.counted:
         yield written.counted
     if written.scale:
-        yield f"{written.files[-1 - bool(written.kept)]}: {written.scale}"
-    if told := written.kept or written.replaced:
-        yield told
+        yield f"{[file for file in written.files if not file.name.endswith('~')][-1]}: {written.scale}"
+    yield from filter(None, [written.kept, written.replaced])
     if resumable and (missed_error := _missed_error(result)):
         yield _how_to_reach(missed_error, result, written, quote)
     elif resumable and quote is not None:

@@ -6,9 +6,10 @@ it shows the image over a background, black by default.
 
 from __future__ import annotations
 
+import hashlib
 import math
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,14 +18,17 @@ from numpy.typing import NDArray
 
 from equaltime.images import image_files as images
 from equaltime.images.exposure import exposure_in_words
+from equaltime.images.reading import opened
 from equaltime.statistics.agreement import block_means
 
-__all__ = ["EXTENSIONS", "REPEAT", "SOURCE", "png_bytes", "reduced", "srgb_bytes", "write", "write_grey"]
+__all__ = ["EXTENSIONS", "REPEAT", "SOURCE", "is_edited", "png_bytes", "reduced", "srgb_bytes", "write", "write_grey"]
 
 SOURCE: Final = "equaltime:scene"
 """Name of the attribute in which a preview names the scene's file."""
 REPEAT: Final = "equaltime:repeat"
 """Name of the attribute in which a preview has what repeats its render, as JSON data."""
+_PIXELS: Final = "equaltime:pixels"
+"""Name of the attribute in which a PNG has the fingerprint of its pixels."""
 _LONGEST: Final = 60_000
 """Largest length of this attribute, in bytes: a comment of a JPEG has at most 65,533."""
 _FORMATS: Final = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg"}
@@ -99,7 +103,26 @@ def write(
         opaque = np.round(255.0 * np.clip(alpha, 0.0, 1.0)).astype(np.uint8)
         channels, pixels = (*images.RGB, "A"), np.dstack([srgb_bytes(image / weight, stops), opaque])
         attributes["oiio:UnassociatedAlpha"] = 1  # colours are already unmultiplied
+    if file_format == "png":
+        attributes[_PIXELS] = _fingerprint(pixels)
     images.write(path, file_format, [images.Layer(channels, pixels, attributes)])
+
+
+def is_edited(path: Path, attributes: Mapping[str, str]) -> bool:
+    """Tell whether the preview at ``path`` has other pixels than `write` gave it.
+
+    ``attributes`` are the file's texts. Only a PNG of this version or later can tell: a JPEG does not keep pixels
+    exactly. Raises `ImageError` if the file cannot be read.
+    """
+    if (written := attributes.get(_PIXELS)) is None:
+        return False
+    with opened(path, UnassociatedAlpha=1) as source:
+        pixels = source.read_image("uint8")
+        return pixels is None or _fingerprint(pixels) != written
+
+
+def _fingerprint(pixels: NDArray[np.uint8]) -> str:
+    return hashlib.sha256(np.ascontiguousarray(pixels)).hexdigest()[:16]
 
 
 def write_grey(path: Path, grey: NDArray[np.uint8], description: str = "", scene: str | None = None) -> None:

@@ -1,4 +1,4 @@
-"""Paths of a result's files, and checks before they are written: no scene file is replaced, and no long render lost."""
+"""Paths of a result's files, and checks before they are written: no scene file is replaced, and no work is lost."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Any, Final, Literal, NamedTuple, get_args
 from equaltime.errors import ImageError
 from equaltime.files import replacing
 from equaltime.images import image_files as images
-from equaltime.images.preview import EXTENSIONS, REPEAT, SOURCE
+from equaltime.images.preview import EXTENSIONS, REPEAT, SOURCE, is_edited
 from equaltime.images.reading import utf8
 from equaltime.rendering.render_file import read_record
 from equaltime.statistics.in_words import count
@@ -95,8 +95,9 @@ def check_replaceable(
 ) -> None:
     """Raise `ImageError` if an output file would replace a file of another program, or a render of another scene.
 
-    Renders of the same scene file may be replaced, even if the file has changed since. A scene that was made in memory
-    is known to be the same only by its digest.
+    Renders of the same scene file may be replaced, even if the file has changed since; `keep_work` then keeps what
+    would be lost. A picture that was edited since equaltime wrote it counts as another program's. A scene that was made
+    in memory is known to be the same only by its digest.
 
     Parameters
     ----------
@@ -130,6 +131,9 @@ def _of_others(places: Iterable[Path], scene: str | None, digest: str | None) ->
         if not record and not text.get("Software", "").startswith("equaltime "):
             yield place, "and is no render of equaltime's"
             continue
+        if is_edited(place, text):
+            yield place, "and was edited since equaltime wrote it"
+            continue
         theirs = record.get("scene", text.get(SOURCE))
         content = record.get("digest", _digest(text))
         if (digest is not None and content == digest) or (theirs is not None and _is_same(theirs, scene)):
@@ -141,11 +145,17 @@ def _of_others(places: Iterable[Path], scene: str | None, digest: str | None) ->
 
 def _digest(text: Mapping[str, str]) -> str | None:
     """Return the digest of the scene that a picture shows, from the picture's attributes; None if it is not told."""
+    digest = _repeat(text).get("digest")
+    return digest if isinstance(digest, str) else None
+
+
+def _repeat(text: Mapping[str, str]) -> Mapping[str, Any]:
+    """Return the data that repeat a picture's render, from the picture's attributes; empty if there are none."""
     with suppress(ValueError):
         repeat = json.loads(text.get(REPEAT, "null"))
-        if isinstance(repeat, dict) and isinstance(repeat.get("digest"), str):
-            return str(repeat["digest"])
-    return None
+        if isinstance(repeat, dict):
+            return repeat
+    return {}
 
 
 def _is_same(theirs: str, ours: str | None) -> bool:
@@ -166,27 +176,47 @@ def _attributes(path: Path) -> Mapping[str, str]:
     return {}
 
 
-def keep_work(path: Path, record: Mapping[str, Any]) -> Path | None:
-    """Copy the existing render at ``path`` to ``path~`` if more than a minute of rendering would be lost.
+def keep_work(paths: OutputPaths, record: Mapping[str, Any], scene: str | None, digest: str | None) -> tuple[Path, ...]:
+    """Copy renders of this scene that a new render would replace to ``NAME~``, and return the copies.
 
-    ``record`` is the JSON data on how the new render was made. Nothing is lost if the new render contains the samples
-    of the existing render. Only one copy is kept: an earlier ``path~`` is replaced.
+    An EXR is copied if more than a minute of rendering would be lost. A preview is copied, and the variance picture
+    with it, unless it belongs to the EXR beside it: a picture does not tell how long its render took. Nothing is lost
+    if the new render contains the samples of the existing render. An earlier ``NAME~`` is replaced.
 
-    Returns
-    -------
-    Path | None
-        Path of the kept render; None if it need not be kept.
+    Parameters
+    ----------
+    paths
+        Paths of the files that the new render writes.
+    record
+        JSON data on how the new render was made.
+    scene, digest
+        Scene of the new render, as in `check_replaceable`.
 
     Raises
     ------
     ImageError
-        If the existing render cannot be copied.
+        If an existing render cannot be copied.
     """
-    old = read_record(path)
-    seconds = old.get("seconds")
-    if not isinstance(seconds, int | float) or seconds <= _WORTH_KEEPING or _holds(record, old):
-        return None
-    return _copied(path, f"{seconds:.0f} s of rendering would be lost")
+    kept = []
+    if paths.exr is not None and paths.exr.exists():
+        old = read_record(paths.exr)
+        seconds = old.get("seconds")
+        if isinstance(seconds, int | float) and seconds > _WORTH_KEEPING and not _holds(record, old):
+            kept.append(_copied(paths.exr, f"{seconds:.0f} s of rendering would be lost"))
+    others = {place for place, _ in _of_others(paths.all, scene, digest)}
+    if paths.preview.exists() and paths.preview not in others and not _is_known(paths, record):
+        kept += [_copied(picture, "the picture would be lost") for picture in paths.pictures if picture.exists()]
+    return tuple(kept)
+
+
+def _is_known(paths: OutputPaths, record: Mapping[str, Any]) -> bool:
+    """Tell whether the existing preview shows the render in the EXR to be written, or samples of the new render."""
+    text = _attributes(paths.preview)
+    saved = "" if paths.exr is None else _attributes(paths.exr).get("ImageDescription", "")
+    if saved and text.get("ImageDescription", "").startswith(saved):
+        return True
+    repeat = _repeat(text)
+    return bool(repeat) and _holds(record, repeat)
 
 
 def _copied(path: Path, lost: str) -> Path:
@@ -218,7 +248,7 @@ def replaced(new: Mapping[str, Any], old: Mapping[str, Any]) -> str:
 def _holds(new: Mapping[str, Any], old: Mapping[str, Any]) -> bool:
     """Tell whether a render has all samples of another one."""
     same = all(new.get(key) == old.get(key) for key in ("digest", "strategy", "without", "crop"))
-    return same and _seeds(old) <= _seeds(new) and old.get("paths", 0) <= new.get("paths", 0)
+    return same and _seeds(old) <= _seeds(new) and old.get("spp", 0) <= new.get("spp", 0)
 
 
 def _seeds(record: Mapping[str, Any]) -> set[Any]:

@@ -280,7 +280,8 @@ class Result:
             film asks for (`FilmPicture`). A preview ``NAME.png`` is written beside the EXR, in sRGB, with alpha if the
             film asks for alpha. A path ``NAME.png`` or ``NAME.jpg`` gets the preview alone; a JPEG has no alpha and
             shows the image over ``background`` or over black. An existing render that took more than a minute is kept
-            as ``NAME.exr~``, unless this render contains its samples (was resumed from it).
+            as ``NAME.exr~``, unless this render contains its samples (was resumed from it). A preview of another render
+            is kept as ``NAME.png~``, unless it belongs to the EXR beside it.
         small
             Leave out of the EXR the data for resuming and merging, and the outputs beside the image. Round the image to
             11 significant bits (0.02 %).
@@ -292,9 +293,9 @@ class Result:
             Further pictures. ``variance`` writes ``NAME.variance.png``, the variance of one sample in grey, darker
             where it is higher, on a logarithmic scale that its description states.
         overwrite
-            Replace files of other programs, and renders of other scenes, without keeping them. Else each is kept as
-            ``NAME~``. A scene made in memory is another one unless its content is equal; a scene file is the same one
-            even if it has changed.
+            Replace files of other programs, edited PNGs, and renders of other scenes, without keeping them. Else each
+            is kept as ``NAME~``. A scene made in memory is another one unless its content is equal; a scene file is
+            the same one even if it has changed.
         background
             Linear RGB colour behind the transparent parts of the preview, which then has no alpha. The exposure does
             not change it. None keeps the alpha of a PNG.
@@ -312,10 +313,10 @@ class Result:
             raise ValueError(f"background is a linear colour (red, green, blue), found {background!r}")
         variance = None if paths.variance is None else self._known_variance()
         description = f"{self._summary()}; {self.origin.strategy}"
-        kept = () if overwrite else keep_others(paths.all, self.origin.scene, self.origin.digest)
+        ours = (self.origin.scene, self.origin.digest)
+        others = () if overwrite else keep_others(paths.all, *ours)
+        kept = dict.fromkeys((*others, *keep_work(paths, self.record, *ours)))
         if paths.exr is not None:
-            if not kept and (work := keep_work(paths.exr, self.record)) is not None:
-                kept = (work,)
             self.file.write(paths.exr, description, small)
         repeat = to_repeat(self.record, stops, background, self.saved if paths.exr is None else None)
         preview.write(paths.preview, self.image, description, self.origin.scene, self._alpha, stops, repeat, background)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import OpenImageIO as oiio  # noqa: N813
 import pytest
 
 import equaltime as et
@@ -210,7 +211,7 @@ def test_saving_a_result_keeps_renders_of_other_scenes(scene: Path, tmp_path: Pa
     assert kept in of_dict.save(output, small)
     assert kept.read_bytes() == before
     kept.unlink()
-    et.render(in_memory(3.0), spp=4, seed=1).save(output, small, aov=["variance"])
+    et.render(in_memory(3.0), spp=8).save(output, small, aov=["variance"])
     et.render(in_memory(2.0), spp=4).save(output, small, overwrite=True)
     assert not kept.exists()
     before = output.read_bytes()
@@ -274,6 +275,70 @@ def test_more_than_a_minute_of_rendering_is_kept_beside(
     seconds(path, result, 500.0)
     assert main(["render", str(scene), "-o", str(path), "--spp", "1", "-q"]) == 0
     assert read_picture(kept).record["seconds"] == 500.0, "one backup"
+
+
+@pytest.mark.parametrize("name", ["out.png", "out.jpg"])
+def test_a_picture_of_another_render_is_kept(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    path, kept = tmp_path / name, tmp_path / f"{name}~"
+
+    def told(*options: str) -> list[str]:
+        assert main(["render", str(scene), "-o", str(path), *options]) == 0
+        return [line for line in capsys.readouterr().out.splitlines() if "was there" in line]
+
+    assert told("--spp", "2") == []
+    assert told("--spp", "4") == []  # it has all samples of the earlier picture
+    assert told("--spp", "4", "--exposure", "1") == []
+    assert not kept.exists()
+    for change in (["--spp", "2"], ["--spp", "2", "--seed", "5"], ["--spp", "2", "--size", "3x2"]):
+        before = path.read_bytes()
+        assert told(*change) == [f"the render that was there is kept as {kept}"]
+        assert kept.read_bytes() == before
+    scene.write_text(HEAD + "radiance = 2.0\n")
+    assert told("--spp", "9") == [f"the render that was there is kept as {kept}"]
+
+
+def test_a_preview_goes_with_its_own_exr_alone(scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    output, preview, kept = tmp_path / "out.exr", tmp_path / "out.png", tmp_path / "out.png~"
+
+    def told(path: Path, *options: str) -> list[str]:
+        assert main(["render", str(scene), "-o", str(path), *options]) == 0
+        return [line for line in capsys.readouterr().out.splitlines() if "was there" in line]
+
+    assert told(output, "--spp", "2") == []
+    assert told(output, "--spp", "8", "--resume") == []
+    assert [line.split(" is ")[1].split(",")[0] for line in told(output, "--spp", "2", "--seed", "3")] == ["replaced"]
+    assert not kept.exists()
+    own = preview.read_bytes()
+    assert told(preview, "--spp", "2", "--seed", "4") == [f"the render that was there is kept as {kept}"]
+    assert kept.read_bytes() == own
+    other = preview.read_bytes()
+    assert told(output, "--spp", "4", "--seed", "3", "--resume") == [f"the render that was there is kept as {kept}"]
+    assert kept.read_bytes() == other
+
+
+@pytest.mark.parametrize("name", ["out.exr", "out.png"])
+@pytest.mark.parametrize("transparent", [False, True])
+def test_an_edited_picture_is_not_replaced(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, transparent: bool
+) -> None:
+    preview, change = tmp_path / "out.png", ["--transparent"] * transparent
+    command = ["render", str(scene), "-o", str(tmp_path / name), *OPTIONS, *change]
+    assert main(command) == 0
+    assert main(command) == 0
+    edited = oiio.ImageBuf(str(preview))  # which keeps all texts
+    edited.setpixel(0, 0, (0.1, 0.2, 0.3, 0.4)[: edited.nchannels])
+    assert edited.write(str(preview))
+    before = preview.read_bytes()
+    for more in [[], ["--resume"]] if name == "out.exr" else [[]]:
+        refused(f"{preview}: is there already, and was edited since equaltime wrote it", [*command, *more], capsys)
+    result = et.render(scene, spp=2)
+    assert preview.with_name("out.png~") in result.save(tmp_path / name)
+    assert preview.with_name("out.png~").read_bytes() == before
+    preview.write_bytes(before)
+    assert main([*command, "--overwrite"]) == 0
+    assert preview.read_bytes() != before
 
 
 def test_a_short_render_is_not_replaced_silently(
