@@ -122,7 +122,7 @@ def is_edited(path: Path, attributes: Mapping[str, str]) -> bool:
 
 
 def _fingerprint(pixels: NDArray[np.uint8]) -> str:
-    return hashlib.sha256(np.ascontiguousarray(pixels)).hexdigest()[:16]
+    return hashlib.sha256(pixels.tobytes()).hexdigest()[:16]
 
 
 def write_grey(path: Path, grey: NDArray[np.uint8], description: str = "", scene: str | None = None) -> None:
