@@ -9,7 +9,7 @@ from equaltime.quoting.law import Law
 from equaltime.quoting.light_parts import lamp
 from equaltime.quoting.noise_light import NoiseLight
 from equaltime.quoting.noise_places import NoisePlaces
-from equaltime.quoting.pilot import FEWEST, Quote
+from equaltime.quoting.pilot import FEWEST, USUAL_SECONDS, Quote
 from equaltime.rendering.stated import stated
 from equaltime.statistics.in_words import count, megabytes, rounded
 from equaltime.statistics.intervals import Interval
@@ -22,6 +22,9 @@ _LOOKS = {0.10: "grainy, for a layout", 0.05: "some grain, for a preview", 0.02:
 _WORTH_SAYING = 0.05
 """Smallest share of error² that the short answer names."""
 _MOST_LIGHTS = 3
+_WIDE = 4.0
+"""Upper over lower end of a time's interval, beyond which the answer says how to predict the time more closely."""
+_MORE = "-v tells more"
 _SAME_SAMPLES = (
     "this quote has rendered these samples: a render with the same seed takes them again, and states about this error"
 )
@@ -49,7 +52,23 @@ def answer(found: Quote, asked: Asked, verbose: bool = False) -> list[str]:
     lines = [*_asked(found, asked), *_doubt(found), *_biased(found), *_prices(found), *_noise(found)]
     if found.interrupted:
         lines.append(f"interrupted: the quote is from the {found.law.samples} samples a pixel until then")
-    return [*lines, f"This quote took {duration(found.pilot_seconds)}{'.' if verbose else '; -v tells more.'}"]
+    end = filter(
+        None, (f"This quote took {duration(found.pilot_seconds)}", _closer(found, asked), "" if verbose else _MORE)
+    )
+    return [*lines, f"{'; '.join(end)}."]
+
+
+def _closer(found: Quote, asked: Asked) -> str:
+    """Return how to predict a small error's time more closely, if its interval is wide and a longer test may be made.
+
+    The test takes a share of the render's time, so that quotes for different limits differ within their intervals.
+    """
+    smallest = min(_LOOKS)
+    price = found.prices.get(smallest)
+    longest = found.pilot_seconds >= USUAL_SECONDS or (asked.error is not None and asked.error <= smallest)
+    if price is None or longest or price.high <= _WIDE * price.low:
+        return ""
+    return f"--error {100.0 * smallest:g}% predicts more closely, by a longer test"
 
 
 def _doubt(found: Quote) -> Iterator[str]:
@@ -149,7 +168,8 @@ def _light(light: NoiseLight) -> str:
 
 
 def _largest(shares: Mapping[str, Interval]) -> str:
-    """Return the largest shares in whole per cent; shares that are too small to be measured are left out."""
+    """Return the largest shares in whole per cent, and the rest if it is more than rounding."""
     ordered = sorted(shares.items(), key=lambda item: -item[1].value)[:_MOST_LIGHTS]
-    told = [f"{what} {min(share.value, 1.0):.0%}".replace("%", " %") for what, share in ordered]
-    return ", ".join(words for words, (_, share) in zip(told, ordered, strict=True) if share.value >= _WORTH_SAYING)
+    told = {what: round(100.0 * min(share.value, 1.0)) for what, share in ordered if share.value >= _WORTH_SAYING}
+    rest = 100 - sum(told.values())
+    return ", ".join(f"{what} {share} %" for what, share in (told | ({"the rest": rest} if rest > 1 else {})).items())

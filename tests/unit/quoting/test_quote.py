@@ -219,6 +219,39 @@ def test_a_doubt_stands_in_the_second_line() -> None:
     assert not any(line.startswith("in doubt") for line in answer(found, asked))
 
 
+def test_a_wide_interval_is_told_with_the_way_to_a_closer_one() -> None:
+    """Quotes for different limits have tests of different lengths, and so differ within their intervals."""
+    found = et.quote(et.load(SCENE).with_(size=(32, 32)), error=0.3, why=False)
+
+    def last(low: float, high: float, error: float | None = 0.3, seconds: float = 1.0) -> str:
+        prices = {0.01: Interval(20.0, low, high)}
+        return answer(replace(found, prices=prices, pilot_seconds=seconds), Asked(None, error))[-1]
+
+    closer = "This quote took 1 s; --error 1% predicts more closely, by a longer test; -v tells more."
+    assert last(10.0, 41.0) == last(10.0, 41.0, None) == closer
+    plain = "This quote took 1 s; -v tells more."
+    assert last(10.0, 40.0) == last(10.0, 41.0, 0.01) == plain
+    assert last(10.0, 41.0, seconds=10.0) == plain.replace("1 s", "10 s")
+
+
+def test_shares_of_light_sum_to_all_of_the_noise() -> None:
+    found = et.quote(et.load(SCENE).with_(size=(32, 32)), error=0.3, why=True)
+    light = found.light
+    assert light is not None
+
+    def told(direct: float, indirect: float) -> str:
+        shares = [Interval(share, share, share) for share in (direct, indirect, 1.0 - direct - indirect)]
+        named = dict(zip(("direct", "indirect", "seen"), shares, strict=True))
+        changed = replace(light, kinds={**light.kinds, "light": {}}, doubt="", **named)
+        (line,) = [line for line in answer(replace(found, light=changed), Asked(None, 0.3)) if line.startswith("Which")]
+        return line.removeprefix("Which light makes it: ")
+
+    assert told(0.93, 0.05) == "direct 93 %, indirect 5 %, the rest 2 %"
+    assert told(0.39, 0.60) == "indirect 60 %, direct 39 %"  # as far as rounding goes
+    assert told(0.97, 0.01) == "direct 97 %, the rest 3 %"
+    assert told(1.2, -0.3) == "direct 100 %, seen by the camera 10 %"
+
+
 def test_the_record_of_a_render_has_its_quote_or_why_there_is_none(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
