@@ -12,7 +12,7 @@ from equaltime.cli.messages import Written, print_lines, print_warnings
 from equaltime.cli.options import Define, ExposureStops, Substitute, parse_background, parse_definitions
 from equaltime.errors import ImageError
 from equaltime.images import preview
-from equaltime.images.exposure import Exposure
+from equaltime.images.exposure import AUTO, Exposure
 from equaltime.images.image_files import PICTURES
 from equaltime.rendering.output_files import check_spares
 from equaltime.rendering.saved import read
@@ -110,8 +110,9 @@ def _picture_of(saved: Path, output: Path, exposure: Exposure, background: Seque
         raise typer.BadParameter(f"{saved} has no alpha: render it with --transparent", param_hint="--background")
     files = result.save(output, exposure=exposure, background=background, overwrite=True)
     if not quiet:
-        written = Written(files, result.exposure(exposure), result.exposure())
-        print_lines([f"wrote {written}", *filter(None, [written.counted])])
+        opaque = exposure == AUTO and alpha is not None
+        written = Written(files, result.exposure(exposure), result.exposure(), opaque=opaque)
+        print_lines([f"wrote {written}", *filter(None, [written.counted, written.kept])])
         if alpha is not None and (alpha < 1.0).any() and background is None and output.suffix.lower() != ".png":
             print_lines([_BLACK])
     return 0

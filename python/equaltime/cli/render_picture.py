@@ -32,7 +32,7 @@ from equaltime.cli.messages import (
 from equaltime.cli.progress import progress_bar
 from equaltime.cli.render_outcome import details, nothing_added, outcome
 from equaltime.errors import BrightImage, ImageError, RenderError, SampleError
-from equaltime.images.exposure import Exposure
+from equaltime.images.exposure import AUTO, Exposure
 from equaltime.images.variance_picture import is_known, scale_in_words
 from equaltime.interrupts import held_back
 from equaltime.quoting.observer import Observer
@@ -167,7 +167,8 @@ def render_picture(
             raise failure.with_result(result, str(output))
         if viewer is not None and viewer.problem is not None:
             print_warning(viewer.problem)
-        written = Written(files, stops, result.exposure(), scale, replaced(result.record, old))
+        opaque = order.exposure == AUTO and result.origin.picture.alpha
+        written = Written(files, stops, result.exposure(), scale, opaque, replaced(result.record, old))
         teller.tell(result, scene, writing, written)
     if failure is not None:
         raise failure.with_words(*order.words)

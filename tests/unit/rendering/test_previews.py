@@ -56,6 +56,26 @@ def test_a_dark_picture_is_shown_brighter_and_its_data_stay(scene: Path, tmp_pat
     assert not (tmp_path / "c.png").exists()
 
 
+def test_an_exposure_of_the_opaque_parts_alone_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "dark.toml"
+    file.write_text(f"""{DIM.replace("0.04", "1.0")}
+[ball]
+type = "sphere"
+center = [0.0, 0.0, 8.0]
+bsdf = {{ type = "diffuse", reflectance = 0.02 }}
+""")
+    render = ["render", str(file), "-o", str(tmp_path / "a.exr"), "--spp", "4", "--size", "32x32"]
+    said = " (5 stops brighter for what is not transparent)\n"
+    assert main(render) == 0
+    assert "stops brighter" not in capsys.readouterr().out
+    assert main([*render, "--transparent"]) == 0
+    assert f"a.png{said}" in capsys.readouterr().out
+    assert main(["convert", str(tmp_path / "a.exr"), str(tmp_path / "b.png")]) == 0
+    assert f"b.png{said}" in capsys.readouterr().out
+    assert main([*render, "--transparent", "--exposure", "5"]) == 0
+    assert "a.png (5 stops brighter)\n" in capsys.readouterr().out
+
+
 def test_a_notebook_shows_what_the_file_shows(scene: Path, tmp_path: Path) -> None:
     result = et.render(scene, spp=2)
     (tmp_path / "shown.png").write_bytes(result._repr_png_())
