@@ -10,7 +10,7 @@ import typer
 from rich.table import Table
 
 from equaltime.bench import Benchmark, Measurement, measure
-from equaltime.cli.messages import plain_console, print_json, print_line, print_warnings
+from equaltime.cli.messages import plain_console, print_json, print_line, print_remarks
 from equaltime.cli.options import AsJson, Define, MaxDepth, Size, Substitute, Verbose, parse_definitions, parse_whole
 from equaltime.cli.progress import progress_bar
 from equaltime.rendering.job import MOST_THREADS
@@ -88,7 +88,7 @@ def bench(
         load_file(path, definitions, substitute=substitute).with_(size=size, max_depth=max_depth) for path in scenes
     ]
     for scene in loaded:
-        print_warnings(scene)
+        print_remarks(scene)
     with progress_bar() as progress:
         report = measure(loaded, threads=threads, repeats=repeats, spp=spp, strategy=chosen, progress=progress)
     if as_json:

@@ -9,7 +9,7 @@ import numpy as np
 import typer
 
 from equaltime.cli.effects_table import print_effects
-from equaltime.cli.messages import print_json, print_warnings
+from equaltime.cli.messages import print_json, print_remarks
 from equaltime.cli.options import (
     AsJson,
     Define,
@@ -72,7 +72,7 @@ def effects(
         _check_folder(output)
         places = (path for path in output.iterdir() if path.suffix in (".exr", ".png"))
         check_spares(places, loaded.files, "the scene is made of this file")
-    print_warnings(loaded)
+    print_remarks(loaded)
     loaded = loaded.with_(max_depth=max_depth)
     with progress_bar() as progress:
         found = measure_effects(

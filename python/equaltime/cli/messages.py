@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import shlex
 import sys
 import tempfile
 import warnings
@@ -54,6 +55,7 @@ __all__ = [
     "print_lines",
     "print_no_quote",
     "print_quote",
+    "print_remarks",
     "print_warning",
     "print_warnings",
     "selects_images",
@@ -128,12 +130,16 @@ class Written:
     """Automatic exposure of the preview in stops; None if it is not to be compared with ``stops``."""
     scale: str = ""
     """Scale of the picture of the variance, in words; empty if there is no such picture."""
+    opaque: bool = False
+    """Whether the exposure was chosen from the opaque parts of the preview alone."""
     replaced: str = ""
     """Sentence on an earlier render at the same path that was replaced and not kept; empty if there is none."""
 
     def __str__(self) -> str:
         """Return the names of the files, with the exposure of the preview if it is not 0."""
         shown = exposure_in_words(self.stops)
+        if shown and self.opaque:
+            shown += " for what is not transparent"
         names = [str(file) for file in self.files if not file.name.endswith("~")]
         preview = next((i for i, name in enumerate(names) if not name.lower().endswith(".exr")), None)
         if shown and preview is not None:
@@ -261,6 +267,19 @@ def print_warnings(scene: Scene) -> None:
     """Print each kind of warning of the scene once to stderr, as ``warning: …``, with a count of those like it."""
     for warning in once_each(scene.warnings):
         print_warning(warning)
+
+
+def print_remarks(scene: Scene) -> None:
+    """Print one line to stderr on the warnings of the scene: the warning itself, or how many kinds `lint` lists.
+
+    For commands that write no picture: `render` and `convert` print all of them.
+    """
+    kinds = once_each(scene.warnings)
+    if len(kinds) > 1 and scene.source is not None:
+        told = shlex.join(("equaltime", "lint", str(scene.source)))
+        kinds = [f"{len(kinds)} kinds of remarks on how the file was read; see {told}"]
+    for line in kinds:
+        print_warning(line)
 
 
 def once_each(warnings: Sequence[str]) -> list[str]:

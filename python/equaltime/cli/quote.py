@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from equaltime.cli.lines import in_columns
-from equaltime.cli.messages import print_aside, print_connecting, print_json, print_lines, print_warnings
+from equaltime.cli.messages import print_aside, print_connecting, print_json, print_lines, print_remarks
 from equaltime.cli.options import (
     AsJson,
     Crop,
@@ -104,7 +104,7 @@ def quote(
     * `equaltime quote scene.toml --time 30s --size 1920x1080`
     """
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
-    print_warnings(loaded)
+    print_remarks(loaded)
     loaded = loaded.with_(size=size, crop=crop, max_depth=max_depth)
     chosen = Strategy.parse(strategy)
     if (expected := seconds_of_pilot(loaded, chosen, threads)) > USUAL_SECONDS:

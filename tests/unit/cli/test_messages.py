@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 import equaltime as et
-from equaltime.cli.messages import doubts, once_each, print_error, while_heard
+from equaltime.cli import main
+from equaltime.cli.messages import doubts, once_each, print_error, print_remarks, while_heard
 from equaltime.film.focus import Focus
 from equaltime.words import duration, seconds_of
 
@@ -63,6 +64,28 @@ def test_warnings_that_differ_by_place_or_file_name_alone_are_told_once() -> Non
     ]
     told = once_each([lost[0], other[0], *lost[1:], other[1]])
     assert told == [f"{lost[0]} (and 2 more like it: lint -v)", *other]
+
+
+def test_commands_without_a_picture_tell_many_remarks_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mesh = tmp_path / "a shape.obj"
+    mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n")
+
+    def told(*command: str) -> list[str]:
+        assert main([*command, "--size", "8x8"]) == 0
+        return [line for line in capsys.readouterr().err.splitlines() if line.startswith("warning")]
+
+    in_full = told("render", str(mesh), "-o", str(tmp_path / "a.png"), "--spp", "2")
+    assert len(in_full) > 1
+    short = [f"warning: {len(in_full)} kinds of remarks on how the file was read; see equaltime lint '{mesh}'"]
+    assert told("quote", str(mesh), "--error", "50%", "--no-why") == short
+    assert told("effects", str(mesh), "--quick") == short
+    assert main(["lint", str(mesh)]) == 0
+    listed = capsys.readouterr().out
+    assert all(line.removeprefix("warning: ") in listed for line in in_full)
+    print_remarks(replace(et.load(mesh), warnings=("only this",)))
+    assert capsys.readouterr().err == "warning: only this\n"
 
 
 RARE = "light that 12.5 samples a pixel have not met is not in the error"
