@@ -47,6 +47,8 @@ PICTURES: Final = (*RENDERED, ".hdr", ".pfm", ".tif", ".tiff", ".webp", ".bmp", 
 _SOFTWARE = ("Software", "generatedBy")
 """Attributes that name the program that wrote a file: the usual attribute, then Mitsuba's."""
 _OURS = "equaltime:"
+_TEXTS: Final = 1 << 17
+"""Room for the texts of a picture, in bytes: its tag has at most 60,000."""
 _REC709 = (0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329)
 """Chromaticities x, y of red, green, blue and white (ITU-R BT.709)."""
 
@@ -204,16 +206,31 @@ def write(path: Path, file_format: str, parts: Sequence[Layer], window: Window |
         raise ImageError(f"{path}: cannot write: {said}")
     try:
         with replacing(path) as temporary:
+            if file_format != "openexr":  # on a full disk libpng ends a file early in silence, libjpeg the process
+                temporary.write_bytes(bytes(sum(part.pixels.nbytes for part in parts) + _TEXTS))
             done = output.open(str(temporary), specs if len(specs) > 1 else specs[0])
             for i, part in enumerate(parts):
                 done = done and (i == 0 or output.open(str(temporary), specs[i], "AppendSubimage"))
                 done = done and output.write_image(np.ascontiguousarray(part.pixels))
             # closing writes buffered data, so it can fail too
             if not (output.close() and done):
-                said = complaint(output) or "the file could not be completed"
+                said = _refusal(temporary) or complaint(output) or "the file could not be completed"
                 raise ImageError(f"{path}: cannot write: {said}")
     except OSError as error:
         raise ImageError(f"{path}: {error.strerror or error}") from error
+
+
+def _refusal(file: Path) -> str:
+    """Return why the system takes no more data at the end of ``file``, such as a full disk; empty if it takes more.
+
+    OpenImageIO does not tell the reason.
+    """
+    try:
+        with file.open("ab") as end:
+            end.write(bytes(1 << 16))
+    except OSError as error:
+        return error.strerror or str(error)
+    return ""
 
 
 def check_writable(path: Path, extensions: tuple[str, ...]) -> None:

@@ -119,6 +119,31 @@ def test_a_full_disk_leaves_the_old_file_alone(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [path]
 
 
+@pytest.mark.parametrize(("name", "file_format"), [("out.exr", "openexr"), ("out.png", "png"), ("out.jpg", "jpeg")])
+def test_a_full_disk_is_told_as_the_system_tells_it(tmp_path: Path, name: str, file_format: str) -> None:
+    """libpng would leave half a picture without an error, and libjpeg would end the process."""
+    path = tmp_path / name
+    path.write_bytes(b"old")
+    noise = np.random.default_rng(1).integers(0, 256, (300, 300, 3), np.uint8)
+    layer = images.Layer(images.RGB, noise if file_format != "openexr" else noise.astype(np.float32), {})
+    for limit in (20_000, 100_000):
+        with files_limited_to(limit), pytest.raises(ImageError, match=rf"{name}: (cannot write: )?File too large"):
+            images.write(path, file_format, [layer])
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]
+    images.write(path, file_format, [layer])
+    assert images.read(path).image.shape == (300, 300, 3)
+
+
+@pytest.mark.parametrize(("name", "file_format"), [("out.png", "png"), ("out.jpg", "jpeg")])
+def test_a_picture_of_pure_noise_is_not_larger_than_its_pixels(tmp_path: Path, name: str, file_format: str) -> None:
+    """That much room is asked of the disk before a picture is written."""
+    noise = np.random.default_rng(2).integers(0, 256, (200, 300, 3), np.uint8)
+    attributes = {"compression": "jpeg:95", "jpeg:subsampling": "4:4:4"} if file_format == "jpeg" else {}
+    images.write(tmp_path / name, file_format, [images.Layer(images.RGB, noise, attributes)])
+    assert (tmp_path / name).stat().st_size < noise.nbytes + 4096
+
+
 def test_a_disk_that_complains_only_when_it_is_asked_leaves_the_old_file_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
