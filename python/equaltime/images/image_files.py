@@ -214,7 +214,8 @@ def write(path: Path, file_format: str, parts: Sequence[Layer], window: Window |
                 done = done and output.write_image(np.ascontiguousarray(part.pixels))
             # closing writes buffered data, so it can fail too
             if not (output.close() and done):
-                said = _refusal(temporary) or complaint(output) or "the file could not be completed"
+                said = complaint(output) or "the file could not be completed"
+                said = _refusal(temporary) or said
                 raise ImageError(f"{path}: cannot write: {said}")
     except OSError as error:
         raise ImageError(f"{path}: {error.strerror or error}") from error

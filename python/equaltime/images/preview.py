@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from equaltime.images import image_files as images
 from equaltime.images.exposure import exposure_in_words
-from equaltime.images.reading import opened
+from equaltime.images.reading import complaint, excess, opened
 from equaltime.statistics.agreement import block_means
 
 __all__ = ["EXTENSIONS", "REPEAT", "SOURCE", "is_edited", "png_bytes", "reduced", "srgb_bytes", "write", "write_grey"]
@@ -117,7 +117,8 @@ def is_edited(path: Path, attributes: Mapping[str, str]) -> bool:
     if (written := attributes.get(_PIXELS)) is None:
         return False
     with opened(path, UnassociatedAlpha=1) as source:
-        pixels = source.read_image("uint8")
+        pixels = None if excess(source.spec(), path) else source.read_image("uint8")
+        complaint(source)  # or OpenImageIO prints it when the process ends
         return pixels is None or _fingerprint(pixels) != written
 
 

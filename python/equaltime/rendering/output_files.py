@@ -215,8 +215,10 @@ def _is_known(paths: OutputPaths, record: Mapping[str, Any]) -> bool:
     saved = "" if paths.exr is None else _attributes(paths.exr).get("ImageDescription", "")
     if saved and text.get("ImageDescription", "").startswith(saved):
         return True
-    repeat = _repeat(text)
-    return bool(repeat) and _holds(record, repeat)
+    with suppress(TypeError, AttributeError):  # a damaged tag
+        repeat = _repeat(text)
+        return bool(repeat) and _holds(record, repeat)
+    return False
 
 
 def _copied(path: Path, lost: str) -> Path:

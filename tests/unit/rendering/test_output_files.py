@@ -277,6 +277,16 @@ def test_more_than_a_minute_of_rendering_is_kept_beside(
     assert read_picture(kept).record["seconds"] == 500.0, "one backup"
 
 
+def test_a_long_render_is_kept_also_where_its_preview_is_no_render(scene: Path, tmp_path: Path) -> None:
+    path, result = tmp_path / "out.exr", et.render(scene, spp=2)
+    seconds(path, result, 61.0)
+    (tmp_path / "out.png").write_bytes(b"a diary")
+    kept = et.render(scene, spp=2, seed=1).save(path)[2:]
+    assert kept == (tmp_path / "out.png~", tmp_path / "out.exr~")
+    assert kept[0].read_bytes() == b"a diary"
+    assert read_picture(kept[1]).record["seconds"] == 61.0
+
+
 @pytest.mark.parametrize("name", ["out.png", "out.jpg"])
 def test_a_picture_of_another_render_is_kept(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
