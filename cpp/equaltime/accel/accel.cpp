@@ -24,7 +24,12 @@ namespace {
 constexpr std::size_t kHighQualityTriangles = 1'000'000;
 /// The place of spheres among the geometries that are no meshes.
 constexpr std::size_t kSpheres = AnalyticShapes::place_of<Sphere<float>>;
-constexpr Hit kNothing{RTC_INVALID_GEOMETRY_ID, {RTC_INVALID_GEOMETRY_ID, RTC_INVALID_GEOMETRY_ID}};
+/// A hit by Embree's own numbers, all of which are invalid if nothing was hit.
+struct EmbreeHit {
+  std::uint32_t instance;
+  PrimitiveId id;
+};
+constexpr EmbreeHit kNothing{RTC_INVALID_GEOMETRY_ID, {RTC_INVALID_GEOMETRY_ID, RTC_INVALID_GEOMETRY_ID}};
 
 struct DeviceDelete {
   void operator()(RTCDevice d) const noexcept { rtcReleaseDevice(d); }
@@ -94,28 +99,31 @@ struct Accel::Impl {
   Device device;
   std::vector<EmbreeScene> group_scenes;
   std::vector<MovingInstance> moving;
-  EmbreeScene scene;  // everything but walls and, if they are few, moving instances
-  EnclosingSpheres walls;
-  std::vector<Sphere<float>> beside_walls;  // the spheres that are no walls, if some are
-  Reach reach;                              // of the origins of rays, by the instances
+  EmbreeScene scene;                         // everything but enclosing spheres and, if they are few, moving instances
+  EnclosingSpheres enclosing;                // beside Embree's tree
+  std::vector<Sphere<float>> other_spheres;  // those in the tree, if some are enclosing; else empty
+  Reach reach;                               // of the origins of rays, by the instances
 
+  /// `is_top`: the scene itself, not a group; it has the instances.
   EmbreeScene build(Geometries& all, std::vector<Sphere<float>>& spheres, Intersection mode,
-                    const std::vector<InstanceGeometry>& instances, bool moves);
-  /// What a ray meets, with Embree's own numbers, all of which are invalid if that is nothing.
+                    const std::vector<InstanceGeometry>& instances, bool is_top);
   template <bool kMoves>
-  [[nodiscard]] Hit met(Vec3f o, Vec3f d, float t_max, float time) const noexcept;
+  [[nodiscard]] EmbreeHit trace(Vec3f o, Vec3f d, float t_max, float time) const noexcept;
   template <bool kMoves>
   [[nodiscard]] bool blocked(Vec3f o, Vec3f d, float t_max, float time) const noexcept;
-  /// Returns the nearer of two hits: the one that a query of the tree found, and the nearest beside the tree. The next
-  /// tells whether anything beside the tree is in the way.
+  /// Returns the nearer of two hits: the one that a query of Embree's tree found, and the nearest one with enclosing
+  /// spheres and moving instances, which may stand beside the tree.
   template <bool kMoves>
-  [[nodiscard]] Hit nearest_of(RTCRayHit& query) const noexcept;
+  [[nodiscard]] EmbreeHit nearest_of(RTCRayHit& query) const noexcept;
+  /// Whether a moving instance beside the tree is in the way.
   template <bool kMoves>
   [[nodiscard]] bool blocked_beside(const RTCRay& query) const noexcept;
-  /// This is no part of `blocked`, so that scenes without walls need no registers for them.
-  [[nodiscard, gnu::noinline]] bool blocked_by_walls(const Ray& ray) const noexcept { return walls.any(RayD(ray)); }
-  /// Returns a hit with this class's numbers in place of Embree's; none if all are invalid.
-  [[nodiscard]] Optional<Hit> numbered(Hit hit) const noexcept;
+  /// This is no part of `blocked`, so that scenes without enclosing spheres need no registers for them.
+  [[nodiscard, gnu::noinline]] bool blocked_by_enclosing(const Ray& ray) const noexcept {
+    return enclosing.any(RayD(ray));
+  }
+  /// Returns the hit by this class's numbers of instances; none if nothing was hit.
+  [[nodiscard]] Optional<Hit> numbered(EmbreeHit hit) const noexcept;
   /// How many geometries of the scene are no instances.
   [[nodiscard]] std::size_t before_instances() const noexcept {
     return geometries.meshes.size() + AnalyticShapes::size;
@@ -174,7 +182,7 @@ void Accel::Impl::add_instance(RTCScene to, const InstanceGeometry& instance) co
 }
 
 EmbreeScene Accel::Impl::build(Geometries& all, std::vector<Sphere<float>>& spheres, Intersection mode,
-                               const std::vector<InstanceGeometry>& instances, bool moves) {
+                               const std::vector<InstanceGeometry>& instances, bool is_top) {
   EmbreeScene made(rtcNewScene(device.get()));
   rtcSetSceneFlags(made.get(), mode == Intersection::robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
   std::size_t triangles = 0;
@@ -189,7 +197,7 @@ EmbreeScene Accel::Impl::build(Geometries& all, std::vector<Sphere<float>>& sphe
       add_primitives(made.get(), all.of<Shape>());
   });
   for (const InstanceGeometry& instance : instances) add_instance(made.get(), instance);
-  if (moves && moving.size() > kFewMoving)
+  if (is_top && moving.size() > kFewMoving)
     for (MovingInstance& instance : moving) attach(made.get(), instance.new_geometry(device.get()));
   rtcCommitScene(made.get());
   check(device.get(), "building the scene");
@@ -217,10 +225,10 @@ Accel::Accel(Geometries geometries, Intersection mode, std::vector<Geometries> g
                                static_cast<std::uint32_t>(unmoving + impl_->moving.size()));
   for (const InstanceGeometry& instance : instances) impl_->reach.limit(static_cast<float>(reach(instance)));
   std::vector<Sphere<float>>& spheres = impl_->geometries.of<Sphere<float>>();
-  impl_->walls = EnclosingSpheres(spheres, impl_->geometries.meshes);
-  if (!impl_->walls.empty()) impl_->beside_walls = impl_->walls.taken_out_of(spheres);
+  impl_->enclosing = EnclosingSpheres(spheres, impl_->geometries.meshes);
+  if (!impl_->enclosing.empty()) impl_->other_spheres = impl_->enclosing.taken_out_of(spheres);
   impl_->scene =
-      impl_->build(impl_->geometries, impl_->walls.empty() ? spheres : impl_->beside_walls, mode, instances, true);
+      impl_->build(impl_->geometries, impl_->enclosing.empty() ? spheres : impl_->other_spheres, mode, instances, true);
   has_instances_ = !instances.empty();
   const auto deforms = [](const Geometries& g) {
     return std::any_of(g.meshes.begin(), g.meshes.end(), [](const TriangleMesh& mesh) { return !mesh.later.empty(); });
@@ -233,11 +241,11 @@ Accel::Accel(Accel&&) noexcept = default;
 Accel& Accel::operator=(Accel&&) noexcept = default;
 
 template <bool kMoves>
-EQUALTIME_INLINE Hit Accel::Impl::nearest_of(RTCRayHit& query) const noexcept {
+EQUALTIME_INLINE EmbreeHit Accel::Impl::nearest_of(RTCRayHit& query) const noexcept {
   if constexpr (kMoves)
     if (moving.size() <= kFewMoving) equaltime::intersect(moving, query);
-  if (!walls.empty())
-    if (const auto nearer = walls.nearest(to_ray(query.ray)))
+  if (!enclosing.empty())
+    if (const auto nearer = enclosing.nearest(to_ray(query.ray)))
       return {RTC_INVALID_GEOMETRY_ID, {static_cast<std::uint32_t>(geometries.meshes.size() + kSpheres), *nearer}};
   return {query.hit.instID[0], {query.hit.geomID, query.hit.primID}};
 }
@@ -248,7 +256,7 @@ EQUALTIME_INLINE bool Accel::Impl::blocked_beside(const RTCRay& query) const noe
 }
 
 template <bool kMoves>
-EQUALTIME_INLINE Hit Accel::Impl::met(Vec3f o, Vec3f d, float t_max, float time) const noexcept {
+EQUALTIME_INLINE EmbreeHit Accel::Impl::trace(Vec3f o, Vec3f d, float t_max, float time) const noexcept {
   RTCRayHit query;
   if (!write_unit(query.ray, o, d, t_max, time, reach)) [[unlikely]] {
     refuse_ray();
@@ -262,7 +270,7 @@ EQUALTIME_INLINE Hit Accel::Impl::met(Vec3f o, Vec3f d, float t_max, float time)
 
 template <bool kMoves>
 EQUALTIME_INLINE bool Accel::Impl::blocked(Vec3f o, Vec3f d, float t_max, float time) const noexcept {
-  if (!walls.empty() && blocked_by_walls({o, d, t_max})) return true;
+  if (!enclosing.empty() && blocked_by_enclosing({o, d, t_max})) return true;
   RTCRay query;
   if (!write_unit(query, o, d, t_max, time, reach)) [[unlikely]] {
     refuse_ray();
@@ -272,24 +280,24 @@ EQUALTIME_INLINE bool Accel::Impl::blocked(Vec3f o, Vec3f d, float t_max, float 
   return query.tfar < 0 || blocked_beside<kMoves>(query);
 }
 
-EQUALTIME_INLINE Optional<Hit> Accel::Impl::numbered(Hit hit) const noexcept {
+EQUALTIME_INLINE Optional<Hit> Accel::Impl::numbered(EmbreeHit hit) const noexcept {
   if (hit.id.geometry == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
   static_assert(kNotInstanced == RTC_INVALID_GEOMETRY_ID);
   if (hit.instance != kNotInstanced) hit.instance -= static_cast<std::uint32_t>(before_instances());
-  return hit;
+  return Hit{hit.instance, hit.id};
 }
 
 Optional<PrimitiveId> Accel::closest_fixed(float ox, float oy, float oz, float dx, float dy, float dz,
                                            float t_max) const noexcept {
-  const PrimitiveId id = impl_->met<false>({ox, oy, oz}, {dx, dy, dz}, t_max, 0).id;
+  const PrimitiveId id = impl_->trace<false>({ox, oy, oz}, {dx, dy, dz}, t_max, 0).id;
   if (id.geometry == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
   return id;
 }
 Optional<Hit> Accel::closest_instanced(const Ray& ray) const noexcept {
-  return impl_->numbered(impl_->met<false>(ray.origin, ray.direction, ray.t_max, 0));
+  return impl_->numbered(impl_->trace<false>(ray.origin, ray.direction, ray.t_max, 0));
 }
 Optional<Hit> Accel::closest_moving(const Ray& ray, float time) const noexcept {
-  return impl_->numbered(impl_->met<true>(ray.origin, ray.direction, ray.t_max, time));
+  return impl_->numbered(impl_->trace<true>(ray.origin, ray.direction, ray.t_max, time));
 }
 
 bool Accel::occluded_fixed(float ox, float oy, float oz, float dx, float dy, float dz, float t_max) const noexcept {
@@ -319,7 +327,7 @@ void Accel::occluded(std::span<const Ray> rays, std::span<const float> times, st
     packet.occlude(impl_->scene.get());
     for (std::size_t i = 0; i < packet.size(); ++i) {
       const RTCRay query = packet.lane(i).ray;
-      blocked[first + i] = !packet.accepted(i) || query.tfar < 0 || impl_->blocked_by_walls(rays[first + i]) ||
+      blocked[first + i] = !packet.accepted(i) || query.tfar < 0 || impl_->blocked_by_enclosing(rays[first + i]) ||
                            impl_->blocked_beside<true>(query);
     }
   }
@@ -345,7 +353,7 @@ const Geometries& Accel::geometries() const noexcept { return impl_->geometries;
 const std::vector<Geometries>& Accel::groups() const noexcept { return impl_->groups; }
 std::size_t Accel::memory_bytes() const noexcept {
   return static_cast<std::size_t>(std::max<std::int64_t>(0, impl_->memory.load())) +
-         impl_->beside_walls.capacity() * sizeof(Sphere<float>);
+         impl_->other_spheres.capacity() * sizeof(Sphere<float>);
 }
 
 std::string Accel::version() {
