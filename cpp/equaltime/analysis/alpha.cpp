@@ -18,7 +18,7 @@ namespace {
 template <Effects E>
 double opacity(const Scene& scene, Ray ray, const Sampler& sampler, float time) noexcept {
   Spectrum through(1);
-  PathMediumStack<E> media(scene, ray, time);
+  PathMediumState<E> media(scene, ray, time);
   const HiddenEmitters<E> hidden_emitters(true);
   for (std::uint32_t crossed = 0;; ++crossed) {
     auto hit = scene.geometry.closest<E>(ray, time);

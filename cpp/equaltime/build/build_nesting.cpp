@@ -167,7 +167,7 @@ class Search {
     std::vector<Candidate> found;
     each_of(shapes_, set, all, [&](ClosedShape closed) {
       const Surface& surface = surfaces_[closed.shape];
-      if (surface.media.rank == kNoRank && (!surface.media.bounded || medium_is_said_)) return;
+      if (surface.media.rank == kNoRank && (!surface.media.sets_medium || medium_is_said_)) return;
       const Bounds box = bounds_of(closed);
       if (closed.mesh != nullptr && (shared || changes(closed)))
         closed.index = std::make_shared<ClosedMesh>(*closed.mesh, box);

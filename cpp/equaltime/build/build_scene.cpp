@@ -89,7 +89,7 @@ std::uint32_t Builder::add_surface(const SurfaceDescription& d, bool flipped) {
     surface.bsdf[side] = resolve_constant_blend(materials_, *bsdf);
     const Material& material = materials_[surface.bsdf[side]];
     surface.textured = surface.textured || material.textured;
-    surface.tangential = surface.tangential || material.anisotropic;
+    surface.anisotropic = surface.anisotropic || material.anisotropic;
   }
   if (d.radiance) surface.emission.radiance = normalization_.radiance(*d.radiance);
   if (d.emission) area_lights_.set_emission(surface, surfaces_.size(), *d.emission);
@@ -98,7 +98,7 @@ std::uint32_t Builder::add_surface(const SurfaceDescription& d, bool flipped) {
     if (medium && *medium >= media_.index.size()) fail(surfaces_.size(), "no medium " + std::to_string(*medium));
     surface.media.sides[side] = media_.at(medium);
   }
-  surface.media.bounded = d.exterior || d.interior;
+  surface.media.sets_medium = d.exterior || d.interior;
   surface.flipped = flipped;
   surfaces_.push_back(std::move(surface));
   return static_cast<std::uint32_t>(surfaces_.size() - 1);
@@ -124,8 +124,8 @@ void Builder::add(std::size_t index, MeshDescription& mesh) {
   for (const Vec3d& n : mesh.normals) surface.mesh.normals.push_back(Vec3f(n));
   deform(index, mesh, out, surface);
   release(mesh.normals, mesh.later_normals);
-  if (surface.tangential) surface.mesh.tangents = triangle_tangents(out, mesh.uvs);
-  if (surface.textured || (surface.tangential && !out.later.empty())) surface.mesh.uvs = float_uvs(index, mesh.uvs);
+  if (surface.anisotropic) surface.mesh.tangents = triangle_tangents(out, mesh.uvs);
+  if (surface.textured || (surface.anisotropic && !out.later.empty())) surface.mesh.uvs = float_uvs(index, mesh.uvs);
   release(mesh.uvs);
   area_lights_.add_triangles(index, out, surface, false);
   add_mesh(index, std::move(out));
@@ -142,7 +142,7 @@ void Builder::add(std::size_t index, RectangleDescription& r) {
   const bool flipped = r.flip_normals != (orientation(r.to_world) < 0);
   Surface& surface = surfaces_[add_surface(r.surface, flipped)];
   if (surface.textured) surface.mesh.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-  if (surface.tangential) surface.mesh.tangents.assign(2, Vec3f(edge_x));
+  if (surface.anisotropic) surface.mesh.tangents.assign(2, Vec3f(edge_x));
   if (in_group_ || std::abs(dot(edge_x, edge_y)) > kOrthogonal * length(edge_x) * length(edge_y)) {
     area_lights_.add_triangles(index, out, surface, flipped);
   } else if (!surface.emission.radiance.is_black()) {

@@ -33,9 +33,9 @@ using Environment = Environments::Variant;
 /// receiver.
 enum class LightSelection : std::uint8_t { uniform, power, tree };
 
-/// A vertex that samples lights: where it is, and its random numbers. Pass it by value: a reference would force the
+/// A vertex that asks for light: where it is, and its random numbers. Pass it by value: a reference would force the
 /// path's state into memory.
-struct LightVertex {
+struct LightQuery {
   const LightSampleContext& receiver;
   const Sampler& sampler;
   std::uint32_t bounce;  // index of the vertex's random numbers
@@ -81,16 +81,16 @@ class Lights {
   template <Effects E>
   [[nodiscard]] EQUALTIME_INLINE Optional<LightSample<float>> sample(LightSelection selection,
                                                                      EnvironmentSampling environment,
-                                                                     LightVertex at) const noexcept {
+                                                                     LightQuery at) const noexcept {
     const auto picked = pick(selection, at);
     return picked ? sample<E>(*picked, environment, at) : std::nullopt;
   }
   /// The two steps of `sample`: `pick` selects a light, the next samples it. `pick` returns nothing if no light can
   /// reach the receiver.
-  [[nodiscard]] EQUALTIME_INLINE Optional<SampledLight> pick(LightSelection selection, LightVertex at) const noexcept;
+  [[nodiscard]] EQUALTIME_INLINE Optional<SampledLight> pick(LightSelection selection, LightQuery at) const noexcept;
   template <Effects E>
   [[nodiscard]] EQUALTIME_INLINE Optional<LightSample<float>> sample(SampledLight pick, EnvironmentSampling environment,
-                                                                     LightVertex at) const noexcept;
+                                                                     LightQuery at) const noexcept;
 
   /// Whether the light can be sampled as directions: it is no point, and shows the receiver its front.
   template <Effects E>
@@ -137,7 +137,7 @@ class Lights {
   template <Effects E>
   [[nodiscard]] EQUALTIME_INLINE Optional<LightSample<float>> sample_picked(SampledLight pick,
                                                                             EnvironmentSampling environment,
-                                                                            LightVertex at) const noexcept;
+                                                                            LightQuery at) const noexcept;
   [[nodiscard]] Optional<LightSample<float>> sample_delta(const SampledLight& pick, Vec3f receiver) const noexcept;
   [[nodiscard]] Optional<LightSample<float>> sample_environment(EnvironmentSampling sampling, const Sampler& sampler,
                                                                 std::uint32_t bounce, float pmf) const noexcept;
@@ -168,7 +168,7 @@ class Lights {
   std::uint32_t deltas_begin_ = 0, distant_begin_ = 0, environment_begin_ = 0, size_ = 0;
 };
 
-EQUALTIME_INLINE Optional<SampledLight> Lights::pick(LightSelection selection, LightVertex at) const noexcept {
+EQUALTIME_INLINE Optional<SampledLight> Lights::pick(LightSelection selection, LightQuery at) const noexcept {
   if (!any_power()) return std::nullopt;
   if (size_ == 1) return SampledLight{0, 1};
   const std::uint64_t bits = at.sampler.bits(slot(BounceDimension::light_pick, at.bounce));
@@ -180,7 +180,7 @@ EQUALTIME_INLINE Optional<SampledLight> Lights::pick(LightSelection selection, L
 
 template <Effects E>
 EQUALTIME_INLINE Optional<LightSample<float>> Lights::sample(SampledLight pick, EnvironmentSampling environment,
-                                                             LightVertex at) const noexcept {
+                                                             LightQuery at) const noexcept {
   auto sample = sample_picked<E>(pick, environment, at);
   sample->light = pick.light;
   return sample;
@@ -188,7 +188,7 @@ EQUALTIME_INLINE Optional<LightSample<float>> Lights::sample(SampledLight pick, 
 
 template <Effects E>
 EQUALTIME_INLINE Optional<LightSample<float>> Lights::sample_picked(SampledLight pick, EnvironmentSampling environment,
-                                                                    LightVertex at) const noexcept {
+                                                                    LightQuery at) const noexcept {
   if constexpr (E.environment)
     if (pick.light >= environment_begin_) return sample_environment(environment, at.sampler, at.bounce, pick.pmf);
   if constexpr (E.point_lights)

@@ -100,7 +100,7 @@ template <Effects E, class Shape, class Hit>
                                                      std::uint32_t shape) noexcept {
   SurfacePoint point{shape_hit(hit), Vec3f(shape_hit(hit).n), {}, shape, 0, surface.flipped, false, {}};
   if constexpr (E.anisotropy)
-    if (surface.tangential) point.tangent = tangent_at(geometry, surface.analytic, hit);
+    if (surface.anisotropic) point.tangent = tangent_at(geometry, surface.analytic, hit);
   if constexpr (E.textures)
     if (surface.textured) point.prim_uv = uv_at(geometry, surface.analytic, hit);
   return point;

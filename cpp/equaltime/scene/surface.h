@@ -25,7 +25,7 @@ struct SurfaceEmission {
 /// Media on both sides.
 struct SurfaceMedia {
   std::uint32_t sides[2] = {kNone, kNone};  // before the front, behind it; kNone: vacuum
-  bool bounded = false;                     // leaving the surface sets the medium; otherwise it stays unchanged
+  bool sets_medium = false;                 // for a path that leaves the surface; otherwise it stays unchanged
   std::uint8_t rank = kNoRank;              // of the dielectric inside
 };
 
@@ -52,9 +52,9 @@ struct Surface {
   std::uint32_t bsdf[2] = {kNone, kNone};  // front, back
   SurfaceEmission emission;
   SurfaceMedia media;
-  bool flipped = false;     // front is against the geometric normal (spheres, disks)
-  bool textured = false;    // a texture looks at where on the surface a point is
-  bool tangential = false;  // a BSDF looks at the azimuth of directions
+  bool flipped = false;      // front is against the geometric normal (spheres, disks)
+  bool textured = false;     // a texture looks at where on the surface a point is
+  bool anisotropic = false;  // a BSDF looks at the azimuth of directions
   MeshAttributes mesh;
   ShapeParametrization analytic;
   std::uint32_t source_shape = kNone;  // shape of the description that a moving group's shape stands for

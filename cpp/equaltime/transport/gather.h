@@ -36,9 +36,10 @@ struct PreviousVertex {
   if (s.technique == Technique::mis) [[likely]]
     return mis_weight(s.heuristic, previous.pdf, light_pdf);
   if (previous.mixed.light != OneSampleMis::kEvery && previous.mixed.light != light) return 0;
-  // The ray's density is the mean of both pdfs, because each technique is chosen with probability 1/2.
-  const float pdf_sum = previous.pdf + light_pdf;
-  return pdf_sum > 0 ? previous.mixed.pdf_sum / pdf_sum : 0.0F;
+  // The ray's density is the mean of both pdfs, because each technique is chosen with probability 1/2. The throughput
+  // was divided by the sum with the picked light's pdf. The sum with the pdf of the light that is met takes its place.
+  const float pdf_sum_here = previous.pdf + light_pdf;
+  return pdf_sum_here > 0 ? previous.mixed.pdf_sum / pdf_sum_here : 0.0F;
 }
 
 /// Radiance that the surface itself sends back along the ray. `previous` is passed by value, here and below: a
@@ -76,7 +77,7 @@ struct VertexContext {
   const Settings& settings;
   const Interaction& it;
   Scatterer scatterer;
-  MediumStack<E> media;
+  MediumState<E> media;
   const Sampler& sampler;
   std::uint32_t bounce;  // index of the vertex's random numbers
   int depth;             // of the vertex, as max_depth counts it
@@ -90,8 +91,8 @@ template <Effects E, Observer O>
   auto [value, above] = eval_bsdf<E>(at.it, at.scatterer, light.wi);
   tell<event::LightSampled>(observer, light, value);
   if (value.f.is_black()) return {};
-  const bool shared = at.settings.technique != Technique::light && !light.delta;
-  const float weight = shared ? mis_weight(at.settings.heuristic, light.pdf, value.pdf) : 1.0F;
+  const bool bsdf_finds_it = at.settings.technique != Technique::light && !light.delta;
+  const float weight = bsdf_finds_it ? mis_weight(at.settings.heuristic, light.pdf, value.pdf) : 1.0F;
   Spectrum radiance = light.radiance;
   if constexpr (E.textures) radiance = E.motion ? at.scene.radiance_of(light, at.time) : at.scene.radiance_of(light);
   Spectrum unoccluded = value.f * radiance * (weight / light.pdf);
@@ -117,11 +118,11 @@ template <Effects E, Observer O>
   if (!E.point_lights && !aims) return {};
   const Lights& lights = at.scene.lights;
   const LightSampleContext receiver = receiver_at<E>(at.it, at.scatterer);
-  const LightVertex vertex{receiver, at.sampler, at.bounce, u, at.time};
-  const auto picked = lights.pick(at.settings.light_selection, vertex);
+  const LightQuery query{receiver, at.sampler, at.bounce, u, at.time};
+  const auto picked = lights.pick(at.settings.light_selection, query);
   tell<event::LightPicked>(observer, picked);
   if (!picked) return {};
-  auto light = lights.sample<E>(*picked, at.settings.environment_sampling, vertex);
+  auto light = lights.sample<E>(*picked, at.settings.environment_sampling, query);
   if (!light || (!aims && !light->delta)) return {};
   return direct_light_from<E>(at, *light, observer);
 }

@@ -19,7 +19,7 @@ inline constexpr std::uint32_t kCancelInterval = 1024;
 template <Effects E, Observer O>
 [[nodiscard]] Spectrum trace_path(const Scene& scene, const Settings& settings, const Ray& camera_ray, float time,
                                   const Sampler& sampler, PathCopies<E> copies, O& observer) noexcept(!O::allocates) {
-  PathState<E> path{camera_ray, time, sampler, PathMediumStack<E>(scene, camera_ray, time)};
+  PathState<E> path{camera_ray, time, sampler, PathMediumState<E>(scene, camera_ray, time)};
   std::optional<Bsdf> own;  // BSDF that textures make at the vertex; declared once, because it is large
   for (;;) {
     if (path.bounce() % kCancelInterval == kCancelInterval - 1 && observer.cancelled()) [[unlikely]]

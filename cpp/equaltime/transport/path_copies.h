@@ -67,7 +67,7 @@ requires(E.splitting) class PathCopies<E> {
  private:
   void keep(const Scene& scene, const Interaction& it, const ScatterSample& s, const PathState<E>& path) noexcept {
     PathState<E>& copy = copies_[waiting_++].emplace(path);
-    copy.weaken(s);
+    copy.apply_weight(s);
     copy.leave(scene, it, scatterer_, s);
   }
 

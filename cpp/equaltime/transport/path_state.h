@@ -11,7 +11,7 @@
 
 namespace equaltime {
 
-/// The numbers of a path, which change where it is split.
+/// A path's sampler: a value if paths may be split, because each copy has a sampler of its own, and else a reference.
 template <Effects E>
 using NumbersOf = std::conditional_t<E.splitting, Sampler, const Sampler&>;
 
@@ -20,7 +20,7 @@ struct PathState {
   Ray ray;     // to be traced next
   float time;  // of the whole path, in [0, 1]; 0 if nothing moves
   NumbersOf<E> sampler;
-  PathMediumStack<E> media;                 // the media and dielectrics that hold the ray
+  PathMediumState<E> media;                 // the media and dielectrics that hold the ray
   HiddenEmitters<E> hidden_emitters{true};  // so far
   Spectrum L{}, beta{1};                    // radiance gathered; throughput
   float eta_scale = 1;                      // the 1/eta² of refraction and the 1/n of splitting in beta
@@ -34,7 +34,7 @@ struct PathState {
   /// Takes back that the vertex counts for max_depth: light went straight on through it.
   EQUALTIME_INLINE void count_as_crossed() noexcept { --depth, ++crossed; }
   /// Multiplies the throughput by the weight of a sampled direction.
-  EQUALTIME_INLINE void weaken(const ScatterSample& s) noexcept {
+  EQUALTIME_INLINE void apply_weight(const ScatterSample& s) noexcept {
     beta *= s.weight;
     eta_scale *= s.eta_scale;
   }

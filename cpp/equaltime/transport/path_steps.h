@@ -26,46 +26,52 @@ EQUALTIME_INLINE void add_emission(const Scene& scene, const Settings& settings,
   path.L += L;
 }
 
+/// Adds the emission of the surface that the ray hit, or of the environment, and finds the BSDF that scatters.
+template <Effects E, Observer O>
+[[nodiscard]] EQUALTIME_INLINE Arrival arrive_at_surface(const Scene& scene, const Settings& settings,
+                                                         PathState<E>& path, Optional<Interaction>& it, Vertex& v,
+                                                         std::optional<Bsdf>& own,
+                                                         O& observer) noexcept(!O::allocates) {
+  if constexpr (E.media || E.hidden_emitters)
+    if (it &&
+        (path.media.here().hides(scene.geometry, it->shape) || path.hidden_emitters.skips(scene, *it, path.depth))) {
+      path.cross(scene, *it, false);
+      return Arrival::crosses;
+    }
+  add_emission<E>(scene, settings, path, it, observer);
+  if (!it) return Arrival::ends;
+  v.material = scene.geometry.material(*it);
+  // Surfaces that do not count are crossed even beyond max_depth.
+  const bool crossing_is_free = E.masks && !scene.rules.count_null_interfaces;
+  const bool absorbs = v.material == kNone;
+  if ((path.depth >= settings.max_depth && !crossing_is_free) || absorbs) return Arrival::ends;
+  if constexpr (E.masks) {
+    const double u = path.sampler.get_1d_precise(slot(BounceDimension::material, path.bounce()));
+    v.material = scene.choose_component(v.material, *it, u);
+    if (scene.appearance.materials[v.material].kind == Material::Kind::nothing) {
+      path.cross(scene, *it, scene.rules.count_null_interfaces);
+      return Arrival::crosses;
+    }
+  }
+  scene.tilt_frame<E>(v.material, *it, path.time);
+  v.scatterer = path.media.here().with_exterior(scene, *it, scene.bsdf<E>(v.material, *it, own), own);
+  v.may_cross = crossing_is_free && v.scatterer.is_thin();
+  if (E.masks && path.depth >= settings.max_depth && !v.may_cross) return Arrival::ends;
+  return Arrival::scatters;
+}
+
 /// Samples the distance to the next vertex, adds the emission there, and finds what scatters. `own` stores a BSDF that
 /// textures or an exterior dielectric make.
 template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE Arrival arrive(const Scene& scene, const Settings& settings, PathState<E>& path,
                                               SurfaceIntersection<E>& hit, Vertex& v, std::optional<Bsdf>& own,
                                               O& observer) noexcept(!O::allocates) {
-  const std::uint32_t bounce = path.bounce();
-  const PhaseFunction* phase = path.media.sample_distance(scene, path.ray, path.sampler, bounce, path.beta, hit);
+  const PhaseFunction* phase = path.media.sample_distance(scene, path.ray, path.sampler, path.bounce(), path.beta, hit);
   Optional<Interaction>& it = interaction(hit);
   tell<event::DistanceSampled>(observer, it ? &*it : nullptr, phase != nullptr, path.beta);
-  if constexpr (E.media || E.hidden_emitters)
-    if (phase == nullptr && it &&
-        (path.media.here().hides(scene.geometry, it->shape) || path.hidden_emitters.skips(scene, *it, path.depth))) {
-      path.cross(scene, *it, false);
-      return Arrival::crosses;
-    }
-  if (phase == nullptr) {
-    add_emission<E>(scene, settings, path, it, observer);
-    if (!it) return Arrival::ends;
-    v.material = scene.geometry.material(*it);
-  }
-  const bool crosses =
-      E.masks && !scene.rules.count_null_interfaces;  // null surfaces are crossed even beyond max_depth
-  if ((path.depth >= settings.max_depth && !crosses) || (phase == nullptr && v.material == kNone)) return Arrival::ends;
-  if constexpr (E.masks) {
-    if (phase == nullptr)
-      v.material =
-          scene.choose_component(v.material, *it, path.sampler.get_1d_precise(slot(BounceDimension::material, bounce)));
-    if (phase == nullptr && scene.appearance.materials[v.material].kind == Material::Kind::nothing) {
-      path.cross(scene, *it, scene.rules.count_null_interfaces);
-      return Arrival::crosses;
-    }
-  }
-  if (phase == nullptr) scene.tilt_frame<E>(v.material, *it, path.time);
-  v.scatterer = phase != nullptr
-                    ? Scatterer(*phase)
-                    : path.media.here().with_exterior(scene, *it, scene.bsdf<E>(v.material, *it, own), own);
-  v.may_cross = crosses && v.scatterer.is_thin();
-  if (E.masks && path.depth >= settings.max_depth && !v.may_cross) return Arrival::ends;
-  return Arrival::scatters;
+  if (phase == nullptr) return arrive_at_surface<E>(scene, settings, path, it, v, own, observer);
+  v.scatterer = Scatterer(*phase);
+  return path.depth < settings.max_depth ? Arrival::scatters : Arrival::ends;
 }
 
 template <Effects E, Observer O>
@@ -88,7 +94,7 @@ template <Effects E, Observer O>
   if (is_delta<E>(v.scatterer)) {
     scattered = sample_bsdf<E>(it, v.scatterer, path.sampler, bounce, {});
   } else if (replaces_bsdf_sampling(settings.technique)) [[unlikely]] {
-    const Interaction it_copy = it;
+    const Interaction it_copy = it;  // see sample_one_direction
     const Sampler sampler_copy = path.sampler;
     const OneSampleEstimate estimate = sample_one_direction<E>(
         {scene, settings, it_copy, v.scatterer, path.media.here(), sampler_copy, bounce, path.depth, path.time}, u,
@@ -114,10 +120,11 @@ template <Effects E, Observer O>
   return scattered;
 }
 
-/// Applies Russian roulette; returns whether the path survives.
+/// Plays Russian roulette: a path that survives has its throughput divided by the probability of that. Returns whether
+/// it survives.
 template <Effects E, Observer O>
-[[nodiscard]] EQUALTIME_INLINE bool survives(const Settings& settings, PathState<E>& path, const Interaction& it,
-                                             Scatterer bsdf, O& observer) noexcept(!O::allocates) {
+[[nodiscard]] EQUALTIME_INLINE bool play_roulette(const Settings& settings, PathState<E>& path, const Interaction& it,
+                                                  Scatterer bsdf, O& observer) noexcept(!O::allocates) {
   if (path.depth < settings.roulette_depth) return true;
   float survival = survival_probability(settings.roulette, settings.survival, path.beta * (1 / path.eta_scale),
                                         [&]() noexcept { return albedo<E>(it, bsdf); });
@@ -137,15 +144,15 @@ template <Effects E, Observer O>
                                            O& observer) noexcept(!O::allocates) {
   if (v.may_cross && !scattered.above) path.count_as_crossed();
   if (E.masks && path.depth >= settings.max_depth) return false;
-  path.weaken(scattered);
+  path.apply_weight(scattered);
   if (!(0 < path.beta.sum() && path.beta.sum() < std::numeric_limits<float>::infinity())) [[unlikely]] {
     if (path.beta.is_black()) return false;
-    if (!path.beta.is_finite()) {  // The sample is not finite, and no roulette would end its path.
+    if (!path.beta.is_finite()) {  // Makes the radiance not finite too, so that the renderer reports the sample.
       path.L += path.beta;
       return false;
     }
   }
-  if (!survives<E>(settings, path, it, v.scatterer, observer)) return false;
+  if (!play_roulette<E>(settings, path, it, v.scatterer, observer)) return false;
   path.leave(scene, it, v.scatterer, scattered);
   return true;
 }

@@ -22,14 +22,14 @@ template <Effects E, Observer O>
                                                O& observer) noexcept(!O::allocates) {
   const Lights& lights = at.scene.lights;
   const LightSampleContext receiver = receiver_at<E>(at.it, at.scatterer);
-  const LightVertex light_vertex{receiver, at.sampler, at.bounce, u.light_point, at.time};
-  const auto picked = lights.pick(at.settings.light_selection, light_vertex);
+  const LightQuery query{receiver, at.sampler, at.bounce, u.light_point, at.time};
+  const auto picked = lights.pick(at.settings.light_selection, query);
   tell<event::LightPicked>(observer, picked);
   const bool has_directions = picked && lights.has_directions<E>(picked->light, receiver, at.time);
   const bool from_light = at.sampler.get_1d(slot(BounceDimension::technique, at.bounce)) < 0.5F;
   OneSampleEstimate estimate;
   if (from_light && has_directions) {
-    const auto light = lights.sample<E>(SampledLight{picked->light, 1}, at.settings.environment_sampling, light_vertex);
+    const auto light = lights.sample<E>(SampledLight{picked->light, 1}, at.settings.environment_sampling, query);
     if (!light) return estimate;
     const auto [value, above] = eval_bsdf<E>(at.it, at.scatterer, light->wi);
     estimate.mixed = {picked->light, value.pdf + light->pdf};
@@ -38,7 +38,7 @@ template <Effects E, Observer O>
     return estimate;
   }
   if (picked && !has_directions) {
-    const auto point = lights.sample<E>(*picked, at.settings.environment_sampling, light_vertex);
+    const auto point = lights.sample<E>(*picked, at.settings.environment_sampling, query);
     if (point) estimate.direct = direct_light_from<E>(at, *point, observer);
   }
   auto scattered = sample_bsdf<E>(at.it, at.scatterer, at.sampler, at.bounce, u.bsdf_direction);

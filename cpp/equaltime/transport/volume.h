@@ -27,9 +27,10 @@ namespace detail {
 }
 }  // namespace detail
 
-/// The medium that a path is in. Kernels without media have this empty one.
+/// The medium at a place: the dielectrics that hold it, and the medium outside of them. Shadow rays copy it. Kernels
+/// without media have this empty one.
 template <Effects E>
-class MediumStack {
+class MediumState {
  public:
   void leave(const SceneGeometry&, const Interaction&, bool) const noexcept {}
   [[nodiscard]] static constexpr bool hides(const SceneGeometry&, std::uint32_t) noexcept { return false; }
@@ -40,10 +41,10 @@ class MediumStack {
 };
 
 template <Effects E>
-requires(E.media) class MediumStack<E> {
+requires(E.media) class MediumState<E> {
  public:
   /// State at the origin of a camera ray.
-  MediumStack(const Scene& scene, const Ray& camera_ray, [[maybe_unused]] float time) noexcept
+  MediumState(const Scene& scene, const Ray& camera_ray, [[maybe_unused]] float time) noexcept
       : dielectrics_(scene.volumes.nesting.fixed.dielectrics),
         exterior_medium_(scene.volumes.nesting.fixed.medium),
         position_(camera_ray.origin) {
@@ -58,12 +59,12 @@ requires(E.media) class MediumStack<E> {
   void leave(const SceneGeometry& geometry, const Interaction& it, bool above) noexcept {
     if (it.shape == kNone) return;
     const SurfaceMedia& media = geometry.surfaces[it.shape].media;
-    const bool before = above == it.front;
+    const bool leaves_by_front = above == it.front;
     if (media.rank != kNoRank) {
-      dielectrics_ = before ? others(media.rank) : dielectrics_ | dielectric_bit(media.rank);
-      if (!before || dielectrics_ != 0) return;
+      dielectrics_ = leaves_by_front ? others(media.rank) : dielectrics_ | dielectric_bit(media.rank);
+      if (!leaves_by_front || dielectrics_ != 0) return;
     }
-    if (media.bounded) exterior_medium_ = media.sides[before ? 0 : 1];
+    if (media.sets_medium) exterior_medium_ = media.sides[leaves_by_front ? 0 : 1];
   }
   /// Whether a dielectric of higher priority holds the path where it meets the shape, and hides its surface.
   [[nodiscard]] bool hides(const SceneGeometry& geometry, std::uint32_t shape) const noexcept {
@@ -132,12 +133,12 @@ requires(E.media) class MediumStack<E> {
   Vec3d position_;                 // last vertex of the path, or the camera
 };
 
-/// The media of a path, with the surfaces close to its position.
+/// The medium at the end of a path, with the surfaces close to it, which only the path itself needs.
 template <Effects E>
-class PathMediumStack {
+class PathMediumState {
  public:
-  PathMediumStack(const Scene&, const Ray&, float) noexcept {}
-  [[nodiscard]] static MediumStack<E> here() noexcept { return {}; }
+  PathMediumState(const Scene&, const Ray&, float) noexcept {}
+  [[nodiscard]] static MediumState<E> here() noexcept { return {}; }
   [[nodiscard]] const PhaseFunction* sample_distance(const Scene&, const Ray&, const Sampler&, std::uint32_t,
                                                      const Spectrum&, const Optional<Interaction>&) const noexcept {
     return nullptr;
@@ -146,12 +147,12 @@ class PathMediumStack {
 };
 
 template <Effects E>
-requires(E.media) class PathMediumStack<E> {
+requires(E.media) class PathMediumState<E> {
  public:
   /// State at the origin of a camera ray.
-  PathMediumStack(const Scene& scene, const Ray& camera_ray, float time) noexcept : here_(scene, camera_ray, time) {}
+  PathMediumState(const Scene& scene, const Ray& camera_ray, float time) noexcept : here_(scene, camera_ray, time) {}
 
-  [[nodiscard]] const MediumStack<E>& here() const noexcept { return here_; }
+  [[nodiscard]] const MediumState<E>& here() const noexcept { return here_; }
 
   /// Samples a distance along the ray, and updates the throughput `beta`. If the medium scatters, `ahead` becomes the
   /// vertex there, and its phase function is returned; null otherwise.
@@ -187,7 +188,7 @@ requires(E.media) class PathMediumStack<E> {
   }
 
  private:
-  MediumStack<E> here_;
+  MediumState<E> here_;
   NearbySurfaces nearby_;
 };
 
@@ -195,7 +196,7 @@ requires(E.media) class PathMediumStack<E> {
 /// light is on the side of the vertex's geometric normal.
 template <Effects E, Observer O>
 [[nodiscard]] Spectrum shadow_transmittance(const Scene& scene, const Interaction& vertex, bool above,
-                                            MediumStack<E> media, const LightSample<float>& light, int crossings,
+                                            MediumState<E> media, const LightSample<float>& light, int crossings,
                                             float time, O& observer) noexcept(!O::allocates) {
   const bool glass_passes = shines_through_glass(scene, light);
   // In media, the exact distance to the surface matters too.
