@@ -75,7 +75,8 @@ struct Band {
   [[nodiscard]] Neighbourhood around(std::size_t x, std::size_t y) const noexcept {
     return {Beside(first + y, image_height), Beside(x, pixels.width)};
   }
-  /// f(index of a value, one over the number of pixels of its neighbourhood), of rows of `pixels`.
+  /// Calls f(index, share) for each value of the rows [from, to) of `pixels`. `share` is one over the number of pixels
+  /// in the neighbourhood of the value's pixel.
   template <class F>
   void each(std::size_t from, std::size_t to, const F& f) const {
     for (std::size_t y = from, i = kChannels * from * pixels.width; y < to; ++y)

@@ -1,6 +1,6 @@
 // Optional: std::optional for the small values of the path loop. It holds no union, so that compilers keep the parts in
 // registers; through std::optional they went to memory and back, which cost a tenth of a render. A value of lanes is
-// there in some of them.
+// there in some of them. An empty one holds a value too, of defaults: it may be read and written.
 #pragma once
 
 #include <concepts>

@@ -16,13 +16,13 @@
 
 namespace equaltime {
 
-/// Shares of light that an interface reflects, and lets into the body.
+/// Shares of light that an interface reflects, and transmits into the body.
 template <class Real>
 struct InterfaceShares {
   Real reflected, entering;
 };
 
-/// To be called when the body or a colour has changed.
+/// Weights of both lobes. A model computes them again when its body or a colour has changed.
 template <template <class> class Model, class Real>
 [[nodiscard]] inline LobeWeights<Real> plastic_weights(const Model<Real>& model) noexcept {
   return {model.specular_reflectance.mean(), model.body().mean() * model.mean_entering()};
@@ -39,8 +39,8 @@ template <template <class> class Model, class Real>
                                                      const Vec3<Real>& wi, const Vec3<Real>& m) noexcept {
   const InterfaceShares<Real> shares = model.shares(wo.z);
   const Real specular = specular_probability(model, shares);
-  // The cosine of half the angle between them, the same from both: where total reflection begins, Fresnel's
-  // reflectance is so steep that the rounding of wo·m and wi·m would tell.
+  // wo·m = wi·m is computed as |wo + wi|/2, so that both directions have the same value. Where total reflection begins,
+  // Fresnel's reflectance is so steep that their roundings would differ visibly.
   const Real reflectance = fresnel_dielectric(min(Real(1), 0.5F * length(wo + wi)), model.ior).reflectance;
   const FacetLobe<Real> lobe = reflected(model.distribution, wo, wi, m);
   const Real cosine = cosine_hemisphere_pdf(wi.z);

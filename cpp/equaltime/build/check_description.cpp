@@ -23,7 +23,7 @@ class Part {
 
   void number(const char* what, double value, const Range& range) const {
     const auto& [least, most, open] = range;
-    if (open ? value > least && value < most : value >= least && value <= most) return;  // never a NaN
+    if (open ? value > least && value < most : value >= least && value <= most) return;  // false for NaN
     std::ostringstream message;
     message << what << " is " << value << "; expected a number " << (open ? "above " : "from ") << least
             << (open ? " and below " : " to ") << most;
@@ -73,7 +73,7 @@ void check_phase(const Part& part, const MediumDescription& medium) {
   }
 }
 
-/// The keys of whatever the part is must make a motion.
+/// Fails if the keys make no motion.
 void check_motion(const Part& part, const std::vector<MotionKey>& keys) {
   if (keys.empty()) return;
   try {

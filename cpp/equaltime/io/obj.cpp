@@ -183,7 +183,7 @@ class ObjReader {
         return;
     }
   }
-  // Words behind those that are read are told.
+  // Reports words after the last one that is read to the account of what the reader ignores.
   void end(TextScanner& scan, std::string_view word) {
     if (!scan.line_ends()) account_.tell(word, "has more words than are read", line());
   }

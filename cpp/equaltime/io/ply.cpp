@@ -293,7 +293,7 @@ class PlyReader {
       mesh_.faces.insert(mesh_.faces.end(), {corners[0], corners[k - 1], corners[k]});
     }
   }
-  // A list that has not two numbers for each corner gives none.
+  // A list without exactly two numbers for each corner gives no coordinates: they become NaN.
   void give_uvs() {
     const std::size_t corners = mesh_.faces.size() - face_begin_;
     if (face_uvs_.size() != 2 * corners) face_uvs_.assign(2 * corners, std::numeric_limits<double>::quiet_NaN());

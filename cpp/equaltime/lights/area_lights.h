@@ -28,9 +28,9 @@ namespace equaltime {
 /// for 4 % less variance (tests/bench).
 inline constexpr float kNearSquared = 1;
 
-/// What a one-sided flat light sends from `point` to the receiver, which lies at `height` above its plane: more than
-/// the light's offset, since one within the plane, such as a point of the light itself, sees nothing of it.
-/// `solid_angle` is that of the view that was sampled, or 0 if the point is uniform over `area`.
+/// Light that a one-sided flat light sends from `point` to the receiver, which is `height` above the light's plane.
+/// There is none unless `height` exceeds the light's offset: points of the plane, such as the light's own, see nothing
+/// of it. `solid_angle` is the solid angle from which the point was sampled; 0 if it is uniform over `area`.
 template <class Real>
 [[nodiscard]] EQUALTIME_INLINE LightSample<Real> flat_sample(const Vec3<Real>& receiver, const OffsetPoint<Real>& point,
                                                              Real height, const Rgb<Real>& radiance, Real area,

@@ -90,7 +90,7 @@ class ImageEnvironment {
   [[nodiscard]] double solid_angle(std::uint32_t row) const noexcept {
     return (polar_cosine_[row] - polar_cosine_[row + 1]) * 2 * std::numbers::pi / static_cast<double>(width_);
   }
-  /// Cells by the integral over each of its radiance less `floor`, at least 0.
+  /// A table of cells. The weight of a cell is the integral over it of max(0, radiance - floor).
   [[nodiscard]] PiecewiseConstant2D table_above(double floor) const;
   [[nodiscard]] const PiecewiseConstant2D& table(EnvironmentSampling sampling) const noexcept {
     return sampling == EnvironmentSampling::plain ? cells_ : *excess_->made.load(std::memory_order_acquire);

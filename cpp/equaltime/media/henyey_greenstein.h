@@ -28,7 +28,7 @@ struct HenyeyGreenstein {
   static constexpr bool transmits = true;
   static constexpr bool picks_lobe = false;
   float g;
-  Spectrum single_albedo{1, 1, 1};
+  Spectrum single_albedo{1, 1, 1};  // of the medium, for roulette
 
   explicit HenyeyGreenstein(const Description& d = {}) noexcept : g(static_cast<float>(d.g)) {}
   [[nodiscard]] static constexpr auto fields() noexcept {

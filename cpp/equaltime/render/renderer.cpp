@@ -116,9 +116,10 @@ std::uint64_t Renderer::pass_samples() const noexcept {
 }
 
 bool Renderer::advance_until(std::uint64_t samples, const StopWhen& when) {
-  Stop stop(when);  // counts the pilot's time, but never cuts the pilot: half of one decides nothing
-  if (Stop asked({.poll = when.poll, .cancel = when.cancel}); !run_pilot(asked)) {
-    asked.rethrow();
+  Stop stop(when);
+  // The time of the pilot counts, but no deadline cuts it: half a pilot decides nothing.
+  if (Stop without_deadline({.poll = when.poll, .cancel = when.cancel}); !run_pilot(without_deadline)) {
+    without_deadline.rethrow();
     return false;
   }
   while (position_.done < samples) {
@@ -150,11 +151,11 @@ bool Renderer::run_pilot(Stop& stop) {
   decision_ = std::move(decision);
   settings_ = decision_->applied(settings_);
   kernel_ = &choose_kernel(united(need_, effects_of(settings_)));
-  if (!resumed_) counters_ += first_counters();  // or an earlier render has counted them
+  if (!resumed_) counters_ += pilot_counters();  // or an earlier render has counted them
   return true;
 }
 
-Counters Renderer::first_counters() const noexcept {
+Counters Renderer::pilot_counters() const noexcept {
   if (!decision_) return {};
   return {.rays = decision_->rays, .shadow_rays = decision_->shadow_rays};
 }
@@ -194,7 +195,7 @@ void Renderer::limit_to(const PixelBlock& window) {
   schedule_ = {};
   position_ = {};
   cancelled_blocks_.clear();
-  counters_ = first_counters();
+  counters_ = pilot_counters();
   resumed_ = false;
   nonfinite_ = {};
   faulty_ = {};
@@ -284,10 +285,11 @@ BlockTask Renderer::task(std::size_t block) noexcept {
 }
 
 void Renderer::run_pass(Stop& stop) {
-  std::vector<std::size_t> unfinished;
-  unfinished.reserve(cancelled_blocks_.size() + blocks_.size() -
-                     position_.next_block);  // a block that fails must not need memory
-  const std::vector<std::size_t> again = std::exchange(cancelled_blocks_, std::move(unfinished));
+  // Workers put the blocks that they give up into cancelled_blocks_. Its memory is reserved before, because a block may
+  // be given up for want of memory.
+  std::vector<std::size_t> reserved;
+  reserved.reserve(cancelled_blocks_.size() + blocks_.size() - position_.next_block);
+  const std::vector<std::size_t> again = std::exchange(cancelled_blocks_, std::move(reserved));
   const std::size_t tasks = again.size() + blocks_.size() - position_.next_block;
   std::mutex merge;
   const std::size_t begun = run_blocks(tasks, threads_, stop, [&] {

@@ -22,7 +22,9 @@ struct RenderOptions {
   unsigned threads = 0;          // 0: as many as the machine has
   std::uint32_t tile = 16;       // pixels along a block's side
   std::uint32_t replicates = 2;  // of the film
-  std::uint32_t nets = 2;  // scrambled point sets of a pixel: one a replicate, or 1, whose halves are the replicates
+  /// Nets of a pixel: independent scramblings of the sampler's point set. One for each replicate; or 1, and its halves
+  /// are the replicates.
+  std::uint32_t nets = 2;
   std::uint32_t second_net = 0;  // with one net: one of this many pixels has a second net (`SecondNets`); 0: none
   bool pixel_rays = false;       // count the rays of every pixel's samples in the image
   Effects also = {};             // further effects for the kernel to support, to measure what they cost
@@ -97,7 +99,7 @@ class Renderer {
   /// Renders the pilot if roulette or splitting is undecided. Returns false, and changes nothing, if it was stopped.
   [[nodiscard]] bool run_pilot(Stop& stop);
   /// Counters before the first sample: the rays of the pilot, if it is rendered.
-  [[nodiscard]] Counters first_counters() const noexcept;
+  [[nodiscard]] Counters pilot_counters() const noexcept;
   void run_pass(Stop& stop);
   /// Returns the task of a block in the current pass.
   [[nodiscard]] BlockTask task(std::size_t block) noexcept;

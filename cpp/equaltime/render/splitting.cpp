@@ -113,7 +113,8 @@ class Blocks {
 };
 
 /// Variance of a single copy in each block, in proportion to the squared deviation among copies. A stratified sampler
-/// leaves less variance than copies show, so the sum is scaled to the variance that splitting removes.
+/// has less variance than the deviation among copies suggests, so the variances are scaled: their sum is the variance
+/// that splitting removes.
 std::vector<double> variances_of_copy(const std::vector<Seen>& blocks, const Seen& image) {
   std::vector<double> variances;
   double sum = 0;

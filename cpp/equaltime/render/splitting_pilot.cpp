@@ -17,7 +17,7 @@ namespace {
 constexpr std::uint64_t kSeed = 0xea450000ea45;  // of the pilot's numbers
 constexpr std::uint64_t kFilmPixels = 64;        // of the film for one of the pilot, within these bounds
 constexpr std::uint64_t kLeastPixels = 256, kMostPixels = 4096;
-constexpr std::uint64_t kSide = 4;  // of a square of pilot pixels, which know each other's mean
+constexpr std::uint64_t kSide = 4;  // of a square of pilot pixels, in pixels; each is judged by the mean of the others
 constexpr std::size_t kReplicates = 2;
 constexpr std::uint64_t kSamples = 4;  // of a replicate of a pixel: enough to see what the sampler does
 constexpr std::size_t kCopies = 1U << SplittingPilot::kLog2Copies;

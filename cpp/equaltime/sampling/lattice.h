@@ -44,7 +44,7 @@ inline constexpr std::array<std::uint8_t, kSlots + 1> kFirst = [] {
 }();
 static_assert(kFirst[slot(BounceDimension::medium, kBounces - 1).index] + 1 == std::size(kVector));
 
-/// The vector's components, from 1 on. What slots without any would read is 0.
+/// The vector's components, from index 1 on. Index 0 holds a 0 for slots without components.
 inline constexpr auto kComponents = [] {
   std::array<std::uint32_t, std::size(kVector) + 1> components{};
   std::copy(std::begin(kVector), std::end(kVector), components.begin() + 1);
