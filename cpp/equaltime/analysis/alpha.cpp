@@ -23,7 +23,7 @@ double opacity(const Scene& scene, Ray ray, const Sampler& sampler, float time) 
   for (std::uint32_t crossed = 0;; ++crossed) {
     auto hit = scene.geometry.closest<E>(ray, time);
     if (media.sample_distance(scene, ray, sampler, crossed, through, hit) != nullptr) return 1;
-    const Optional<Interaction>& it = interaction(hit);
+    const Optional<Interaction>& it = hit.it;
     if (!it) return 1 - static_cast<double>(through.mean());
     if (!media.here().hides(scene.geometry, it->shape) && !hidden_emitters.skips(scene, *it, 1)) {
       const std::uint32_t material = scene.geometry.material(*it);

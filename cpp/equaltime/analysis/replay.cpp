@@ -116,7 +116,7 @@ class ReplayObserver : public PathObserver {
   }
   void block(const Ray& ray) {
     const auto hit = scene_.geometry.closest<kAllEffects>(ray, time_);
-    if (const auto& it = interaction(hit)) current().light->closest_occluder = *it;
+    if (const auto& it = hit.it) current().light->closest_occluder = *it;
   }
 
   const Scene& scene_;

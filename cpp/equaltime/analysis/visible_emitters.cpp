@@ -64,7 +64,7 @@ Spectrum seen(const Scene& scene, const FilmPoint& place, Point2f lens, const Li
               float time) noexcept {
   const Ray ray = camera_ray<kAllEffects>(
       scene.camera.sensor, scene.camera.motion, place.x, place.y, [&]() noexcept { return lens; }, time);
-  const Optional<Interaction> it = interaction(scene.geometry.closest<kAllEffects>(ray, time));
+  const Optional<Interaction> it = scene.geometry.closest<kAllEffects>(ray, time).it;
   if (light.infinite) return it ? Spectrum() : light.radiance;
   if (!it || !it->front || !scene.geometry.emits(*it) || scene.geometry.light_of(*it) != light.light) return {};
   return scene.radiance<kAllEffects>(*it);

@@ -165,7 +165,7 @@ py::dict eval_lights(const Scene& scene, const std::string& lights, const Array&
   for (py::ssize_t i = 0; i < receivers.size; ++i) {
     const LightSampleContext receiver = receivers[i];
     const Vec3f d = row(wi, i);
-    const Optional<Interaction> it = interaction(scene.geometry.closest<kAllEffects>({receiver.p, d}, 0));
+    const Optional<Interaction> it = scene.geometry.closest<kAllEffects>({receiver.p, d}, 0).it;
     if (!it) {
       if (!scene.lights.environment()) continue;
       const LightValue<float> v = scene.lights.environment_towards(by.lights, by.environment, receiver, d);

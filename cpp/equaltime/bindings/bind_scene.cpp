@@ -103,7 +103,7 @@ void put(double* table, std::size_t row, const V* first, std::size_t width) {
 void put_hit(const Scene& scene, const HitTables& to, std::size_t i, const Vec3d& origin, const Vec3d& direction,
              float time) {
   const Ray ray{Vec3f(scene.normalization.point(origin)), Vec3f(normalize(direction))};
-  const auto it = interaction(scene.geometry.closest<kAllEffects>(ray, time));
+  const auto it = scene.geometry.closest<kAllEffects>(ray, time).it;
   const Vec3d point = it ? scene.normalization.world_point(Vec3d(it->anchor.p)) : Vec3d{};
   const Vec3f normal = it ? it->anchor.n : Vec3f{}, shading_normal = it ? it->frame.n : Vec3f{};
   const double t = it ? length(point - origin) : std::numeric_limits<double>::infinity();

@@ -66,7 +66,7 @@ template <Effects E>
   if constexpr (E.media)
     return {make_interaction<E>(point, ray), point.hit.p};
   else
-    return make_interaction<E>(point, ray);
+    return {make_interaction<E>(point, ray)};
 }
 
 // Parts of a hit that depend on the kind of an analytic shape. Hits are passed by value: references would force them

@@ -118,7 +118,7 @@ SurfaceIntersection<E> SceneGeometry::in_instance(const Hit& hit, const Ray& ray
   const detail::SurfacePoint point =
       instance.placed(recompute_hit<E>(groups[group], grouped, hit.id, instance.to_local(RayD(ray)), time));
   SurfaceIntersection<E> intersection = detail::make_intersection<E>(point, ray);
-  interaction(intersection)->instance = hit.instance;
+  intersection.it->instance = hit.instance;
   return intersection;
 }
 

@@ -1,8 +1,7 @@
-// Interaction: a point where a ray hits a surface, and the rays that leave it. Normalised space.
+// Interaction: a point where a ray hits a surface or a medium scatters, and the rays that leave it. Normalised space.
 #pragma once
 
 #include <cstdint>
-#include <type_traits>
 
 #include "equaltime/base/effects.h"
 #include "equaltime/base/index.h"
@@ -45,6 +44,9 @@ struct Interaction {
   Vec3f unperturbed_normal;  // the shading normal before a normal or bump map
   float terminator_alpha2;   // squared roughness of the perturbed normal's shadowing; 0: none
 
+  /// Whether the point lies in a medium, and not on a surface.
+  [[nodiscard]] bool in_medium() const noexcept { return shape == kNone; }
+
   /// The ray that leaves in direction wi. `above`: wi is on the side of the geometric normal.
   [[nodiscard]] EQUALTIME_INLINE Ray spawn(const Vec3f& wi, bool above) const noexcept {
     return {anchor.moved(above), wi};
@@ -58,20 +60,21 @@ struct Interaction {
   }
 };
 
-/// A hit with its point in float64, or none. In dense media, float32 would lose many mean free paths.
-struct ExactIntersection {
+/// The nearest hit of a ray, if any.
+template <bool kExact>
+struct BasicSurfaceIntersection {
+  Optional<Interaction> it;
+};
+/// The hit and its point in float64: in dense media, float32 would lose many mean free paths.
+template <>
+struct BasicSurfaceIntersection<true> {
   Optional<Interaction> it;
   Vec3d point;
 };
+using ExactIntersection = BasicSurfaceIntersection<true>;
 
-/// The nearest hit of a ray, if any; with the exact point in kernels with media.
+/// The nearest hit in kernels for a set of effects: exact in those with media.
 template <Effects E>
-using SurfaceIntersection = std::conditional_t<E.media, ExactIntersection, Optional<Interaction>>;
-
-/// The interaction at the nearest hit; nothing if there is none.
-[[nodiscard]] inline Optional<Interaction>& interaction(Optional<Interaction>& it) noexcept { return it; }
-[[nodiscard]] inline Optional<Interaction>& interaction(ExactIntersection& hit) noexcept { return hit.it; }
-[[nodiscard]] inline const Optional<Interaction>& interaction(const Optional<Interaction>& it) noexcept { return it; }
-[[nodiscard]] inline const Optional<Interaction>& interaction(const ExactIntersection& hit) noexcept { return hit.it; }
+using SurfaceIntersection = BasicSurfaceIntersection<E.media>;
 
 }  // namespace equaltime

@@ -66,7 +66,7 @@ template <Effects E, Observer O>
                                                       O& observer) noexcept(!O::allocates) {
   if constexpr (!O::sees_shadows) return {};
   auto hit = geometry.closest<E, typename O::Guard>(ray, time);
-  const Optional<Interaction>& it = interaction(hit);
+  const Optional<Interaction>& it = hit.it;
   tell<event::ShadowRayHit>(observer, ray, time, it ? &*it : nullptr);
   return hit;
 }

@@ -28,12 +28,12 @@ template <Effects E, Observer O>
     const Ray ray = path.ray;  // a copy: by reference it would hold all of the path in memory
     tell<event::RayTraced>(observer, ray, path.time, path.previous, path.beta, path.L);
     auto hit = closest<E>(scene.geometry, ray, path.time, observer);
-    tell<event::RayHit>(observer, ray, interaction(hit) ? &*interaction(hit) : nullptr);
+    tell<event::RayHit>(observer, ray, hit.it ? &*hit.it : nullptr);
     Vertex v;
     const Arrival arrival = arrive<E>(scene, settings, path, hit, v, own, observer);
     bool goes_on = arrival == Arrival::crosses;
     if (arrival == Arrival::scatters) [[likely]] {
-      const Interaction& it = *interaction(hit);
+      const Interaction& it = *hit.it;
       tell<event::VertexReached>(observer, v.scatterer);
       const Optional<ScatterSample> scattered = scatter<E>(scene, settings, path, it, v, u, copies, observer);
       tell<event::DirectionSampled>(observer, it, v.material, v.scatterer, scattered);

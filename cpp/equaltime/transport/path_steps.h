@@ -67,7 +67,7 @@ template <Effects E, Observer O>
                                               SurfaceIntersection<E>& hit, Vertex& v, std::optional<Bsdf>& own,
                                               O& observer) noexcept(!O::allocates) {
   const PhaseFunction* phase = path.media.sample_distance(scene, path.ray, path.sampler, path.bounce(), path.beta, hit);
-  Optional<Interaction>& it = interaction(hit);
+  Optional<Interaction>& it = hit.it;
   tell<event::DistanceSampled>(observer, it ? &*it : nullptr, phase != nullptr, path.beta);
   if (phase == nullptr) return arrive_at_surface<E>(scene, settings, path, it, v, own, observer);
   v.scatterer = Scatterer(*phase);

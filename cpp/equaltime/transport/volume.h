@@ -57,7 +57,7 @@ requires(E.media) class MediumState<E> {
 
   /// Updates the state as the path leaves a vertex. `above`: on the side of the geometric normal.
   void leave(const SceneGeometry& geometry, const Interaction& it, bool above) noexcept {
-    if (it.shape == kNone) return;
+    if (it.in_medium()) return;
     const SurfaceMedia& media = geometry.surfaces[it.shape].media;
     const bool leaves_by_front = above == it.front;
     if (media.rank != kNoRank) {
@@ -140,7 +140,7 @@ class PathMediumState {
   PathMediumState(const Scene&, const Ray&, float) noexcept {}
   [[nodiscard]] static MediumState<E> here() noexcept { return {}; }
   [[nodiscard]] const PhaseFunction* sample_distance(const Scene&, const Ray&, const Sampler&, std::uint32_t,
-                                                     const Spectrum&, const Optional<Interaction>&) const noexcept {
+                                                     const Spectrum&, const SurfaceIntersection<E>&) const noexcept {
     return nullptr;
   }
   void leave(const Scene&, const Interaction&, bool) const noexcept {}
@@ -179,7 +179,7 @@ requires(E.media) class PathMediumState<E> {
   }
   /// Updates the state as the path leaves a vertex. `above`: on the side of the geometric normal.
   void leave(const Scene& scene, const Interaction& it, bool above) noexcept {
-    if (it.shape == kNone) return;
+    if (it.in_medium()) return;
     here_.leave(scene.geometry, it, above);
     if (here_.medium_index(scene.volumes) == kNone)
       nearby_.clear();
@@ -208,7 +208,7 @@ template <Effects E, Observer O>
     const Ray shadow = shadow_ray(from, above, light);
     if (!may_pass && occluded<E>(scene.geometry, shadow, time, observer)) return {};
     auto hit = may_pass ? closest_occluder<E>(scene.geometry, shadow, time, observer) : SurfaceIntersection<E>();
-    const Optional<Interaction>& it = interaction(hit);
+    const Optional<Interaction>& it = hit.it;
     if constexpr (E.media) {
       transmittance *= media.transmittance_along(scene, shadow, hit, light, time, observer);
       if (!it && !scene.volumes.nesting.dielectrics.empty() && !light.infinite && !light.delta)
