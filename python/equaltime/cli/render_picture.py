@@ -123,7 +123,7 @@ def render_picture(
     """Render a scene into a file, print the outcome, and return the exit code.
 
     ``changes`` are the user's changes to the scene, as keywords of `Scene.with_`. ``first`` tells whether to print
-    warnings and hazards of the scene.
+    warnings and hazards of the scene, and whether to measure if the time is too short: once for all frames.
     """
     paths = check_output(output, aov=order.aov)
     check_spares(paths.all, scene.files, "the scene is made of this file")
@@ -136,7 +136,7 @@ def render_picture(
         source = None if scene.source is None else os.path.abspath(scene.source)
         check_replaceable(paths.pictures if order.resume else paths.all, source, scene.digest)
     resumed = paths.exr if order.resume and paths.exr is not None and paths.exr.exists() else None
-    if resumed is None and not (order.quiet or order.json):
+    if first and resumed is None and not (order.quiet or order.json):
         _warn_of_short_time(scene, order)
     viewer = None if order.tev is None else _viewer(order.tev, output)
     resumable = paths.exr is not None and not order.small

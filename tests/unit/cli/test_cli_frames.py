@@ -51,6 +51,16 @@ def test_an_animation_goes_on_where_it_was(scene: Path, capsys: pytest.CaptureFi
     assert [et.read(scene.parent / f"f_000{number}.exr").spp for number in range(3)] == [8, 8, 8]
 
 
+def test_the_first_frame_alone_is_measured_for_a_time_that_is_too_short(
+    scene: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    measured = []
+    monkeypatch.setattr("equaltime.cli.render_picture.seconds_of_pilot", lambda *of: measured.append(of) or 10.0)
+    assert render(scene, "f.exr", "--frames", "0-2", "--time", "1s") == 0
+    assert len(measured) == 1
+    assert capsys.readouterr().err.count("may be too short to know the error") == 1
+
+
 def test_a_frame_does_not_replace_what_is_no_render(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (scene.parent / "f_0001.png").write_text("mine")
     assert render(scene, "f.png", "--frames", "0-1") == 2
