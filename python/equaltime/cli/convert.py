@@ -64,10 +64,11 @@ def convert(
         Any,
         typer.Option(
             parser=parse_background,
-            metavar="R,G,B|white",
+            metavar="COLOUR",
             show_default=False,
-            help="Linear colour behind a render with alpha, which the exposure does not change. The picture then has "
-            "no alpha. A JPEG never has: without this option it is black behind.",
+            help="Colour behind a render with alpha, which the exposure does not change: white, black, '#ff8800' as on "
+            "web pages, or linear 1,0.25,0. The picture then has no alpha. A JPEG never has: without this option it is "
+            "black behind.",
         ),
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace OUT if it is there.")] = False,

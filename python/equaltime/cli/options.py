@@ -16,6 +16,7 @@ from equaltime.images.exposure import AUTO, MOST_STOPS, Exposure
 from equaltime.rendering.job import MOST_SECONDS, MOST_THREADS
 from equaltime.rendering.output_files import AovPicture
 from equaltime.scene.frames import parse_frames
+from equaltime.scene.model.values import from_hex
 from equaltime.words import seconds_of
 
 __all__ = [
@@ -124,13 +125,18 @@ _COLORS = {"white": (1.0, 1.0, 1.0), "black": (0.0, 0.0, 0.0)}
 
 
 def parse_background(text: str) -> tuple[float, ...]:
-    """Parse a linear colour ``R,G,B`` in [0, 1], ``white`` or ``black``; raises typer.BadParameter for other texts."""
+    """Parse ``white``, ``black``, ``#rrggbb`` (encoded sRGB) or ``R,G,B`` in [0, 1] (linear), and return linear sRGB.
+
+    Raises typer.BadParameter for other texts.
+    """
     try:
-        color = _COLORS.get(text) or tuple(map(float, text.split(",")))
+        hexadecimal = text.lstrip().startswith("#")
+        color = _COLORS.get(text) or (from_hex(text) if hexadecimal else tuple(map(float, text.split(","))))
     except ValueError:
         color = ()
     if len(color) != 3 or not all(0.0 <= value <= 1.0 for value in color):
-        raise typer.BadParameter(f"'{text}' is no colour; write white, black or linear R,G,B from 0 to 1: 0.2,0.2,0.2")
+        kinds = "white, black, #rrggbb as on web pages, or linear R,G,B from 0 to 1: 0.2,0.2,0.2"
+        raise typer.BadParameter(f"'{text}' is no colour; write {kinds}")
     return color
 
 

@@ -129,7 +129,15 @@ def test_a_jpeg_of_a_transparent_render_is_told_to_be_black_behind(
 
 
 @pytest.mark.parametrize(("name", "within"), [("b.png", 0), ("b.jpg", 2)])
-@pytest.mark.parametrize(("colour", "expected"), [("white", [255, 255, 255]), ("0.5,0.25,0.1", [188, 137, 89])])
+@pytest.mark.parametrize(
+    ("colour", "expected"),
+    [
+        ("white", [255, 255, 255]),
+        ("0.5,0.25,0.1", [188, 137, 89]),
+        ("#ff8800", [255, 136, 0]),  # encoded sRGB, as on web pages
+        ("#F80", [255, 136, 0]),
+    ],
+)
 def test_a_background_is_seen_behind_a_transparent_render(
     colour: str, expected: list[int], name: str, within: int, cut_out: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -153,7 +161,8 @@ def test_the_pixels_at_an_edge_are_mixed_with_the_background_in_linear_light(cut
 @pytest.mark.parametrize(
     ("source", "colour", "problem"),
     [
-        ("cut.exr", "red", "'red' is no colour; write white, black or linear R,G,B from 0 to 1"),
+        ("cut.exr", "red", "'red' is no colour; write white, black, #rrggbb as on web pages, or linear R,G,B from 0 to 1"),
+        ("cut.exr", "#ff88", "'#ff88' is no colour; write white, black, #rrggbb"),
         ("cut.exr", "1,1,2", "'1,1,2' is no colour"),
         ("a.exr", "white", "a.exr has no alpha: render it with --transparent"),
         ("ball.toml", "white", "only renders have one"),
