@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 
-from equaltime.cli.messages import MOST_LINES, once_each, print_aside, print_json, print_lines
+from equaltime.cli.messages import MOST_LINES, lint_command, once_each, print_aside, print_json, print_lines
 from equaltime.cli.options import AsJson, Define, SceneFile, Substitute, Verbose, parse_definitions
 from equaltime.scene import Scene, load_file
 from equaltime.scene.lint import FILE_REMARKS, Finding
@@ -48,8 +47,7 @@ def print_hazards(scene: Scene) -> tuple[Finding, ...]:
     except ValueError:
         return ()  # the build of the scene reports it
     if told := summary(findings):
-        more = shlex.join(("equaltime", "lint", str(scene.source))) if scene.source else "equaltime lint"
-        print_aside(f"lint: {told}; see {more}")
+        print_aside(f"lint: {told}; see {lint_command(scene)}")
     return findings
 
 

@@ -45,6 +45,7 @@ __all__ = [
     "headline",
     "kept_elsewhere",
     "left_by_interrupt",
+    "lint_command",
     "once_each",
     "plain_console",
     "print_aside",
@@ -276,10 +277,16 @@ def print_remarks(scene: Scene) -> None:
     """
     kinds = once_each(scene.warnings)
     if len(kinds) > 1 and scene.source is not None:
-        told = shlex.join(("equaltime", "lint", str(scene.source)))
-        kinds = [f"{len(kinds)} kinds of remarks on how the file was read; see {told}"]
+        kinds = [f"{len(kinds)} kinds of remarks on how the file was read; see {lint_command(scene)}"]
     for line in kinds:
         print_warning(line)
+
+
+def lint_command(scene: Scene) -> str:
+    """Return the command that lists the hazards of the scene, read from its file with the same options."""
+    source = [] if scene.source is None else [str(scene.source)]
+    definitions = [word for name, value in scene.defines.items() for word in ("-D", f"{name}={value}")]
+    return shlex.join(["equaltime", "lint", *source, *definitions, *["--substitute"] * bool(scene.substitutions)])
 
 
 def once_each(warnings: Sequence[str]) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 
 import pytest
@@ -74,7 +75,9 @@ def test_render_says_it_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixtur
     words = ["render", str(file), "-o", str(tmp_path / "out.exr"), "--spp", "1", "-D", "power=1", "-D"]
     assert main([*words, "glass=dielectric"]) == 0
     lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("lint: ")]
-    assert lines == [f"lint: 1 warning (open-dielectrics); see equaltime lint {file}"]
+    command = f"equaltime lint {file} -D power=1 -D glass=dielectric"
+    assert lines == [f"lint: 1 warning (open-dielectrics); see {command}"]
+    assert main(shlex.split(command)[1:]) == 1
     assert main([*words, "glass=thindielectric"]) == 0
     assert "lint: " not in capsys.readouterr().err
 

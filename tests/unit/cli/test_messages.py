@@ -1,6 +1,7 @@
 """How the command line writes numbers."""
 
 import math
+import shlex
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
-from equaltime.cli.messages import doubts, once_each, print_error, print_remarks, while_heard
+from equaltime.cli.messages import doubts, lint_command, once_each, print_error, print_remarks, while_heard
 from equaltime.film.focus import Focus
 from equaltime.words import duration, seconds_of
 
@@ -80,12 +81,21 @@ def test_commands_without_a_picture_tell_many_remarks_in_one_line(
     assert len(in_full) > 1
     short = [f"warning: {len(in_full)} kinds of remarks on how the file was read; see equaltime lint '{mesh}'"]
     assert told("quote", str(mesh), "--error", "50%", "--no-why") == short
+    assert told("quote", str(mesh), "--error", "50%", "--no-why", "-D", "up=z") == [f"{short[0]} -D up=z"]
     assert told("effects", str(mesh), "--quick") == short
     assert main(["lint", str(mesh)]) == 0
     listed = capsys.readouterr().out
     assert all(line.removeprefix("warning: ") in listed for line in in_full)
     print_remarks(replace(et.load(mesh), warnings=("only this",)))
     assert capsys.readouterr().err == "warning: only this\n"
+
+
+def test_the_command_that_lists_remarks_reads_the_scene_with_the_same_options(tmp_path: Path) -> None:
+    scene = tmp_path / "a.toml"
+    scene.write_text('a = { type = "sphere", bsdf = { type = "hair" } }\nsky = { type = "constant", radiance = "$r" }\n')
+    told = lint_command(et.load(scene, substitute=True, r=2))
+    assert told == f"equaltime lint {scene} -D r=2 --substitute"
+    assert main(shlex.split(told)[1:]) == 0
 
 
 RARE = "light that 12.5 samples a pixel have not met is not in the error"
