@@ -41,7 +41,7 @@ from equaltime.quoting.quote import seconds_of_pilot
 from equaltime.rendering.black_picture import black_picture, reasons, unwarned
 from equaltime.rendering.budget import StopRule
 from equaltime.rendering.job import Backend, Traps
-from equaltime.rendering.output_files import AovPicture, check_output, check_replaceable, check_spares, replaced
+from equaltime.rendering.output_files import AovPicture, check_output, check_replaceable, check_spares, copies, replaced
 from equaltime.rendering.passes import ProgressCallback
 from equaltime.rendering.render_file import read_record
 from equaltime.rendering.result import Result
@@ -141,6 +141,7 @@ def render_picture(
     viewer = None if order.tev is None else _viewer(order.tev, output)
     resumable = paths.exr is not None and not order.small
     old = {} if paths.exr is None else read_record(paths.exr)  # a checkpoint may replace it
+    earlier = copies(paths.all)
     before = None if resumed is None else old.get("paths")
     teller = _Teller({} if order.json else None, order.quiet, order.verbose, findings, resumable, before, first)
     failure: SampleError | BrightImage | None = None
@@ -162,6 +163,8 @@ def render_picture(
         except ImageError as problem:
             print_error(f"{problem}{kept_elsewhere(result)}")
             return 1
+        kept = (copy for copy, changed in copies(paths.all).items() if earlier.get(copy) != changed)
+        files = tuple(dict.fromkeys((*files, *kept)))  # a checkpoint may have kept a copy, too
         writing = clock.perf_counter() - begin
         if isinstance(failure, BrightImage):
             raise failure.with_result(result, str(output))

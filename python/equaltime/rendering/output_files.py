@@ -24,6 +24,7 @@ __all__ = [
     "check_output",
     "check_replaceable",
     "check_spares",
+    "copies",
     "keep_others",
     "keep_work",
     "replaced",
@@ -223,7 +224,7 @@ def _is_known(paths: OutputPaths, record: Mapping[str, Any]) -> bool:
 
 def _copied(path: Path, lost: str) -> Path:
     """Copy a file to ``NAME~`` beside it and return the copy; ``lost`` says what would be lost if that fails."""
-    kept = path.with_name(f"{path.name}~")
+    kept = _copy_of(path)
     try:
         with replacing(kept) as copy:
             shutil.copyfile(path, copy)
@@ -231,6 +232,15 @@ def _copied(path: Path, lost: str) -> Path:
     except OSError as error:
         raise ImageError(f"{path}: {lost}, and cannot be kept as {kept}") from error
     return kept
+
+
+def _copy_of(path: Path) -> Path:
+    return path.with_name(f"{path.name}~")
+
+
+def copies(places: Iterable[Path]) -> dict[Path, int]:
+    """Return the existing copies ``NAME~`` of files at ``places``, each with its time of change in nanoseconds."""
+    return {kept: kept.stat().st_mtime_ns for kept in map(_copy_of, places) if kept.exists()}
 
 
 def replaced(new: Mapping[str, Any], old: Mapping[str, Any]) -> str:

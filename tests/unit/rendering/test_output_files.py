@@ -277,6 +277,19 @@ def test_more_than_a_minute_of_rendering_is_kept_beside(
     assert read_picture(kept).record["seconds"] == 500.0, "one backup"
 
 
+def test_what_a_checkpoint_keeps_is_told_at_the_end(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, kept = tmp_path / "out.exr", tmp_path / "out.exr~"
+    seconds(path, et.render(scene, spp=2), 61.0)
+    command = ["render", str(scene), "-o", str(path), "--checkpoint", "10ms", "--time", "1s", "--seed"]
+    assert main([*command, "3"]) == 0
+    assert f"the render that was there is kept as {kept}" in capsys.readouterr().out.splitlines()
+    assert read_picture(kept).record["seconds"] == 61.0
+    assert main([*command, "3"]) == 0
+    assert "is kept as" not in capsys.readouterr().out, "an older copy is none of this render's"
+
+
 def test_a_long_render_is_kept_also_where_its_preview_is_no_render(scene: Path, tmp_path: Path) -> None:
     path, result = tmp_path / "out.exr", et.render(scene, spp=2)
     seconds(path, result, 61.0)
