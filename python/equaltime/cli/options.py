@@ -403,7 +403,8 @@ Substitute = Annotated[
     bool,
     typer.Option(
         "--substitute",
-        help="Replace materials and the like that cannot be rendered, and say so, instead of refusing the scene.",
+        help="Replace materials and the like that cannot be rendered, and images that are missing, and say so, instead "
+        "of refusing the scene.",
     ),
 ]
 

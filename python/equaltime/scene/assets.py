@@ -18,7 +18,7 @@ from equaltime.scene.creases import Creased, creased
 from equaltime.scene.gltf import Contents, Triangles, split
 from equaltime.scene.model import Bitmap, EnvMap, Gltf, MeshFile, Obj, Serialized, mesh_files
 from equaltime.scene.pictures import Texels, read_picture
-from equaltime.scene.search import Search
+from equaltime.scene.search import Search, exists
 from equaltime.scene.serialized import read_serialized
 
 __all__ = ["Assets", "Mesh"]
@@ -165,6 +165,10 @@ class Assets:
     def files(self) -> set[Path]:
         """Paths of all meshes, images and other files that were found while the scene was read."""
         return self._search.files
+
+    def lacks(self, filename: str) -> bool:
+        """Tell whether there is no file called `filename`."""
+        return not exists(self._search.find(split(filename)[0]))
 
     def path(self, filename: str) -> Path:
         """Return the path of the file called `filename`, without a fragment.

@@ -36,7 +36,7 @@ from equaltime.scene.model import (
 from equaltime.scene.model.values import as_number
 from equaltime.scene.report import Report
 from equaltime.scene.resolve import Resolved
-from equaltime.scene.tree import Object, Plain
+from equaltime.scene.tree import Object, Place, Plain
 
 __all__ = ["Outside", "check_parts", "of_mesh", "of_textures"]
 
@@ -44,10 +44,11 @@ __all__ = ["Outside", "check_parts", "of_mesh", "of_textures"]
 def check_parts(resolved: Resolved, assets: Assets, report: Report) -> tuple[str, ...]:
     """Read all meshes and images that the scene `resolved` names, and return warnings for the user, one line each.
 
-    `assets` reads the files. Files that cannot be used are problems, and go to `report`. A plugin that the core cannot
-    use is skipped here.
+    `assets` reads the files. Files that cannot be used are problems, and go to `report`. Each is told once, with the
+    first place that names the file, and the number of others. A plugin that the core cannot use is skipped here.
     """
     told: dict[str, dict[str, None]] = {}
+    wrong: dict[str, dict[Place, str]] = {}
     for node, part in resolved.parts:
         try:
             for place, message in _check_part(node, part, assets):
@@ -55,8 +56,20 @@ def check_parts(resolved: Resolved, assets: Assets, report: Report) -> tuple[str
         except Unsupported:
             continue  # compiling refuses it; until then the scene can be inspected and converted
         except ValueError as error:
-            report.add(node.place_of("filename"), str(error))
+            message, names = str(error), isinstance(part, Bitmap | EnvMap | MeshFile)
+            if names or message not in wrong:  # a surface repeats the problem of its texture, which comes before it
+                wrong.setdefault(message, {})[node.place_of("filename")] = _hint(part, assets)
+    for message, places in wrong.items():
+        (first, hint), *others = places.items()
+        more = f" (and {len(others)} more place{'s' * (len(others) > 1)})" if others else ""
+        report.add(first, f"{message}{more}{hint}")
     return tuple(_one_line(message, list(places)) for message, places in told.items())
+
+
+def _hint(part: Plugin, assets: Assets) -> str:
+    """Return how to go on without a missing image; empty for other problems."""
+    missing = isinstance(part, Bitmap | EnvMap) and assets.lacks(part.filename)
+    return "; --substitute replaces it" if missing else ""
 
 
 def _one_line(message: str, places: list[str]) -> str:

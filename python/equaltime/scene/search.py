@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-__all__ = ["Includes", "Search"]
+__all__ = ["Includes", "Search", "exists"]
 
 
 class Search:
@@ -36,7 +36,7 @@ class Search:
         """
         for spelling in dict.fromkeys((name, name.replace("\\", "/"))):
             for folder in self._folders:
-                if _exists(path := folder / spelling):
+                if exists(path := folder / spelling):
                     return self.note(path)
         return self._home / name
 
@@ -46,7 +46,8 @@ class Search:
         return path
 
 
-def _exists(path: Path) -> bool:
+def exists(path: Path) -> bool:
+    """Tell whether there is a file or folder at `path`; False for a name that no file can have."""
     try:
         return path.exists()
     except (OSError, ValueError):  # such as an invalid file name

@@ -3,6 +3,7 @@
 A substitute does not make the same image. It keeps the shape of objects, and the colours that can be carried over. A
 plugin without a similar substitute is left out. Without the request (``--substitute``), a scene with such plugins is
 refused, and the error names each with file and line. Tables list the plugins of Mitsuba 3 and Mitsuba 0.6 by name.
+Missing images are replaced on request, too: textures by grey, skies by a constant one. Missing meshes are errors.
 """
 
 from __future__ import annotations
@@ -11,11 +12,11 @@ import dataclasses
 import math
 import operator
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Final
 
 from equaltime.scene.model import OUTPUTS, OWN_OUTPUTS, PLUGINS, Kind
-from equaltime.scene.tree import Child, Object, Plain, Ref
+from equaltime.scene.tree import Child, Object, Place, Plain, Ref
 from equaltime.words import nearest
 
 __all__ = ["MITSUBA", "OLD", "SCENE_HINTS", "Substitution", "has_substitute", "mitsuba_kind", "substituted"]
@@ -86,22 +87,35 @@ def has_substitute(kind: Kind, type: str) -> bool:
     return type in SUBSTITUTES.get(kind, {}) or (kind in FALLBACKS and _is_known(kind, type))
 
 
-def substituted(root: Object) -> tuple[Object, tuple[Substitution, ...]]:
+def substituted(root: Object, lacks: Callable[[str], bool]) -> tuple[Object, tuple[Substitution, ...]]:
     """Replace all plugins and parameters in the scene `root` that cannot be rendered, or leave them out.
 
-    Return the new root, and the list of replaced or omitted plugins and parameters. A substitute is a similar plugin,
-    but does not give the same image.
+    `lacks` tells whether the file of an image is missing. Return the new root, and the list of replaced or omitted
+    plugins, parameters and images. A substitute is a similar plugin, but does not give the same image.
     """
-    replacer = _Replacer()
+    replacer = _Replacer(root, lacks)
     scene = replacer.contents(root)
-    return replacer.without_references(scene) if replacer.gone else scene, tuple(replacer.done)
+    done = (*replacer.done, *replacer.images())
+    return replacer.without_references(scene) if replacer.gone else scene, done
 
 
 class _Replacer:
-    def __init__(self) -> None:
+    def __init__(self, root: Object, lacks: Callable[[str], bool]) -> None:
         self.done: list[Substitution] = []
         self.gone: set[str] = set()
         """Names of objects that are left out."""
+        self._lacks = lacks
+        self._made: dict[Object, Object | None] = {}
+        self._greys: dict[str, dict[Place, None]] = {}
+        """Places of the textures that are replaced by grey, by the name of the missing image."""
+        top = {child.name: child.node for child in root.children if child.name and isinstance(child.node, Object)}
+        self._named = top | {node.id: node for node in root.objects() if node.id is not None}
+
+    def images(self) -> Iterator[Substitution]:
+        """Yield the missing images of textures, each once, with its first place and the number of others."""
+        for file, (first, *others) in self._greys.items():
+            more = f", here and in {len(others)} more place{'s' * (len(others) > 1)}" if others else ""
+            yield Substitution(str(first), f"missing image '{file}'", f"a grey of 0.5{more}")
 
     def contents(self, node: Object) -> Object:
         """Return `node` with its contents replaced where needed."""
@@ -133,8 +147,17 @@ class _Replacer:
         return takes and isinstance(word, str) and word in self.gone
 
     def _object(self, node: Object) -> Object | None:
+        """Return the substitute of `node`, or `node` itself; None if it is left out. Each object has one substitute."""
+        if node not in self._made:
+            self._made[node] = node  # for objects that contain themselves, which are refused later
+            self._made[node] = self._substitute(node)
+        return self._made[node]
+
+    def _substitute(self, node: Object) -> Object | None:
+        if file := self._missing_image(node):
+            return self._without_image(node, file)
         inner = self.contents(node)
-        kind = node.kind or mitsuba_kind(node.type) or _family(node)
+        kind = _family(node)
         if kind is None:
             return inner
         step = SUBSTITUTES.get(kind, {}).get(node.type)
@@ -148,6 +171,46 @@ class _Replacer:
             return inner
         self.done.append(Substitution(str(node.place), f"{kind} '{node.type}'", words))
         return made
+
+    def _target(self, child: Child) -> Object | None:
+        """Return the object that a child is or names; None for other values."""
+        if isinstance(child.node, Object):
+            return child.node
+        name = child.node.id if isinstance(child.node, Ref) else child.node.data
+        return self._named.get(name) if isinstance(name, str) else None
+
+    def _missing_image(self, node: Object) -> str:
+        """Return the name of the missing image that a texture or sky shows, or that `node` needs; else empty."""
+        if node.type in ("bitmap", "envmap"):
+            names = (c.node.data for c in node.children if c.name == "filename" and isinstance(c.node, Plain))
+            return next((name for name in names if isinstance(name, str) and self._lacks(name)), "")
+        if node.type not in ("bumpmap", "mask", "normalmap", "spot"):  # these do not take a grey
+            return ""
+        textures = [inner for child in node.children if (inner := self._target(child)) and inner.type == "bitmap"]
+        return next(filter(None, map(self._missing_image, textures)), "")
+
+    def _without_image(self, node: Object, file: str) -> Object | None:
+        """Return the substitute of `node`, whose image `file` is missing."""
+        if node.type == "bitmap":
+            self._greys.setdefault(file, {})[node.place_of("filename")] = None
+            return FALLBACKS["texture"](dataclasses.replace(node, kind="texture"))[0]
+        kind: Kind = "emitter" if node.type in ("envmap", "spot") else "bsdf"
+        made: Object | None
+        if node.type == "envmap":
+            made, words = _as(kind, "constant", radiance=1.0)(node)
+        elif node.type == "spot":
+            made, words = _as(kind, "spot", _same(*_BEAM))(node)[0], "one without an image"
+        elif surface := next(filter(None, map(self._surface, node.children)), None):
+            made, words = dataclasses.replace(surface, id=node.id, key=node.key), f"the '{surface.type}' in it"
+        else:
+            made, words = _diffuse(dataclasses.replace(node, kind=kind))
+        self.done.append(Substitution(str(node.place), f"{kind} '{node.type}' of the missing image '{file}'", words))
+        return made
+
+    def _surface(self, child: Child) -> Object | None:
+        """Return the BSDF that a child is or names, after substitution; None for other children."""
+        found = self._target(child)
+        return self._object(found) if found is not None and _family(found) == "bsdf" else None
 
     def _parameters(self, node: Object) -> Object:
         """Return `node` without the parameters that are known but not supported."""
@@ -178,6 +241,11 @@ def _misspelt(kind: Kind, type: str) -> bool:
 
 
 def _family(node: Object) -> Kind | None:
+    """Return the family of `node`, if the file states it or its type is known."""
+    if kind := node.kind or mitsuba_kind(node.type):
+        return kind
+    if node.type in PLUGINS:
+        return PLUGINS[node.type].kind
     return next((kind for kind, steps in SUBSTITUTES.items() if node.type in steps), None)
 
 
@@ -254,6 +322,7 @@ DISNEY: Final = {
 }
 """Parameters of the Disney BSDF, in the spellings in use; parameters without an equivalent here are missing."""
 THIN: Final = ("base_color", "roughness", "anisotropic", "spec_tint", "sheen", "sheen_tint", "flatness", "eta")
+_BEAM: Final = ("to_world", "intensity", "cutoff_angle", "beam_width")
 _diffuse = _as("bsdf", "diffuse", {"reflectance": "reflectance"})
 _path = _as("integrator", "path", _same("max_depth", "rr_depth", "hide_emitters"))
 

@@ -92,7 +92,7 @@ def test_commands_without_a_picture_tell_many_remarks_in_one_line(
 
 def test_the_command_that_lists_remarks_reads_the_scene_with_the_same_options(tmp_path: Path) -> None:
     scene = tmp_path / "a.toml"
-    scene.write_text('a = { type = "sphere", bsdf = { type = "hair" } }\nsky = { type = "constant", radiance = "$r" }\n')
+    scene.write_text('a = { type = "sphere", bsdf = { type = "hair" } }\nb = { type = "constant", radiance = "$r" }\n')
     told = lint_command(et.load(scene, substitute=True, r=2))
     assert told == f"equaltime lint {scene} -D r=2 --substitute"
     assert main(shlex.split(told)[1:]) == 0
