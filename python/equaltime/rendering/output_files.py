@@ -240,7 +240,11 @@ def _copy_of(path: Path) -> Path:
 
 def copies(places: Iterable[Path]) -> dict[Path, int]:
     """Return the existing copies ``NAME~`` of files at ``places``, each with its time of change in nanoseconds."""
-    return {kept: kept.stat().st_mtime_ns for kept in map(_copy_of, places) if kept.exists()}
+    found = {}
+    for kept in map(_copy_of, places):
+        with suppress(OSError):  # there is none, or its name would be too long
+            found[kept] = kept.stat().st_mtime_ns
+    return found
 
 
 def replaced(new: Mapping[str, Any], old: Mapping[str, Any]) -> str:
