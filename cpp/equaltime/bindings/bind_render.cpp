@@ -144,15 +144,8 @@ py::dict build_info() {
                   "target"_a = EQUALTIME_TARGET, "embree"_a = Accel::version(), "embree_isa"_a = embree_isa());
 }
 
-}  // namespace
-
-void bind_render(py::module_& m) {
-  py::class_<Settings>(m, "Settings", "A strategy, as the core reads it.")
-      .def(py::init(&make_settings), py::kw_only(), "technique"_a = "mis", "heuristic"_a = "power",
-           "lights"_a = "power", "environment"_a = "plain", "roulette"_a = "throughput", "roulette_depth"_a = 5,
-           "survival"_a = 0.75, "truncate"_a = 0, "sampler"_a = "lattice", "max_depth"_a = -1)
-      .def_readonly("max_depth", &Settings::max_depth);
-  py::class_<Renderer>(m, "Renderer", "Brings a film to a number of samples, pass by pass.")
+void bind_methods(py::class_<Renderer>& renderer) {
+  renderer
       .def(py::init([](std::shared_ptr<Scene> scene, const Settings& settings, std::uint64_t seed, unsigned threads,
                        std::uint32_t tile, std::uint32_t replicates, bool pixel_rays,
                        const std::vector<std::string>& also, const std::string& traps,
@@ -205,7 +198,11 @@ void bind_render(py::module_& m) {
           [](Renderer& r, std::uint64_t pilot, const py::array_t<float, py::array::c_style>& rates) {
             r.set_sample_rates(pilot, {rates.data(), rates.data() + rates.size()});
           },
-          "pilot"_a, "rates"_a, "From here on samples are averages: each pixel's grow at its rate, (H, W).")
+          "pilot"_a, "rates"_a, "From here on samples are averages: each pixel's grow at its rate, (H, W).");
+}
+
+void bind_properties(py::class_<Renderer>& renderer) {
+  renderer
       .def_property_readonly(
           "position",
           [](const Renderer& r) { return std::tuple(r.position().done, r.position().target, r.position().next_block); },
@@ -232,6 +229,19 @@ void bind_render(py::module_& m) {
                              "None until it is decided, or where there was nothing to decide.")
       .def_property_readonly("kernel", [](const Renderer& r) { return kernel_name(r.kernel().effects); })
       .def_property_readonly("threads", &Renderer::threads);
+}
+
+}  // namespace
+
+void bind_render(py::module_& m) {
+  py::class_<Settings>(m, "Settings", "A strategy, as the core reads it.")
+      .def(py::init(&make_settings), py::kw_only(), "technique"_a = "mis", "heuristic"_a = "power",
+           "lights"_a = "power", "environment"_a = "plain", "roulette"_a = "throughput", "roulette_depth"_a = 5,
+           "survival"_a = 0.75, "truncate"_a = 0, "sampler"_a = "lattice", "max_depth"_a = -1)
+      .def_readonly("max_depth", &Settings::max_depth);
+  py::class_<Renderer> renderer(m, "Renderer", "Brings a film to a number of samples, pass by pass.");
+  bind_methods(renderer);
+  bind_properties(renderer);
   m.def("hold_embree", &hold_embree, "isa"_a,
         "Hold Embree to an instruction set in all scenes built from now on: sse4.2, avx, avx2 or avx512.");
   m.def("build_info", &build_info, "What this module was built with: version, compiler, target, Embree.");

@@ -163,15 +163,12 @@ py::dict nearest_hits(const Scene& scene, const ArrayD& origins, const ArrayD& d
   return found;
 }
 
-void bind_builder(py::module_& m) {
-  using Index = std::optional<std::uint32_t>;
-  using D = SceneDescription;
-  py::class_<D> builder(m, "SceneBuilder", "A scene in world space, float64, in the units of its author.");
-  bind_models(m, builder);
-  bind_textures(builder);
-  bind_sensors(builder);
-  bind_motion(builder);
-  builder.def(py::init<>())
+using Builder = py::class_<SceneDescription>;
+using Index = std::optional<std::uint32_t>;
+using D = SceneDescription;
+
+void bind_shapes(Builder& builder) {
+  builder
       .def(
           "add_mesh",
           [](D& d, const ArrayD& vertices, const ArrayU& faces, const std::optional<ArrayD>& normals,
@@ -215,7 +212,11 @@ void bind_builder(py::module_& m) {
                                                         vec(meridian), mirrored});
           },
           "base"_a, "end"_a, "radius"_a, py::kw_only(), "flip_normals"_a, "front"_a, "back"_a, "radiance"_a,
-          "meridian"_a = Triple{1, 0, 0}, "mirrored"_a = false)
+          "meridian"_a = Triple{1, 0, 0}, "mirrored"_a = false);
+}
+
+void bind_surfaces(Builder& builder) {
+  builder
       .def(
           "set_media",
           [](D& d, std::uint32_t shape, Index exterior, Index interior) {
@@ -233,6 +234,11 @@ void bind_builder(py::module_& m) {
           "set_camera_medium", [](D& d, std::uint32_t medium) { d.camera_medium = medium; }, "medium"_a)
       .def("cross_freely", [](D& d) { d.count_null_interfaces = false; })
       .def("hide_emitters", [](D& d) { d.hides_emitters = true; })
+      .def("keep_uvs", [](D& d) { d.keeps_uvs = true; });
+}
+
+void bind_groups(Builder& builder) {
+  builder
       .def(
           "add_group",
           [](D& d, std::uint32_t first) {
@@ -249,7 +255,11 @@ void bind_builder(py::module_& m) {
           [](D& d, std::uint32_t group, const ArrayD& t) {
             return append(d.shapes, InstanceDescription{group, transform(t)});
           },
-          "group"_a, "to_world"_a)
+          "group"_a, "to_world"_a);
+}
+
+void bind_lights(Builder& builder) {
+  builder
       .def(
           "add_point_light",
           [](D& d, const Triple& p, const Triple& i) {
@@ -287,19 +297,31 @@ void bind_builder(py::module_& m) {
           [](D& d, const ArrayF& pixels, double scale, const ArrayD& t) {
             d.environment = image_environment(pixels, scale, t);
           },
-          "pixels"_a, "scale"_a, "to_world"_a)
-      .def("keep_uvs", [](D& d) { d.keeps_uvs = true; })
-      .def(
-          "build",
-          [](D& d, const std::string& intersection) {
-            if (intersection != "robust" && intersection != "fast")
-              throw py::value_error("intersection is \"robust\" or \"fast\", not \"" + intersection + "\"");
-            const auto mode = intersection == "robust" ? Intersection::robust : Intersection::fast;
-            SceneDescription description = std::exchange(d, {});
-            const py::gil_scoped_release release;
-            return std::make_shared<Scene>(build_checked_scene(std::move(description), {.intersection = mode}));
-          },
-          "intersection"_a = "robust", "Compile what was added; the builder is empty afterwards.");
+          "pixels"_a, "scale"_a, "to_world"_a);
+}
+
+void bind_builder(py::module_& m) {
+  Builder builder(m, "SceneBuilder", "A scene in world space, float64, in the units of its author.");
+  builder.def(py::init<>());
+  bind_models(m, builder);
+  bind_textures(builder);
+  bind_sensors(builder);
+  bind_motion(builder);
+  bind_shapes(builder);
+  bind_surfaces(builder);
+  bind_groups(builder);
+  bind_lights(builder);
+  builder.def(
+      "build",
+      [](D& d, const std::string& intersection) {
+        if (intersection != "robust" && intersection != "fast")
+          throw py::value_error("intersection is \"robust\" or \"fast\", not \"" + intersection + "\"");
+        const auto mode = intersection == "robust" ? Intersection::robust : Intersection::fast;
+        SceneDescription description = std::exchange(d, {});
+        const py::gil_scoped_release release;
+        return std::make_shared<Scene>(build_checked_scene(std::move(description), {.intersection = mode}));
+      },
+      "intersection"_a = "robust", "Compile what was added; the builder is empty afterwards.");
 }
 
 }  // namespace
