@@ -170,6 +170,8 @@ def test_without_a_number_the_brightest_sample_of_the_pixel_is_replayed(strategy
         assert (found.brightest.sample, found.brightest.samples) == (found.sample, SAMPLES)
         assert found.brightest.luminance == pytest.approx(max(light), rel=1e-6)
         assert found.brightest.mean_of_others == pytest.approx((sum(light) - max(light)) / (SAMPLES - 1), rel=1e-5)
+        assert found.brightest.as_bright == sum(each == pytest.approx(max(light), rel=1e-5) for each in light)
+        assert found.brightest.black == light.count(0.0)
         assert str(found.brightest) in str(found)
 
 
@@ -195,18 +197,26 @@ def test_as_many_samples_are_looked_at_as_a_render_takes(asked: int | None, samp
 
 
 @pytest.mark.parametrize(
-    ("luminance", "others", "samples", "words"),
+    ("found", "words"),
     [
-        (12.3, 0.3, 64, "sample 37 (counted from 0) of the first 64 is the brightest: 41 times the mean of the others"),
-        (12.3, 0.0, 64, "is the brightest: luminance 12.3; the others are black"),
-        (12.3, -0.3, 64, "is the brightest: luminance 12.3, and the mean of the others is -0.3"),
-        (0.0, 0.0, 64, "the first 64 samples are all black"),
-        (0.5, float("nan"), 1, "only sample 0 was looked at: luminance 0.5"),
-        (float("nan"), 0.3, 38, "sample 37 (counted from 0) of the first 38 is not a finite number"),
+        (
+            Brightest(37, 64, 12.3, 0.3),
+            "sample 37 (counted from 0) of the first 64 is the brightest: 41 times the mean of the others",
+        ),
+        (Brightest(37, 64, 12.3, 0.0, black=63), "is the brightest: luminance 12.3; the other 63 are black"),
+        (Brightest(1, 2, 12.3, 0.0, black=1), "is the brightest: luminance 12.3; the other is black"),
+        (Brightest(37, 64, 12.3, 0.2, 2, 62), "is one of the 2 brightest: luminance 12.3; the other 62 are black"),
+        (Brightest(37, 64, 12.3, 0.3, 2, 10), "is one of the 2 brightest: luminance 12.3; 10 are black"),
+        (Brightest(37, 64, 12.3, 0.3, black=33), "is the brightest: luminance 12.3; 33 are black"),
+        (Brightest(0, 64, 12.3, 12.3, 64), "the first 64 samples are equally bright (luminance 12.3); sample 0 is"),
+        (Brightest(37, 64, 12.3, -0.3), "is the brightest: luminance 12.3, and the mean of the others is -0.3"),
+        (Brightest(37, 64, 0.0, 0.0, 64, 64), "the first 64 samples are all black"),
+        (Brightest(37, 1, 0.5, float("nan")), "only sample 0 was looked at: luminance 0.5"),
+        (Brightest(37, 38, float("nan"), 0.3), "sample 37 (counted from 0) of the first 38 is not a finite number"),
     ],
 )
-def test_the_brightest_sample_is_compared_in_words(luminance: float, others: float, samples: int, words: str) -> None:
-    assert words in str(Brightest(37, samples, luminance, others))
+def test_the_brightest_sample_is_compared_in_words(found: Brightest, words: str) -> None:
+    assert words in str(found)
 
 
 def test_a_sample_that_is_not_a_number_counts_as_the_brightest(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -125,12 +125,13 @@ def test_the_error_that_the_learn_page_shows_is_what_its_command_prints(tmp_path
 def test_the_bright_dot_of_the_learn_page_is_what_its_command_finds(capsys: pytest.CaptureFixture[str]) -> None:
     text = (ROOT / "scenes" / "learn" / "README.md").read_text()
     by_chance, by_both = re.findall(r"^equaltime (replay .*)$", text, re.MULTILINE)
-    (shown,) = re.findall(r"with (\d+) times the mean of the others", text)
+    (shown,) = re.findall(r"Two of the pixel's 50 samples met a lamp, each with (\d+)\. The other (\d+) are black", text)
     assert main(shlex.split(by_chance.replace("scenes/", f"{ROOT}/scenes/"))) == 0
     first = capsys.readouterr().out.partition("\n")[0]
-    sample, printed = re.findall(r"sample (\d+) .* the brightest: (\d+) times the mean of the others", first)[0]
+    said = r"sample (\d+) .* of the first 50 is one of the 2 brightest: luminance (\d+); the other (\d+) are black"
+    sample, *printed = re.findall(said, first)[0]
     assert f"--sample {sample} " in by_both
-    assert float(shown) == pytest.approx(float(printed), rel=0.03)
+    assert [*shown] == printed
     assert main(shlex.split(by_both.replace("scenes/", f"{ROOT}/scenes/"))) == 0
     radiance = re.findall(r"^radiance (\S+)", capsys.readouterr().out, re.MULTILINE)
     assert re.findall(r"The sample is now (\S+) where it\nwas 300", text) == radiance

@@ -18,6 +18,9 @@ __all__ = ["Brightest", "brightest_sample"]
 _STANDS_OUT = 10.0
 """Smallest luminance of a bright sample, in means of the pixel's other samples: ordinary noise stays below it."""
 
+_ROUNDING = 1e-5
+"""Largest relative difference of equally bright samples: a path's product of float32 factors stays below it."""
+
 
 @dataclass(frozen=True)
 class Brightest:
@@ -34,6 +37,10 @@ class Brightest:
     """Luminance of the brightest sample; NaN if one of its channels is NaN or infinite."""
     mean_of_others: float
     """Mean luminance of the other samples; NaN if there are none."""
+    as_bright: int = 1
+    """Number of samples with this luminance, up to rounding; the brightest itself counts."""
+    black: int = 0
+    """Number of samples with a luminance of 0."""
 
     @property
     def stands_out(self) -> bool:
@@ -54,12 +61,21 @@ class Brightest:
             return f"only sample 0 was looked at: {light}"
         if self.luminance == 0.0 == self.mean_of_others:
             return f"the first {self.samples} samples are all black; sample {self.sample} is one of them"
-        if self.mean_of_others == 0.0:
-            return f"{which} is the brightest: {light}; the others are black"
-        if not 0.0 < self.mean_of_others < self.luminance:  # negative weights of the filter, or all samples are equal
-            return f"{which} is the brightest: {light}, and the mean of the others is {self.mean_of_others:.4g}"
+        if self.as_bright == self.samples:
+            return f"the first {self.samples} samples are equally bright ({light}); sample {self.sample} is one of them"
+        said = f"{which} is {'the' if self.as_bright == 1 else f'one of the {self.as_bright}'} brightest"
+        if self.as_bright + self.black == self.samples:
+            return f"{said}: {light}; the other{f' {self.black}' if self.black > 1 else ''} {_are(self.black)} black"
+        if self.as_bright > 1 or self.black > self.samples / 2:  # the mean of the others depends on their number alone
+            return f"{said}: {light}; {self.black} {_are(self.black)} black"
+        if not 0.0 < self.mean_of_others < self.luminance:  # negative weights of the filter
+            return f"{said}: {light}, and the mean of the others is {self.mean_of_others:.4g}"
         times = figure(float(f"{self.luminance / self.mean_of_others:.2g}"))
-        return f"{which} is the brightest: {times} times the mean of the others ({light})"
+        return f"{said}: {times} times the mean of the others ({light})"
+
+
+def _are(number: int) -> str:
+    return "is" if number == 1 else "are"
 
 
 def brightest_sample(scene: Scene, strategy: Strategy, samples: int, seed: int) -> Brightest:
@@ -69,16 +85,22 @@ def brightest_sample(scene: Scene, strategy: Strategy, samples: int, seed: int) 
     """
     even = strategy.model_copy(update={"adaptive": "none"})  # the same samples, whatever their number
     renderer = make_renderer(scene, even, seed, threads=1, second_net=0)
-    best, most, total = 0, -math.inf, 0.0
+    found = np.zeros(samples)
     for index in range(samples):
         renderer.advance(index + 1)
         if renderer.nonfinite:
-            rest = total / index if index else math.nan
+            rest = float(found[:index].mean()) if index else math.nan
             return Brightest(index, index + 1, math.nan, rest)
         moments = renderer.moments  # the film itself: once emptied, it holds a single sample
-        luminance = float(moments["mean"].sum(axis=(0, 1, 2)) @ np.array(LUMINANCE))
+        found[index] = moments["mean"].sum(axis=(0, 1, 2)) @ np.array(LUMINANCE)
         moments[...] = 0
-        total += luminance
-        if luminance > most:
-            best, most = index, luminance
-    return Brightest(best, samples, most, (total - most) / (samples - 1) if samples > 1 else math.nan)
+    best = int(found.argmax())
+    others = np.delete(found, best)
+    return Brightest(
+        best,
+        samples,
+        luminance=float(found[best]),
+        mean_of_others=float(others.mean()) if samples > 1 else math.nan,
+        as_bright=int(np.isclose(found, found[best], rtol=_ROUNDING, atol=0.0).sum()),
+        black=int((found == 0.0).sum()),
+    )
