@@ -171,7 +171,8 @@ def render_picture(
         if viewer is not None and viewer.problem is not None:
             print_warning(viewer.problem)
         opaque = order.exposure == AUTO and result.origin.picture.alpha
-        written = Written(files, stops, result.exposure(), scale, opaque, replaced(result.record, old))
+        lost = "" if paths.exr is None else replaced(paths.exr, result.record, old)
+        written = Written(files, stops, result.exposure(), scale, opaque, lost)
         teller.tell(result, scene, writing, written)
     if failure is not None:
         raise failure.with_words(*order.words)

@@ -31,7 +31,7 @@ __all__ = [
 ]
 
 _WORTH_KEEPING: Final = 60.0
-"""Seconds of rendering from which a replaced render is kept."""
+"""Seconds of rendering from which a replaced render of equal content is kept."""
 
 
 AovPicture = Literal["variance"]
@@ -180,9 +180,10 @@ def _attributes(path: Path) -> Mapping[str, str]:
 def keep_work(paths: OutputPaths, record: Mapping[str, Any], scene: str | None, digest: str | None) -> tuple[Path, ...]:
     """Copy renders of this scene that a new render would replace to ``NAME~``, and return the copies.
 
-    An EXR is copied if more than a minute of rendering would be lost. A preview is copied, and the variance picture
-    with it, unless it belongs to the EXR beside it: a picture does not tell how long its render took. Nothing is lost
-    if the new render contains the samples of the existing render. An earlier ``NAME~`` is replaced.
+    An EXR is copied if more than a minute of rendering would be lost, or if the scene's file has other content now:
+    nothing makes the picture again. A preview is copied, and the variance picture with it, unless it belongs to the EXR
+    beside it: a picture does not tell how long its render took. Nothing is lost if the new render contains the samples
+    of the existing render. An earlier ``NAME~`` is replaced, but one of more than a minute never by a shorter render.
 
     Parameters
     ----------
@@ -201,9 +202,8 @@ def keep_work(paths: OutputPaths, record: Mapping[str, Any], scene: str | None, 
     kept = []
     if paths.exr is not None and paths.exr.exists():
         old = read_record(paths.exr)
-        seconds = old.get("seconds")
-        if isinstance(seconds, int | float) and seconds > _WORTH_KEEPING and not _holds(record, old):
-            kept.append(_copied(paths.exr, f"{seconds:.0f} s of rendering would be lost"))
+        if _is_worth_keeping(paths.exr, record, old):
+            kept.append(_copied(paths.exr, f"{old['seconds']:.0f} s of rendering would be lost"))
     others = {place for place, _ in _of_others(paths.all, scene, digest)}
     if paths.preview.exists() and paths.preview not in others and not _is_known(paths, record):
         kept += [_copied(picture, "the picture would be lost") for picture in paths.pictures if picture.exists()]
@@ -220,6 +220,26 @@ def _is_known(paths: OutputPaths, record: Mapping[str, Any]) -> bool:
         repeat = _repeat(text)
         return bool(repeat) and _holds(record, repeat)
     return False
+
+
+def _is_worth_keeping(path: Path, new: Mapping[str, Any], old: Mapping[str, Any]) -> bool:
+    """Tell whether the EXR at ``path``, with the record ``old``, is kept as ``NAME~`` beside it."""
+    seconds = old.get("seconds")
+    if not isinstance(seconds, int | float) or _holds(new, old):
+        return False
+    return seconds > _WORTH_KEEPING or (_is_edited(new, old) and not _is_long(_copy_of(path)))
+
+
+def _is_edited(new: Mapping[str, Any], old: Mapping[str, Any]) -> bool:
+    """Tell whether two renders are of one scene file with different content or options, such as another size."""
+    file = old.get("scene")
+    return file is not None and _is_same(file, new.get("scene")) and new.get("digest") != old.get("digest")
+
+
+def _is_long(path: Path) -> bool:
+    """Tell whether a file is a render of more than a minute."""
+    seconds = read_record(path).get("seconds")
+    return isinstance(seconds, int | float) and seconds > _WORTH_KEEPING
 
 
 def _copied(path: Path, lost: str) -> Path:
@@ -247,18 +267,18 @@ def copies(places: Iterable[Path]) -> dict[Path, int]:
     return found
 
 
-def replaced(new: Mapping[str, Any], old: Mapping[str, Any]) -> str:
+def replaced(path: Path, new: Mapping[str, Any], old: Mapping[str, Any]) -> str:
     """Return a sentence on a render that was replaced and not kept; empty if the new render contains its samples.
 
-    Renders of more than a minute are kept (`keep_work`). ``new`` and ``old`` are records: JSON data on how the renders
-    were made. ``old`` is empty if there was no render.
+    `keep_work` keeps renders of more than a minute, and renders of the scene before it was edited. ``new`` and ``old`` are
+    records of the EXR at ``path``: JSON data on how the renders were made. ``old`` is empty if there was no render.
     """
-    seconds = old.get("seconds")
-    if not isinstance(seconds, int | float) or seconds > _WORTH_KEEPING or _holds(new, old):
+    if not isinstance(old.get("seconds"), int | float) or _holds(new, old) or _is_worth_keeping(path, new, old):
         return ""
     size = "x".join(map(str, old.get("size", ())))
     how = f"{count(old.get('spp', 0.0))} samples a pixel, strategy {old.get('strategy')}, seed {old.get('seed')}"
-    return f"the render that was there is replaced, as it took less than a minute: {size}, {how}"
+    longer = f", and {_copy_of(path).name}, which stays, more" if _is_edited(new, old) else ""
+    return f"the render that was there is replaced, as it took less than a minute{longer}: {size}, {how}"
 
 
 def _holds(new: Mapping[str, Any], old: Mapping[str, Any]) -> bool:

@@ -279,9 +279,10 @@ class Result:
             resume or merge the render (`equaltime.rendering.render_file`). Its first subimage has the channels that the
             film asks for (`FilmPicture`). A preview ``NAME.png`` is written beside the EXR, in sRGB, with alpha if the
             film asks for alpha. A path ``NAME.png`` or ``NAME.jpg`` gets the preview alone; a JPEG has no alpha and
-            shows the image over ``background`` or over black. An existing render that took more than a minute is kept
-            as ``NAME.exr~``, unless this render contains its samples (was resumed from it). A preview of another render
-            is kept as ``NAME.png~``, unless it belongs to the EXR beside it.
+            shows the image over ``background`` or over black. An existing render that took more than a minute, or whose
+            scene file has been edited since, is kept as ``NAME.exr~``, unless this render contains its samples (was
+            resumed from it). A preview of another render is kept as ``NAME.png~``, unless it belongs to the EXR beside
+            it.
         small
             Leave out of the EXR the data for resuming and merging, and the outputs beside the image. Round the image to
             11 significant bits (0.02 %).

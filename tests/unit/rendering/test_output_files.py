@@ -367,7 +367,7 @@ def test_an_edited_picture_is_not_replaced(
 def test_a_short_render_is_not_replaced_silently(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Whatever differs; a render that has all its samples loses nothing."""
+    """A render that has all its samples loses nothing."""
     path = tmp_path / "out.exr"
 
     def told(*options: str) -> str:
@@ -375,17 +375,36 @@ def test_a_short_render_is_not_replaced_silently(
         return next((line for line in capsys.readouterr().out.splitlines() if "was there" in line), "")
 
     before = "the render that was there is replaced, as it took less than a minute: "
-    assert told("--spp", "2", "--size", "8x4") == ""
-    assert told("--spp", "2", "--size", "4x4") == f"{before}8x4, 2 samples a pixel, strategy best, seed 0"
-    assert told("--spp", "4", "--size", "4x4") == ""
-    assert (
-        replaced({}, {"digest": "", "seconds": 1.0, "spp": 32.7628125})
-        == f"{before}, 33 samples a pixel, strategy None, seed None"
-    )
-    assert told("--spp", "8", "--size", "4x4", "--resume") == ""
-    assert (
-        told("--spp", "4", "--size", "4x4", "--seed", "7") == f"{before}4x4, 8 samples a pixel, strategy best, seed 0"
-    )
+    assert told("--spp", "2", "--size", "4x4") == ""
+    assert told("--spp", "2", "--size", "4x4", "--seed", "3") == f"{before}4x4, 2 samples a pixel, strategy best, seed 0"
+    assert told("--spp", "4", "--size", "4x4", "--seed", "3") == ""
+    assert told("--spp", "8", "--size", "4x4", "--seed", "3", "--resume") == ""
+    assert told("--spp", "4", "--size", "4x4") == f"{before}4x4, 8 samples a pixel, strategy best, seed 3"
+    assert not path.with_name("out.exr~").exists()
+    old = {"digest": "", "seconds": 1.0, "spp": 32.7628125}
+    assert replaced(path, {"digest": ""}, old) == f"{before}, 33 samples a pixel, strategy None, seed None"
+
+
+def test_a_short_render_of_an_edited_scene_is_kept(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """No command can make it again; but a longer render that was kept is worth more."""
+    path, kept = tmp_path / "out.exr", tmp_path / "out.exr~"
+    command = ["render", str(scene), "-o", str(path), "--spp", "2"]
+    assert main(command) == 0
+    first = path.read_bytes()
+    scene.write_text(scene.read_text() + "radiance = 0.5\n")
+    assert main(command) == 0
+    assert kept.read_bytes() == first
+    assert "out.exr~" in capsys.readouterr().out
+    seconds(path, et.render(scene, spp=2), 61.0, seed=5)
+    long = path.read_bytes()
+    assert main([*command, "--size", "4x4"]) == 0
+    capsys.readouterr()
+    assert main([*command, "--size", "8x4"]) == 0
+    assert kept.read_bytes() == long
+    words = "is replaced, as it took less than a minute, and out.exr~, which stays, more: 4x4, 2 samples a pixel"
+    assert words in capsys.readouterr().out
 
 
 def test_a_render_that_cannot_be_kept_is_not_replaced(
