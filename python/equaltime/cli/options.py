@@ -294,8 +294,8 @@ Overwrite = Annotated[
     typer.Option(
         "--overwrite",
         help="Replace FILE even if another program wrote or edited it, or it shows another scene file. A render of the "
-        "same scene file is replaced without this option: an EXR is kept as FILE.exr~ if it took more than a minute or the "
-        "scene was edited since, and a picture alone as FILE.png~.",
+        "same scene file is replaced without this option: an EXR is kept as FILE.exr~ if it took more than a minute or "
+        "the scene was edited since, and a picture alone as FILE.png~.",
     ),
 ]
 

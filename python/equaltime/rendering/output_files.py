@@ -270,8 +270,8 @@ def copies(places: Iterable[Path]) -> dict[Path, int]:
 def replaced(path: Path, new: Mapping[str, Any], old: Mapping[str, Any]) -> str:
     """Return a sentence on a render that was replaced and not kept; empty if the new render contains its samples.
 
-    `keep_work` keeps renders of more than a minute, and renders of the scene before it was edited. ``new`` and ``old`` are
-    records of the EXR at ``path``: JSON data on how the renders were made. ``old`` is empty if there was no render.
+    `keep_work` keeps renders of more than a minute, and renders of the scene before it was edited. ``new`` and ``old``
+    are records of the EXR at ``path``: JSON data on how the renders were made. ``old`` is empty if there was no render.
     """
     if not isinstance(old.get("seconds"), int | float) or _holds(new, old) or _is_worth_keeping(path, new, old):
         return ""

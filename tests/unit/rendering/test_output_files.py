@@ -376,9 +376,10 @@ def test_a_short_render_is_not_replaced_silently(
 
     before = "the render that was there is replaced, as it took less than a minute: "
     assert told("--spp", "2", "--size", "4x4") == ""
-    assert told("--spp", "2", "--size", "4x4", "--seed", "3") == f"{before}4x4, 2 samples a pixel, strategy best, seed 0"
-    assert told("--spp", "4", "--size", "4x4", "--seed", "3") == ""
-    assert told("--spp", "8", "--size", "4x4", "--seed", "3", "--resume") == ""
+    other = ("--size", "4x4", "--seed", "3")
+    assert told("--spp", "2", *other) == f"{before}4x4, 2 samples a pixel, strategy best, seed 0"
+    assert told("--spp", "4", *other) == ""
+    assert told("--spp", "8", *other, "--resume") == ""
     assert told("--spp", "4", "--size", "4x4") == f"{before}4x4, 8 samples a pixel, strategy best, seed 3"
     assert not path.with_name("out.exr~").exists()
     old = {"digest": "", "seconds": 1.0, "spp": 32.7628125}
