@@ -10,6 +10,7 @@ from typing import Any
 from rich.table import Table
 
 from equaltime.cli.cost_table import every_row, legend
+from equaltime.cli.recorded import shown_path
 from equaltime.experiments.model.experiment import Experiment, StrategyEntry
 from equaltime.experiments.model.plan import planned, planned_runs, planned_seconds
 from equaltime.experiments.model.reader import quicker
@@ -143,7 +144,8 @@ def _in_python(stored: StoredExperiment) -> str:
 def _changes(stored: StoredExperiment) -> str:
     """Return a sentence on the files that have changed or are gone since the last command, and on that command."""
     told = [
-        f"{_shown(path)} {'has changed' if state == 'changed' else 'is gone'}" for path, state in stored.changes.items()
+        f"{shown_path(path)} {'has changed' if state == 'changed' else 'is gone'}"
+        for path, state in stored.changes.items()
     ]
     more = f" and {len(told) - _MOST_NAMES} more" if len(told) > _MOST_NAMES else ""
     changed = f"{', '.join(told[:_MOST_NAMES])}{more} since the last command"
@@ -154,15 +156,6 @@ def _changes(stored: StoredExperiment) -> str:
         f"{changed}; `{name}` takes the experiment as it was, with scenes and programs as they are now. The last "
         f"command may now give another experiment: {_last(stored)}"
     )
-
-
-def _shown(path: Path) -> str:
-    """Return a path relative to the working directory if it is within, else the absolute path.
-
-    In the root directory every path is within. There it stays absolute, as users write it.
-    """
-    here = Path.cwd()
-    return str(path.relative_to(here) if here != Path(here.anchor) and path.is_relative_to(here) else path)
 
 
 def _elsewhere(command: str) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TypedDict
 
 from equaltime.cli.info_render import repeating, seeds
-from equaltime.cli.recorded import plain
+from equaltime.cli.recorded import plain, shown_scene
 from equaltime.errors import ImageError
 from equaltime.images import image_files, preview
 from equaltime.rendering.picture_tag import from_repeat
@@ -95,7 +95,7 @@ def _of_render(files: Sequence[Path], tags: Mapping[str, str]) -> str | None:
 def picture_summary(facts: PictureFacts) -> Iterator[str]:
     """Yield lines on a picture: its error, its scene, the program, what repeats it, and where the whole record is."""
     yield f"{facts['file']}: {facts['description'] or 'a picture without a description'}"
-    yield f"shows     {facts['scene'] or 'a scene made in memory'}"
+    yield f"shows     {shown_scene(facts['scene'])}"
     yield f"made by   {facts['software']}"
     yield from facts["repeat"]
     if facts["record"] is not None:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from equaltime.cli.recorded import CHANGED, error_limit, plain, recorded_command, recorded_scene
+from equaltime.cli.recorded import CHANGED, error_limit, plain, recorded_command, recorded_scene, shown_scene
 from equaltime.errors import EqualtimeError
 from equaltime.rendering.origin import Origin
 from equaltime.rendering.render_record import checked
@@ -46,7 +46,7 @@ def saved_render(path: Path, record: Record, resumable: bool, verbose: bool = Fa
     spp = samples_in_words(record["spp"], asked_samples(record["stopped_by"], record.get("position")))
     said = f"{number.noun} {error:%}{number.of_paths}"
     yield f"{path}: {said}, {spp} in {duration_of_runs(record['seconds'], record['runs'])}"
-    yield f"shows     {record['scene'] or 'a scene made in memory'} at {width}x{height}{_parts(record)}"
+    yield f"shows     {shown_scene(record['scene'])} at {width}x{height}{_parts(record)}"
     yield f"ended     as {_end(record)}"
     yield f"strategy  {record['strategy']}{' (biased)' if record['biased'] else ''}, {seeds(record)}"
     if error.doubt:

@@ -16,7 +16,16 @@ from equaltime.scene.frames import Frame, frame_pattern
 from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 
-__all__ = ["CHANGED", "error_limit", "plain", "recorded_command", "recorded_options", "recorded_scene"]
+__all__ = [
+    "CHANGED",
+    "error_limit",
+    "plain",
+    "recorded_command",
+    "recorded_options",
+    "recorded_scene",
+    "shown_path",
+    "shown_scene",
+]
 
 CHANGED: Final = "has changed since, or was read with options that the record does not have"
 """Predicate of a scene for which `recorded_scene` returns None."""
@@ -40,8 +49,22 @@ def recorded_command(record: Mapping[str, Any], output: str, limits: Sequence[st
     if frame is not None:
         folder, name = Path(output).parent, Path(output).name
         output, seed = str(folder / frame_pattern(name, frame.number)), seed - frame.number
-    words = ["equaltime", "render", record["scene"], "-o", output, *limits, *_frame(frame)]
+    words = ["equaltime", "render", shown_path(Path(record["scene"])), "-o", output, *limits, *_frame(frame)]
     return [*words, *recorded_options(record, max(0, seed))]
+
+
+def shown_path(path: Path) -> str:
+    """Return a path relative to the working directory if it is within, else the path as it is.
+
+    In the root directory every path is within. There it stays absolute, as users write it.
+    """
+    here = Path.cwd()
+    return str(path.relative_to(here) if here != Path(here.anchor) and path.is_relative_to(here) else path)
+
+
+def shown_scene(path: str | None) -> str:
+    """Return the scene of a record in words: its file, or that it had none."""
+    return "a scene made in memory" if path is None else shown_path(Path(path))
 
 
 def _frame(frame: Frame | None) -> Iterator[str]:

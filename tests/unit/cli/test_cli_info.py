@@ -13,6 +13,7 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
+from equaltime.cli.recorded import shown_path
 from equaltime.images import image_files as images
 from equaltime.images import preview
 from equaltime.scene.frame_scenes import frames_of
@@ -280,6 +281,27 @@ def test_definitions_from_python_are_recorded_as_text() -> None:
     assert motion.with_(size=(8, 8)).defines == {"ball": "24.0"}
 
 
+@pytest.mark.parametrize("name", ["a.exr", "a.png"])
+def test_a_scene_below_the_working_directory_has_a_relative_path(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "set").mkdir()
+    (tmp_path / "set" / "scene.toml").write_text(STANDING)
+    monkeypatch.chdir(tmp_path)
+    assert main(["render", "set/scene.toml", "-o", name, "--size", "8x6", "--spp", "4", "-q"]) == 0
+    assert main(["info", name]) == 0
+    told = capsys.readouterr().out
+    assert "\nrepeat    equaltime render set/scene.toml -o a." in told
+    assert "\nshows     set/scene.toml" in told
+    monkeypatch.chdir(tmp_path / "set")
+    assert main(["info", f"../{name}"]) == 0
+    assert "\nrepeat    equaltime render scene.toml -o a." in capsys.readouterr().out
+    (tmp_path / "set" / "below").mkdir()
+    monkeypatch.chdir(tmp_path / "set" / "below")
+    assert main(["info", f"../../{name}"]) == 0
+    assert f"\nrepeat    equaltime render {tmp_path / 'set' / 'scene.toml'} -o a." in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("name", ["a.png", "a.jpg"])
 def test_it_tells_the_tags_of_a_picture(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The file with the record is named only if it is of the same render."""
@@ -288,6 +310,7 @@ def test_it_tells_the_tags_of_a_picture(name: str, tmp_path: Path, capsys: pytes
     assert main(["info", str(picture)]) == 0
     first, shows, _, strategy, repeat, record = capsys.readouterr().out.splitlines()
     assert first.startswith(f"{picture}: 8x6, 4 spp, error ")
+    scene = shown_path(Path(scene))
     assert shows == f"shows     {scene}"
     assert strategy == "strategy  best, seed 0"
     exposure = float(repeat.rpartition(" ")[2])  # the automatic one
@@ -304,7 +327,7 @@ def test_it_tells_the_tags_of_a_picture(name: str, tmp_path: Path, capsys: pytes
     assert f"record    equaltime info {tmp_path / 'a.exr'}\n" in capsys.readouterr().out
     assert main(["info", str(picture), "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
-    assert (facts["scene"], facts["record"]) == (scene, str(tmp_path / "a.exr"))
+    assert (facts["scene"], facts["record"]) == (str(SCENES / "cornell-box.toml"), str(tmp_path / "a.exr"))
 
 
 @pytest.mark.parametrize("name", ["a.png", "a.jpg"])

@@ -16,6 +16,7 @@ import pytest
 import equaltime as et
 from equaltime.cli import main
 from equaltime.cli.messages import Written, doubts
+from equaltime.cli.recorded import shown_path
 from equaltime.cli.render_outcome import details, outcome
 from equaltime.rendering.budget import Look, Stop
 from equaltime.rendering.stated import samples_in_words
@@ -299,7 +300,7 @@ def test_no_time_is_told_where_bright_paths_came_after_the_quote() -> None:
     met = replace(result, error=brighter)
     assert [line for line in outcome(met, Written([Path("a.exr")]), quote) if "--resume" in line] == [
         "how long 20 % takes cannot be told, since a few bright paths make most of the error: "
-        f"equaltime render {SCENE} -o a.exr --resume --error 20% --size 32x32 --seed 0"
+        f"equaltime render {shown_path(SCENE)} -o a.exr --resume --error 20% --size 32x32 --seed 0"
     ]
 
 
@@ -334,7 +335,7 @@ def test_a_finished_render_tells_how_it_goes_on(tmp_path: Path, capsys: pytest.C
         assert main([*words, "--spp", spp]) == 0
         out = capsys.readouterr().out
         assert "nothing was added: the file had 8 samples a pixel already, and --spp counts all runs together" in out
-        more = f"equaltime render {SCENE} -o {tmp_path / 'a.exr'} --resume --spp 16 --size 16x16 --seed 0"
+        more = f"equaltime render {shown_path(SCENE)} -o {tmp_path / 'a.exr'} --resume --spp 16 --size 16x16 --seed 0"
         assert f"together; more: {more}\n" in out
         assert "runs" not in out.splitlines()[0], "a run without samples is none"
     assert main([*words, "--spp", "16"]) == 0
