@@ -10,6 +10,7 @@ from rich.table import Table
 
 from equaltime.cli.messages import MOST_LINES, WAYS, plain_console, print_line
 from equaltime.pricing import Price, PriceList
+from equaltime.pricing.prices import LITTLE, is_little
 from equaltime.quoting.light_parts import lamp
 from equaltime.rendering.stated import other_depth
 from equaltime.statistics.intervals import Interval
@@ -19,11 +20,16 @@ __all__ = ["print_effects"]
 
 _MOST_REASONS = 3
 _MOST_LIGHTS = 3
-_LITTLE: Final = 0.02
-"""Largest relative error of the image, without an effect, at which the output proposes to leave the effect out."""
 _OTHER_LINES = 8
 """Lines beside the rows of the table: two of the answer, heading, meaning of `_NONE`, two below, other depth, what
 ``-v`` adds."""
+_MUCH: Final = 0.5
+"""Smallest share of the noise of an effect at which its sentence in `_HINTS` is told: below, little is gained."""
+_HINTS: Final = {
+    "point_lights": "A larger, softer light in place of a point or a sun makes less noise, as does rougher metal "
+    "(alpha).",
+}
+"""Sentences on effects that cannot be left out: a change of the scene that makes less noise."""
 _NONE = "none measurable"
 _NONE_MEANS = f"{_NONE}: the lower end of the 95 % interval is 0 or less."
 _SHARES = {
@@ -76,35 +82,49 @@ def _answer(found: PriceList, name: str) -> str:
     if not costly:
         return f"{name}: no effect has a measurable cost (the lower end of every 95 % interval is 0 or less)."
     said = f"What makes {name} slow: first of all {_costs(costly[0])}"
+    hints = "".join(
+        f" {_HINTS[price.kind.name]}"
+        for price in costly
+        if price.kind.name in _HINTS and _value(price.variance) >= _MUCH
+    )
     if costly[0] is removable:
-        return f"{said}."
+        return f"{said}.{hints}"
     rest = f"Of what can be, first {_costs(removable)}" if removable else "Nothing that can be has a measurable cost"
-    return f"{said}; it cannot be left out. {rest}."
+    return f"{said}; it cannot be left out. {rest}.{hints}"
 
 
 def _costs(price: Price) -> str:
     """Return an effect with its measurable shares: ``lens, 20 % ±2 of the noise and 10 % ±1 of the time``."""
-    shares = ((price.variance, "noise"), (price.time, "time"))
-    said = [f"{_brief(share)} of the {what}" for share, what in shares if _value(share)]
     title = f" ({price.kind.title})" if price.kind.title != price.kind.name else ""
-    return f"{price.kind.name}{title}, {' and '.join(said)}"
+    return f"{price.kind.name}{title}, {_measured(price)}"
+
+
+def _measured(price: Price) -> str:
+    """Return the measurable shares of an effect: ``20 % ±2 of the noise and 10 % ±1 of the time``; else empty."""
+    shares = ((price.variance, "noise"), (price.time, "time"))
+    return " and ".join(f"{_brief(share)} of the {what}" for share, what in shares if _value(share))
 
 
 def _proposal(found: PriceList) -> str:
-    """Return a line with the options that leave out effects at a small error.
+    """Return a line with the options that leave out effects at a small error, and what each saves.
 
-    If no effect can be left out, the line says so. The smallest length at which paths may be cut is proposed.
+    If no effect can be left out, or if that saves nothing measurable, the line says so.
     """
-    named = [(price.kind.name, price.change) for price in found.prices if price.kind.name != "long_paths"]
-    cuts = [(f"long_paths={depth}", error) for depth, error in found.truncated.items() if depth > 1 and _small(error)]
-    small = [(option, change) for option, change in (*named, *cuts[:1]) if change is not None and _small(change)]
-    told = [f"--without {option} (at most {percent(change.high)})" for option, change in small]
-    limit = f"a picture off by at most {percent(_LITTLE)}"
-    return f"Could be left out, for {limit}: {', '.join(told)}." if told else f"Nothing can be left out for {limit}."
-
-
-def _small(change: Interval) -> bool:
-    return change.trusted and change.high <= _LITTLE
+    named = {price.kind.name: price for price in found.prices if price.kind.name != "long_paths"}
+    if found.cut is not None:
+        named[f"long_paths={str(found.cut.instead).removeprefix('truncate=')}"] = found.cut
+    small = {name: price for name, price in named.items() if price.change is not None and is_little(price.change)}
+    told = [
+        f"--without {name} (at most {percent(price.change.high)}; saves {saved})"
+        for name, price in small.items()
+        if price.change is not None and (saved := _measured(price))
+    ]
+    limit = f"a picture off by at most {percent(LITTLE)}"
+    if told:
+        return f"Could be left out, for {limit}: {', '.join(told)}."
+    if small:
+        return f"Nothing is worth leaving out for {limit}: {', '.join(small)} would save nothing measurable."
+    return f"Nothing can be left out for {limit}."
 
 
 def _table(prices: list[Price]) -> Table:

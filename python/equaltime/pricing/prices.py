@@ -24,7 +24,10 @@ from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 from equaltime.words import Shown
 
-__all__ = ["Price", "PriceList", "effects"]
+__all__ = ["LITTLE", "Price", "PriceList", "effects", "is_little"]
+
+LITTLE = 0.02
+"""Largest relative error of the image, without an effect (feature such as media), at which it may be left out."""
 
 MOST_PIXELS = 128 * 128
 """Largest number of pixels of the film on which the cost of effects (features such as media) is measured, unless a size
@@ -99,6 +102,9 @@ class PriceList(Shown):
     """Length of the longest paths that were measured, in Mitsuba's counting; -1 if there is no limit."""
     scene_max_depth: int
     """The ``max_depth`` that the scene's file asks for."""
+    cut: Price | None = None
+    """Cost of paths longer than the smallest depth whose cut changes the image by at most `LITTLE`, its ``instead``
+    ``truncate=N``; None if there is no such depth."""
     doubt: str = ""
     """Reason, in words, why shares of the noise cannot be trusted: few bright paths make it. Empty if they can be
     trusted."""
@@ -122,6 +128,7 @@ class PriceList(Shown):
                 kind: {what: share.as_dict() for what, share in shares.items()} for kind, shares in self.shares.items()
             },
             "truncated": {str(depth): error.as_dict() for depth, error in self.truncated.items()},
+            "cut": None if self.cut is None else self.cut.as_dict(),
             "outputs": {name: share.as_dict() for name, share in self.outputs.items()},
             "size": list(self.size),
             "samples": self.samples,
@@ -186,9 +193,14 @@ def effects(
     small, seed = scene.with_(size=size) if size else smaller(scene, most), min(seed, 2**64 - 1 - repeats)
     reasons = derive(small)
     variants = {name: (name,) for name in reasons if kind_of(name).instead and can_leave_out(small, chosen, name)}
-    whole, less = run_in_turn(small, chosen, variants, repeats, samples, seed, threads, _part_of(progress, 0.0, 0.6))
+    parts = measure_noise_parts(small, chosen, repeats, samples, seed, threads, _part_of(progress, 0.0, 0.3))
+    truncated = parts.truncated()
+    depth = _depth_of_cut(truncated) if "long_paths" in variants else None
+    cut = {} if depth is None else {"cut": (f"long_paths={depth}",)}
     end = 0.9 if "outputs" in reasons else 1.0
-    parts = measure_noise_parts(small, chosen, repeats, samples, seed, threads, _part_of(progress, 0.6, end))
+    whole, less = run_in_turn(
+        small, chosen, {**variants, **cut}, repeats, samples, seed, threads, _part_of(progress, 0.3, end)
+    )
     beside = dict(measure_outputs(small, chosen, repeats, samples, seed, threads, _part_of(progress, end, 1.0)))
     together = {"outputs": beside.pop(ALL, None)}
     prices = [
@@ -202,7 +214,10 @@ def effects(
         prices=tuple(sorted(prices, key=lambda price: order.index(price.kind.name))),
         free=tuple(name for name in dict.fromkeys((*small.core.effects(), *KINDS)) if name not in reasons),
         shares={kind: parts.shares(kind) for kind in KINDS_OF_PARTS},
-        truncated=parts.truncated(),
+        truncated=truncated,
+        cut=None
+        if depth is None
+        else _cut(depth, reasons["long_paths"], truncated, parts, Versus.of(whole, less["cut"])),
         outputs=beside,
         size=small.model.sensor.film.crop[2:],
         samples=samples,
@@ -212,6 +227,33 @@ def effects(
         max_depth=shorter(small.max_depth, chosen.truncate),
         scene_max_depth=small.own_max_depth,
         doubt=parts.doubt,
+    )
+
+
+def _depth_of_cut(truncated: Mapping[int, Interval]) -> int | None:
+    """Return the smallest depth whose cut changes the image by at most `LITTLE`; None if no depth is known to."""
+    return next((depth for depth, error in truncated.items() if depth > 1 and is_little(error)), None)
+
+
+def is_little(change: Interval) -> bool:
+    """Tell whether a relative change of the image is at most `LITTLE`, up to its upper end."""
+    return change.trusted and change.high <= LITTLE
+
+
+def _cut(
+    depth: int, reasons: tuple[Reason, ...], truncated: Mapping[int, Interval], parts: NoiseParts, versus: Versus
+) -> Price:
+    """Return the cost of paths longer than ``depth``."""
+    share = parts.share("length", lambda what: int(what.split()[0]) > depth)
+    return Price(
+        KINDS["long_paths"],
+        reasons,
+        f"truncate={depth}",
+        time=versus.time,
+        variance=share or versus.variance,
+        change=truncated[depth],
+        memory=versus.memory,
+        difference=versus.difference,
     )
 
 

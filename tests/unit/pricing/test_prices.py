@@ -82,7 +82,7 @@ def test_the_price_list_is_printed_and_pictures_show_what_changes(
     short = capsys.readouterr().out.splitlines()
     assert short[0].startswith("What makes cornell-box.toml slow: first of all long_paths (light that was ")
     assert short[1].startswith(
-        ("Could be left out, for a picture off by at most 2 %: --without long_paths=", "Nothing can be left out")
+        ("Could be left out, for a picture off by at most 2 %: --without long_paths=", "Nothing ")
     )
     assert len(short) <= MOST_LINES
     assert main(["effects", box, "--quick", "--size", "8x8", "--threads", "1", "-v"]) == 0
@@ -126,7 +126,10 @@ def test_a_share_that_is_not_above_zero_is_none_and_large_memory_is_in_mb(capsys
     assert first.startswith("What makes b.toml slow: first of all principled")
     assert first.endswith(", 90 % ±10 of the noise; it cannot be left out")
     assert then == "Of what can be, first textures, 34 % ±4 of the noise."
-    assert lines[1] == "Could be left out, for a picture off by at most 2 %: --without textures (at most 1.1 %)."
+    said = (
+        "Could be left out, for a picture off by at most 2 %: --without textures (at most 1.1 %; saves 34 % ±4 of the"
+    )
+    assert lines[1] == f"{said} noise)."
     assert lines[3].split() == ["textures", *["none", "measurable", "34", "%", "±4", "25", "MB", "1", "%", "±0.1"]]
     assert lines[4] == "none measurable: the lower end of the 95 % interval is 0 or less."
     assert "Always there: principled (90 % ±10 of the noise)." in lines
@@ -158,6 +161,42 @@ def test_the_answer_names_the_costliest_effect_and_whether_it_can_be_left_out(
     shares: dict[str, dict[str, Interval]] = {kind: {} for kind in ("length", "way", "bsdf", "light")}
     print_effects(PriceList(prices, (), shares, {}, {}, (8, 8), 8, 6, "best", 0, -1, -1), "b.toml", verbose=False)
     assert capsys.readouterr().out.splitlines()[0].endswith(answer)
+
+
+@pytest.mark.parametrize(("share", "told"), [(0.8, True), (0.3, False)])
+def test_much_noise_of_point_lights_has_a_hint(share: float, told: bool, capsys: pytest.CaptureFixture[str]) -> None:
+    reasons = (Reason("", "the scene as a whole"),)
+    price = Price(KINDS["point_lights"], reasons, None, variance=Interval(share, share - 0.1, share + 0.1))
+    shares: dict[str, dict[str, Interval]] = {kind: {} for kind in ("length", "way", "bsdf", "light")}
+    print_effects(PriceList((price,), (), shares, {}, {}, (8, 8), 8, 6, "best", 0, -1, -1), "b.toml", verbose=False)
+    assert ("A larger, softer light" in capsys.readouterr().out.splitlines()[0]) == told
+
+
+def test_only_effects_that_save_something_are_proposed(capsys: pytest.CaptureFixture[str]) -> None:
+    reasons, little = (Reason("", "the scene as a whole"),), Interval(0.01, 0.009, 0.011)
+    idle = Price(KINDS["textures"], reasons, "their means", Interval(0.1, -0.1, 0.3), Interval(0.1, -0.1, 0.3), little)
+    cut = Price(KINDS["long_paths"], reasons, "truncate=4", Interval(0.2, 0.18, 0.22), None, little)
+    shares: dict[str, dict[str, Interval]] = {kind: {} for kind in ("length", "way", "bsdf", "light")}
+
+    def second_line(cut: Price | None) -> str:
+        found = PriceList((idle,), (), shares, {}, {}, (8, 8), 8, 6, "best", 0, -1, -1, cut)
+        print_effects(found, "b.toml", verbose=False)
+        return capsys.readouterr().out.splitlines()[1]
+
+    assert second_line(cut).endswith(": --without long_paths=4 (at most 1.1 %; saves 20 % ±2 of the time).")
+    assert second_line(None) == (
+        "Nothing is worth leaving out for a picture off by at most 2 %: textures would save nothing measurable."
+    )
+
+
+def test_a_cut_that_changes_little_is_timed() -> None:
+    found = et.effects(et.load(ROOT / "scenes" / "cornell-box.toml").with_(size=(16, 16)), quick=True)
+    assert found.cut is not None
+    depth = int(str(found.cut.instead).removeprefix("truncate="))
+    assert found.cut.change == found.truncated[depth]
+    assert found.cut.change.high <= 0.02
+    assert found.cut.time is not None
+    assert found.cut.time.value < next(price.time.value for price in found.prices if price.time is not None)
 
 
 @pytest.mark.parametrize("cut", [["--max-depth", "3"], ["--strategy", "best,truncate=3"]])
