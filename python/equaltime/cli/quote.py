@@ -20,6 +20,7 @@ from equaltime.cli.options import (
     StrategyWords,
     Substitute,
     Threads,
+    Transparent,
     Verbose,
     parse_definitions,
     parse_duration,
@@ -73,6 +74,7 @@ def quote(
     max_depth: MaxDepth = None,
     define: Define = None,
     substitute: Substitute = False,
+    transparent: Transparent = False,
     strategy: StrategyWords = "best",
     seed: Seed = 0,
     threads: Threads = 0,
@@ -105,7 +107,7 @@ def quote(
     """
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
     print_remarks(loaded)
-    loaded = loaded.with_(size=size, crop=crop, max_depth=max_depth)
+    loaded = loaded.with_(size=size, crop=crop, max_depth=max_depth, transparent=transparent)
     chosen = Strategy.parse(strategy)
     if (expected := seconds_of_pilot(loaded, chosen, threads)) > USUAL_SECONDS:
         print_aside(f"this quote takes about {rounded(expected)} s, as two samples a pixel do")

@@ -352,3 +352,21 @@ def test_a_picture_and_its_render_have_the_same_digits(tmp_path: Path, capsys: p
     result = et.read(path)
     spp = f"{count(result.spp)} spp (for 64: more where it is noisy)"
     assert f"32x32, {spp}, error {result.error:%}," in capsys.readouterr().out
+
+
+def test_a_transparent_picture_is_quoted_as_it_is_rendered(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A quote of 8 samples has the samples of the render. Without its sky a picture has another mean, and so error."""
+    scene = tmp_path / "scene.toml"
+    scene.write_text(
+        "[camera]\ntype = 'perspective'\nfilm = { type = 'hdrfilm', width = 16, height = 16 }\n"
+        "[sky]\ntype = 'constant'\n[ball]\ntype = 'sphere'\ncenter = [0, 0, 6]\nradius = 1.5\n"
+    )
+    errors = {}
+    for options in ((), ("--transparent",)):
+        assert main(["quote", str(scene), "--spp", "8", "--no-why", "--json", *options]) == 0
+        quoted = json.loads(capsys.readouterr().out)["error"]["value"]
+        assert main(["render", str(scene), "-o", str(tmp_path / "a.exr"), "--spp", "8", "-q", *options]) == 0
+        errors[options] = et.read(tmp_path / "a.exr").error.value
+        assert quoted == pytest.approx(errors[options], rel=0.2)
+        capsys.readouterr()
+    assert errors["--transparent",] > 1.5 * errors[()]
