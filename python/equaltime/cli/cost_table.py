@@ -17,9 +17,12 @@ from equaltime.experiments.report.words import (
     AT_LEAST,
     AT_MOST,
     EXTRAPOLATED,
+    LESS_THAN,
     MEDIAN,
+    MORE_THAN,
     Cell,
     in_brackets_stands,
+    known_gains,
     marked,
     meanings,
     measured_cell,
@@ -53,7 +56,7 @@ each."""
 _LINES_AROUND = 5
 """Lines beside rows, caveats and meanings of marks."""
 
-_EXPLAINED = (AT_LEAST, AT_MOST, EXTRAPOLATED.strip(), MEDIAN.strip())
+_EXPLAINED = (AT_LEAST, AT_MOST, LESS_THAN, MORE_THAN, EXTRAPOLATED.strip(), MEDIAN.strip())
 """Marks whose meanings are told without ``-v``: without a word of their own, they cannot be guessed."""
 
 _Row = tuple[SceneResult, StrategyResult]
@@ -137,7 +140,7 @@ def _speed_ups(summary: Summary) -> list[str]:
         on = f"{scene.name}: " if several else ""
         if told:
             lines.append(f"{on}speed-up over {scene.baseline} to {percent(target)}: {', '.join(told)}")
-    return lines
+    return [*lines, *known_gains(summary)]
 
 
 def _left_out(table: Table, summary: Summary) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -152,6 +153,21 @@ def test_the_last_columns_have_the_speed_ups_over_the_baseline_to_every_target(t
     ]
     none = (replace(one, ratio=dict.fromkeys(one.ratio, UNKNOWN)) for one in scene.strategies)
     assert "speed-up over" not in latex_table(replace(found, scenes=(replace(scene, strategies=tuple(none)),)))
+
+
+def test_a_limit_for_want_of_a_time_has_its_own_sign_and_the_gain_beside_it(tmp_path: Path) -> None:
+    """Such a limit is trusted: only a number with a doubtful lower end is "at most"."""
+    found = replace(summary(tmp_path), targets=(0.1,))
+    (scene,) = found.scenes
+    naive, cut, best = scene.strategies
+    never = Interval(math.inf, 1e5, math.inf).noted("not reached in 100 times the longest run")
+    gain = Interval(0.0159, 0.0142, 0.0176)
+    slow = replace(cut, biased=False, time_to={0.1: never}, ratio={0.1: Interval(0.0, 0.0, 0.0855)}, efficiency=gain)
+    table = latex_table(replace(found, scenes=(replace(scene, strategies=(naive, slow, best)),)))
+    assert r"& not reached & $<$ 0.0855 \\" in table
+    assert "\n$<$: less than, since the strategy does not reach the error in 100 times its longest run" in table
+    assert r"median over pairs of runs): cut 0.0159$\times$ (0.0142 to 0.0176)\par" in table
+    assert "cannot be trusted" not in table
 
 
 def test_columns_without_any_number_are_left_out_and_named(tmp_path: Path) -> None:

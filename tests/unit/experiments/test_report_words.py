@@ -268,12 +268,8 @@ def test_the_end_of_a_time_that_holds_has_the_unit_that_suits_it() -> None:
 
 
 def test_a_ratio_to_what_is_never_reached_is_the_end_that_is_known() -> None:
-    assert str(factor_cell(Interval(0.0, 0.0, 0.00017, note="baseline"))).startswith(
-        "\N{LESS-THAN OR EQUAL TO} 0.00017"
-    )
-    assert (
-        factor_cell(Interval(math.inf, 31.0, math.inf)).text == "\N{GREATER-THAN OR EQUAL TO} 31\N{MULTIPLICATION SIGN}"
-    )
+    assert str(factor_cell(Interval(0.0, 0.0, 0.00017, note="baseline"))).startswith("< 0.00017")
+    assert factor_cell(Interval(math.inf, 31.0, math.inf)).text == "> 31\N{MULTIPLICATION SIGN}"
     assert factor_cell(Interval(math.inf, 31.0, math.inf, trusted=False)).state != "trusted"
     assert factor_cell(Interval(0.5, 0.0, 0.6)).text.startswith("0.5")
 

@@ -10,14 +10,19 @@ from typing import Final, Literal
 from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.telling import DASH
 from equaltime.experiments.report.words import (
+    AT_LEAST,
+    AT_MOST,
     DISAGREEING,
     ERROR_UNIT,
     EXTRAPOLATED,
+    LESS_THAN,
     MEDIAN,
+    MORE_THAN,
     Cell,
     Unit,
     column_unit,
     in_brackets_stands,
+    known_gains,
     marked,
     meanings,
     measured_cell,
@@ -39,6 +44,8 @@ _LATEX: Final[Mapping[str, str]] = {
     "\N{NARROW NO-BREAK SPACE}": r"\,",
     "\N{GREATER-THAN OR EQUAL TO}": r"$\ge$",
     "\N{LESS-THAN OR EQUAL TO}": r"$\le$",
+    "<": "$<$",
+    ">": "$>$",
     "\N{MULTIPLICATION SIGN}": r"$\times$",
     "\N{MINUS SIGN}": "$-$",
     "\N{EN DASH}": "--",
@@ -48,7 +55,7 @@ _LATEX: Final[Mapping[str, str]] = {
 _STAR: Final = "\N{ASTERISK OPERATOR}"
 _TIMES: Final = "\N{MULTIPLICATION SIGN}"
 _DAGGER: Final = "\N{DAGGER}"
-_BOUNDS: Final = "\N{GREATER-THAN OR EQUAL TO}\N{LESS-THAN OR EQUAL TO}"
+_BOUNDS: Final = (AT_LEAST, AT_MOST, LESS_THAN, MORE_THAN)
 
 
 _Column = tuple[Literal["time", "speed-up"], float]
@@ -89,7 +96,7 @@ def latex_table(summary: Summary) -> str:
         lines += [_headings(_titles(scene, columns, units)), r"\midrule", *map(_row, _rows(scene, columns, units))]
         lines.append(_across(_conditions(scene), width))
     left_out = [f"{what} to {percent(target)}" for what, target in every if (what, target) not in columns]
-    notes = [rf"{_escaped(note)}\par" for note in _notes(told, left_out)]
+    notes = [rf"{_escaped(note)}\par" for note in _notes(told, left_out, known_gains(summary))]
     lines += [r"\bottomrule", r"\end{tabular} \\[1ex]", r"\parbox{\linewidth}{\raggedright", *notes, r"}"]
     return "\n".join([*lines, r"\end{tabular}}", ""])
 
@@ -154,7 +161,7 @@ def _cell(scene: SceneResult, strategy: StrategyResult, column: _Column, units: 
 
 
 def _text(cell: Cell) -> str:
-    told = cell.interval or cell.text in ("not reached", DISAGREEING) or cell.text[0] in _BOUNDS
+    told = cell.interval or cell.text in ("not reached", DISAGREEING) or cell.text.startswith(_BOUNDS)
     return str(cell) if told else DASH
 
 
@@ -165,10 +172,11 @@ def _conditions(scene: SceneResult) -> str:
     return f"{scene.size[0]}x{scene.size[1]} pixels, {repeats} repeats, {reference}"
 
 
-def _notes(texts: Sequence[str], left_out: Sequence[str]) -> Iterator[str]:
-    """Yield notes on the numbers in brackets, on each mark of the cells ``texts``, and on columns ``left_out``."""
+def _notes(texts: Sequence[str], left_out: Sequence[str], gains: Sequence[str]) -> Iterator[str]:
+    """Yield notes on brackets, on each mark of the cells ``texts``, on ``gains``, and on columns ``left_out``."""
     yield in_brackets_stands(texts)
-    yield from (f"{mark}: {meaning}" for mark, meaning in meanings(texts).items())
+    yield from (f"{mark.rstrip()}: {meaning}" for mark, meaning in meanings(texts).items())
+    yield from gains
     if DASH in texts:
         yield f"{DASH}: unknown, not trusted, or both ends of the interval more than {TELLING:g} times off the number"
     if left_out:

@@ -12,7 +12,7 @@ from typing import Any, Literal
 from equaltime.experiments.model.summary import DISAGREES, SceneResult, StrategyResult, Summary
 from equaltime.statistics.curves import RISES
 from equaltime.statistics.in_words import exponent, places, probability
-from equaltime.statistics.intervals import TELLING, TOO_WIDE, UNKNOWN, Interval
+from equaltime.statistics.intervals import TELLING, TOO_WIDE, UNKNOWN, Interval, sound
 from equaltime.statistics.runs import TYPICAL
 
 __all__ = [
@@ -21,7 +21,9 @@ __all__ = [
     "DISAGREEING",
     "ERROR_UNIT",
     "EXTRAPOLATED",
+    "LESS_THAN",
     "MEDIAN",
+    "MORE_THAN",
     "Cell",
     "Unit",
     "column_unit",
@@ -29,6 +31,7 @@ __all__ = [
     "factor_cell",
     "facts",
     "in_brackets_stands",
+    "known_gains",
     "marked",
     "meanings",
     "measured_cell",
@@ -47,6 +50,9 @@ __all__ = [
 ]
 
 AT_LEAST, AT_MOST = "\N{GREATER-THAN OR EQUAL TO}", "\N{LESS-THAN OR EQUAL TO}"
+
+LESS_THAN, MORE_THAN = "< ", "> "
+"""Signs of a speed-up where one of the two strategies does not reach the error."""
 
 _MINUS = "\N{MINUS SIGN}"
 
@@ -73,6 +79,9 @@ _MEANINGS: Mapping[str, str] = {
     _UNTOLD: f"both ends of the interval are more than {TELLING:g} times off the number",
     AT_LEAST: "at least, since the upper end of the interval cannot be trusted",
     AT_MOST: "at most, since the lower end of the interval cannot be trusted",
+    LESS_THAN: "less than, since the strategy does not reach the error in 100 times its longest run, or in its runs "
+    "if it is biased",
+    MORE_THAN: "more than, since the baseline does not reach the error",
     EXTRAPOLATED: "extrapolated beyond the runs, or before their first measurement, or read off where measured errors "
     "rise",
     MEDIAN: "of typical runs: a median over repeats. A speed-up is the median over pairs of repeats. Errors are root "
@@ -157,15 +166,16 @@ def measured_cell(interval: Interval) -> Cell:
 def factor_cell(interval: Interval) -> Cell:
     """Return a table cell with a ratio, such as ``31x (27 to 35)`` but with a real multiplication sign.
 
-    A ratio of 0 or infinity means that one of the two strategies does not reach the error; it is printed as a bound.
+    A ratio of 0 or infinity means that one of the two strategies does not reach the error; it is printed as a limit,
+    with `LESS_THAN` or `MORE_THAN`.
     It is printed as "never" if the strategy's bias exceeds the error.
     """
     if interval.trusted and interval.value == interval.high == 0.0:
         return Cell("never", note=interval.note, state="unknown")
     if interval.trusted and interval.value in (0.0, math.inf):
-        end, sign = (interval.low, AT_LEAST) if interval.value else (interval.high, AT_MOST)
+        end, sign = (interval.low, MORE_THAN) if interval.value else (interval.high, LESS_THAN)
         if 0.0 < end < math.inf:
-            return Cell(f"{sign} {_short(end)}{_TIMES}", note=interval.note, state="untrusted")
+            return Cell(f"{sign}{_short(end)}{_TIMES}", note=interval.note, state="untrusted")
     return _cell(interval, _FACTOR)
 
 
@@ -190,6 +200,22 @@ def marked(text: str, number: Interval) -> str:
         return text
     unsure = number.reach > 1.0 or RISES in number.note
     return text + EXTRAPOLATED * unsure + MEDIAN * (TYPICAL in number.note)
+
+
+def known_gains(summary: Summary) -> list[str]:
+    """Return the gains at equal time of strategies that have a limit of a speed-up for want of a time, in one sentence.
+
+    The gain needs no time to an error. The list is empty if no such gain is known.
+    """
+    found = [
+        f"{one.label}{f' on {scene.name}' if len(summary.scenes) > 1 else ''} {factor_cell(one.efficiency)}"
+        for scene in summary.scenes
+        for one in scene.strategies
+        if sound(one.efficiency) and any(ratio.trusted and ratio.value in (0.0, math.inf) for ratio in one.ratio.values())
+    ]
+    baseline = " or ".join(dict.fromkeys(scene.baseline for scene in summary.scenes))
+    told = "baseline's squared error over the strategy's, median over pairs of runs"
+    return [f"gain over {baseline} at equal time ({told}): {', '.join(found)}"] if found else []
 
 
 def plain_cell(interval: Interval) -> Cell:
