@@ -55,6 +55,7 @@ __all__ = [
     "BETTER",
     "ERRORS_OF",
     "ERROR_OF",
+    "INDEPENDENT",
     "RISES",
     "STEEPEST",
     "TOO_NOISY",

@@ -8,6 +8,7 @@ and errors off these runs.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from equaltime.statistics.intervals import FEWEST_REPEATS, Interval, join
 from equaltime.words import percent
 
-__all__ = ["MISSING", "TYPICAL", "Runs"]
+__all__ = ["MISSING", "TYPICAL", "Runs", "of_one_kind"]
 
 Floats = NDArray[np.float64]
 
@@ -29,6 +30,11 @@ _CLEAR = 4.0
 """Standard errors of the reference's part that a squared error must exceed to be read off the curve."""
 _MOST_OF_ONE = 0.5
 """Largest share of one repeat in the squared errors of all for which it counts as a run like the others."""
+
+
+def of_one_kind(numbers: Iterable[Interval]) -> bool:
+    """Tell whether times or ratios are all of typical runs, or all of mean errors: others have no common mean."""
+    return len({TYPICAL in number.note for number in numbers}) == 1
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,9 +15,9 @@ from equaltime.experiments.analysis.sentences import LONGEST
 from equaltime.experiments.analysis.verdict import headline_target, pick_standard
 from equaltime.experiments.analysis.verdict import verdict as answer_of
 from equaltime.experiments.model.experiment import Question
-from equaltime.experiments.model.summary import SceneResult, StrategyResult
+from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.looks import looks
-from equaltime.experiments.report.tables import time_table
+from equaltime.experiments.report.tables import geometric_mean, time_table
 from equaltime.experiments.report.words import factor_cell, plain_cell, seconds_cell
 from equaltime.statistics.curves import BELOW
 from equaltime.statistics.intervals import TOO_WIDE, UNKNOWN, Interval, product_mean
@@ -149,8 +149,8 @@ def test_a_measured_gain_comes_before_a_limit_of_another_scene() -> None:
     ]
     answer = answer_of([*rooms, dark], TARGETS)
     assert answer.text.startswith(
-        "On average over 2 of 3 scenes (geometric mean), for the same error, a typical run of best needs about 270 "
-        "times less time than one of naive (158 to 426)"
+        "On average over 2 of 3 scenes (geometric mean), for the error that best has after 1 s, a typical run of best "
+        "needs about 270 times less time than one of naive (158 to 426)"
     )
     assert answer.notes[:2] == (
         "The gain is 90 times on room to 800 times on hall.",
@@ -178,8 +178,9 @@ def test_if_nothing_else_can_be_told_typical_runs_are() -> None:
     heavy = FAR.bounded("low", "heavy tail: a pixel")
     answer = said((heavy, heavy), (UNKNOWN, UNKNOWN), efficiency=Interval(800.0, 300.0, 2000.0))
     assert answer.startswith(
-        "On box, for the same error, a typical run of best needs about 800 times less time than one of naive "
-        "(300 to 2,000), if errors go on to fall as 1/sqrt(time). No time to a given error can be trusted: "
+        "On box, for the error that best has after 1 s, a typical run of best needs about 800 times less time than one "
+        "of naive (300 to 2,000), if the error of naive goes on to fall as 1/sqrt(time). "
+        "No time to a given error can be trusted: "
     )
     assert "heavy tail" in answer
     assert "e+" not in answer
@@ -230,9 +231,54 @@ def test_a_time_without_a_ratio_stands_alone() -> None:
         "On box, best reaches 5 % error in 500 ms (400 to 600). How much faster it is than naive cannot be told."
     )
     assert said((TIME, TIME), (UNKNOWN, UNKNOWN), efficiency=RATIO).endswith(
-        " one of naive (25 to 36), if errors go on to fall as 1/sqrt(time). There, best reaches 5 % error in 500 ms "
-        "(400 to 600)."
+        " one of naive (25 to 36), if the error of naive goes on to fall as 1/sqrt(time). "
+        "On box, best reaches 5 % error in 500 ms (400 to 600)."
     )
+
+
+def test_the_gain_is_said_to_grow_where_the_error_of_the_standard_falls_faster_than_the_law() -> None:
+    grows = "The error of best falls faster than 1/sqrt(time), so the gain is larger for smaller errors."
+    found = scene((TIME, TIME), (UNKNOWN, UNKNOWN), efficiency=RATIO)
+    naive, best = found.strategies
+    steep = replace(best, curve=replace(best.curve, slope=Interval(-0.7, -0.75, -0.65)))
+    assert grows in answer_of([replace(found, strategies=(naive, steep))], TARGETS).notes
+    assert grows not in answer_of([found], TARGETS).notes, "-0.52 to -0.48"
+
+
+def test_speed_ups_of_typical_runs_and_of_mean_errors_have_no_common_mean() -> None:
+    """The first are medians over pairs of runs, the others ratios of the times of root mean squares."""
+    typical = (Interval(2.7, 1.6, 8.9).noted(TYPICAL), RATIO.noted(TYPICAL))
+    scenes = [
+        replace(scene((TIME, TIME), ratios), name=name)
+        for name, ratios in (("veach", typical[:1] * 2), ("box", (RATIO, RATIO)))
+    ]
+    assert verdict(scenes, TARGETS).startswith(
+        "On box, best is about 30 times faster than naive (25 to 36): 5 % error in 500 ms (400 to 600). On veach, best "
+        "is about 2.7 times faster than naive (1.6 to 8.9): 5 % error in 500 ms (400 to 600), in typical runs."
+    )
+    alike = [scenes[0], replace(scenes[0], name="hall")]
+    assert verdict(alike, TARGETS).startswith("On average over 2 scenes (geometric mean), best is about 2.7 times")
+    shown = Summary("", "", tuple(scenes), TARGETS, {}, "")
+    mean = geometric_mean(shown, "best", 0.05)
+    assert mean is not None
+    assert mean.note == "speed-ups of typical runs and of mean errors have no common mean"
+    assert geometric_mean(replace(shown, scenes=tuple(alike)), "best", 0.05) == product_mean(typical[:1] * 2)
+
+
+def test_a_mean_error_that_says_the_opposite_of_typical_runs_is_told_in_the_answer() -> None:
+    typical = Interval(2.7, 1.6, 8.9).noted(TYPICAL)
+    found = scene((TIME, TIME), (typical, typical))
+    naive, best = found.strategies
+
+    def told(error: float) -> str:
+        errors = (Interval(0.114, 0.08, 0.3), Interval(error, 0.04, 0.5))
+        strategies = [replace(one, error_at_budget=e) for one, e in zip((naive, best), errors, strict=True)]
+        return answer_of([replace(found, strategies=tuple(strategies))], TARGETS).text
+
+    assert told(0.165).endswith(
+        "in typical runs; over all runs, the measured error at equal time is 1.45 times larger."
+    )
+    assert "over all runs" not in told(0.08)
 
 
 def test_numbers_of_no_use_are_left_out_of_the_sentence() -> None:
@@ -273,11 +319,11 @@ def test_a_biased_strategy_with_the_lowest_error_is_told_with_the_bias_that_it_k
     cut = replace(naive, label="cut", biased=True, error_at_budget=Interval(0.1, 0.09, 0.11), bias=bias)
     found = replace(plain, strategies=(naive, cut, best))
     lowest = "cut has the lowest measured error at equal time, and keeps a bias of"
-    never = "at any time: more time will not take its error below that."
+    never = "more time takes its error to that bias, not to 0."
     for question in ("time", "bias"):
-        assert f"{lowest} 1.7 % (0.7 to 2.2) {never}" in verdict([found], TARGETS, question)
+        assert f"{lowest} 1.7 % (0.7 to 2.2): {never}" in verdict([found], TARGETS, question)
     limit = replace(cut, bias=bias.bounded("high", "noise"))
-    assert f"{lowest} up to 2.2 % {never}" in verdict([replace(found, strategies=(naive, limit, best))], TARGETS)
+    assert f"{lowest} at most 2.2 %: {never}" in verdict([replace(found, strategies=(naive, limit, best))], TARGETS)
     assert "cut on box has the lowest" in verdict([found, found], TARGETS)
     worse = replace(cut, error_at_budget=Interval(0.3, 0.2, 0.4))
     assert "lowest" not in verdict([replace(found, strategies=(naive, worse, best))], TARGETS)

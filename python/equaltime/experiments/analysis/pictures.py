@@ -39,7 +39,7 @@ def other_pictures(scenes: Sequence[SceneResult]) -> tuple[str, ...]:
 def biased_leaders(scenes: Sequence[SceneResult]) -> str:
     """Return sentences on biased strategies with the lowest error at equal time; empty without any.
 
-    They tell the bias, below which the error of such a strategy never falls.
+    They tell the bias, to which the error of such a strategy falls.
     """
     told = []
     for scene in scenes:
@@ -48,17 +48,17 @@ def biased_leaders(scenes: Sequence[SceneResult]) -> str:
         if first is not None and first.biased:
             on = f" on {scene.name}" if len(scenes) > 1 else ""
             told.append(
-                f"{first.label}{on} has the lowest measured error at equal time, and {_kept(first.bias)} at any time: "
-                "more time will not take its error below that."
+                f"{first.label}{on} has the lowest measured error at equal time, and {_kept(first.bias)}: more time "
+                "takes its error to that bias, not to 0."
             )
     return " ".join(told)
 
 
 def _kept(bias: Interval | None) -> str:
-    """Return in words that a bias is kept, and how large it is."""
-    if bias is None or not (sound(bias) or bias.bound == "high"):
-        return "keeps a bias of unknown size"
-    return f"keeps a bias of {off_by(bias)}"
+    """Return in words that a bias is kept, with its size or its upper limit."""
+    if bias is not None and bias.bound == "high":
+        return f"keeps a bias of at most {percent(bias.high)}"
+    return f"keeps a bias of {off_by(bias) if bias is not None and sound(bias) else 'unknown size'}"
 
 
 def differing_renderers(scenes: Sequence[SceneResult]) -> str:

@@ -18,10 +18,10 @@ from equaltime.experiments.analysis.winners import best_per_scene, fastest, is_o
 from equaltime.experiments.model.experiment import Question
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.statistics.agreement import LEVEL
-from equaltime.statistics.curves import BETTER
+from equaltime.statistics.curves import BETTER, INDEPENDENT
 from equaltime.statistics.in_words import about, figure, in_time, span
 from equaltime.statistics.intervals import Interval, product_mean, sound, sound_below
-from equaltime.statistics.runs import MISSING, TYPICAL
+from equaltime.statistics.runs import MISSING, TYPICAL, of_one_kind
 from equaltime.words import duration, percent
 
 __all__ = ["headline_target", "pick_standard", "verdict"]
@@ -97,7 +97,7 @@ def _answer_in_time(scenes: Sequence[SceneResult], targets: Sequence[float]) -> 
                 found = [one for scene in scenes if (one := _at(scene, target, reach, ratio_is_good)) is not None]
                 if found and (len(found) == len(scenes) or not everywhere):
                     limits = _limits([one for one in scenes if one not in [named for named, _ in found]], target)
-                    answer = _speed_up(found, target, len(scenes)).noted([limits]).then(fastest(scenes, target))
+                    answer = _speed_ups(found, target, len(scenes)).noted([limits]).then(fastest(scenes, target))
                     return _with_own(answer, scenes, target), target
     alone = _time_alone(scenes, targets)
     if alone is None:
@@ -141,24 +141,66 @@ def _at(scene: SceneResult, target: float, reach: Callable[[Interval, Interval],
     return None
 
 
-def _speed_up(found: Sequence[_Found], target: float, count: int) -> Answer:
-    """Return the sentence on speed-up and time to ``target``, on the scenes ``found`` of ``count`` scenes."""
+def _speed_ups(found: Sequence[_Found], target: float, count: int) -> Answer:
+    """Return a sentence for each kind of speed-up: of mean errors, and of typical runs. The two have no common mean.
+
+    Speed-ups and times to ``target`` are known on the scenes ``found`` of ``count`` scenes.
+    """
+    kinds = [[one for one in found if _is_typical(one, target) is kind] for kind in (False, True)]
+    apart = all(kinds) and len(found) == count
+    first, *others = (
+        _speed_up(kind, target, 1 if apart and len(kind) == 1 else count, count > 1) for kind in kinds if kind
+    )
+    for other in others:  # both are the answer, whatever its length
+        first = Answer(f"{first.text} {other.text}", (*first.notes, *other.notes))
+    return first
+
+
+def _is_typical(found: _Found, target: float) -> bool:
+    """Tell whether a speed-up or its time to ``target`` is of typical runs."""
+    return any(TYPICAL in number[target].note for number in (found[1].ratio, found[1].time_to))
+
+
+def _speed_up(found: Sequence[_Found], target: float, count: int, several: bool) -> Answer:
+    """Return the sentence on speed-up and time to ``target``, on the scenes ``found`` of ``count`` scenes.
+
+    ``several`` tells that the experiment has several scenes, so that a single one is named.
+    """
     times = [strategy.time_to[target] for _, strategy in found]
     ratios = [_limited(strategy.ratio[target]) for _, strategy in found]
     label, baseline = joined(strategy.label for _, strategy in found), joined(scene.baseline for scene, _ in found)
     faster = compared(label, product_mean(ratios), baseline) + _why_a_limit(found, target)
     each = [(scene.name, strategy.time_to[target]) for scene, strategy in found]
-    several = len(found) > 1
+    many = len(found) > 1
+    on = f" on {found[0][0].name}" if several and not many else ""
     farthest, reach = max(times, key=lambda time: time.reach), max(ratio.reach for ratio in ratios)
-    notes = [_extrapolated(farthest, target, several), _rare((*times, *ratios))]
+    notes = [_extrapolated(farthest, target, many, on), _rare((*times, *ratios))]
     limits = ", in typical runs" if notes[1] else ""
     if farthest.reach > 1.0:
         limits += ", extrapolated"
     if reach > farthest.reach:
-        notes.insert(1, f"The time of {baseline} is extrapolated: it is {_longer(reach, several)} its longest run.")
+        notes.insert(1, f"The time of {baseline}{on} is extrapolated: it is {_longer(reach, many)} its longest run.")
         limits += "" if farthest.reach > 1.0 else f", with the time of {baseline} extrapolated"
+    if against := _against_the_mean(found, target):
+        limits += f"; over all runs, {listed(against)}"
+        notes.append("Rare bright paths make the error over all runs: longer runs (--budget) tell which holds.")
     place = where([scene.name for scene, _ in found], count)
     return Answer(f"{place}, {faster}: {percent(target)} error in {across(each, in_time)}{limits}.").noted(notes)
+
+
+def _against_the_mean(found: Sequence[_Found], target: float) -> list[str]:
+    """Return clauses on scenes where measured errors at equal time contradict a speed-up of typical runs."""
+    told = []
+    for scene, strategy in found:
+        errors = {one.label: one.error_at_budget.value for one in scene.strategies}
+        error, baseline = errors[strategy.label], errors.get(scene.baseline, math.nan)
+        ratio = error / baseline if baseline > 0.0 else math.nan
+        known = _is_typical((scene, strategy), target) and 0.0 < ratio < math.inf
+        if known and (ratio > 1.0) == (strategy.ratio[target].value > 1.0):
+            on = f" on {scene.name}" if len(found) > 1 else ""
+            size = f"{figure(ratio)} times larger" if ratio > 1.0 else f"{figure(1.0 / ratio)} times smaller"
+            told.append(f"the measured error at equal time{on} is {size}")
+    return told
 
 
 def _why_a_limit(found: Sequence[_Found], target: float) -> str:
@@ -200,7 +242,8 @@ def _with_own(answer: Answer, scenes: Sequence[SceneResult], target: float) -> A
 def _own_methods(scenes: Sequence[SceneResult], target: float) -> Iterator[str]:
     """Yield a sentence on the time of each method of one's own beside baseline and standard, if known on all scenes.
 
-    On several scenes it is the geometric mean, beside the standard alone, since the answer has less room.
+    On several scenes it is the geometric mean, beside the standard alone, since the answer has less room. Times of
+    typical runs and times of mean errors have no common mean.
     """
     own = {one.label: one.named for scene in scenes for one in scene.strategies if is_own(scene, one)}
     average = " on average" if len(scenes) > 1 else ""
@@ -211,7 +254,7 @@ def _own_methods(scenes: Sequence[SceneResult], target: float) -> Iterator[str]:
         for others in sides:
             ratios = [_beside(scene, label, other, target) for scene, other in zip(scenes, others, strict=True)]
             known = [ratio for ratio in ratios if ratio is not None]
-            if len(known) == len(scenes):
+            if len(known) == len(scenes) and of_one_kind(known):
                 told.append(_as_long(product_mean(known), joined(map(str, others))))
         times = [one.time_to[target] for scene in scenes for one in scene.strategies if one.label == label]
         typical = ", in typical runs" if any(TYPICAL in time.note for time in times) else ""
@@ -246,7 +289,9 @@ def _times_as_long(
     if other.label == scene.baseline and ratio is not None and sound(ratio):
         return ratio.map(lambda speed_up: 1.0 / speed_up)
     time, theirs = strategy.time_to[target], other.time_to[target]
-    return quotient(time, theirs) if (TYPICAL in time.note) == (TYPICAL in theirs.note) else None
+    typical = TYPICAL in time.note
+    found = quotient(time, theirs) if typical == (TYPICAL in theirs.note) else None
+    return None if found is None else found.noted(TYPICAL * typical)
 
 
 def _without_ratio(scenes: Sequence[SceneResult], alone: tuple[SceneResult, StrategyResult, float] | None) -> Answer:
@@ -263,10 +308,9 @@ def _without_ratio(scenes: Sequence[SceneResult], alone: tuple[SceneResult, Stra
     notes = [_extrapolated(time, target), _rare((time,))]
     limits = (", in typical runs" if notes[1] else "") + (", extrapolated" if notes[0] else "")
     reached = f"{strategy.label} reaches {percent(target)} error in {in_time(time)}{limits}."
-    if typical:
-        place = f"On {scene.name}" if len(scenes) > 1 else "There"
-        return Answer.of((typical, f"{place}, {reached}"), [_typical_ends(scenes), *notes])
     answer = f"On {scene.name}, {reached}"
+    if typical:
+        return Answer.of((typical, answer), [_typical_ends(scenes), _grows(scenes), *notes])
     if strategy.label == scene.baseline:
         alone_there = len(scene.strategies) == 1
         return Answer(answer if alone_there else f"{answer} It is the baseline of the comparison.").noted(notes)
@@ -306,15 +350,16 @@ def _longer(reach: float, several: bool) -> str:
     return "a little longer than" if reach < 1.05 else f"{'up to ' if several else ''}{figure(reach)} times"
 
 
-def _extrapolated(time: Interval, target: float, several: bool = False) -> str:
+def _extrapolated(time: Interval, target: float, several: bool = False, on: str = "") -> str:
     """Return a sentence on how far a time is beyond the longest run; empty if a run was long enough.
 
-    ``target`` is the error that it is a time to. ``several`` tells that the time is the farthest of several scenes.
+    ``target`` is the error that it is a time to. ``several`` tells that the time is the farthest of several scenes, and
+    ``on`` names the scene if it is one of several.
     """
     if time.reach <= 1.0:
         return ""
     what, verb = ("times", "are") if several else ("the time", "is")
-    return f"Extrapolated: {what} to {percent(target)} {verb} {_longer(time.reach, several)} the longest run."
+    return f"Extrapolated: {what} to {percent(target)}{on} {verb} {_longer(time.reach, several)} the longest run."
 
 
 def _rare(intervals: Iterable[Interval]) -> str:
@@ -344,9 +389,22 @@ def _typical(scenes: Sequence[SceneResult]) -> str:
     labels, baseline = joined(s.label for _, s in found), joined(scene.baseline for scene, _ in found)
     place = where([scene.name for scene, _ in found], len(scenes))
     gain = product_mean([strategy.efficiency for _, strategy in found])
+    budgets = {duration(scene.budget_s) for scene, _ in found}
+    end = f"after {budgets.pop()}" if len(budgets) == 1 else "at equal time"
     return (
-        f"{place}, for the same error, a typical run of {labels} needs {less_time(gain, f'one of {baseline}')}, if "
-        "errors go on to fall as 1/sqrt(time)."
+        f"{place}, for the error that {labels} has {end}, a typical run of {labels} needs "
+        f"{less_time(gain, f'one of {baseline}')}, if the error of {baseline} goes on to fall as 1/sqrt(time)."
+    )
+
+
+def _grows(scenes: Sequence[SceneResult]) -> str:
+    """Return a sentence if the error of the standard surely falls faster than 1/sqrt(time) on all scenes."""
+    found = [strategy for _, strategy in _with_efficiency(scenes)]
+    if not all(one.curve.slope.trusted and one.curve.slope.high < INDEPENDENT for one in found):
+        return ""
+    return (
+        f"The error of {joined(one.label for one in found)} falls faster than 1/sqrt(time), so the gain is larger for "
+        "smaller errors."
     )
 
 

@@ -11,6 +11,7 @@ from equaltime.experiments.analysis.sentences import across
 from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.words import Cell, error_cell, factor_cell, percent, seconds, seconds_cell
 from equaltime.statistics.intervals import UNKNOWN, product_mean, sound
+from equaltime.statistics.runs import of_one_kind
 
 __all__ = ["other_renderers"]
 
@@ -58,7 +59,8 @@ def _times(found: _Found, target: float) -> str:
 def _beside_baseline(found: _Found, target: float) -> str:
     ratios = [strategy.ratio.get(target, UNKNOWN) for _, strategy in found]
     baselines = " / ".join(dict.fromkeys(scene.baseline for scene, _ in found))
-    if any(strategy.label == scene.baseline for scene, strategy in found) or not all(map(sound, ratios)):
+    known = all(map(sound, ratios)) and of_one_kind(ratios)
+    if not known or any(strategy.label == scene.baseline for scene, strategy in found):
         return ""
     mean = f" (geometric mean of {len(found)} scenes)" if len(found) > 1 else ""
     return f", {factor_cell(product_mean(ratios))} as fast as {baselines}{mean}"

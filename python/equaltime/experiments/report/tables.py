@@ -27,6 +27,7 @@ from equaltime.experiments.report.words import (
 from equaltime.statistics.agreement import LEVEL
 from equaltime.statistics.curves import AGAINST_SAMPLES
 from equaltime.statistics.intervals import UNKNOWN, Interval, join, product_mean
+from equaltime.statistics.runs import of_one_kind
 
 __all__ = [
     "PAGE_NOTE",
@@ -317,7 +318,7 @@ def geometric_mean(summary: Summary, label: str, target: float) -> Interval | No
     """Return the geometric mean over scenes of a strategy's speed-ups to the error ``target``; None for the baseline.
 
     ``label`` is the strategy's. The interval combines the intervals of the scenes, and holds for these scenes only. If
-    a speed-up is missing, the mean is unknown and has a note with the reason.
+    a speed-up is missing, or if only some are of typical runs, the mean is unknown and has a note with the reason.
     """
     ratios = []
     for scene in summary.scenes:
@@ -328,6 +329,8 @@ def geometric_mean(summary: Summary, label: str, target: float) -> Interval | No
         if factor_cell(ratio).state != "trusted" or ratio.low <= 0.0:
             return replace(UNKNOWN, note=f"on {scene.name} it has no speed-up that can be trusted")
         ratios.append(ratio)
+    if not of_one_kind(ratios):
+        return replace(UNKNOWN, note="speed-ups of typical runs and of mean errors have no common mean")
     return product_mean(ratios)
 
 

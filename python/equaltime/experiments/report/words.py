@@ -211,7 +211,8 @@ def known_gains(summary: Summary) -> list[str]:
         f"{one.label}{f' on {scene.name}' if len(summary.scenes) > 1 else ''} {factor_cell(one.efficiency)}"
         for scene in summary.scenes
         for one in scene.strategies
-        if sound(one.efficiency) and any(ratio.trusted and ratio.value in (0.0, math.inf) for ratio in one.ratio.values())
+        if sound(one.efficiency)
+        and any(ratio.trusted and ratio.value in (0.0, math.inf) for ratio in one.ratio.values())
     ]
     baseline = " or ".join(dict.fromkeys(scene.baseline for scene in summary.scenes))
     told = "baseline's squared error over the strategy's, median over pairs of runs"
