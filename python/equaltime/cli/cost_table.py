@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import shlex
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from rich.table import Table
@@ -213,18 +213,36 @@ def _reasons(summary: Summary, unknown: bool = False) -> list[str]:
 def _without_times(summary: Summary, quick: bool = False) -> Iterator[str]:
     """Yield a line for the targets to which no strategy has a time, with the most frequent reason; targets share it.
 
-    A reason of biased strategies is given if no other strategy has one. ``quick`` tells that the experiment was run
-    with ``--quick``, so that a better reference needs no other keys.
+    Strategies are named if others have another reason. A reason of biased strategies is given if no other strategy has
+    one. ``quick`` tells that the experiment was run with ``--quick``, so that a better reference needs no other keys.
     """
-    every = [one for scene in summary.scenes for one in scene.strategies]
-    reasons: dict[str, list[float]] = {}
+    every = [(scene, one) for scene in summary.scenes for one in scene.strategies]
+    reasons: dict[tuple[str, str], list[float]] = {}
     for target in summary.targets:
-        noted = [one for one in every if one.time_to[target].note]
-        asked = [one for one in noted if not one.biased] or noted
-        notes = Counter(_reason_without_time(one.time_to[target].note, summary, quick) for one in asked)
-        if notes and not any(one.time_to[target].known for one in every):
-            reasons.setdefault(notes.most_common(1)[0][0], []).append(target)
-    yield from (f"No times to {listed([percent(one) for one in these])}: {why}" for why, these in reasons.items())
+        noted = [row for row in every if row[1].time_to[target].note]
+        asked = [row for row in noted if not row[1].biased] or noted
+        notes = [_reason_without_time(one.time_to[target].note, summary, quick) for _, one in asked]
+        if notes and not any(one.time_to[target].known for _, one in every):
+            why = Counter(notes).most_common(1)[0][0]
+            these = [row for row, note in zip(asked, notes, strict=True) if note == why]
+            whose = "" if len(these) == len(asked) else f". {_named(these, summary)}"
+            reasons.setdefault((whose, why), []).append(target)
+    for (whose, why), targets in reasons.items():
+        yield f"No times to {listed([percent(one) for one in targets])}{whose}: {why}"
+
+
+def _named(rows: Iterable[_Row], summary: Summary) -> str:
+    """Return the labels of strategies, with their scenes if the experiment has several."""
+    names: dict[str, list[str]] = {}
+    for scene, result in rows:
+        names.setdefault(result.label, []).append(scene.name)
+    several = len(summary.scenes) > 1
+    return listed(
+        [
+            f"{label} on {listed(on) if len(on) <= _MOST_SCENES else f'{len(on)} scenes'}" if several else label
+            for label, on in names.items()
+        ]
+    )
 
 
 def _reason_without_time(note: str, summary: Summary, quick: bool) -> str:
@@ -244,18 +262,14 @@ def _reason_without_time(note: str, summary: Summary, quick: bool) -> str:
 
 def _below(summary: Summary) -> Iterator[str]:
     """Yield one line on all errors that the references hide, with the keys that ask for better references."""
-    names: dict[str, list[str]] = {}
-    for scene in summary.scenes:
-        for result in scene.strategies:
-            if not result.error_at_budget.known and BELOW in result.error_at_budget.note:
-                names.setdefault(result.label, []).append(scene.name)
-    several = len(summary.scenes) > 1
-    told = [
-        f"{label} on {listed(on) if len(on) <= _MOST_SCENES else f'{len(on)} scenes'}" if several else label
-        for label, on in names.items()
+    rows = [
+        (scene, result)
+        for scene in summary.scenes
+        for result in scene.strategies
+        if not result.error_at_budget.known and BELOW in result.error_at_budget.note
     ]
-    if told:
-        yield f"{listed(told)}: {BELOW}"
+    if rows:
+        yield f"{_named(rows, summary)}: {BELOW}"
 
 
 def _questions(summary: Summary) -> list[str]:

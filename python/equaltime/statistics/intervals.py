@@ -126,14 +126,19 @@ class Interval(Shown):
         """Return a copy of this interval of a positive number that does not state what says too little.
 
         An end is far if it is more than `TELLING` times off the value. If both ends of a trusted interval are far, the
-        result is unknown and has the note `TOO_WIDE`. An untrusted interval loses its valid end if that is far. An
-        infinite value only loses a valid lower end of 0. A value of 0, or an unknown one, changes nothing.
+        result is unknown and has the note `TOO_WIDE`. If one end of a trusted interval is 0 or infinite, the other end
+        alone stays valid. An untrusted interval loses its valid end if that is far. An infinite value only loses a
+        valid lower end of 0. A value of 0, or an unknown one, changes nothing.
         """
         if self.value == 0.0 or math.isnan(self.value) or (math.isinf(self.value) and (self.trusted or self.low > 0.0)):
             return self
         far_below, far_above = not self.low * TELLING >= self.value, not self.high <= TELLING * self.value
-        if self.trusted:
-            return replace(UNKNOWN, note=join((self.note, TOO_WIDE))) if far_below and far_above else self
+        if self.trusted and far_below and far_above:
+            return replace(UNKNOWN, note=join((self.note, TOO_WIDE)))
+        if self.trusted and not self.low > 0.0:
+            return self.bounded("high", "the interval has no lower end")
+        if self.trusted and not self.high < math.inf:
+            return self.bounded("low", "the interval has no upper end")
         far = (self.bound == "low" and far_below) or (self.bound == "high" and far_above)
         return replace(self, bound="") if far else self
 

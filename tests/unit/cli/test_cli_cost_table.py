@@ -370,6 +370,18 @@ def test_the_reason_why_no_strategy_has_a_time_is_not_one_of_a_biased_strategy(
     assert "No times to 1\N{NARROW NO-BREAK SPACE}%: few checkpoints" in printed(found, tmp_path, capsys)
 
 
+def test_the_reason_of_some_strategies_names_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = summary(tmp_path)
+    for label, note in (("naive", "not reached"), ("cut", "not reached"), ("best", "few checkpoints")):
+        found = changed(
+            found,
+            label,
+            lambda one, note=note: replace(one, biased=False, time_to={**one.time_to, 0.01: UNKNOWN.doubted(note)}),
+        )
+    told = "No times to 1\N{NARROW NO-BREAK SPACE}%. naive and cut: not reached"
+    assert told in printed(found, tmp_path, capsys)
+
+
 def test_unknown_times_of_the_table_point_to_their_reasons(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     none = UNKNOWN.doubted("the error varies too much between repeats to tell how it goes on")
     found = changed(summary(tmp_path), "naive", lambda one: replace(one, time_to=dict.fromkeys(one.time_to, none)))

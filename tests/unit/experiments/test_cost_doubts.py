@@ -69,6 +69,9 @@ def test_an_end_that_is_far_off_the_estimate_is_none() -> None:
 
 
 def test_an_interval_of_more_than_a_factor_of_ten_either_way_tells_no_number() -> None:
+    endless, beginningless = Interval(5.0, 4.0, math.inf).telling(), Interval(5.0, 0.0, 6.0).telling()
+    assert (endless.trusted, endless.bound) == (False, "low")
+    assert (beginningless.trusted, beginningless.bound) == (False, "high"), "a ratio of times is never 0"
     wide = Interval(5.0, 1e-11, 1e12, reach=3.0).telling()
     assert (math.isnan(wide.value), wide.trusted, wide.bound, wide.note) == (True, False, "", TOO_WIDE)
     assert "within a factor of 10" in wide.as_dict()["doubt"]

@@ -260,7 +260,7 @@ def test_the_factors_that_verdicts_tell_stand_in_the_table(tmp_path: Path) -> No
     best = replace(others[0], efficiency=Interval(900.0, 500.0, 999.0).bounded("low", "hidden"))
     page, _ = written(replace(value, scenes=(replace(value.scenes[0], strategies=(first, best)),)), tmp_path)
     assert "gain at equal time gain at equal samples" in page.visible
-    assert "> 500\N{MULTIPLICATION SIGN}" in page.visible
+    assert "\N{GREATER-THAN OR EQUAL TO} 500\N{MULTIPLICATION SIGN}" in page.visible
     assert "900" not in page.visible
     assert "2.0\N{MULTIPLICATION SIGN}" in page.visible
     assert "at 32 samples" in page.visible

@@ -59,6 +59,10 @@ def test_an_error_below_the_noise_of_the_reference_is_no_number(best: StrategyRe
     assert short_caption(drowned, 2.0) == ""
 
 
+def test_an_image_without_any_error_is_exact(best: StrategyResult) -> None:
+    assert this_run(replace(best, image_error=0.0)).startswith("this run: exact after ")
+
+
 def test_a_figure_for_papers_has_both_errors_above_the_crops(tmp_path: Path) -> None:
     scene = scene_result(tmp_path)
     pictures = load_pictures(scene)

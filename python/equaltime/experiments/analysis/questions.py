@@ -85,7 +85,7 @@ def samples_verdict(scenes: Sequence[SceneResult]) -> Answer:
     said = []
     for scene, strategy in _others(scenes, baseline=True):
         on = f" on {scene.name}" if len(scenes) > 1 else ""
-        said.append(f"{strategy.label}{on} {_fewer(strategy.fewer_samples)}")
+        said.append(f"{strategy.label}{on} {_fewer(strategy.fewer_samples, scene.equal_samples(strategy))}")
     beginning = f"For the same error, compared with {joined(scene.baseline for scene in scenes)}: "
     counts = (scene.equal_samples(strategy) for scene, strategy in _others(scenes, baseline=True))
     return Answer.listing(beginning, said, ", ".join).noted([equal_samples(counts)])
@@ -137,7 +137,11 @@ def _others(scenes: Sequence[SceneResult], baseline: bool = False) -> Iterator[t
                 yield scene, strategy
 
 
-def _fewer(ratio: Interval) -> str:
+def _fewer(ratio: Interval, samples: int | None) -> str:
+    """Return how many times fewer samples a strategy needs.
+
+    A ratio of typical runs depends on their number of ``samples`` per pixel: the variance may be infinite.
+    """
     if math.isinf(ratio.value):
         return "needs one sample (it is exact)"
     if not ratio.trusted:
@@ -146,5 +150,6 @@ def _fewer(ratio: Interval) -> str:
         if ratio.bound == "high" and ratio.high < 1.0:
             return f"needs at least {figure(1.0 / ratio.high)} times more samples"
         return f"cannot be told ({ratio.note})"
-    typical = " in typical runs, and more where rare bright samples come" if TYPICAL in ratio.note else ""
+    count = "" if samples is None else f" of {samples:,} samples"
+    typical = f" in typical runs{count}, more where rare bright ones come" if TYPICAL in ratio.note else ""
     return f"needs {times(ratio, 'fewer samples', 'more samples')}{typical}"

@@ -55,7 +55,7 @@ def _run_error(strategy: StrategyResult) -> str:
     error = strategy.image_error
     if error is None:
         return _UNKNOWN
-    return percent(error) if error > 0.0 else _BELOW
+    return "exact" if error == 0.0 else percent(error) if error > 0.0 else _BELOW
 
 
 def _mean_error(strategy: StrategyResult, error: Interval) -> str:

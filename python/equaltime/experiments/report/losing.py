@@ -129,7 +129,7 @@ def _view(baseline: str, label: str, look: Style, found: Losses, grey: Floats, m
 
 def _half_sentence(found: Losses) -> str:
     if not found.half.any():
-        return "It has no error beyond the reference's noise."
+        return "It has no error that the reference can show."
     part = "less than 1 %" if found.half_area < 0.01 else percent(round(found.half_area, 2))
     return f"Half of its squared error comes from {part} of the picture{_place(found.half, found.half_area)}."
 

@@ -239,10 +239,11 @@ def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Style]) -> Ta
             [same_cell(strategy.picture_p, strategy.another_picture)],
         ]
         rows.append(label_row(scene, strategy, looks[strategy.label], cells))
+    axis = " or ".join(f"against log {axis.split()[-1]}" for axis in axes)
     caption = (
-        f"Slope of log error {' or '.join(f'against log {axis.split()[-1]}' for axis in axes)} (independent samples: "
-        "\N{MINUS SIGN}0.5), errors, bias, and test for an equal picture; 95 % intervals. The end is the last point of "
-        f"a curve.{_WHY_STANDARD * (scene.standard is not None)}"
+        f"Slope of log error {axis} (independent samples: \N{MINUS SIGN}0.5), errors, bias, and test for an equal "
+        "picture; 95 % intervals. The end is the last point of a curve, at a fixed number of samples. An interval after "
+        f"a time also has the scatter of times.{_WHY_STANDARD * (scene.standard is not None)}"
     )
     return Table(f"{slug}-checks", caption, "strategy", tuple(columns), tuple(rows))
 

@@ -78,7 +78,7 @@ _MEANINGS: Mapping[str, str] = {
     DISAGREEING: "no number, since the renderer's picture is not that of the reference",
     _UNTOLD: f"both ends of the interval are more than {TELLING:g} times off the number",
     AT_LEAST: "at least, since the upper end of the interval cannot be trusted",
-    AT_MOST: "at most, since the lower end of the interval cannot be trusted",
+    AT_MOST: "at most, since the lower end of the interval is not known",
     LESS_THAN: "less than, since the strategy does not reach the error in 100 times its longest run, or in its runs "
     "if it is biased",
     MORE_THAN: "more than, since the baseline does not reach the error",
