@@ -14,8 +14,10 @@ import numpy as np
 def render(scene, spp, seed):
     """Return the mean of `spp` samples a pixel, (height, width, 3)."""
     film, camera = scene["sensor"]["film"], np.array(scene["sensor"]["to_world"])
-    ball = next(part for part in scene.values() if isinstance(part, dict) and part["type"] == "sphere")
-    sky = next(part for part in scene.values() if isinstance(part, dict) and part["type"] == "constant")
+    parts = {part["type"]: part for part in scene.values() if isinstance(part, dict)}
+    if not {"sphere", "constant"} <= parts.keys():
+        sys.exit("own_renderer.py renders one diffuse sphere in a constant sky, and no other scene")
+    ball, sky = parts["sphere"], parts["constant"]
     albedo = np.array(scene[ball["bsdf"]["id"]]["reflectance"]["value"])
     radiance = np.array(sky["radiance"]["value"])
     width, height = film["width"], film["height"]

@@ -86,6 +86,11 @@ def test_the_example_runs_as_a_command_from_a_copy(tmp_path: Path) -> None:
     np.testing.assert_allclose(many.image[0, 0], (0.8, 0.9, 1.0), rtol=1e-6)  # the sky
 
 
+def test_the_example_tells_which_scenes_it_renders(tmp_path: Path) -> None:
+    with pytest.raises(SystemExit, match="one diffuse sphere in a constant sky, and no other scene"):
+        module(text(), tmp_path).render({"sensor": {"type": "", "film": {}, "to_world": []}}, 1, 1)
+
+
 def test_the_example_agrees(tmp_path: Path) -> None:
     shares: list[float] = []
     gate = check(InProcess(module(text(), tmp_path)), ball(), threads=1, progress=shares.append)

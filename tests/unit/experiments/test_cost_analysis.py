@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 import shutil
@@ -494,6 +495,26 @@ def test_a_reference_with_a_heavy_tail_is_told_and_another_one_is_not(
     assert " has a heavy tail too: one pixel makes much of the stated error, and light may be missing." in doubtful[0]
     assert BETTER in doubtful[0]
     assert doubtful[1:] == notes(1.0)
+
+
+def test_a_reference_whose_time_ended_early_is_told_with_the_time_that_would_do(
+    recorded: tuple[Path, list[Row]], tmp_path: Path
+) -> None:
+    """If its error exceeds a third of the smallest target: 1 % here."""
+    folder, rows = recorded
+    copied = ExperimentFolder(Path(shutil.copytree(folder, tmp_path / "copy")))
+
+    def notes(error: float, command: str = "equaltime cost box.toml") -> tuple[str, ...]:
+        facts = {"box": {"error": error, "error_wanted": 0.005, "seconds": 60.0, "seconds_allowed": 60.0}}
+        copied.provenance.write_text(json.dumps({"references": facts, "sessions": {"1": {"command": command}}}))
+        return summarise(experiment(), rows, copied.path).verdict_notes
+
+    *others, told = notes(0.014)
+    assert told == (
+        "The reference of box has an error of 1.4 %, where 0.5 % was wanted: its time ended. Intervals of small errors "
+        "are wider for it. About 7.83 min would do (reference.seconds of an experiment file)."
+    )
+    assert notes(0.005) == notes(0.014, "equaltime cost box.toml --quick") == tuple(others)
 
 
 def test_a_busy_machine_is_told_by_the_share_of_the_processors_that_runs_had(recorded: tuple[Path, list[Row]]) -> None:

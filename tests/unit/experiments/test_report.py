@@ -9,12 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from equaltime.experiments.model.summary import Summary
+from equaltime.experiments.model.summary import SceneResult, Summary
 from equaltime.experiments.report import page as page_module
 from equaltime.experiments.report import write_report
+from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.page import longest_side
 from equaltime.experiments.report.pictures import Pictures, load_pictures
-from equaltime.experiments.report.tables import geometric_mean
+from equaltime.experiments.report.tables import check_table, geometric_mean
+from equaltime.experiments.report.words import Cell
 from equaltime.experiments.run.reference import KnownReference, write
 from equaltime.images.metrics import Reference
 from equaltime.statistics.intervals import UNKNOWN, Interval
@@ -249,6 +251,27 @@ def test_the_checks_say_with_which_strategy_pictures_are_compared(tmp_path: Path
     assert told in page.visible
     page, _ = written(replace(value, scenes=(replace(value.scenes[0], standard=None),)), tmp_path)
     assert told not in page.visible
+
+
+def test_a_bias_that_is_not_found_has_no_limit_where_rare_bright_paths_make_an_error(tmp_path: Path) -> None:
+    (scene,) = summary(tmp_path).scenes
+    styles = looks([one.label for one in scene.strategies], scene.baseline)
+    first, *others = scene.strategies
+    (end,) = first.curve.error[-1:]
+    heavy = replace(first.curve, error=(*first.curve.error[:-1], end.bounded("low", "heavy tail: one pixel")))
+
+    def bias(found: SceneResult) -> Cell:
+        return check_table("box", found, styles).rows[0].cells[3][0]
+
+    assert str(bias(scene)).startswith("none found (at most ")
+    for found, note in (
+        (replace(scene, strategies=(replace(first, curve=heavy), *others)), "heavy tail: one pixel"),
+        (
+            replace(scene, reference_has_heavy_tail=True),
+            "the reference has a heavy tail: one pixel makes much of its error",
+        ),
+    ):
+        assert (str(bias(found)), bias(found).state, bias(found).note) == ("none found", "untrusted", note)
 
 
 @pytest.mark.usefixtures("without_figures")

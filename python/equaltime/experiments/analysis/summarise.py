@@ -19,12 +19,15 @@ from equaltime.errors import ExperimentError, Problem
 from equaltime.experiments import report
 from equaltime.experiments.analysis.beside import beside
 from equaltime.experiments.analysis.disagreement import withheld
+from equaltime.experiments.analysis.sentences import listed
 from equaltime.experiments.analysis.strategy_runs import StrategyRuns, efficiency, fewer_samples, speed_up
 from equaltime.experiments.analysis.verdict import headline_target, pick_standard, verdict
 from equaltime.experiments.model.experiment import LEAST_CROP, Experiment, Window
 from equaltime.experiments.model.summary import Curve, SceneResult, StrategyResult, Summary
+from equaltime.experiments.report.telling import is_quick
 from equaltime.experiments.run.folder import OWN_DEPTHS, ExperimentFolder
 from equaltime.experiments.run.record import Row, complete, load
+from equaltime.experiments.run.reference import TOLERANCE
 from equaltime.experiments.run.reference import read as read_reference
 from equaltime.images.bias_variance import BiasVariance, relmse_of_parts
 from equaltime.images.metrics import Reference
@@ -46,6 +49,8 @@ _BUSY = 0.8
 on a machine that does nothing else (medians of ten experiments, two processors)."""
 _SHORTEST_RUN = 0.1
 """Least seconds of a run whose share of its processors is judged: threads take milliseconds to start."""
+_REFERENCE_SHARE = 3.0
+"""Factor by which the smallest target should exceed a reference's error, whose noise is then a ninth of the square."""
 _NO_COMMON_COUNT = "its repeats have no sample count in common, so that they cannot be joined"
 
 
@@ -101,7 +106,7 @@ def summarise(experiment: Experiment, rows: Sequence[Row], folder: Path) -> Summ
     shown = {section: found for section, found in provenance.items() if section != OWN_DEPTHS}
     facts = {**shown, "runs": runs, "seeds": {name: _seeds(by_scene[name]) for name in named}}
     answer = verdict(scenes, targets, experiment.question)
-    return Summary(
+    found = Summary(
         experiment.title,
         experiment.description,
         scenes,
@@ -112,6 +117,26 @@ def summarise(experiment: Experiment, rows: Sequence[Row], folder: Path) -> Summ
         headline_target=headline_target(scenes, targets, experiment.question),
         verdict_notes=(*_busy([row for name in named for row in by_scene[name]]), *answer.notes),
         directions=_existing(place.directions) if "directions" in experiment.figures else None,
+    )
+    hasty = () if is_quick(found) else _hasty_references(provenance.get("references", {}), experiment, named)
+    return replace(found, verdict_notes=(*found.verdict_notes, *hasty))
+
+
+def _hasty_references(references: Mapping[str, Any], experiment: Experiment, scenes: Sequence[str]) -> tuple[str, ...]:
+    """Return a sentence on references whose time ended before the wanted error, if that error matters for targets.
+
+    ``references`` has the facts of each reference by the name of its scene.
+    """
+    wanted, matters = experiment.reference.error, min(experiment.targets) / _REFERENCE_SHARE
+    facts = {name: references[name] for name in scenes if "seconds_allowed" in references.get(name, {})}
+    errors = {name: one["error"] for name, one in facts.items() if one["error"] > max(TOLERANCE * wanted, matters)}
+    if not errors:
+        return ()
+    told = listed([f"{name} has an error of {percent(error)}" for name, error in errors.items()])
+    time = max(facts[name]["seconds"] * (error / wanted) ** 2 for name, error in errors.items())
+    return (
+        f"The reference of {told}, where {percent(wanted)} was wanted: its time ended. Intervals of small errors are "
+        f"wider for it. About {duration(float(f'{time:.2g}'))} would do (reference.seconds of an experiment file).",
     )
 
 

@@ -235,15 +235,15 @@ def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Style]) -> Ta
             [plain_cell(curve.slope), *(Cell(_against(curve.slope)) for _ in axes[1:] if curve.slope.known)],
             [measured_cell(strategy.error_at_budget), *map(measured_cell, curve.error[-1:])],
             [_own_estimate(curve.own_estimate, strategy.biased)],
-            [_beside_the_test(strategy)],
+            [_beside_the_test(scene, strategy)],
             [same_cell(strategy.picture_p, strategy.another_picture)],
         ]
         rows.append(label_row(scene, strategy, looks[strategy.label], cells))
     axis = " or ".join(f"against log {axis.split()[-1]}" for axis in axes)
     caption = (
         f"Slope of log error {axis} (independent samples: \N{MINUS SIGN}0.5), errors, bias, and test for an equal "
-        "picture; 95 % intervals. The end is the last point of a curve, at a fixed number of samples. An interval after "
-        f"a time also has the scatter of times.{_WHY_STANDARD * (scene.standard is not None)}"
+        "picture; 95 % intervals. The end is the last point of a curve, at a fixed number of samples. An interval "
+        f"after a time also has the scatter of times.{_WHY_STANDARD * (scene.standard is not None)}"
     )
     return Table(f"{slug}-checks", caption, "strategy", tuple(columns), tuple(rows))
 
@@ -255,6 +255,10 @@ _WHY_STANDARD = (
 """Why the strategy that others are compared with may differ from scene to scene."""
 
 
+_NONE_FOUND = "none found"
+"""Text of a bias that cannot be told from 0."""
+
+
 def _bias_cell(bias: Interval | None) -> Cell:
     """Format a bias; one that cannot be told from zero is "none found", with its upper limit."""
     if bias is None:
@@ -262,18 +266,30 @@ def _bias_cell(bias: Interval | None) -> Cell:
     if bias.trusted and bias.value == bias.low == bias.high == 0.0:
         return Cell("none", note=bias.note)
     if bias.trusted and bias.low <= 0.0 < bias.high:
-        return Cell("none found", f"(at most {percent(bias.high)})", bias.note)
+        return Cell(_NONE_FOUND, f"(at most {percent(bias.high)})", bias.note)
     return error_cell(bias)
 
 
-def _beside_the_test(strategy: StrategyResult) -> Cell:
-    """Format a strategy's bias; a note explains an interval that excludes 0 where the test finds an equal picture."""
+def _beside_the_test(scene: SceneResult, strategy: StrategyResult) -> Cell:
+    """Format a strategy's bias; a note explains an interval that excludes 0 where the test finds an equal picture.
+
+    A bias that is not found has no upper limit if rare bright paths make the errors or the reference uncertain.
+    """
     cell, bias = _bias_cell(strategy.bias), strategy.bias
+    if cell.text == _NONE_FOUND and (doubt := _rare_paths(scene, strategy)):
+        return replace(cell, interval="", note=join((cell.note, doubt)), state="untrusted")
     if bias is None or strategy.picture_p is None or strategy.another_picture:
         return cell
     if not (bias.trusted and (bias.low > 0.0 or bias.high < 0.0)):
         return cell
     return replace(cell, note=join((cell.note, _BIASED_BY_LITTLE if strategy.biased else _BY_CHANCE)))
+
+
+def _rare_paths(scene: SceneResult, strategy: StrategyResult) -> str:
+    """Return why rare bright paths leave the upper end of a bias open; empty if they do not."""
+    last = strategy.curve.error[-1:]
+    own = last[0].note if last and last[0].bound == "low" else ""
+    return own or "the reference has a heavy tail: one pixel makes much of its error" * scene.reference_has_heavy_tail
 
 
 _ALARMS = f"which finds a difference by chance in 1 of {1.0 / LEVEL:g} experiments, all rows and scenes together"

@@ -36,7 +36,7 @@ from equaltime.scene import Scene
 from equaltime.strategy import Strategy
 from equaltime.strict_json import json_text
 
-__all__ = ["REFERENCE_STRATEGY", "KnownReference", "cache_folder", "obtain", "read", "render", "write"]
+__all__ = ["REFERENCE_STRATEGY", "TOLERANCE", "KnownReference", "cache_folder", "obtain", "read", "render", "write"]
 
 REFERENCE_STRATEGY = "mis,lights=power,sampler=independent"
 
@@ -48,8 +48,8 @@ _FIRST_SAMPLES = 8
 # Fewest samples of a half: with fewer, an image that has not found any light yet would pass for exact.
 _FEWEST_SAMPLES = 32
 _FASTEST_GROWTH = 4.0
-# An error up to this multiple of the wanted one is accepted: another pass would cost more than it gains.
-_TOLERANCE = 1.02
+TOLERANCE = 1.02
+"""Multiple of the wanted error up to which an error is accepted: another pass would cost more than it gains."""
 _VERSION = 1
 
 
@@ -166,12 +166,12 @@ def render(
 
 def _more(samples: int, error: float, passed: float) -> int | None:
     """Return the next sample count, or None to stop; error and time are relative to the wanted ones."""
-    if passed >= 1.0 or (error <= _TOLERANCE and samples >= _FEWEST_SAMPLES):
+    if passed >= 1.0 or (error <= TOLERANCE and samples >= _FEWEST_SAMPLES):
         return None
     by_error = max(samples * error**2, float(_FEWEST_SAMPLES))
     by_time = 0.98 * samples / passed if passed > 0.0 else math.inf
     more = int(min(by_error, by_time, _FASTEST_GROWTH * samples)) // 2 * 2
-    return more if more > _TOLERANCE * samples else None
+    return more if more > TOLERANCE * samples else None
 
 
 def _join(halves: list[NDArray[Any]]) -> Reference:
