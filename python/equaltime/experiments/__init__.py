@@ -61,6 +61,7 @@ def cost(
         Seconds of each run, or text such as ``"10s"``.
     repeats, threads
         Number of renders of each strategy on each scene, and of worker threads; 0 threads stand for one per processor.
+        Intervals need 3 repeats, and medians of typical runs 6.
     targets
         Relative errors to which times are given, such as ``[0.05, "2%"]`` or ``"5%"``, instead of the experiment's;
         for a scene the default is 10 %, 5 %, 2 % and 1 %.

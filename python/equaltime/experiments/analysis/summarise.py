@@ -132,11 +132,14 @@ def _hasty_references(references: Mapping[str, Any], experiment: Experiment, sce
     errors = {name: one["error"] for name, one in facts.items() if one["error"] > max(TOLERANCE * wanted, matters)}
     if not errors:
         return ()
-    told = listed([f"{name} has an error of {percent(error)}" for name, error in errors.items()])
-    time = max(facts[name]["seconds"] * (error / wanted) ** 2 for name, error in errors.items())
+    each = listed([f"{name} ({percent(error)})" for name, error in errors.items()])
+    several = f"The references of {each} have larger errors than the wanted {percent(wanted)}: their"
+    name, error = next(iter(errors.items()))
+    one = f"The reference of {name} has an error of {percent(error)}, where {percent(wanted)} was wanted: its"
+    time = max(facts[scene]["seconds"] * (found / wanted) ** 2 for scene, found in errors.items())
     return (
-        f"The reference of {told}, where {percent(wanted)} was wanted: its time ended. Intervals of small errors are "
-        f"wider for it. About {duration(float(f'{time:.2g}'))} would do (reference.seconds of an experiment file).",
+        f"{several if len(errors) > 1 else one} time ended. Intervals of small errors are wider for it. About "
+        f"{duration(float(f'{time:.2g}'))} would do (reference.seconds of an experiment file).",
     )
 
 
