@@ -135,6 +135,14 @@ def test_scenes_of_which_something_is_known_are_counted_and_a_single_one_is_name
     assert two.endswith(" it is up to 90 times its longest run.")
 
 
+def test_of_times_on_several_scenes_those_that_are_extrapolated_are_named() -> None:
+    near, far = scene((UNKNOWN, TIME), (UNKNOWN, RATIO)), scene((UNKNOWN, FAR), (UNKNOWN, RATIO))
+    said = ": 5 % error in 500 ms (400 to 600) on box to 2 s (1.5 to 2.5) on hall, extrapolated"
+    assert f"{said} on hall." in verdict([near, replace(far, name="hall")], TARGETS)
+    beyond = scene((UNKNOWN, replace(TIME, reach=2.0)), (UNKNOWN, RATIO))
+    assert f"{said}." in verdict([beyond, replace(far, name="hall")], TARGETS)
+
+
 def test_an_interval_beats_a_lower_end_at_a_smaller_error() -> None:
     assert "(25 to 36)" in said((FAR, TIME), (FAR_RATIO, AT_LEAST))
 

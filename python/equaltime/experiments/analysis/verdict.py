@@ -176,11 +176,12 @@ def _speed_up(found: Sequence[_Found], target: float, count: int, several: bool)
     farthest, reach = max(times, key=lambda time: time.reach), max(ratio.reach for ratio in ratios)
     notes = [_extrapolated(farthest, target, many, on), _rare((*times, *ratios))]
     limits = ", in typical runs" if notes[1] else ""
-    if farthest.reach > 1.0:
-        limits += ", extrapolated"
+    beyond = [scene.name for scene, strategy in found if strategy.time_to[target].reach > 1.0]
+    if beyond:
+        limits += ", extrapolated" + f" on {listed(beyond)}" * (len(beyond) < len(found))
     if reach > farthest.reach:
         notes.insert(1, f"The time of {baseline}{on} is extrapolated: it is {_longer(reach, many)} its longest run.")
-        limits += "" if farthest.reach > 1.0 else f", with the time of {baseline} extrapolated"
+        limits += "" if beyond else f", with the time of {baseline} extrapolated"
     if against := _against_the_mean(found, target):
         limits += f"; over all runs, {listed(against)}"
         notes.append("Rare bright paths make the error over all runs: longer runs (--budget) tell which holds.")
