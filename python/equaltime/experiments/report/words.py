@@ -167,8 +167,7 @@ def factor_cell(interval: Interval) -> Cell:
     """Return a table cell with a ratio, such as ``31x (27 to 35)`` but with a real multiplication sign.
 
     A ratio of 0 or infinity means that one of the two strategies does not reach the error; it is printed as a limit,
-    with `LESS_THAN` or `MORE_THAN`.
-    It is printed as "never" if the strategy's bias exceeds the error.
+    with `LESS_THAN` or `MORE_THAN`. It is printed as "never" if the strategy's bias exceeds the error.
     """
     if interval.trusted and interval.value == interval.high == 0.0:
         return Cell("never", note=interval.note, state="unknown")
