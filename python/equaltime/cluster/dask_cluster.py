@@ -122,7 +122,10 @@ class DaskCluster:
         for team in self._teams.values():
             team.close()
         if not self._shared:
-            self.client.close()
+            with suppress(
+                OSError, RuntimeError
+            ):  # of distributed, if the scheduler ends meanwhile: nothing is left open
+                self.client.close()
         if self._own is not None:
             self._own.close()
 

@@ -105,6 +105,21 @@ def test_a_client_that_is_killed_loses_no_finished_unit(tmp_path: Path, here: et
     assert not units.exists()
 
 
+def test_a_client_that_fails_to_close_is_no_error() -> None:
+    """Distributed raised RuntimeError now and then where the scheduler had ended while the client closed."""
+
+    class Client:
+        closed = 0
+
+        def close(self) -> None:
+            self.closed += 1
+            raise RuntimeError("Cannot change state of expiring Timeout")
+
+    client: Any = Client()
+    DaskCluster(client, None, 1).close()
+    assert client.closed == 1
+
+
 def test_a_scheduler_that_ends_leaves_what_is_finished(tmp_path: Path, here: et.Result) -> None:
     port, output = free_port(), tmp_path / "a.exr"
     address = f"tcp://127.0.0.1:{port}"
