@@ -122,9 +122,7 @@ class DaskCluster:
         for team in self._teams.values():
             team.close()
         if not self._shared:
-            with suppress(
-                OSError, RuntimeError
-            ):  # of distributed, if the scheduler ends meanwhile: nothing is left open
+            with suppress(OSError, RuntimeError):  # if the scheduler has ended, nothing is left open
                 self.client.close()
         if self._own is not None:
             self._own.close()
