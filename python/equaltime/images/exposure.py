@@ -75,4 +75,5 @@ def beside_automatic(stops: float, automatic: float) -> str:
     """
     if stops == automatic:
         return ""
-    return f"--exposure {stops:g} is counted from the scene's own values (0); auto takes {automatic:g} here"
+    said = f"--exposure {stops:g} is counted from the scene's own values (0); auto takes {automatic:g} here"
+    return f"{said}, and --exposure {automatic + 1.0:g} is a stop brighter than that"

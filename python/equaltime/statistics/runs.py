@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 TYPICAL = "typical runs: the median of repeats"
 """Note of an interval of a time: the time is the median over repeats, not the time at which the mean error is
 reached."""
-MISSING = "all its images differ from the reference alike: images or reference lack light, or the strategy is biased"
+MISSING = "all images differ from the reference alike: images or reference lack light, or the strategy is biased"
 """Note of an interval of an unbiased strategy whose images share an offset from the reference."""
 _CLEAR = 4.0
 """Standard errors of the reference's part that a squared error must exceed to be read off the curve."""

@@ -143,7 +143,8 @@ def test_the_command_says_how_the_preview_is_shown(
         assert main([*command, "--exposure", stops]) == 0
         first, told, *_ = capsys.readouterr().out.splitlines()[-2:]
         assert first.endswith(f"{tmp_path / 'a.png'}{shown}")
-        assert told == f"--exposure {stops} is counted from the scene's own values (0); auto takes 4 here"
+        said = f"--exposure {stops} is counted from the scene's own values (0); auto takes 4 here"
+        assert told == f"{said}, and --exposure 5 is a stop brighter than that"
     assert main([*command, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["exposure"] == 4.0
 
