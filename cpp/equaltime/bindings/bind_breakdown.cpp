@@ -129,8 +129,8 @@ void bind_breakdown(py::module_& m) {
         "the crop, or of the whole film); the mean and the mean square of a sample of each, (N, 2, 3); and the number "
         "of points in each. Cameras other than pinholes and lenses that stand still find none.");
   m.def("mirrored_lamps", &in_mirrors, "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "samples"_a = 1,
-        "Emitters that the camera sees by specular reflection and refraction alone; `samples` is the number of chains "
-        "that look for them. The results are like those of lamps_in_sight.");
+        "Emitters that the camera sees by specular reflection and refraction alone, found by `samples` paths over "
+        "specular vertices in all. Returns three arrays as lamps_in_sight does.");
   m.def("focused_light", &on_specular, "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "paths"_a = 1,
         "whole_film"_a = false,
         "(vertices, radiance, solid angle): how many of so many paths over the crop, or over the whole film, meet a "

@@ -1,6 +1,6 @@
 // A rough diffuse surface, as of plaster or clay: grooves of Lambertian facets that hide, shade and light one another.
 // The model of Oren and Nayar ("Generalization of Lambert's reflectance model", SIGGRAPH 1994) is a fit to integrals
-// over such grooves. Its parameters are those of Mitsuba 0.6, whose alpha is √2 times the paper's σ in radians.
+// over such grooves. It has the parameters of Mitsuba 0.6. Mitsuba's alpha is √2 times the paper's σ in radians.
 //
 // The fit is reciprocal, but does not keep energy: white surfaces scatter from 0.67 to 1.051 of the light, and from 0.5
 // to 1.016 in the fast approximation. From an alpha of 0.93 the fit is below 0 where both directions graze the surface

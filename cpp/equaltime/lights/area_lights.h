@@ -29,8 +29,8 @@ namespace equaltime {
 inline constexpr float kNearSquared = 1;
 
 /// Light that a one-sided flat light sends from `point` to the receiver, which is `height` above the light's plane.
-/// There is none unless `height` exceeds the light's offset: points of the plane, such as the light's own, see nothing
-/// of it. `solid_angle` is the solid angle from which the point was sampled; 0 if it is uniform over `area`.
+/// The receiver gets no light if `height` is at most the light's offset, as for points of the light itself.
+/// `solid_angle` is the solid angle from which the point was sampled; 0 if it is uniform over `area`.
 template <class Real>
 [[nodiscard]] EQUALTIME_INLINE LightSample<Real> flat_sample(const Vec3<Real>& receiver, const OffsetPoint<Real>& point,
                                                              Real height, const Rgb<Real>& radiance, Real area,

@@ -151,7 +151,7 @@ def _digest(text: Mapping[str, str]) -> str | None:
 
 
 def _repeat(text: Mapping[str, str]) -> Mapping[str, Any]:
-    """Return the data that repeat a picture's render, from the picture's attributes; empty if there are none."""
+    """Return what repeats a render, from the attributes of its picture; empty if they do not tell."""
     with suppress(ValueError):
         repeat = json.loads(text.get(REPEAT, "null"))
         if isinstance(repeat, dict):
@@ -262,7 +262,7 @@ def copies(places: Iterable[Path]) -> dict[Path, int]:
     """Return the existing copies ``NAME~`` of files at ``places``, each with its time of change in nanoseconds."""
     found = {}
     for kept in map(_copy_of, places):
-        with suppress(OSError):  # there is none, or its name would be too long
+        with suppress(OSError):  # no such file, or a name that is too long
             found[kept] = kept.stat().st_mtime_ns
     return found
 

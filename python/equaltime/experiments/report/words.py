@@ -96,7 +96,7 @@ class Cell:
     text: str
     """The number with its unit, or a word instead."""
     interval: str = ""
-    """Interval of the number, ``(low to high)`` in its unit, as in sentences; empty if there is none."""
+    """Interval as text, ``(low to high)``, in the unit of the number; empty if no interval is known."""
     note: str = ""
     """Remarks on the number, which become footnotes."""
     state: Literal["trusted", "untrusted", "unknown", "silent"] = "trusted"
