@@ -16,10 +16,12 @@ from equaltime.experiments.model.summary import DISAGREES, SceneResult, Strategy
 from equaltime.experiments.report.words import (
     AT_LEAST,
     AT_MOST,
+    EARLY,
     EXTRAPOLATED,
     LESS_THAN,
     MEDIAN,
     MORE_THAN,
+    RISEN,
     Cell,
     in_brackets_stands,
     known_gains,
@@ -56,7 +58,7 @@ each."""
 _LINES_AROUND = 5
 """Lines beside rows, caveats and meanings of marks."""
 
-_EXPLAINED = (AT_LEAST, AT_MOST, LESS_THAN, MORE_THAN, EXTRAPOLATED.strip(), MEDIAN.strip())
+_EXPLAINED = (AT_LEAST, AT_MOST, LESS_THAN, MORE_THAN, *map(str.strip, (EXTRAPOLATED, MEDIAN, EARLY, RISEN)))
 """Marks whose meanings are told without ``-v``: without a word of their own, they cannot be guessed."""
 
 _Row = tuple[SceneResult, StrategyResult]

@@ -51,8 +51,10 @@ from equaltime.words import duration, percent
 
 __all__ = [
     "AGAINST_SAMPLES",
+    "BEFORE",
     "BELOW",
     "BETTER",
+    "BEYOND",
     "ERRORS_OF",
     "ERROR_OF",
     "INDEPENDENT",
@@ -104,6 +106,8 @@ BELOW = f"the error is below what the reference can show; {BETTER}"
 RISES = "read off the mean of errors that rise with time: the last of them is above this error"
 """Note of a time within the runs to an error that the last measurement exceeds. Low-discrepancy points have such
 errors between powers of two, and noise makes them too."""
+BEYOND, BEFORE = "beyond the longest run", "before the first measurement"
+"""Words in the note of an extrapolated number: the end of the curve outside which it lies."""
 ERROR_OF, ERRORS_OF = "the reference has an error of", "the references have errors of"
 """Beginning of the note of a time that is not given because of the reference's noise, for one scene and for several."""
 TOO_NOISY = ", too much for times beyond the runs to a smaller one"
@@ -490,7 +494,7 @@ def _below_noise(runs: Runs, wanted: float) -> Interval:
 
 def _side(late: bool) -> str:
     """Name the end of the curve outside which a time lies."""
-    return "beyond the longest run" if late else "before the first checkpoint"
+    return BEYOND if late else BEFORE
 
 
 def _no_less(mean: Interval, median: Interval) -> Interval:

@@ -17,7 +17,7 @@ from equaltime.experiments.report.latex import latex_table
 from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.tables import check_table, point_table
 from equaltime.experiments.report.words import facts, percent
-from equaltime.statistics.curves import BELOW, BETTER, RISES, TOO_NOISY
+from equaltime.statistics.curves import BEFORE, BELOW, BETTER, BEYOND, RISES, TOO_NOISY
 from equaltime.statistics.intervals import UNKNOWN, Interval
 from equaltime.statistics.runs import TYPICAL
 
@@ -25,8 +25,8 @@ from ..experiments.fake_summary import summary
 
 LEFT_OUT = f"times to {percent(0.1)}, {percent(0.05)}"
 """Times that the table has no column for, in words."""
-STAR = "* extrapolated beyond the runs, or before their first measurement, or read off where measured errors rise"
-HUGE = Interval(500.0, 400.0, 600.0, note="extrapolated 9 times", reach=9.0)
+STAR = "* extrapolated beyond the longest run"
+HUGE = Interval(500.0, 400.0, 600.0, note=f"extrapolated 9 times {BEYOND}", reach=9.0)
 
 
 def changed(found: Summary, label: str, change: Callable[[StrategyResult], StrategyResult]) -> Summary:
@@ -69,7 +69,7 @@ def test_the_verdict_is_the_first_and_the_last_line_and_its_notes_are_below_the_
 def test_an_error_beyond_the_runs_is_marked_and_not_called_measured(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    error = replace(summary(tmp_path).scenes[0].strategies[0].error_at_budget, reach=1.2)
+    error = replace(summary(tmp_path).scenes[0].strategies[0].error_at_budget, note=BEYOND, reach=1.2)
     lines = printed(
         changed(summary(tmp_path), "naive", lambda one: replace(one, error_at_budget=error)), tmp_path, capsys
     )
@@ -128,15 +128,26 @@ def test_a_lower_limit_and_the_error_beside_it_are_explained(
     assert not any(told in line for line in printed(plain, tmp_path, capsys))
 
 
-def test_a_time_where_errors_rise_has_the_mark_of_extrapolated_ones(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ("note", "sign", "meaning"),
+    [
+        (BEYOND, "*", "extrapolated beyond the longest run"),
+        (BEFORE, "\N{DOUBLE DAGGER}", "extrapolated to a time before the first measurement"),
+        (RISES, "\N{SECTION SIGN}", "read off where measured errors rise with time"),
+    ],
+)
+def test_each_reason_for_a_mark_has_a_sign_of_its_own_which_is_explained(
+    note: str, sign: str, meaning: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def risen(one: StrategyResult) -> StrategyResult:
-        return replace(one, time_to={target: time.noted(RISES) for target, time in one.time_to.items()})
+    def limited(one: StrategyResult) -> StrategyResult:
+        return replace(one, time_to={target: time.noted(note) for target, time in one.time_to.items()})
 
-    lines = printed(changed(summary(tmp_path), "naive", risen), tmp_path, capsys)
-    assert (lines[2].count("*"), lines[3].count("*")) == (2, 0)
-    assert STAR in lines
+    lines = printed(changed(summary(tmp_path), "naive", limited), tmp_path, capsys)
+    signs = "*\N{DAGGER}\N{DOUBLE DAGGER}\N{SECTION SIGN}"
+    assert [letter for letter in lines[2] if letter in signs] == [sign, sign]
+    assert not set(lines[3]) & set(signs)
+    (told,) = [line for line in lines if line[0] in signs]
+    assert told.startswith(f"{sign} {meaning}")
 
 
 def test_every_speed_up_over_the_baseline_is_told_with_all_numbers(
@@ -308,7 +319,7 @@ def test_the_legend_and_the_latex_table_have_the_same_marks_with_the_same_meanin
 ) -> None:
     """Bounds that are extrapolated or of typical runs, and words in place of numbers."""
     monkeypatch.setenv("COLUMNS", "200")
-    far = Interval(9.0, 4.0, 20.0, reach=3.0).noted(TYPICAL).bounded("low", "heavy tail")
+    far = Interval(9.0, 4.0, 20.0, reach=3.0).noted(TYPICAL).noted(BEYOND).bounded("low", "heavy tail")
     none = UNKNOWN.doubted("too few").noted(TYPICAL)
     times = {0.02: far, 0.01: none}
     found = changed(summary(tmp_path), "naive", lambda one: replace(one, time_to={**one.time_to, **times}))

@@ -104,6 +104,19 @@ def test_a_measured_time_beats_one_beyond_the_runs_even_if_the_baseline_is() -> 
     )
 
 
+def test_a_time_before_the_first_measurement_is_not_told_as_one_beyond_the_longest_run() -> None:
+    early = Interval(0.2, 0.15, 0.25, reach=3.0).noted("extrapolated 3 times before the first measurement")
+    assert said((UNKNOWN, early), (UNKNOWN, RATIO)).endswith(
+        " Extrapolated: the time to 5 % is 3 times shorter than the time of the first measurement."
+    )
+    ratio = replace(RATIO, reach=9.0).noted("baseline: extrapolated 9 times before the first measurement")
+    assert said((TIME, TIME), (ratio, ratio)).endswith(
+        " The time of naive is extrapolated: it is 9 times shorter than the time of its first measurement."
+    )
+    late = replace(FAR_RATIO, note=f"{FAR_RATIO.note}; this: extrapolated 3 times before the first measurement")
+    assert said((TIME, TIME), (late, late)).endswith(" it is 90 times its longest run.")
+
+
 def test_a_ratio_that_may_be_one_is_no_difference() -> None:
     even = Interval(1.1, 0.9, 1.3)
     assert "best is about 1.1 times as fast as naive (0.9 to 1.3), no clear difference" in said(

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from equaltime.experiments.report.latex import latex_table, write_latex
+from equaltime.statistics.curves import BEYOND
 from equaltime.statistics.intervals import UNKNOWN, Interval
 
 from .fake_summary import summary
@@ -27,11 +28,11 @@ def test_notes_are_as_wide_as_a_line_and_not_as_wide_as_they_are_long(tmp_path: 
     found = summary(tmp_path)
     (scene,) = found.scenes
     first, *others = scene.strategies
-    far = {target: replace(time, reach=4.0) for target, time in first.time_to.items()}
+    far = {target: replace(time, note=BEYOND, reach=4.0) for target, time in first.time_to.items()}
     changed = replace(scene, strategies=(replace(first, time_to=far), *others))
     inner, box = latex_table(replace(found, scenes=(changed,))).split("\\parbox{\\linewidth}{\\raggedright\n")
-    assert "extrapolated beyond the runs" in box
-    assert "extrapolated beyond the runs" not in inner
+    assert "extrapolated beyond the longest run" in box
+    assert "extrapolated beyond the longest run" not in inner
     assert inner.count("{") - inner.count("}") == 1, "the group of the small print stays open"
     assert inner.count(r"\begin{tabular}") - inner.count(r"\end{tabular}") == 1
 
@@ -83,7 +84,7 @@ def test_what_limits_a_number_stands_beside_it(tmp_path: Path) -> None:
     (scene,) = found.scenes
     first, *others = scene.strategies
     bound = first.error_at_budget.bounded("low", "heavy tail")
-    far = {target: replace(time, reach=4.0) for target, time in first.time_to.items()}
+    far = {target: replace(time, note=BEYOND, reach=4.0) for target, time in first.time_to.items()}
     changed = replace(first, error_at_budget=bound, time_to=far, biased=True)
     lines = latex_table(replace(found, scenes=(replace(scene, strategies=(changed, *others)),))).splitlines()
     (row,) = [line for line in lines if line.startswith(first.label)]
@@ -99,10 +100,11 @@ def test_what_limits_a_number_stands_beside_it(tmp_path: Path) -> None:
 def test_an_error_beyond_the_runs_has_the_star(tmp_path: Path) -> None:
     found = summary(tmp_path)
     (scene,) = found.scenes
-    first = replace(scene.strategies[0], error_at_budget=replace(scene.strategies[0].error_at_budget, reach=1.2))
+    error = replace(scene.strategies[0].error_at_budget, note=BEYOND, reach=1.2)
+    first = replace(scene.strategies[0], error_at_budget=error)
     rows = latex_table(replace(found, scenes=(replace(scene, strategies=(first,)),))).splitlines()
     assert rows[7].split(" & ")[1].endswith("$^*$")
-    assert any("extrapolated beyond the runs" in row for row in rows)
+    assert any("extrapolated beyond the longest run" in row for row in rows)
 
 
 def test_notes_explain_only_the_marks_that_the_table_has(tmp_path: Path) -> None:
@@ -140,7 +142,8 @@ def test_times_of_a_column_that_spans_powers_of_ten_have_units_of_their_own(tmp_
 def test_the_last_columns_have_the_speed_ups_over_the_baseline_to_every_target(tmp_path: Path) -> None:
     found = replace(summary(tmp_path), targets=(0.1, 0.05))
     (scene,) = found.scenes
-    cut = replace(scene.strategies[1], ratio={**scene.strategies[1].ratio, 0.05: Interval(16.0, 14.0, 18.0, reach=2.0)})
+    far = Interval(16.0, 14.0, 18.0, note=BEYOND, reach=2.0)
+    cut = replace(scene.strategies[1], ratio={**scene.strategies[1].ratio, 0.05: far})
     strategies = (scene.strategies[0], cut, scene.strategies[2])
     rows = latex_table(replace(found, scenes=(replace(scene, strategies=strategies),))).splitlines()
     assert heads(rows)[-2:] == [r"speed-up over naive to 10\,\%", r"speed-up over naive to 5\,\%"]

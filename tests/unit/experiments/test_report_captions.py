@@ -13,6 +13,7 @@ from equaltime.experiments.report.captions import mean_of_runs, short_caption, t
 from equaltime.experiments.report.figures import draw_comparison
 from equaltime.experiments.report.pictures import Pictures, load_pictures
 from equaltime.experiments.report.words import EXTRAPOLATED
+from equaltime.statistics.curves import BEYOND
 from equaltime.statistics.intervals import Interval
 
 from .fake_summary import CONSTANTS, REPEATS, scene_result, strategy
@@ -42,7 +43,7 @@ def test_a_caption_tells_the_error_of_this_run_from_that_of_all_runs(best: Strat
 
 def test_a_short_caption_has_the_tables_error_at_equal_time(best: StrategyResult) -> None:
     """Runs may end at another time than the equal time of the table."""
-    other = replace(best, error_at_budget=Interval(0.123, 0.11, 0.14, reach=1.2))
+    other = replace(best, error_at_budget=Interval(0.123, 0.11, 0.14, note=BEYOND, reach=1.2))
     assert short_caption(other, 7.0).splitlines()[1] == f"mean of {REPEATS}: 12.3{THIN}%{THIN}* in 7{THIN}s"
 
 
@@ -79,12 +80,11 @@ def test_a_figure_for_papers_explains_the_marks_of_its_errors_and_no_other(tmp_p
     scene = scene_result(tmp_path)
     pictures = load_pictures(scene)
     assert isinstance(pictures, Pictures)
-    star = f"{EXTRAPOLATED.strip()} extrapolated beyond the runs"
+    star = f"{EXTRAPOLATED.strip()} extrapolated beyond the longest run"
     assert star not in draw_comparison(scene, pictures, scene.crops).get_supxlabel()
     first, *others = scene.strategies
-    far = replace(
-        scene, strategies=(replace(first, error_at_budget=replace(first.error_at_budget, reach=1.2)), *others)
-    )
+    beyond = replace(first, error_at_budget=replace(first.error_at_budget, note=BEYOND, reach=1.2))
+    far = replace(scene, strategies=(beyond, *others))
     assert star in draw_comparison(far, pictures, far.crops).get_supxlabel()
 
 

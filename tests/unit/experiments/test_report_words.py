@@ -221,7 +221,7 @@ def test_extrapolation_is_said_in_plain_words() -> None:
     )
     cells = [
         Cell("1", note=note)
-        for note in (*notes, "this: extrapolated 3 times before the first checkpoint by the fitted slope")
+        for note in (*notes, "this: extrapolated 3 times before the first measurement by the fitted slope")
     ]
     table = Table("slug", "caption", "corner", ("a",), tuple(TableRow("label", None, (), ((cell,),)) for cell in cells))
     assert list(table.footnotes) == [

@@ -392,7 +392,7 @@ def test_what_was_reached_before_the_first_checkpoint_is_said_to_be() -> None:
     assert near.value == pytest.approx(1.5, rel=0.05)
     assert near.trusted
     assert not far.trusted
-    assert "before the first checkpoint" in far.note
+    assert "before the first measurement" in far.note
 
 
 def test_two_checkpoints_are_too_few_to_extrapolate() -> None:
@@ -473,7 +473,7 @@ def test_an_error_at_a_time_outside_the_runs_says_so() -> None:
     last = float(runs.seconds[:, -1].mean())
     late, early = error_at(runs, 1.25 * last), error_at(runs, 1.5)
     assert (late.reach, late.note) == (pytest.approx(1.25), "extrapolated 1.25 times beyond the longest run")
-    assert "times before the first checkpoint" in early.note
+    assert "times before the first measurement" in early.note
     for within in (error_at(runs, 20.0), error_at(runs, 1.04 * last)):
         assert (within.reach, within.note) == (1.0, "")
 

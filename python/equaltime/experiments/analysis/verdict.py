@@ -18,7 +18,7 @@ from equaltime.experiments.analysis.winners import best_per_scene, fastest, is_o
 from equaltime.experiments.model.experiment import Question
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.statistics.agreement import LEVEL
-from equaltime.statistics.curves import BETTER, INDEPENDENT
+from equaltime.statistics.curves import BEFORE, BETTER, INDEPENDENT
 from equaltime.statistics.in_words import about, figure, in_time, span
 from equaltime.statistics.intervals import Interval, product_mean, sound, sound_below
 from equaltime.statistics.runs import MISSING, TYPICAL, of_one_kind
@@ -173,14 +173,14 @@ def _speed_up(found: Sequence[_Found], target: float, count: int, several: bool)
     each = [(scene.name, strategy.time_to[target]) for scene, strategy in found]
     many = len(found) > 1
     on = f" on {found[0][0].name}" if several and not many else ""
-    farthest, reach = max(times, key=lambda time: time.reach), max(ratio.reach for ratio in ratios)
+    farthest, widest = (max(numbers, key=lambda number: number.reach) for numbers in (times, ratios))
     notes = [_extrapolated(farthest, target, many, on), _rare((*times, *ratios))]
     limits = ", in typical runs" if notes[1] else ""
     beyond = [scene.name for scene, strategy in found if strategy.time_to[target].reach > 1.0]
     if beyond:
         limits += ", extrapolated" + f" on {listed(beyond)}" * (len(beyond) < len(found))
-    if reach > farthest.reach:
-        notes.insert(1, f"The time of {baseline}{on} is extrapolated: it is {_longer(reach, many)} its longest run.")
+    if widest.reach > farthest.reach:
+        notes.insert(1, f"The time of {baseline}{on} is extrapolated: it is {_outside(widest, many, 'its')}.")
         limits += "" if beyond else f", with the time of {baseline} extrapolated"
     if against := _against_the_mean(found, target):
         limits += f"; over all runs, {listed(against)}"
@@ -346,13 +346,21 @@ def _next_step(scenes: Sequence[SceneResult], targets: Sequence[float]) -> str:
     return f"What to do: {runs} would reach {percent(largest)}{on}, if errors go on to fall as 1/sqrt(time)."
 
 
-def _longer(reach: float, several: bool) -> str:
-    """Return how a time compares with a run, for one that is ``reach`` times as long; ``several`` times have a most."""
-    return "a little longer than" if reach < 1.05 else f"{'up to ' if several else ''}{figure(reach)} times"
+def _outside(number: Interval, several: bool, whose: str) -> str:
+    """Return how an extrapolated time compares with the longest run, or with the first measurement if it is before it.
+
+    ``number`` is the time, or the ratio of the baseline's time to another one. ``several`` tells that it is the
+    farthest of some times. ``whose`` is the word before the run: ``the`` or ``its``.
+    """
+    most = "up to " * several
+    if BEFORE in number.note.partition("this: ")[0]:
+        return f"{most}{figure(number.reach)} times shorter than the time of {whose} first measurement"
+    how = "a little longer than" if number.reach < 1.05 else f"{most}{figure(number.reach)} times"
+    return f"{how} {whose} longest run"
 
 
 def _extrapolated(time: Interval, target: float, several: bool = False, on: str = "") -> str:
-    """Return a sentence on how far a time is beyond the longest run; empty if a run was long enough.
+    """Return a sentence on how far a time is outside the runs; empty if it is within them.
 
     ``target`` is the error that it is a time to. ``several`` tells that the time is the farthest of several scenes, and
     ``on`` names the scene if it is one of several.
@@ -360,7 +368,7 @@ def _extrapolated(time: Interval, target: float, several: bool = False, on: str 
     if time.reach <= 1.0:
         return ""
     what, verb = ("times", "are") if several else ("the time", "is")
-    return f"Extrapolated: {what} to {percent(target)}{on} {verb} {_longer(time.reach, several)} the longest run."
+    return f"Extrapolated: {what} to {percent(target)}{on} {verb} {_outside(time, several, 'the')}."
 
 
 def _rare(intervals: Iterable[Interval]) -> str:

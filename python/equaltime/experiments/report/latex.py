@@ -13,11 +13,13 @@ from equaltime.experiments.report.words import (
     AT_LEAST,
     AT_MOST,
     DISAGREEING,
+    EARLY,
     ERROR_UNIT,
     EXTRAPOLATED,
     LESS_THAN,
     MEDIAN,
     MORE_THAN,
+    RISEN,
     Cell,
     Unit,
     column_unit,
@@ -51,10 +53,13 @@ _LATEX: Final[Mapping[str, str]] = {
     "\N{EN DASH}": "--",
     "\N{ASTERISK OPERATOR}": "$^*$",
     "\N{DAGGER}": r"$^\dagger$",
+    "\N{DOUBLE DAGGER}": r"$^\ddagger$",
+    "\N{SECTION SIGN}": r"$^\S$",
 }
 _STAR: Final = "\N{ASTERISK OPERATOR}"
 _TIMES: Final = "\N{MULTIPLICATION SIGN}"
-_DAGGER: Final = "\N{DAGGER}"
+_MARKS: Final = {EXTRAPOLATED: _STAR, **{mark: mark.strip() for mark in (MEDIAN, EARLY, RISEN)}}
+"""Marks after numbers, each without the space before it; the star is not one that a label may have."""
 _BOUNDS: Final = (AT_LEAST, AT_MOST, LESS_THAN, MORE_THAN)
 
 
@@ -206,6 +211,6 @@ def _cell_text(text: str) -> str:
 
 
 def _escaped(text: str) -> str:
-    return "".join(
-        _LATEX.get(character, character) for character in text.replace(EXTRAPOLATED, _STAR).replace(MEDIAN, _DAGGER)
-    )
+    for mark, sign in _MARKS.items():
+        text = text.replace(mark, sign)
+    return "".join(_LATEX.get(character, character) for character in text)

@@ -47,7 +47,7 @@ def _sentence(label: str, found: _Found, targets: Sequence[float]) -> str:
     if not known:
         return f"{label}: these runs cannot tell its time to an error{_last_error(found)}."
     target = next((target for target in known if all(time.reach == 1.0 for time in times[target])), known[0])
-    extrapolated = "" if all(time.reach == 1.0 for time in times[target]) else ", extrapolated beyond its runs"
+    extrapolated = "" if all(time.reach == 1.0 for time in times[target]) else ", extrapolated outside its runs"
     said = f"{label}: {percent(target)} in {_times(found, target)}{extrapolated}"
     return f"{said}{_beside_baseline(found, target)}{_beside_best(found, target)}."
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from equaltime.experiments.model.summary import DISAGREES, SceneResult, StrategyResult, Summary
-from equaltime.statistics.curves import RISES
+from equaltime.statistics.curves import BEFORE, BEYOND, RISES
 from equaltime.statistics.in_words import exponent, places, probability
 from equaltime.statistics.intervals import TELLING, TOO_WIDE, UNKNOWN, Interval, sound
 from equaltime.statistics.runs import TYPICAL
@@ -19,11 +19,13 @@ __all__ = [
     "AT_LEAST",
     "AT_MOST",
     "DISAGREEING",
+    "EARLY",
     "ERROR_UNIT",
     "EXTRAPOLATED",
     "LESS_THAN",
     "MEDIAN",
     "MORE_THAN",
+    "RISEN",
     "Cell",
     "Unit",
     "column_unit",
@@ -60,11 +62,9 @@ _THIN = "\N{NARROW NO-BREAK SPACE}"
 
 _TIMES = "\N{MULTIPLICATION SIGN}"
 
-EXTRAPOLATED = f"{_THIN}*"
-"""Mark after a number beyond the runs, a time or the error at one; the space keeps it apart from a star in a label."""
-
-MEDIAN = f"{_THIN}\N{DAGGER}"
-"""Mark after a number of typical runs, which is a median over repeats."""
+EXTRAPOLATED, MEDIAN, EARLY, RISEN = (f"{_THIN}{sign}" for sign in "*\N{DAGGER}\N{DOUBLE DAGGER}\N{SECTION SIGN}")
+"""Marks after numbers: beyond the runs, of typical runs (a median over repeats), before the first measurement, and
+where measured errors rise. The space keeps them apart from a star in a label."""
 
 DISAGREEING = "disagrees"
 """Text of a number that a renderer does not get, because its picture is another one."""
@@ -82,11 +82,15 @@ _MEANINGS: Mapping[str, str] = {
     LESS_THAN: "less than, since the strategy does not reach the error in 100 times its longest run, or in its runs "
     "if it is biased",
     MORE_THAN: "more than, since the baseline does not reach the error",
-    EXTRAPOLATED: "extrapolated beyond the runs, or before their first measurement, or read off where measured errors "
-    "rise",
+    EXTRAPOLATED: "extrapolated beyond the longest run",
     MEDIAN: "of typical runs: a median over repeats. A speed-up is the median over pairs of repeats. Errors are root "
     "mean squares, and a few rare events make most of them: such a time is not where a curve crosses the error",
+    EARLY: "extrapolated to a time before the first measurement",
+    RISEN: "read off where measured errors rise with time: the last measured error is larger again",
 }
+
+_MARKS: Mapping[str, str] = {EXTRAPOLATED: BEYOND, EARLY: BEFORE, RISEN: RISES, MEDIAN: TYPICAL}
+"""Marks of numbers, each with the part of a number's note that calls for it."""
 
 
 @dataclass(frozen=True)
@@ -189,16 +193,13 @@ def ratio_cell(scene: SceneResult, strategy: StrategyResult, target: float) -> C
 
 
 def marked(text: str, number: Interval) -> str:
-    """Return the text of a number or bound with the marks of what limits it.
-
-    One is for numbers that are extrapolated or where measured errors rise again, the other for typical runs.
+    """Return the text of a number or bound with the marks of what limits it: one mark for each of its limits.
 
     A word or a dash in place of a number has no mark.
     """
     if not any(map(str.isdigit, text)):
         return text
-    unsure = number.reach > 1.0 or RISES in number.note
-    return text + EXTRAPOLATED * unsure + MEDIAN * (TYPICAL in number.note)
+    return text + "".join(mark for mark, words in _MARKS.items() if words in number.note)
 
 
 def known_gains(summary: Summary) -> list[str]:
