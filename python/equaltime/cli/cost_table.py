@@ -187,12 +187,13 @@ def _rule(summary: Summary) -> Iterator[str]:
 
 
 def _caveats(summary: Summary, verbose: bool) -> Iterator[str]:
-    """Yield what holds for all numbers of a scene: other depths, limits of the reference, late first images.
+    """Yield what holds for all numbers of a scene: other depths, limits of the reference, other times of runs.
 
     Without ``verbose``, one of each is enough.
     """
     for told in (
         [(scene.name, f"errors and times are of {scene.other_depth}") for scene in summary.scenes if scene.other_depth],
+        [(scene.name, f"note: {scene.other_ends}") for scene in summary.scenes if scene.other_ends],
         [(scene.name, f"note: {scene.late}") for scene in summary.scenes if scene.late],
         [(scene.name, f"note: {scene.reference_caveat}") for scene in summary.scenes if scene.reference_caveat],
     ):

@@ -28,6 +28,7 @@ from equaltime.experiments.report.losing import losing
 from equaltime.experiments.report.own import other_renderers
 from equaltime.experiments.report.pictures import Pictures, load_pictures
 from equaltime.experiments.report.tables import Table, check_table, time_table
+from equaltime.experiments.report.words import facts
 from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.record import Row
 from equaltime.experiments.run.reference import KnownReference, read, write
@@ -161,6 +162,20 @@ def test_a_first_image_that_takes_longer_than_the_budget_is_told(recorded: tuple
         told = any("longer than the budget" in note for note in strategy.notes)
         assert told == (strategy.label in late)
     assert not any(one.late for one in summarise(experiment(), rows, folder).scenes[0].strategies)
+
+
+def test_runs_that_do_not_end_at_the_equal_time_are_told_with_their_median_and_range(
+    recorded: tuple[Path, list[Row]], summary: Summary
+) -> None:
+    (scene,) = summary.scenes
+    best = next(one for one in scene.strategies if one.label == "best")
+    assert best.run_seconds == tuple(row.wall_s for row in recorded[1] if row.strategy == "best" and row.last)
+    assert scene.other_end(best) == np.median(best.run_seconds)
+    assert scene.other_ends.startswith("runs did not end at the equal time of 20 s (median, range): naive after ")
+    assert "best after 67 s (64 to 70)" in scene.other_ends
+    assert f" Note: {scene.other_ends}." in facts(scene)
+    near = replace(scene, strategies=tuple(replace(one, run_seconds=(20.5, 21.0, 20.0)) for one in scene.strategies))
+    assert (near.other_ends, near.other_end(near.strategies[0])) == ("", None)
 
 
 def test_the_summary_has_the_scene_and_its_strategies_in_order(summary: Summary) -> None:

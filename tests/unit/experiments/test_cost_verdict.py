@@ -207,6 +207,16 @@ def test_if_nothing_else_can_be_told_typical_runs_are() -> None:
     assert "e+" not in answer
 
 
+def test_a_gain_at_the_end_of_the_runs_is_told_with_the_time_at_which_they_ended() -> None:
+    found = scene((UNKNOWN, UNKNOWN), (UNKNOWN, UNKNOWN), efficiency=Interval(800.0, 300.0, 2000.0))
+    early = replace(
+        found, strategies=tuple(replace(one, run_seconds=(0.9, 0.4, 0.41, 0.39, 0.5)) for one in found.strategies)
+    )
+    assert "for the error that best has after 410 ms, a typical run" in verdict([early], TARGETS)
+    other = replace(found, name="hall")
+    assert "for the error that best has at the end of its runs, a typical" in verdict([early, other], TARGETS)
+
+
 def test_of_typical_runs_the_sentence_says_so() -> None:
     typical = RATIO.noted(f"baseline: {TYPICAL}; heavy tail")
     assert said((TIME, TIME), (typical, typical)).endswith(

@@ -295,6 +295,7 @@ class _Scene:
             samples=self._samples(strategy),
             variances=self._variances(strategy),
             reference=self._reference_file(strategy.label),
+            run_seconds=tuple(row.wall_s for row in last),
             late=self._late(strategy),
             film=_existing(self.place.film(self.name, strategy.label)) if self.experiment.animate else None,
         )

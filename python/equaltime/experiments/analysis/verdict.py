@@ -398,8 +398,8 @@ def _typical(scenes: Sequence[SceneResult]) -> str:
     labels, baseline = joined(s.label for _, s in found), joined(scene.baseline for scene, _ in found)
     place = where([scene.name for scene, _ in found], len(scenes))
     gain = product_mean([strategy.efficiency for _, strategy in found])
-    budgets = {duration(scene.budget_s) for scene, _ in found}
-    end = f"after {budgets.pop()}" if len(budgets) == 1 else "at equal time"
+    ends = {duration(scene.other_end(strategy) or scene.budget_s) for scene, strategy in found}
+    end = f"after {ends.pop()}" if len(ends) == 1 else "at the end of its runs"
     return (
         f"{place}, for the error that {labels} has {end}, a typical run of {labels} needs "
         f"{less_time(gain, f'one of {baseline}')}, if the error of {baseline} goes on to fall as 1/sqrt(time)."

@@ -10,11 +10,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from statistics import median
 from typing import TYPE_CHECKING, Any
 
 from equaltime.experiments.model.experiment import Quantity, Question, Theirs
 from equaltime.extras import optional
 from equaltime.rendering.stated import other_depth
+from equaltime.statistics.in_words import in_time
 from equaltime.statistics.intervals import UNKNOWN, Interval, sound
 from equaltime.words import Shown, duration, percent
 
@@ -29,6 +31,9 @@ DISAGREES = "disagrees with the reference"
 _SHORTEST_CURVE = 0.1
 """Least equal time, in seconds, for curves against time. Curves begin at about a hundredth of it, and threads
 take about a millisecond to start."""
+_APART = 0.05
+"""Share of the equal time by which the median end of a strategy's runs differs from it before a reader is told. Runs
+aim at their budget with a few per cent."""
 _RULE = "it is the smallest target whose times can be trusted"
 """Rule by which the verdict chooses among an experiment's target errors."""
 
@@ -121,6 +126,8 @@ class StrategyResult:
     renderer reports none."""
     reference: Path | None = None
     """File of a reference for this strategy alone, if its renderer has another expected image; else None."""
+    run_seconds: tuple[float, ...] = ()
+    """Wall time of the run of each repeat, in seconds from its first sample to its last image."""
     late: float | None = None
     """Mean time of the first image in seconds if it is more than a tenth above the experiment's budget; else None."""
     film: Path | None = None
@@ -208,6 +215,32 @@ class SceneResult:
         told = [f"{one.label} ({duration(one.late)})" for one in self.strategies if one.late is not None]
         took = "first images took" if len(told) > 1 else "the first image took"
         return f"{took} longer than the budget of {duration(self.budget_s)}: {', '.join(told)}" if told else ""
+
+    def other_end(self, strategy: StrategyResult) -> float | None:
+        """Return the median time of a strategy's runs in seconds if it visibly differs from the equal time; else None.
+
+        The sample counts of all runs follow from the first run, so that they end early or late if it was slow or fast.
+        """
+        end = median(strategy.run_seconds) if strategy.run_seconds else self.budget_s
+        return end if abs(end - self.budget_s) > _APART * self.budget_s else None
+
+    @property
+    def other_ends(self) -> str:
+        """Sentence for reports on strategies whose runs visibly differ from the equal time; empty without any.
+
+        A strategy whose first image is late is told by `late` instead.
+        """
+        told = [
+            f"{one.label} after {in_time(Interval(end, min(one.run_seconds), max(one.run_seconds)))}"
+            for one in self.strategies
+            if one.late is None and (end := self.other_end(one)) is not None
+        ]
+        if not told:
+            return ""
+        return (
+            f"runs did not end at the equal time of {duration(self.budget_s)} (median, range): {', '.join(told)}. "
+            "Errors at the equal time are read off the curve; beyond its end they are extrapolated"
+        )
 
     @property
     def other_depth(self) -> str:
