@@ -61,6 +61,7 @@ def test_errors_are_per_cent() -> None:
     assert percent(0.025) == "2.5 %"
 
 
+@pytest.mark.filterwarnings("ignore:with . repeat:equaltime.EqualtimeWarning")
 def test_a_summary_is_a_table_for_pandas(tmp_path: Path) -> None:
     scene = et.load(CORNELL).with_(size=(8, 8))
     found = et.cost(scene, tmp_path / "cost", budget=0.02, repeats=3, strategies=("mis", "best"))

@@ -6,12 +6,14 @@ Every number in a report comes from recorded runs. It has an interval, or the re
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from equaltime.cluster import check_machines
+from equaltime.errors import EqualtimeWarning
 from equaltime.scene import Scene
 
 if TYPE_CHECKING:
@@ -101,6 +103,12 @@ def cost(
     ValueError
         If ``cluster`` is several processes of one machine, or does not tell its machines.
 
+    Warns
+    -----
+    EqualtimeWarning
+        If the repeats are too few for intervals or for medians, unless ``command`` is given: commands tell it with
+        their plan.
+
     Examples
     --------
     >>> summary = et.cost("scene.toml", "report", quick=True, budget="20ms", strategies=("naive", "best"))
@@ -108,6 +116,7 @@ def cost(
     ['naive', 'best']
     """
     from equaltime.experiments.analysis.summarise import conclude
+    from equaltime.experiments.model.plan import too_few
     from equaltime.experiments.model.reader import (  # imported late: rendering alone does not need it
         check_installed,
         make_experiment,
@@ -130,6 +139,8 @@ def cost(
         "substitute": substitute,
     }
     experiment = make_experiment(source, **asked)
+    if not command and (few := too_few(experiment.repeats, "repeats=")):
+        warnings.warn(few, EqualtimeWarning, stacklevel=2)
     made_from = strategy_files(Path(source), strategies) if isinstance(source, str | os.PathLike) else ()
     record = ExperimentFolder(Path(folder)).experiment.resolve()  # which is written anew, so it is no source of itself
     files = [path for path in made_from if path.resolve() != record]

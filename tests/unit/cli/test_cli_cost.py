@@ -326,6 +326,16 @@ def test_the_time_left_is_a_countdown() -> None:
     assert [time_left(seconds) for seconds in (6.2, 3750.0, -1.0)] == ["0:07 left", "1:02:30 left", "0:00 left"]
 
 
+@pytest.mark.parametrize(("repeats", "told"), [(1, "no intervals: repeats=3 is"), (5, "no trusted times"), (6, "")])
+def test_python_warns_of_too_few_repeats_as_the_command_does(
+    repeats: int, told: str, experiment: Path, folder: Path, recwarn: pytest.WarningsRecorder
+) -> None:
+    et.cost(experiment, folder, size=(6, 6), repeats=repeats, strategies=["best"])
+    found = [one for one in recwarn if one.category is et.EqualtimeWarning]
+    assert [told in str(one.message) and one.filename == __file__ for one in found] == [True] * bool(told)
+
+
+@pytest.mark.filterwarnings("ignore:with . repeat:equaltime.EqualtimeWarning")
 def test_python_spells_the_same_words(experiment: Path, folder: Path) -> None:
     assert et.cost is measure_cost
     seen: list[RunProgress] = []

@@ -192,6 +192,7 @@ def test_the_record_of_a_quick_experiment_offers_no_quick_one(
     assert not any(text.startswith("--quick") for text in told(capsys, str(tmp_path / "out" / "experiment.json")))
 
 
+@pytest.mark.filterwarnings("ignore:with . repeat:equaltime.EqualtimeWarning")
 def test_the_record_of_a_scene_made_in_python_is_refused_with_the_reason(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -271,6 +272,7 @@ def test_no_scene_vanishes_from_the_errors_of_several() -> None:
     assert not reached(replace(bound, reach=1.2)).endswith("extrapolated")
 
 
+@pytest.mark.filterwarnings("ignore:with . repeat:equaltime.EqualtimeWarning")
 def test_an_experiment_of_a_dict_tells_the_call_that_repeats_it(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

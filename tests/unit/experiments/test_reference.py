@@ -209,6 +209,7 @@ def test_the_page_of_experiments_tells_strategy_seeds_and_limits_of_a_reference(
     assert "seeds of a reference, which are above 2^63" in told
 
 
+@pytest.mark.filterwarnings("ignore:with . repeat:equaltime.EqualtimeWarning")
 def test_the_reference_of_an_experiment_s_folder_can_be_kept_for_others(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

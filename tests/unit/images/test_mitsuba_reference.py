@@ -64,6 +64,7 @@ def test_page_and_command_line_repeat_the_caveat(tmp_path: Path, capsys: pytest.
     assert CAVEAT not in capsys.readouterr().out
 
 
+@pytest.mark.filterwarnings("ignore:with . repeat:equaltime.EqualtimeWarning")
 @pytest.mark.parametrize("writer", WRITERS)
 def test_a_summary_has_the_caveat_of_the_file_that_an_experiment_names(writer: str, tmp_path: Path) -> None:
     experiment = Experiment.model_validate(

@@ -9,7 +9,7 @@ from equaltime.experiments.model.experiment import DEFAULT_BUDGET, Experiment
 from equaltime.statistics.intervals import FEWEST_FOR_MEDIAN, FEWEST_REPEATS
 from equaltime.words import duration
 
-__all__ = ["PeerTimes", "planned", "planned_runs", "planned_seconds"]
+__all__ = ["PeerTimes", "planned", "planned_runs", "planned_seconds", "too_few"]
 
 _REPORT_SECONDS = 5.0
 """Seconds that loading and the report of one scene take, if its images are small."""
@@ -58,7 +58,9 @@ def planned(experiment: Experiment, peers: PeerTimes | None = None, machines: in
         first.append(f"references of up to {duration(references)} each")
     before = f"{', '.join(first)}, then " if first else ""
     differs = f"; up to {duration(experiment.reference.seconds)} more for each renderer whose picture differs"
-    after = (_NOT_MEASURED if unknown else differs if peers.tests else "") + _too_few(experiment.repeats)
+    after = (_NOT_MEASURED if unknown else differs if peers.tests else "") + (
+        f"; {few}" if (few := too_few(experiment.repeats)) else ""
+    )
     if experiment.spp is not None:
         return f"{before}{said} of {experiment.spp[-1]:,} samples a pixel{on}{after}"
     seconds = _whole(_seconds(experiment, peers, machines))
@@ -66,15 +68,16 @@ def planned(experiment: Experiment, peers: PeerTimes | None = None, machines: in
     return f"{about}: {before}{said} of {duration(experiment.budget or DEFAULT_BUDGET)}{on}{after}"
 
 
-def _too_few(repeats: int) -> str:
-    """Return the end of the sentence on the plan if repeats are too few for intervals or for medians; else empty."""
-    few = f"; with {repeats} repeat{'s' * (repeats != 1)} there are no"
+def too_few(repeats: int, option: str = "--repeats ") -> str:
+    """Return a sentence if repeats are too few for intervals or for medians; else an empty text.
+
+    ``option`` is the text before the number of repeats that the sentence advises.
+    """
+    few = f"with {repeats} repeat{'s' * (repeats != 1)} there are no"
     if repeats < FEWEST_REPEATS:
-        return f"{few} intervals: --repeats {FEWEST_REPEATS} is the least, {FEWEST_FOR_MEDIAN} are better"
+        return f"{few} intervals: {option}{FEWEST_REPEATS} is the least, {FEWEST_FOR_MEDIAN} are better"
     if repeats < FEWEST_FOR_MEDIAN:
-        return (
-            f"{few} trusted times where rare events make most of an error: --repeats {FEWEST_FOR_MEDIAN} is the least"
-        )
+        return f"{few} trusted times where rare events make most of an error: {option}{FEWEST_FOR_MEDIAN} is the least"
     return ""
 
 
