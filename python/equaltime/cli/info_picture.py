@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TypedDict
 
-from equaltime.cli.info_render import repeating, seeds
+from equaltime.cli.info_render import changes, repeating, seeds
 from equaltime.cli.recorded import plain, shown_scene
 from equaltime.errors import ImageError
 from equaltime.images import image_files, preview
@@ -67,7 +67,7 @@ def _repeat(path: Path, tags: Mapping[str, str]) -> _Repeat:
     background, is_jpeg = record["background"], path.suffix.lower() != ".png"
     converted = background is not None or (is_jpeg and record["transparent"])  # which render does not write
     named = path.with_suffix(".exr") if record["sources"] or converted else path  # only an EXR file can be merged
-    lines = [*repeating(named, record, verbose=False, exposure=None if converted else stops)]
+    lines = [*repeating(named, record, verbose=False, changed=changes(record), exposure=None if converted else stops)]
     if converted:
         words = ["equaltime", "convert", named.name, path.name, "--exposure", plain(stops)]
         words += [] if background is None else ["--background", ",".join(map(plain, background))]

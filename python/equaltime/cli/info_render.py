@@ -7,7 +7,15 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from equaltime.cli.recorded import CHANGED, error_limit, plain, recorded_command, recorded_scene, shown_scene
+from equaltime.cli.recorded import (
+    CHANGED,
+    error_limit,
+    next_error,
+    plain,
+    recorded_command,
+    recorded_scene,
+    shown_scene,
+)
 from equaltime.errors import EqualtimeError
 from equaltime.rendering.origin import Origin
 from equaltime.rendering.render_record import checked
@@ -15,7 +23,7 @@ from equaltime.rendering.stated import asked_samples, paths_up_to, samples_in_wo
 from equaltime.statistics.intervals import UNKNOWN, Interval
 from equaltime.words import duration_of_runs, percent
 
-__all__ = ["repeating", "saved_render", "seeds"]
+__all__ = ["changes", "repeating", "saved_render", "seeds"]
 
 Record = Mapping[str, Any]
 
@@ -42,20 +50,26 @@ def saved_render(path: Path, record: Record, resumable: bool, verbose: bool = Fa
     record = checked(record, path)
     error = UNKNOWN if record["error"] is None else Interval.from_dict(record["error"])
     width, height = record["size"]
+    more = "" if verbose else "; -v for more"
     number = stated(Origin.from_record(record))
     spp = samples_in_words(record["spp"], asked_samples(record["stopped_by"], record.get("position")))
     said = f"{number.noun} {error:%}{number.of_paths}"
     yield f"{path}: {said}, {spp} in {duration_of_runs(record['seconds'], record['runs'])}"
     yield f"shows     {shown_scene(record['scene'])} at {width}x{height}{_parts(record)}"
     yield f"ended     as {_end(record)}"
-    yield f"strategy  {record['strategy']}{' (biased)' if record['biased'] else ''}, {seeds(record)}"
+    yield f"strategy  {record['strategy']}{' (biased)' if record['biased'] else ''}, {seeds(record)}{more}"
     if error.doubt:
         yield f"in doubt  {error.doubt}"
     if number.missing:
         yield f"lacks     {number.missing}"
-    yield from repeating(path, record, verbose)
-    more = "" if verbose else "; -v for more"
-    yield f"goes on   {_how_on(record) if resumable else 'no longer: it was saved small'}{more}"
+    changed = changes(record)
+    yield from repeating(path, record, verbose, changed)
+    picture = path.with_suffix(".png")
+    shown = str(picture) if picture.exists() else shlex.join(["equaltime", "convert", str(path), str(picture)])
+    yield f"picture   {shown}"
+    further = None if changed else _further(path, record, error)
+    on = further or _how_on(record) if resumable else "no longer: it was saved small"
+    yield f"goes on   {on}"
 
 
 def _parts(record: Record) -> str:
@@ -90,15 +104,26 @@ def _how_on(record: Record) -> str:
     return "with merge" if record.get("sources") else "with --resume or merge"
 
 
+def _further(path: Path, record: Record, error: Interval) -> str | None:
+    """Return the command that goes on with a render to the next smaller error; None without one.
+
+    There is none for merged renders, for scenes made in memory, and for an error that is unknown or has a bias.
+    """
+    target = next_error(error.value)
+    if target is None or record["scene"] is None or record["sources"] or record.get("bias"):
+        return None
+    return shlex.join(recorded_command(record, str(path), ["--resume", "--error", f"{100.0 * target:g}%"]))
+
+
 def _spp(samples: Mapping[str, int]) -> str:
     """Return the sample count of the pixels, or the range of counts."""
     return f"{samples['max']}" if samples["min"] == samples["max"] else f"{samples['min']} to {samples['max']}"
 
 
-def repeating(path: Path, record: Record, verbose: bool, exposure: float | None = None) -> Iterator[str]:
+def repeating(path: Path, record: Record, verbose: bool, changed: str, exposure: float | None = None) -> Iterator[str]:
     """Yield the commands that would repeat the render, and what differs if it cannot be repeated exactly.
 
-    ``exposure`` is that of a picture alone, in stops; None for an EXR file.
+    ``changed`` is the result of `changes`. ``exposure`` is that of a picture alone, in stops; None for an EXR file.
     """
     if record["scene"] is None:
         yield from _call(record, path.name)
@@ -112,7 +137,7 @@ def repeating(path: Path, record: Record, verbose: bool, exposure: float | None 
         yield from _repeat_parts(path, record, verbose)
     else:
         return  # merged by an earlier version, which did not record how the parts ended
-    if changed := _changed(record):
+    if changed:
         yield f"          but {changed}"
 
 
@@ -183,8 +208,10 @@ def _limit(record: Record) -> tuple[list[str], str]:
     return ["--spp", str(max(1, round(record["spp"])))], f"{why}; only --spp and --error end at the same samples again"
 
 
-def _changed(record: Record) -> str:
-    """Return why the scene's file, as it is now, gives another picture; empty if it gives the same, or is not known."""
+def changes(record: Record) -> str:
+    """Return why the scene's file, as it is now, gives another picture; empty if it gives the same, or has no file."""
+    if record["scene"] is None:
+        return ""
     if not Path(record["scene"]).exists():
         return "that file is not there"
     try:

@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated
 
 import typer
 
 from equaltime.cli.messages import Written, doubts, headline, print_json, print_lines
 from equaltime.cli.options import AsJson, ExposureStops, Overwrite, Small
+from equaltime.cli.recorded import next_error
 from equaltime.errors import ImageError
 from equaltime.images import preview
-from equaltime.quoting.pilot import TARGETS
 from equaltime.rendering.merge import merge as merge_files
 from equaltime.rendering.output_files import check_output, check_replaceable, check_spares
 from equaltime.rendering.result import Result
@@ -22,9 +22,6 @@ from equaltime.statistics.intervals import Interval
 from equaltime.words import percent
 
 __all__ = ["merge"]
-
-_SMALLER: Final = 0.9
-"""Largest share of the present error that is worth further renders."""
 
 
 def merge(
@@ -74,7 +71,7 @@ def merge(
 
 def _needed(result: Result) -> Iterator[str]:
     """Yield how many renders like the joined ones reach the next smaller error: error² is inverse to their number."""
-    target = next((target for target in TARGETS if target < _SMALLER * result.error.value), None)
+    target = next_error(result.error.value)
     if target is None or not result.error.trusted or not math.isfinite(result.error.high) or result.bias is not None:
         return
     renders = len(result.origin.sources)

@@ -8,6 +8,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any, Final
 
+from equaltime.quoting.pilot import TARGETS
 from equaltime.rendering.origin import Origin
 from equaltime.scene import Scene, load_file
 from equaltime.scene.effects.leaving import leave_out
@@ -19,6 +20,7 @@ from equaltime.strategy import Strategy
 __all__ = [
     "CHANGED",
     "error_limit",
+    "next_error",
     "plain",
     "recorded_command",
     "recorded_options",
@@ -29,6 +31,15 @@ __all__ = [
 
 CHANGED: Final = "has changed since, or was read with options that the record does not have"
 """Predicate of a scene for which `recorded_scene` returns None."""
+
+
+_SMALLER: Final = 0.9
+"""Largest share of the present error that is worth further samples."""
+
+
+def next_error(error: float) -> float | None:
+    """Return the error to which a render with this ``error`` may go on; None if all usual ones are larger."""
+    return next((target for target in TARGETS if target < _SMALLER * error), None)
 
 
 def error_limit(error: float, bias: Interval | None, fixed: bool) -> list[str]:
