@@ -171,7 +171,7 @@ def _of_experiment(path: Path, experiment: Experiment, verbose: bool, as_json: b
     if as_json:
         print_json(experiment_facts(path, experiment, scenes))
         return 0
-    print_lines([*experiment_summary(path, experiment, scenes)])
+    print_lines([*experiment_summary(path, experiment, scenes, verbose)])
     if verbose:
         _print_more(experiment_table(experiment))
     return 0

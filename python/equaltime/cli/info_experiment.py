@@ -51,7 +51,7 @@ def folder_summary(stored: StoredExperiment, verbose: bool = False) -> Iterator[
     yield f"experiment  {experiment.title or stored.folder.resolve().name}{look}"
     names = [entry.name for entry in experiment.scenes]
     yield f"scenes      {_listed(names)}{_size(stored.identity['scenes'][name] for name in names)}"
-    yield f"strategies  {_strategies(experiment)}"
+    yield f"strategies  {_strategies(experiment)}{'' if verbose else '; -v for more'}"
     if summary.scenes:
         yield f"error       {_errors(summary)}"
     runs = f"all {_many(done, 'run')}" if stored.complete else f"{done} of {stored.planned} runs, not complete"
@@ -69,7 +69,7 @@ def folder_summary(stored: StoredExperiment, verbose: bool = False) -> Iterator[
     yield _command(stored)
     if stored.changes:
         yield f"changed     {_changes(stored)}"
-    yield f"report      equaltime open {shlex.quote(str(stored.folder))}{'' if verbose else '; -v for more'}"
+    yield f"report      equaltime open {shlex.quote(str(stored.folder))}"
 
 
 def _verdict(stored: StoredExperiment) -> str:
@@ -185,9 +185,10 @@ def _errors(summary: Summary) -> str:
     for scene in summary.scenes:
         for result in scene.strategies:
             found.setdefault(result.label if several else result.named, []).append(result)
+    apart = "; some runs ended earlier or later" * any(scene.other_ends or scene.late for scene in summary.scenes)
     most = list(found.items())[:_MOST_NAMES]
     more = f" and {len(found) - len(most)} more" if len(most) < len(found) else ""
-    return f"{after}{several}: {', '.join(f'{label} {_reached(results)}' for label, results in most)}{more}"
+    return f"{after}{several}: {', '.join(f'{label} {_reached(results)}' for label, results in most)}{more}{apart}"
 
 
 def _reached(results: Sequence[StrategyResult]) -> str:
@@ -256,13 +257,18 @@ def verdicts(folder: Path, found: Sequence[StoredExperiment]) -> Iterator[str]:
     yield f"More of one: equaltime info {one}; all of them: equaltime open {whole}"
 
 
-def experiment_summary(path: Path, experiment: Experiment, scenes: Sequence[Scene]) -> Iterator[str]:
-    """Yield at most ten lines on the experiment file ``path``: its runs, how long these take, and how to run it."""
+def experiment_summary(
+    path: Path, experiment: Experiment, scenes: Sequence[Scene], verbose: bool = False
+) -> Iterator[str]:
+    """Yield at most ten lines on the experiment file ``path``: its runs, how long these take, and how to run it.
+
+    ``verbose`` tells that `experiment_table` follows, so that no line mentions ``-v``.
+    """
     yield f"{path}: {planned(experiment)}"
     if experiment.title:
         yield f"experiment  {experiment.title}"
     yield f"scenes      {_listed(entry.name for entry in experiment.scenes)}{_size(map(_film, scenes))}"
-    yield f"strategies  {_strategies(experiment)}"
+    yield f"strategies  {_strategies(experiment)}{'' if verbose else '; -v for more'}"
     yield f"repeats     {experiment.repeats} of each strategy on each scene"
     if experiment.question == "time":
         yield f"times       to errors of {', '.join(map(percent, sorted(experiment.targets, reverse=True)))}"
@@ -272,7 +278,7 @@ def experiment_summary(path: Path, experiment: Experiment, scenes: Sequence[Scen
     if not (recorded and _was_quick(path.parent)):
         yield f"--quick     {planned(quicker(experiment))}"
     run = f"equaltime cost {shlex.quote(str(path))} -o {shlex.quote(path.stem)}"
-    yield f"run         {_of_record(path, complete=True) if recorded else run}; -v for more"
+    yield f"run         {_of_record(path, complete=True) if recorded else run}"
 
 
 def _was_quick(folder: Path) -> bool:

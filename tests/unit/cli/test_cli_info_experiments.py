@@ -16,12 +16,14 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
-from equaltime.cli.info_experiment import _elsewhere, _reached, _was_quick
+from equaltime.cli.info_experiment import _elsewhere, _errors, _reached, _was_quick
 from equaltime.examples import example_of
 from equaltime.experiments.model.summary import StrategyResult
 from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.revision import revision
 from equaltime.statistics.intervals import UNKNOWN, Interval
+
+from ..experiments.fake_summary import summary
 
 SCENES = Path(__file__).parents[3] / "scenes"
 CORNELL = SCENES / "cornell-box.toml"
@@ -76,12 +78,12 @@ def test_a_folder_answers_with_its_verdict_first(
     assert len(lines) <= 11
     assert line(lines, "experiment") == "Boxes"
     assert line(lines, "scenes") == "box, 8x8 pixels"
-    assert line(lines, "strategies") == "2: bsdf, best; compared with bsdf"
+    assert line(lines, "strategies") == "2: bsdf, best; compared with bsdf; -v for more"
     assert line(lines, "error").startswith("after 20 ms: bsdf ")
     assert line(lines, "ran").startswith("all 4 runs, ")
     assert line(lines, "machine").endswith(", 1 thread")
     assert line(lines, "build").startswith("equaltime ")
-    assert line(lines, "report") == f"equaltime open {folder}; -v for more"
+    assert line(lines, "report") == f"equaltime open {folder}"
     more = told(capsys, str(folder), "-v")
     assert line(more, "commit") == revision()
     more = more[len(lines) + 1 :]
@@ -152,11 +154,11 @@ def test_an_experiment_whose_file_has_changed_is_had_from_its_record(
     assert f"`{again}`" in refusal
     record = told(capsys, "out/experiment.json")
     assert line(record, "repeats") == "1 of each strategy on each scene"
-    assert line(record, "run") == "equaltime cost out/experiment.json -o out-again; -v for more"
+    assert line(record, "run") == "equaltime cost out/experiment.json -o out-again"
     assert line(record, "--quick").startswith("about ")
     assert line(told(capsys, "out"), "repeat") == "equaltime cost out/experiment.json -o out-again"
     monkeypatch.chdir("out")
-    assert line(told(capsys, "experiment.json"), "run").endswith(f" -o {tmp_path / 'out-again'}; -v for more")
+    assert line(told(capsys, "experiment.json"), "run").endswith(f" -o {tmp_path / 'out-again'}")
     monkeypatch.chdir(tmp_path)
     assert main(["cost", "out", "-o", "again"]) == 2
     assert "; out/experiment.json is the experiment that was run there" in capsys.readouterr().err
@@ -256,6 +258,15 @@ def test_an_experiment_that_was_stopped_is_told_and_goes_on(copy: Path, capsys: 
     assert (data["verdict"], data["complete"], data["runs"], data["planned_runs"]) == (lines[0], False, 0, 4)
 
 
+def test_errors_after_a_time_tell_that_runs_ended_at_another_one(tmp_path: Path) -> None:
+    found = summary(tmp_path)
+    apart = "; some runs ended earlier or later"
+    assert not _errors(found).endswith(apart)
+    (scene,) = found.scenes
+    early = tuple(replace(one, run_seconds=(1.0, 1.1, 1.9)) for one in scene.strategies)
+    assert _errors(replace(found, scenes=(replace(scene, strategies=early),))).endswith(apart)
+
+
 def test_no_scene_vanishes_from_the_errors_of_several() -> None:
     known, bound = Interval(0.163, 0.16, 0.19), Interval(0.3, 0.224, 0.9).bounded("low", "heavy tail")
 
@@ -297,7 +308,7 @@ def test_strategies_and_repeats_that_were_added_later_are_told(
     (file := copy.with_suffix(".toml")).write_text(EXPERIMENT)
     assert main(["cost", str(file), "-o", str(copy), "--repeats", "3", "--strategies", "bsdf,best,light"]) == 0
     lines = told(capsys, str(copy))
-    assert line(lines, "strategies") == "3: bsdf, best, light; compared with bsdf"
+    assert line(lines, "strategies") == "3: bsdf, best, light; compared with bsdf; -v for more"
     assert line(lines, "ran").startswith("all 9 runs, ")
     assert line(lines, "repeat").endswith("--strategies bsdf,best,light (and 1 command before; see -v)")
 
@@ -313,7 +324,7 @@ def test_a_folder_tells_the_experiment_that_was_run_last(
     assert main(["cost", str(file), "-o", str(copy)]) == 0
     lines = told(capsys, str(copy))
     assert line(lines, "experiment") == "Lamps"
-    assert line(lines, "strategies") == "2: light, best; compared with light"
+    assert line(lines, "strategies") == "2: light, best; compared with light; -v for more"
     assert line(lines, "earlier") == "records of strategy bsdf remain that the last command did not ask for"
     assert line(lines, "ran").startswith("all 4 runs, ")
     data = json.loads("\n".join(told(capsys, str(copy), "--json")))
@@ -383,11 +394,15 @@ def test_an_experiment_file_tells_what_it_would_run_and_for_how_long(capsys: pyt
     assert len(lines) <= 11
     assert line(lines, "scenes").startswith("7: area 1, area 1/4, ")
     assert line(lines, "scenes").endswith(" and 1 more, 128x128 pixels")
-    assert line(lines, "strategies") == "4: no light sampling, light, mis, best; compared with no light sampling"
+    assert (
+        line(lines, "strategies")
+        == "4: no light sampling, light, mis, best; compared with no light sampling; -v for more"
+    )
     assert line(lines, "repeats") == "8 of each strategy on each scene"
     assert line(lines, "times") == "to errors of 20 %, 10 %, 5 %, 2 %"
     assert line(lines, "--quick").startswith("about 52 s: ")
-    assert line(lines, "run") == f"equaltime cost {path} -o x3-light; -v for more"
+    assert line(lines, "run") == f"equaltime cost {path} -o x3-light"
+    assert not any("-v for more" in each for each in told(capsys, str(path), "-v"))
     assert "bsdf,roulette=albedo" in "\n".join(told(capsys, str(path), "-v"))
     by_name = [each.replace(str(example_of(Path("x3-light"))), str(path)) for each in told(capsys, "x3-light")]
     assert by_name == lines, "examples have names"
