@@ -28,7 +28,7 @@ __all__ = ["changes", "repeating", "saved_render", "seeds"]
 Record = Mapping[str, Any]
 
 _MOST_COMMANDS = 4
-"""Largest number of commands that repeat a merged render without ``-v``, so that all fits into twelve lines."""
+"""Largest number of commands that repeat a merged render without ``-v``, so that all fits into thirteen lines."""
 _ENDS = {
     "spp": "it had its samples",
     "count": "it had the samples that a pilot chose",
@@ -42,7 +42,7 @@ _ENDS = {
 
 
 def saved_render(path: Path, record: Record, resumable: bool, verbose: bool = False) -> Iterator[str]:
-    """Yield at most ten lines on the saved render at ``path``, whose file holds ``record``.
+    """Yield at most eleven lines (thirteen if merged) on the saved render at ``path``, whose file holds ``record``.
 
     ``record`` is JSON data on how the render was made, and ``resumable`` tells whether the render can be continued.
     ``verbose`` tells that all facts follow, so that the lines do not point to ``-v``.
