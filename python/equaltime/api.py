@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
@@ -14,7 +13,7 @@ from typing import Any
 from equaltime.cluster import open_cluster
 from equaltime.errors import EffectError, RenderError, StrategyError
 from equaltime.images.exposure import AUTO, Exposure, checked_exposure
-from equaltime.pricing import left_out
+from equaltime.quoting import left_out
 from equaltime.quoting.fixed_count import fixed_count
 from equaltime.quoting.observer import Observer, QuoteWatch, overrides
 from equaltime.quoting.pilot import Pilot
@@ -27,7 +26,6 @@ from equaltime.rendering.saved import Render, as_checkpoint
 from equaltime.rendering.session import Checkpoints, Session, run
 from equaltime.rendering.tev import Viewer
 from equaltime.scene import Scene
-from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 
 __all__ = ["render"]
@@ -198,7 +196,7 @@ def render(
     left = _left_out(job, tuple(without), within)
     phases = {} if left is None else {"pilot": clock.perf_counter() - begin}
     if left is not None:
-        job = _without(job, left)
+        job = left.job(job)
         if observer is not None:
             observer.decided(left.why)
     saving = None
@@ -236,7 +234,8 @@ def _watched(
         job = replace(job, limits=fixed.limits(job.limits), stop=fixed.stop)
         if fixed.quote is not None and observer is not None:
             wants_quote = False
-            observer.quoted(replace(fixed.quote, error=fixed.quote.error.with_bias(job.bias)))
+            quote = fixed.quote
+            observer.quoted(replace(quote, error=quote.error.with_bias(job.bias), bias=job.bias))
     session = Session(job, progress)
     pass_ended, ended = list[Callable[[], object]](), list[Callable[[Result], object]]()
     if observer is not None and wants_quote:
@@ -267,27 +266,6 @@ def _left_out(job: Job, without: tuple[str, ...], within: float | None) -> left_
     if job.limits.error is not None:
         within = min(within, _LEFT_FOR_BIAS * job.limits.error)
     return left_out.choose(job.scene, job.strategy, within, job.seed, job.threads)
-
-
-def _without(job: Job, left: left_out.LeftOut) -> Job:
-    """Return the job without the effects. Its noise may reach the ordered error less the bias."""
-    return replace(
-        job,
-        scene=left.scene,
-        strategy=left.strategy,
-        limits=replace(job.limits, error=_rest(job.limits.error, left.bias)),
-        without=left.names,
-        bias=left.bias if left.names else None,
-    )
-
-
-def _rest(error: float | None, bias: Interval) -> float | None:
-    """Return the noise that makes the error asked for together with the bias."""
-    if error is None:
-        return None
-    if bias.high >= error:
-        raise EffectError(f"an error of {100.0 * error:.3g} % cannot be reached: the effects left out make {bias:%}")
-    return math.sqrt(error**2 - bias.high**2)
 
 
 def _cross_checked(scene: Scene, limits: Limits, strategy: Strategy, seed: int) -> Result:

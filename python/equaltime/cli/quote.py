@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+from collections.abc import Iterator
 from typing import Annotated
 
 import typer
@@ -22,6 +24,7 @@ from equaltime.cli.options import (
     Threads,
     Transparent,
     Verbose,
+    Without,
     parse_definitions,
     parse_duration,
     parse_percent,
@@ -30,9 +33,12 @@ from equaltime.cli.options import (
 from equaltime.cli.progress import progress_bar
 from equaltime.cli.quote_answer import Asked, answer
 from equaltime.cli.quote_details import details
+from equaltime.cli.recorded import plain, recorded_options, shown_path
+from equaltime.quoting.left_out import samples_to_measure
+from equaltime.quoting.pilot import FEWEST, Quote
 from equaltime.quoting.quote import DEFAULT_SECONDS, USUAL_SECONDS, seconds_of_pilot
 from equaltime.quoting.quote import quote as quote_scene
-from equaltime.scene import load_file
+from equaltime.scene import Scene, load_file
 from equaltime.scene.model import MOST_SAMPLES
 from equaltime.statistics.in_words import rounded
 from equaltime.strategy import Strategy
@@ -79,6 +85,7 @@ def quote(
     seed: Seed = 0,
     threads: Threads = 0,
     cluster: OnCluster = None,
+    without: Without = None,
     why: Annotated[
         bool | None,
         typer.Option(
@@ -104,13 +111,16 @@ def quote(
     * `equaltime quote scene.toml --error 2%`
 
     * `equaltime quote scene.toml --time 30s --size 1920x1080`
+
+    * `equaltime quote scene.toml --without lens`
     """
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
     print_remarks(loaded)
     loaded = loaded.with_(size=size, crop=crop, max_depth=max_depth, transparent=transparent)
     chosen = Strategy.parse(strategy)
-    if (expected := seconds_of_pilot(loaded, chosen, threads)) > USUAL_SECONDS:
-        print_aside(f"this quote takes about {rounded(expected)} s, as two samples a pixel do")
+    samples = FEWEST + (samples_to_measure(loaded) if without else 0)
+    if (expected := seconds_of_pilot(loaded, chosen, threads, samples)) > USUAL_SECONDS:
+        print_aside(f"this quote takes about {rounded(expected)} s, as {samples} samples a pixel do")
     if time is None and error is None and spp is None:
         time = DEFAULT_SECONDS
     print_connecting(cluster)
@@ -126,11 +136,26 @@ def quote(
             progress=progress,
             why=why,
             cluster=cluster,
+            without=without or (),
         )
     if as_json:
         print_json(found)
     else:
-        print_lines(answer(found, Asked(time, error, spp), verbose))
+        print_lines(answer(found, Asked(time, error, spp, tuple(without or ())), verbose))
         if verbose:
             print_lines(["", *in_columns(details(found, why))])
+        if found.origin.without and loaded.source is not None:
+            print_lines([f"to render it: {shlex.join(_command(found, loaded, (time, error, spp)))}"])
     return 130 if found.interrupted else 0
+
+
+def _command(found: Quote, scene: Scene, limits: tuple[float | None, float | None, int | None]) -> Iterator[str]:
+    """Yield the words of the command that makes the quoted render; ``limits`` are its time, error and samples."""
+    time, error, spp = limits
+    assert scene.source is not None
+    yield from ("equaltime", "render", shown_path(scene.source), "-o", f"{scene.source.stem}.exr")
+    yield from () if time is None else ("--time", f"{plain(time)}s")
+    yield from () if error is None else ("--error", f"{100.0 * error:.6g}%")
+    yield from () if spp is None else ("--spp", str(spp))
+    usual = {"defines": {}, "transparent": False, "crop": [*scene.model.sensor.film.crop]}
+    yield from recorded_options({**usual, **found.origin.record}, found.origin.seed)

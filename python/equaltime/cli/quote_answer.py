@@ -10,6 +10,7 @@ from equaltime.quoting.light_parts import lamp
 from equaltime.quoting.noise_light import NoiseLight
 from equaltime.quoting.noise_places import NoisePlaces
 from equaltime.quoting.pilot import FEWEST, USUAL_SECONDS, Quote
+from equaltime.rendering.budget import noise_within
 from equaltime.rendering.stated import stated
 from equaltime.statistics.in_words import count, megabytes, rounded
 from equaltime.statistics.intervals import Interval
@@ -42,6 +43,8 @@ class Asked:
     seconds: float | None
     error: float | None
     spp: int | None = None
+    without: tuple[str, ...] = ()
+    """Names of the effects (features such as media) that the render is to leave out."""
 
 
 def answer(found: Quote, asked: Asked, verbose: bool = False) -> list[str]:
@@ -49,7 +52,7 @@ def answer(found: Quote, asked: Asked, verbose: bool = False) -> list[str]:
 
     ``verbose`` tells that details follow, so that the answer does not point to ``-v``.
     """
-    lines = [*_asked(found, asked), *_doubt(found), *_biased(found), *_prices(found), *_noise(found)]
+    lines = [*_asked(found, asked), *_less(found, asked), *_doubt(found), *_biased(found), *_prices(found), *_noise(found)]
     if found.interrupted:
         lines.append(f"interrupted: the quote is from the {found.law.samples} samples a pixel until then")
     end = filter(
@@ -69,6 +72,19 @@ def _closer(found: Quote, asked: Asked) -> str:
     if price is None or longest or price.high <= _WIDE * price.low:
         return ""
     return f"--error {100.0 * smallest:g}% predicts more closely, by a longer test"
+
+
+def _less(found: Quote, asked: Asked) -> Iterator[str]:
+    """Yield lines on the effects that the render leaves out, the error due to that, and effects that are not there."""
+    left = found.origin.without
+    if found.bias is not None:
+        spp = found.spp.value
+        noise = f"; noise alone: {found.law.error_at(spp):%}" if spp >= FEWEST else ""
+        yield f"biased: without {', '.join(left)}, which makes {found.bias:%} of it{noise}"
+    used = {name.partition("=")[0] for name in left}
+    yield from (
+        f"{name}: the scene does not call for it" for name in asked.without if name.partition("=")[0] not in used
+    )
 
 
 def _doubt(found: Quote) -> Iterator[str]:
@@ -92,19 +108,20 @@ def _numbers(found: Quote, asked: Asked) -> Iterator[str]:
     several = sum(each is not None for each in (asked.seconds, asked.error, asked.spp)) > 1
     if asked.seconds is not None:
         spp = law.samples_in(asked.seconds) if several else found.spp
-        error = law.error_at(spp.value) if several else found.error
+        error = law.error_at(spp.value).with_bias(found.bias) if several else found.error
         said = f"{number.noun} {error:%}{number.of_paths}, about {count(spp.value)} samples a pixel"
         if spp.value < FEWEST:
             said = _too_few(found)
         yield f"In {duration(asked.seconds)}: {said}"
     if asked.spp is not None:
-        error = law.error_at(asked.spp) if several else found.error
+        error = law.error_at(asked.spp).with_bias(found.bias) if several else found.error
         seconds = law.seconds_for(Interval(asked.spp, asked.spp, asked.spp)) if several else found.seconds
         said = f"{number.noun} {error:%}{number.of_paths}" if asked.spp >= FEWEST else _too_few(found)
         samples = f"{count(asked.spp)} sample{'s' * (asked.spp != 1)}"
         yield f"With {samples} a pixel: {said}" + (f" after {seconds:s}" if asked.spp >= FEWEST else "")
     if asked.error is not None:
-        spp = law.samples_until(asked.error) if several else found.spp
+        noise = noise_within(asked.error, found.bias)
+        spp = law.samples_until(noise) if several and noise is not None else found.spp
         seconds = law.seconds_for(spp) if several else found.seconds
         said = f"{number.noun}{number.of_paths} surely below {percent(asked.error)} after {seconds:s}"
         yield f"{said[0].upper()}{said[1:]}, about {count(spp.value)} samples a pixel"
@@ -130,11 +147,17 @@ def _biased(found: Quote) -> Iterator[str]:
 
 
 def _prices(found: Quote) -> Iterator[str]:
-    """Yield a table of errors and their times; an error that the pilot has reached takes less time than the pilot."""
+    """Yield a table of errors and their times.
+
+    An error that the pilot has reached takes less time than the pilot. An error below the upper limit of the bias
+    is not surely reached, only by the noise.
+    """
     law = found.law
     pilot = _of_pilot(law)
     reached = f"under {duration(law.seconds_for(Interval(pilot, pilot, pilot)).value)}"
     times = {error: f"{found.prices[error]:s}" if error in found.prices else reached for error in sorted(_LOOKS)[::-1]}
+    for error in (error for error in times if noise_within(error, found.bias) is None):
+        times[error] = f"not surely; noise alone: {law.seconds_for(law.samples_until(error)):s}"
     width = max(map(len, times.values()))
     yield f"How long until the {stated(found.origin).noun} is surely below"
     yield from (f"  {percent(error):>5}   {time:<{width}}   {_LOOKS[error]}" for error, time in times.items())

@@ -5,8 +5,8 @@
                                    ``derive`` finds the effects that a scene uses, with reasons
 `equaltime.scene.effects.leaving`  the scene without some of them
 `equaltime.quoting.pairs`          a scene against itself without an effect, in turn, with the same random numbers
+`equaltime.quoting.left_out`       effects that a render leaves out, and the resulting bias
 `equaltime.quoting.light_parts`    which part of the light makes the noise
-`left_out`                         effects that a render leaves out, and the resulting bias
 `output_costs`                     the time of outputs beside the image
 `prices`                           the price list, of all these
 =================================  ===================================================================================

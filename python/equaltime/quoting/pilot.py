@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 import time as clock
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -30,7 +30,7 @@ from equaltime.film.error import load_quantiles
 from equaltime.quoting.law import Law, Probed, Processors, fit
 from equaltime.quoting.noise_places import NoisePlaces
 from equaltime.quoting.probe import Probe
-from equaltime.rendering.budget import FIRST_LOOK, Limits
+from equaltime.rendering.budget import FIRST_LOOK, Limits, noise_within
 from equaltime.rendering.origin import Origin
 from equaltime.rendering.passes import ESTIMATE_SECONDS_A_PIXEL
 from equaltime.rendering.session import Session
@@ -113,10 +113,11 @@ class Quote(Shown):
     memory: Interval
     """Peak bytes of the process, including scene and libraries, from the first sample until the image is saved."""
     law: Law
-    """Fitted law of the render: its error and its time by the number of samples per pixel."""
+    """Fitted law of the render: its noise and its time by the number of samples per pixel. The noise is the error
+    without the bias."""
     prices: Mapping[float, Interval] = field(hash=False)
     """Seconds to reach each relative error of `TARGETS`, by that error; of a resumed render, all runs together. Errors
-    that the short render behind the quote reached already are left out."""
+    that the short render behind the quote reached already are left out, and errors that the bias alone exceeds."""
     pilot_seconds: float
     """Seconds that the prediction took, including the search for places and light that make the noise."""
     origin: Origin
@@ -126,6 +127,9 @@ class Quote(Shown):
     passes."""
     light: NoiseLight | None = None
     """Light that makes the noise, by kind; None if it was not asked for, or if there was no time to find it."""
+    bias: Interval | None = None
+    """Part of the error due to the effects (features such as media) that the render leaves out; None if it leaves out
+    none."""
     interrupted: bool = False
     """Whether Ctrl-C ended the short render behind the quote, which then predicts from fewer samples."""
 
@@ -146,11 +150,12 @@ class Quote(Shown):
 
     def as_dict(self) -> dict[str, Any]:
         """Return the quote as JSON data: the fields by name, and the strategy and depth of the quoted render."""
-        absent = [name for name in ("places", "light", "interrupted") if not getattr(self, name)]
+        absent = [name for name in ("places", "light", "bias", "interrupted") if not getattr(self, name)]
         return {
             **fields_to_json(self, without=("prices", "origin", *absent)),
             "prices": [{"error": target, "seconds": price.as_dict()} for target, price in self.prices.items()],
             **{key: self.origin.record[key] for key in ("max_depth", "scene_max_depth", "strategy", "biased")},
+            **({"without": list(self.origin.without)} if self.origin.without else {}),
         }
 
 
@@ -369,14 +374,18 @@ class Pilot:
             error=error.with_bias(session.job.bias),
             memory=peak_bytes(session.bytes_before, session.passes.pixels, self._limits.error is not None),
             law=law,
-            prices={
-                target: self._seconds_for(law, law.samples_until(target), 0, target)
-                for target in TARGETS
-                if self._hurried and target < last.value
-            },
+            prices=dict(self._prices(law, last.value)) if self._hurried else {},
             pilot_seconds=session.passes.rendering + self._seconds_probed,
             origin=session.origin,
+            bias=session.job.bias,
         )
+
+    def _prices(self, law: Law, reached: float) -> Iterator[tuple[float, Interval]]:
+        """Yield errors of `TARGETS` with the seconds to reach them, if their noise is below the noise ``reached``."""
+        for target in TARGETS:
+            noise = noise_within(target, self._session.job.bias)
+            if noise is not None and noise < reached:
+                yield target, self._seconds_for(law, law.samples_until(noise), 0, noise)
 
     def _in_the_film(self, ordered: Interval) -> Interval:
         """Return the mean samples per pixel of a film that is rendered to the ordered counts.

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 import time as clock
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from equaltime.cluster import open_cluster
+from equaltime.quoting.left_out import measured
 from equaltime.quoting.noise_places import places_of
 from equaltime.quoting.pilot import FEWEST, USUAL_SECONDS, Pilot, Quote
 from equaltime.rendering.budget import Limits
@@ -50,6 +51,7 @@ def quote(
     progress: ProgressCallback | None = None,
     why: bool | None = None,
     cluster: Any = None,
+    without: Sequence[str] = (),
 ) -> Quote:
     """Predict the time to reach an error, or the error of a time or a sample count; find which light makes the noise.
 
@@ -79,11 +81,16 @@ def quote(
     cluster
         Processes that render the pilot: ``local:N``, the address of a scheduler of Dask, a ``distributed.Client``, or a
         ``concurrent.futures.Executor``. The quote is for a render by these processes. None: this process.
+    without
+        Names of effects (features such as media) that the render leaves out, as for `equaltime.render`. The error
+        includes the resulting bias, which is measured first, as the render measures it.
 
     Raises
     ------
     SceneError, StrategyError
         If the scene or the strategy cannot be read.
+    EffectError
+        If an effect does not exist or cannot be left out, or if the bias is larger than ``error``.
     RenderError
         If the pilot saw no light, so that nothing can be predicted, or if the target is beyond reach.
     ValueError
@@ -99,12 +106,17 @@ def quote(
     """
     if error is None and time is None and spp is None:
         time = DEFAULT_SECONDS
-    check_arguments(spp=spp, time=time, error=error, seed=seed, threads=threads)
+    check_arguments(spp=spp, time=time, error=error, seed=seed, threads=threads, without=without)
     chosen = Strategy.of(strategy)
-    loaded = as_scene(scene)
+    limits = Limits(spp=spp, error=error, seconds=time)
+    job = Job(scene=as_scene(scene), strategy=chosen, limits=limits, seed=seed, threads=threads)
+    begin = clock.perf_counter()
+    if without:
+        job = measured(job.scene, chosen, tuple(without), seed, threads).job(job)
+    spent = clock.perf_counter() - begin
     with open_cluster(cluster) as opened:
-        job = Job(scene=loaded, strategy=chosen, seed=seed, threads=threads, cluster=opened)
-        return _quoted(Session(job, progress), Limits(spp=spp, error=error, seconds=time), why)
+        found = _quoted(Session(replace(job, limits=Limits(), cluster=opened), progress), job.limits, why)
+    return replace(found, pilot_seconds=found.pilot_seconds + spent)
 
 
 def _quoted(session: Session, limits: Limits, why: bool | None) -> Quote:
@@ -123,11 +135,12 @@ def _quoted(session: Session, limits: Limits, why: bool | None) -> Quote:
     return replace(found, pilot_seconds=found.pilot_seconds + clock.perf_counter() - begin)
 
 
-def seconds_of_pilot(scene: Scene, strategy: Strategy, threads: int = 0) -> float:
-    """Return the seconds that the shortest pilot (short render that predicts) of a scene takes; 0 if its film is small.
+def seconds_of_pilot(scene: Scene, strategy: Strategy, threads: int = 0, samples: int = FEWEST) -> float:
+    """Return the seconds that a pilot (short render that predicts) of a scene takes; 0 if its film is small.
 
     The seconds are measured by rendering a small film of ``scene`` by ``strategy``. ``threads`` is the number of
-    threads; 0 is one for each processor.
+    threads; 0 is one for each processor. ``samples`` is the pilot's number of samples per pixel; by default, the fewest
+    that a pilot takes.
     """
     pixels = scene.model.sensor.film.crop[2] * scene.model.sensor.film.crop[3]
     if pixels <= _LEAST_TIMED:
@@ -137,7 +150,7 @@ def seconds_of_pilot(scene: Scene, strategy: Strategy, threads: int = 0) -> floa
     begin = clock.perf_counter()
     renderer.advance(FEWEST)
     took = clock.perf_counter() - begin
-    return took * pixels / (small.model.sensor.film.crop[2] * small.model.sensor.film.crop[3])
+    return (samples / FEWEST) * took * pixels / (small.model.sensor.film.crop[2] * small.model.sensor.film.crop[3])
 
 
 def _light(pilot: Pilot, always: bool, job: Job) -> NoiseLight | None:

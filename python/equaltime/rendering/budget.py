@@ -27,7 +27,7 @@ from typing import Any, Literal, NamedTuple
 
 from equaltime.statistics.intervals import Interval
 
-__all__ = ["FIRST_LOOK", "Limits", "Look", "Looks", "Stop", "StopRule", "StoppedBy", "next_look"]
+__all__ = ["FIRST_LOOK", "Limits", "Look", "Looks", "Stop", "StopRule", "StoppedBy", "next_look", "noise_within"]
 
 StopRule = Literal["look", "fixed"]
 
@@ -208,3 +208,13 @@ class Looks:
             return False
         before, last = (look.believed for look in self.made[-2:])
         return before <= _BEFORE * target and last <= target
+
+
+def noise_within(error: float, bias: Interval | None) -> float | None:
+    """Return the noise that makes the relative error ``error`` together with the upper limit of ``bias``.
+
+    All are fractions; ``bias`` None stands for no bias. The result is None if the bias alone reaches ``error``.
+    """
+    if bias is None:
+        return error
+    return math.sqrt(error**2 - bias.high**2) if bias.high < error else None

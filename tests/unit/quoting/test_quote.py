@@ -3,6 +3,7 @@
 import json
 import math
 import re
+import shlex
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -360,3 +361,60 @@ def test_a_render_to_an_error_quotes_it_first(tmp_path: Path, capsys: pytest.Cap
     printed = capsys.readouterr()
     assert printed.out.startswith("Expect error ")
     assert "\nReached 25 %: error " in printed.out
+
+
+LENS = SCENE.parent / "experiments" / "lens.toml"
+
+
+def test_a_quote_without_an_effect_holds_what_the_render_without_it_then_states() -> None:
+    scene = et.load(LENS).with_(size=(48, 48))
+    quote = et.quote(scene, error=0.2, without=["lens"], why=False)
+    result = et.render(scene, error=0.2, without=["lens"])
+    assert quote.bias == result.bias
+    assert quote.origin.without == result.origin.without == ("lens",)
+    assert quote.spp.low <= result.spp <= quote.spp.high
+    assert quote.error.low <= result.error.value <= quote.error.high
+    assert quote.as_dict()["without"] == ["lens"]
+    assert quote.as_dict()["bias"] == result.record["bias"]
+
+
+def test_prices_without_an_effect_are_of_the_noise_that_the_bias_leaves() -> None:
+    scene = et.load(SCENE).with_(size=(32, 32))
+    quote = et.quote(scene, spp=1024, without=["long_paths=6"], why=False)
+    assert quote.bias is not None
+    assert 0.03 < quote.bias.low < quote.bias.high < 0.1
+    assert quote.prices.keys() & {0.1, 0.02, 0.01} <= {0.1}
+    lines = answer(quote, Asked(None, None, 1024, ("long_paths=6", "lens")))
+    assert re.fullmatch(r"biased: without long_paths=6, which makes [\d.]+ % \(.*\) of it; noise alone: .*", lines[1])
+    assert lines[2] == "lens: the scene does not call for it"
+    told = {line.split()[0]: line for line in lines if line.startswith("  ")}
+    assert "not surely; noise alone: " in told["1"]
+    assert "not surely" not in told["10"]
+
+
+def test_the_command_quotes_without_an_effect_and_hands_on_the_render(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "a lens.toml").write_text(LENS.read_text())
+    monkeypatch.chdir(tmp_path)
+    words = ["--error", "30%", "--without", "lens", "-D", "focus=100"]
+    assert main(["quote", "a lens.toml", "--size", "32x32", "--no-why", *words]) == 0
+    *_, told = capsys.readouterr().out.splitlines()
+    command = shlex.split(told.removeprefix("to render it: "))
+    options = ["--error", "30%", "--size", "32x32", "-D", "focus=100", "--without", "lens", "--seed", "0"]
+    assert command == ["equaltime", "render", "a lens.toml", "-o", "a lens.exr", *options]
+    assert main([*command[1:], "--quiet"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--without", "lense"], "unknown effect 'lense'; did you mean 'lens'?"),
+        (["--without", "long_paths=3", "--error", "5%"], "an error of 5 % cannot be reached: the effects left out make"),
+    ],
+)
+def test_a_quote_without_an_effect_has_the_errors_of_the_render(
+    words: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["quote", str(SCENE), "--size", "24x24", *words]) == 2
+    assert said in capsys.readouterr().err

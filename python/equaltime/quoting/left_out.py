@@ -10,11 +10,14 @@ error bar includes that measurement.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
+from equaltime.errors import EffectError
 from equaltime.quoting.light_parts import measure_parts
 from equaltime.quoting.pairs import Versus, run_in_turn
+from equaltime.rendering.budget import noise_within
+from equaltime.rendering.job import Job
 from equaltime.scene import Scene
 from equaltime.scene.effects.kinds import derive, kind_of
 from equaltime.scene.effects.leaving import can_leave_out, leave_out, parse_names
@@ -22,7 +25,7 @@ from equaltime.scene.scene import smaller
 from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 
-__all__ = ["LeftOut", "choose", "measured"]
+__all__ = ["LeftOut", "choose", "measured", "samples_to_measure"]
 
 N = TypeVar("N")
 
@@ -54,6 +57,26 @@ class LeftOut:
     """Relative error of the image due to leaving out the features in ``names``, with its 95 % interval."""
     why: tuple[str, ...]
     """Sentences, one for each decision on an effect (feature such as media): whether it was left out, and why."""
+
+    def job(self, job: Job) -> Job:
+        """Return the job without the effects (features such as media). Its noise may reach its error less the bias.
+
+        Raises `EffectError` if the bias alone reaches the error that the job is to reach.
+        """
+        asked = job.limits.error
+        noise = None if asked is None else noise_within(asked, self.bias)
+        if asked is not None and noise is None:
+            raise EffectError(
+                f"an error of {100.0 * asked:.3g} % cannot be reached: the effects left out make {self.bias:%}"
+            )
+        return replace(
+            job,
+            scene=self.scene,
+            strategy=self.strategy,
+            limits=replace(job.limits, error=noise),
+            without=self.names,
+            bias=self.bias if self.names else None,
+        )
 
 
 def measured(scene: Scene, strategy: Strategy, names: tuple[str, ...], seed: int = 0, threads: int = 0) -> LeftOut:
@@ -139,6 +162,11 @@ def _compare(
 ) -> dict[N, Versus]:
     whole, less = run_in_turn(scene, strategy, variants, REPEATS, _samples(scene), _seed(seed), threads)
     return {name: Versus.of(whole, runs) for name, runs in less.items()}
+
+
+def samples_to_measure(scene: Scene) -> int:
+    """Return the samples per pixel that `measured` takes, of the scene with and without the effects together."""
+    return 2 * REPEATS * _samples(scene)
 
 
 def _samples(scene: Scene) -> int:

@@ -10,7 +10,7 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
-from equaltime.pricing.left_out import LeftOut, choose, measured
+from equaltime.quoting.left_out import LeftOut, choose, measured
 from equaltime.scene.effects.leaving import leave_out
 
 BOX = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
