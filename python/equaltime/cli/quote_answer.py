@@ -52,7 +52,8 @@ def answer(found: Quote, asked: Asked, verbose: bool = False) -> list[str]:
 
     ``verbose`` tells that details follow, so that the answer does not point to ``-v``.
     """
-    lines = [*_asked(found, asked), *_less(found, asked), *_doubt(found), *_biased(found), *_prices(found), *_noise(found)]
+    lines = [*_asked(found, asked), *_less(found, asked), *_doubt(found)]
+    lines += [*_biased(found), *_prices(found), *_noise(found)]
     if found.interrupted:
         lines.append(f"interrupted: the quote is from the {found.law.samples} samples a pixel until then")
     end = filter(

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from equaltime.scene.core import MeshData, read_obj, read_obj_by_material, read_ply
 from equaltime.scene.creases import Creased, creased
 from equaltime.scene.gltf import Contents, Triangles, split
+from equaltime.scene.lost_images import Lost
 from equaltime.scene.model import Bitmap, EnvMap, Gltf, MeshFile, Obj, Serialized, mesh_files
 from equaltime.scene.pictures import Texels, read_picture
 from equaltime.scene.search import Search, exists
@@ -166,9 +167,15 @@ class Assets:
         """Paths of all meshes, images and other files that were found while the scene was read."""
         return self._search.files
 
-    def lacks(self, filename: str) -> bool:
-        """Tell whether there is no file called `filename`."""
-        return not exists(self._search.find(split(filename)[0]))
+    def lost(self, filename: str) -> Lost | None:
+        """Return what replaces the image `filename` if it is missing; None if it is there.
+
+        An image that a glTF file names or contains counts as missing if it cannot be decoded.
+        """
+        name, fragment = split(filename)
+        if not exists(self._search.find(name)):
+            return Lost(f"missing image '{filename}'")
+        return None if fragment is None else self._within(self.path(name)).lost(fragment)
 
     def path(self, filename: str) -> Path:
         """Return the path of the file called `filename`, without a fragment.

@@ -8,6 +8,7 @@ white.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -68,8 +69,10 @@ def check_parts(resolved: Resolved, assets: Assets, report: Report) -> tuple[str
 
 def _hint(part: Plugin, assets: Assets) -> str:
     """Return how to go on without a missing image; empty for other problems."""
-    missing = isinstance(part, Bitmap | EnvMap) and assets.lacks(part.filename)
-    return "; --substitute replaces it" if missing else ""
+    with suppress(ValueError):
+        if isinstance(part, Bitmap | EnvMap) and assets.lost(part.filename) is not None:
+            return "; --substitute replaces it"
+    return ""
 
 
 def _one_line(message: str, places: list[str]) -> str:

@@ -471,7 +471,7 @@ def _finish(
     assets = Assets(search)
     done: tuple[Substitution, ...] = ()
     if root is not None and substitute:
-        root, done = substituted(root, assets.lacks)
+        root, done = substituted(root, assets.lost)
     resolved = Resolved(None, [], []) if root is None else resolve(unmerged(root, report), report)
     warnings = (*report.notes, *map(str, done), *check_parts(resolved, assets, report))
     report.raise_if_any()

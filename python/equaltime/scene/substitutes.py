@@ -3,7 +3,8 @@
 A substitute does not make the same image. It keeps the shape of objects, and the colours that can be carried over. A
 plugin without a similar substitute is left out. Without the request (``--substitute``), a scene with such plugins is
 refused, and the error names each with file and line. Tables list the plugins of Mitsuba 3 and Mitsuba 0.6 by name.
-Missing images are replaced on request, too: textures by grey, skies by a constant one. Missing meshes are errors.
+Missing images are replaced on request, too: textures by grey, skies by a constant one. So are images of glTF files
+that cannot be decoded. Missing meshes are errors.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from typing import Final
 
+from equaltime.scene.lost_images import Lost
 from equaltime.scene.model import OUTPUTS, OWN_OUTPUTS, PLUGINS, Kind
 from equaltime.scene.tree import Child, Object, Place, Plain, Ref
 from equaltime.words import nearest
@@ -87,35 +89,36 @@ def has_substitute(kind: Kind, type: str) -> bool:
     return type in SUBSTITUTES.get(kind, {}) or (kind in FALLBACKS and _is_known(kind, type))
 
 
-def substituted(root: Object, lacks: Callable[[str], bool]) -> tuple[Object, tuple[Substitution, ...]]:
+def substituted(root: Object, lost: Callable[[str], Lost | None]) -> tuple[Object, tuple[Substitution, ...]]:
     """Replace all plugins and parameters in the scene `root` that cannot be rendered, or leave them out.
 
-    `lacks` tells whether the file of an image is missing. Return the new root, and the list of replaced or omitted
-    plugins, parameters and images. A substitute is a similar plugin, but does not give the same image.
+    `lost` returns what replaces an image by its name, or None if the image can be read. Return the new root, and the
+    list of replaced or omitted plugins, parameters and images. A substitute is a similar plugin, but does not give the
+    same image.
     """
-    replacer = _Replacer(root, lacks)
+    replacer = _Replacer(root, lost)
     scene = replacer.contents(root)
     done = (*replacer.done, *replacer.images())
     return replacer.without_references(scene) if replacer.gone else scene, done
 
 
 class _Replacer:
-    def __init__(self, root: Object, lacks: Callable[[str], bool]) -> None:
+    def __init__(self, root: Object, lost: Callable[[str], Lost | None]) -> None:
         self.done: list[Substitution] = []
         self.gone: set[str] = set()
         """Names of objects that are left out."""
-        self._lacks = lacks
+        self._lost = lost
         self._made: dict[Object, Object | None] = {}
-        self._greys: dict[str, dict[Place, None]] = {}
-        """Places of the textures that are replaced by grey, by the name of the missing image."""
+        self._constants: dict[tuple[str, str], dict[Place, None]] = {}
+        """Places of the textures that are replaced by a constant, by the missing image and the constant in words."""
         top = {child.name: child.node for child in root.children if child.name and isinstance(child.node, Object)}
         self._named = top | {node.id: node for node in root.objects() if node.id is not None}
 
     def images(self) -> Iterator[Substitution]:
         """Yield the missing images of textures, each once, with its first place and the number of others."""
-        for file, (first, *others) in self._greys.items():
+        for (image, by), (first, *others) in self._constants.items():
             more = f", here and in {len(others)} more place{'s' * (len(others) > 1)}" if others else ""
-            yield Substitution(str(first), f"missing image '{file}'", f"a grey of 0.5{more}")
+            yield Substitution(str(first), image, f"{by}{more}")
 
     def contents(self, node: Object) -> Object:
         """Return `node` with its contents replaced where needed."""
@@ -124,6 +127,8 @@ class _Replacer:
             if not isinstance(child.node, Object):
                 children.append(child)
             elif (made := self._object(child.node)) is not None:
+                if made is not child.node and node.type == "mesh_attribute":
+                    made = _squares(made)
                 children.append(child if made is child.node else Child(child.name, made))
             else:
                 self.gone |= {name for name in (child.node.id, child.name) if name}
@@ -154,8 +159,8 @@ class _Replacer:
         return self._made[node]
 
     def _substitute(self, node: Object) -> Object | None:
-        if file := self._missing_image(node):
-            return self._without_image(node, file)
+        if lost := self._lost_image(node):
+            return self._without_image(node, lost)
         inner = self.contents(node)
         kind = _family(node)
         if kind is None:
@@ -179,21 +184,22 @@ class _Replacer:
         name = child.node.id if isinstance(child.node, Ref) else child.node.data
         return self._named.get(name) if isinstance(name, str) else None
 
-    def _missing_image(self, node: Object) -> str:
-        """Return the name of the missing image that a texture or sky shows, or that `node` needs; else empty."""
+    def _lost_image(self, node: Object) -> Lost | None:
+        """Return the image that a texture or sky shows, or that `node` needs, if it is lost; else None."""
         if node.type in ("bitmap", "envmap"):
             names = (c.node.data for c in node.children if c.name == "filename" and isinstance(c.node, Plain))
-            return next((name for name in names if isinstance(name, str) and self._lacks(name)), "")
+            return next(filter(None, (self._lost(name) for name in names if isinstance(name, str))), None)
         if node.type not in ("bumpmap", "mask", "normalmap", "spot"):  # these do not take a grey
-            return ""
+            return None
         textures = [inner for child in node.children if (inner := self._target(child)) and inner.type == "bitmap"]
-        return next(filter(None, map(self._missing_image, textures)), "")
+        found = next(filter(None, map(self._lost_image, textures)), None)
+        return None if found is not None and found.of_material and node.type == "mask" else found
 
-    def _without_image(self, node: Object, file: str) -> Object | None:
-        """Return the substitute of `node`, whose image `file` is missing."""
+    def _without_image(self, node: Object, lost: Lost) -> Object | None:
+        """Return the substitute of `node`, whose image is lost."""
         if node.type == "bitmap":
-            self._greys.setdefault(file, {})[node.place_of("filename")] = None
-            return FALLBACKS["texture"](dataclasses.replace(node, kind="texture"))[0]
+            self._constants.setdefault((lost.image, lost.by), {})[node.place_of("filename")] = None
+            return _constant(node, lost.value)
         kind: Kind = "emitter" if node.type in ("envmap", "spot") else "bsdf"
         made: Object | None
         if node.type == "envmap":
@@ -204,7 +210,7 @@ class _Replacer:
             made, words = dataclasses.replace(surface, id=node.id, key=node.key), f"the '{surface.type}' in it"
         else:
             made, words = _diffuse(dataclasses.replace(node, kind=kind))
-        self.done.append(Substitution(str(node.place), f"{kind} '{node.type}' of the missing image '{file}'", words))
+        self.done.append(Substitution(str(node.place), f"{kind} '{node.type}' of the {lost.image}", words))
         return made
 
     def _surface(self, child: Child) -> Object | None:
@@ -266,6 +272,20 @@ def _as(kind: Kind, type: str, names: Mapping[str, str] | None = None, **extra: 
 
 def _same(*names: str) -> dict[str, str]:
     return {name: name for name in names}
+
+
+def _constant(node: Object, value: tuple[float, ...]) -> Object | None:
+    """Return a texture that is the same everywhere: one number, or a colour in linear sRGB."""
+    if len(value) == 1:
+        return _as("texture", "uniform", value=value[0])(node)[0]
+    return _as("texture", "srgb", color=value)(node)[0]
+
+
+def _squares(constant: Object) -> Object:
+    """Return a checkerboard of one colour, the only constant by which a mesh attribute can be multiplied."""
+    value = constant.children[0].node
+    colors = [Child(name, value) for name in ("color0", "color1")]
+    return dataclasses.replace(constant, type="checkerboard", children=colors)
 
 
 def _nothing(_node: Object) -> Made:

@@ -410,7 +410,10 @@ def test_the_command_quotes_without_an_effect_and_hands_on_the_render(
     ("words", "said"),
     [
         (["--without", "lense"], "unknown effect 'lense'; did you mean 'lens'?"),
-        (["--without", "long_paths=3", "--error", "5%"], "an error of 5 % cannot be reached: the effects left out make"),
+        (
+            ["--without", "long_paths=3", "--error", "5%"],
+            "an error of 5 % cannot be reached: the effects left out make",
+        ),
     ],
 )
 def test_a_quote_without_an_effect_has_the_errors_of_the_render(

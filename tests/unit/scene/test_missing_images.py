@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import equaltime as et
 from equaltime.cli import main
 from equaltime.scene import model as m
+
+from .gltf_files import SQUARE, Builder
 
 HALL = """<scene version="3.0.0">
 <sensor type="perspective"><film type="hdrfilm"><integer name="width" value="8"/></film></sensor>
@@ -80,3 +84,105 @@ def test_a_surface_that_contains_itself_is_refused(hall: Path) -> None:
     hall.write_text(HALL.replace('<bsdf type="mask">', '<bsdf type="mask" id="loop"><ref id="loop"/>'))
     with pytest.raises(et.SceneError, match="the object contains itself"):
         et.load(hall, substitute=True)
+
+
+PNG = b"\x89PNG, damaged"
+BASIS: dict[str, Any] = {"extensions": {"KHR_texture_basisu": {"source": 0}}}
+
+
+def square(image: dict[str, Any], texture: dict[str, Any] | None = None, **more: Any) -> Builder:
+    """Return a square whose material has one image for everything, with a factor for each use."""
+    builder, use = Builder(), {"index": 0}
+    uvs = [[0, 0], [1, 0], [1, 1], [0, 1]]
+    mesh = builder.mesh(SQUARE, [0, 1, 2, 0, 2, 3], TEXCOORD_0=uvs, material=0, **more)
+    builder.node(mesh=mesh)
+    factors = {"baseColorFactor": [1.0, 0.5, 0.25, 0.75], "metallicFactor": 0.25, "roughnessFactor": 0.5}
+    surface = {"baseColorTexture": use, "metallicRoughnessTexture": use, **factors}
+    light = {"emissiveTexture": use, "emissiveFactor": [0.5, 1, 1], "alphaMode": "BLEND"}
+    builder.add("materials", {"pbrMetallicRoughness": surface, "normalTexture": use, "occlusionTexture": use, **light})
+    builder.json |= {"images": [image], "textures": [texture or {"source": 0}]}
+    if texture is BASIS:
+        builder.json |= {"extensionsUsed": ["KHR_texture_basisu"], "extensionsRequired": ["KHR_texture_basisu"]}
+    return builder
+
+
+def lost(builder: Builder, file: Path) -> et.Scene:
+    """Write a file, see that it is refused once and with advice, and return the scene with substitutes."""
+    written = builder.glb(file) if file.suffix == ".glb" else builder.gltf(file)
+    with pytest.raises(et.SceneError) as error:
+        et.load(written)
+    (problem,) = map(str, error.value.problems)
+    assert problem.startswith(f"{file}: materials[0]: ")
+    assert problem.endswith("; --substitute replaces it")
+    return et.load(written, substitute=True)
+
+
+@pytest.mark.parametrize("name", ["model.gltf", "model.glb"])
+@pytest.mark.parametrize(
+    ("image", "texture", "told"),
+    [
+        ({"uri": "gone%20%C3%A4.png"}, None, "missing image 'gone%20%C3%A4.png'"),
+        ({"uri": "data:image/png;base64,AAAA"}, None, "unreadable image 'images[0]'"),
+        (None, None, "unreadable image 'images[0]'"),
+        (None, BASIS, "unreadable image 'textures[0]'"),
+    ],
+)
+def test_lost_images_of_gltf_leave_the_factors(
+    name: str, image: dict[str, Any] | None, texture: dict[str, Any] | None, told: str, tmp_path: Path
+) -> None:
+    builder = square(image or {}, texture)
+    if image is None:
+        builder.json["images"] = [{"bufferView": builder.view(PNG), "mimeType": "image/png"}]
+    scene = lost(builder, tmp_path / name)
+    place = f"{tmp_path / name}: materials[0]"
+    assert [str(done) for done in scene.substitutions] == [
+        f"{place}: the bsdf 'normalmap' of the {told} is replaced by the 'principled' in it",
+        f"{place}: the {told} is replaced by the factor alone",
+        f"{place}: the {told} is replaced by a grey of 0.5 times the factor",
+    ]
+    (shape,) = scene.model.shapes
+    assert isinstance(shape, m.Gltf)
+    assert isinstance(shape.bsdf, m.Mask)
+    assert shape.bsdf.opacity == 0.75
+    inner = shape.bsdf.bsdf
+    assert isinstance(inner, m.Principled)
+    assert (inner.base_color, inner.metallic, inner.roughness) == ((0.5, 0.25, 0.125), 0.25, 0.5)
+    assert isinstance(shape.emitter, m.Area)
+    assert shape.emitter.radiance == (0.375, 0.75, 0.75)
+
+
+def test_vertex_colors_are_multiplied_by_the_factor_of_a_lost_image(tmp_path: Path) -> None:
+    scene = lost(square({"uri": "gone.png"}, COLOR_0=[[1, 0, 0, 0.5]] * 4), tmp_path / "model.gltf")
+    (shape,) = scene.model.shapes
+    assert isinstance(shape, m.Gltf)
+    assert isinstance(shape.bsdf, m.Mask)
+    grey, color = (0.75,) * 3, (0.5, 0.25, 0.125)
+    assert shape.bsdf.opacity == m.MeshAttribute(name="vertex_alpha", times=m.Checkerboard(color0=grey, color1=grey))
+    assert isinstance(shape.bsdf.bsdf, m.Principled)
+    assert shape.bsdf.bsdf.base_color == m.MeshAttribute(
+        name="vertex_color", times=m.Checkerboard(color0=color, color1=color)
+    )
+
+
+def test_a_texture_of_basis_that_nothing_uses_is_no_error(tmp_path: Path) -> None:
+    builder = square({"uri": "gone.ktx2"}, BASIS)
+    builder.json["materials"] = [{}]
+    assert et.load(builder.gltf(tmp_path / "model.gltf")).substitutions == ()
+
+
+def test_a_buffer_that_is_missing_stays_one_error(tmp_path: Path) -> None:
+    file = square({"uri": "gone.png"}).gltf(tmp_path / "model.gltf")
+    content = json.loads(file.read_text())
+    content["buffers"][0]["uri"] = "gone.bin"
+    file.write_text(json.dumps(content))
+    with pytest.raises(et.SceneError) as error:
+        et.load(file, substitute=True)
+    (problem,) = map(str, error.value.problems)
+    missing = f"{file}: buffers[0].uri: no such file: {tmp_path / 'gone.bin'}"
+    assert problem == f"{file}: meshes[0].primitives[0]: {missing}"
+
+
+def test_a_scene_with_lost_images_of_gltf_is_converted_to_one_that_needs_no_substitutes(tmp_path: Path) -> None:
+    file = square({"uri": "gone.png"}).gltf(tmp_path / "model.gltf")
+    assert main(["convert", str(file), str(tmp_path / "scene.toml"), "--substitute"]) == 0
+    assert et.load(tmp_path / "scene.toml").substitutions == ()

@@ -37,8 +37,9 @@ extensions                 see `MAPPING`; extensions of materials mostly become 
 
 README.md in this folder lists every property. A file without lights gets a sky and a sun (``-D sky=`` and ``-D sun=``
 set them). The scene's warnings list the properties of the file that are not used. ``equaltime info`` shows the
-counterparts of the file's extensions. Compressed data (Draco, meshopt, Basis) and other unsupported extensions that a
-file requires are refused.
+counterparts of the file's extensions. Compressed meshes (Draco, meshopt) and other unsupported extensions that a file
+requires are refused. Images that are missing or cannot be decoded, such as images of Basis, are errors where a material
+uses them. ``--substitute`` replaces them by the material's factors, and leaves normal maps out.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +17,13 @@ from equaltime.scene.gltf.document import Document, Malformed, parse
 from equaltime.scene.gltf.extent import check_extent
 from equaltime.scene.gltf.poses import Pose, at_time
 from equaltime.scene.gltf.primitives import Source, Triangles, mirrored_uvs, read
-from equaltime.scene.gltf.textures import bake
+from equaltime.scene.gltf.textures import bake, lost
+from equaltime.scene.lost_images import Lost
 from equaltime.scene.pictures import Texels
 
 __all__ = ["Contents", "split"]
 
+Value = TypeVar("Value")
 _NAME: Final = re.compile(r"(.*\.(?:gltf|glb))#(.*)", re.IGNORECASE | re.DOTALL)
 _PRIMITIVE: Final = re.compile(
     r"(?:/animations/(?P<animation>\d{1,9})/(?P<time>-?\d{1,20}(?:\.\d{1,40})?(?:e[-+]?\d{1,3})?))?"
@@ -105,7 +107,15 @@ class Contents:
         Raises ValueError if the bitmap does not exist or is malformed.
         """
         with self._told():
-            return self._bitmap(fragment)
+            return self._parameter(fragment, bake)
+
+    def lost(self, fragment: str) -> Lost | None:
+        """Return what replaces the bitmap named `fragment` if its image cannot be read; None if it can.
+
+        Raises ValueError if the bitmap does not exist or is malformed.
+        """
+        with self._told():
+            return self._parameter(fragment, lost)
 
     @contextmanager
     def _told(self) -> Iterator[None]:
@@ -140,12 +150,12 @@ class Contents:
             self._poses[key] = Pose(self._document) if still else at_time(self._document, int(key[0]), float(key[1]))
         return self._poses[key]
 
-    def _bitmap(self, fragment: str) -> Texels:
+    def _parameter(self, fragment: str, read: Callable[[Document, int, str], Value]) -> Value:
         match = _BITMAP.fullmatch(fragment)
         try:
             if match is None:
                 raise KeyError(fragment)
-            return bake(self._document, int(match[1]), match[2])
+            return read(self._document, int(match[1]), match[2])
         except (IndexError, KeyError):
             expected = "expected #/materials/0/base_color or the like"
             raise Malformed(("", f"has no bitmap '#{fragment}'; {expected}")) from None

@@ -18,11 +18,11 @@ from typing import Any, Final
 from urllib.parse import unquote, unquote_to_bytes
 
 from equaltime.scene.gltf.rules import Problems
-from equaltime.scene.gltf.schema import DOCUMENT, MAPPING, UNREADABLE, typed
+from equaltime.scene.gltf.schema import BASIS, DOCUMENT, MAPPING, UNREADABLE, typed
 from equaltime.scene.gltf.surfaces import capped
 from equaltime.words import shortened, suggestion
 
-__all__ = ["NOT_USED", "Document", "Malformed", "parse"]
+__all__ = ["NOT_USED", "Document", "Malformed", "Unreadable", "parse"]
 
 NOT_USED: Final = "not used"
 """Entry in `Document.extensions` for an extension without a counterpart."""
@@ -41,6 +41,10 @@ class Malformed(ValueError):
     def __init__(self, *problems: tuple[str, str]) -> None:
         self.problems = problems
         super().__init__("; ".join(f"{place}: {message}" if place else message for place, message in problems))
+
+
+class Unreadable(Malformed):
+    """Error in a glTF file: an image is missing, or its data cannot be decoded."""
 
 
 @dataclass(eq=False)
@@ -260,9 +264,12 @@ def _version(document: Mapping[str, Any]) -> Problems:
 
 
 def _unreadable(document: Mapping[str, Any]) -> Problems:
-    """Yield required extensions that are not supported, and data in compressed forms that are not read."""
+    """Yield required extensions that are not supported, and meshes in compressed forms that are not read.
+
+    An image in such a form is found where a material uses it.
+    """
     for i, name in enumerate(document.get("extensionsRequired", [])):
-        if name not in MAPPING:
+        if name not in MAPPING and name != BASIS:
             hint = f": {UNREADABLE[name]}" if name in UNREADABLE else suggestion(name, MAPPING)
             yield f"extensionsRequired[{i}]", f"the extension {shortened(name, 60)} is not supported{hint}"
     required = document.get("extensionsRequired", [])
@@ -272,13 +279,10 @@ def _unreadable(document: Mapping[str, Any]) -> Problems:
 
 
 def _compressed(document: Mapping[str, Any]) -> Problems:
-    """Yield place and extension of data that exists in a compressed form only."""
+    """Yield place and extension of meshes that exist in a compressed form only."""
     for m, mesh in enumerate(document.get("meshes", [])):
         for p, primitive in enumerate(mesh["primitives"]):
             draco = "KHR_draco_mesh_compression" in primitive.get("extensions", {})
             indices = [*primitive["attributes"].values()]
             if draco and all("bufferView" not in document["accessors"][i] for i in indices):
                 yield f"meshes[{m}].primitives[{p}]", "KHR_draco_mesh_compression"
-    for t, texture in enumerate(document.get("textures", [])):
-        if "source" not in texture and "KHR_texture_basisu" in texture.get("extensions", {}):
-            yield f"textures[{t}]", "KHR_texture_basisu"

@@ -26,7 +26,7 @@ from equaltime.scene.gltf.rules import (
     text,
 )
 
-__all__ = ["DOCUMENT", "MAPPING", "MATERIAL_EXTENSIONS", "UNREADABLE", "typed"]
+__all__ = ["BASIS", "DOCUMENT", "MAPPING", "MATERIAL_EXTENSIONS", "UNREADABLE", "typed"]
 
 MAPPING: Final = {
     "EXT_mesh_gpu_instancing": "instances",
@@ -94,14 +94,16 @@ def _class_in(hint: Any) -> type | None:
     return next((found for part in get_args(hint) if (found := _class_in(part)) is not None), None)
 
 
+BASIS = "KHR_texture_basisu"
+"""Extension that stores images in a form that is not supported."""
 UNREADABLE = {
     "EXT_meshopt_compression": "decode it first, for example with gltf-transform copy",
     "KHR_draco_mesh_compression": "decode it first, for example with gltf-transform copy",
     "KHR_meshopt_compression": "decode it first, for example with gltf-transform copy",
-    "KHR_texture_basisu": "convert the textures to PNG or JPEG",
+    BASIS: "convert the textures to PNG or JPEG",
 }
-"""Extensions that store data in a form that is not supported, with advice for the user. A file is refused if data is
-stored only in such a form."""
+"""Extensions that store data in a form that is not supported, with advice for the user. A file is refused if a mesh is
+stored only in such a form, or an image that a material uses."""
 
 _unit, _positive, _color = number(0.0, 1.0), number(0.0), numbers(3, 0.0, 1.0)
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
@@ -16,14 +17,17 @@ from numpy.typing import NDArray
 
 from equaltime.errors import ImageError
 from equaltime.images.reading import excess
-from equaltime.scene.gltf.document import Document, Malformed
+from equaltime.scene.gltf.document import Document, Malformed, Unreadable
 from equaltime.scene.gltf.extent import check_texels
+from equaltime.scene.gltf.schema import BASIS, UNREADABLE
 from equaltime.scene.gltf.slots import Slot
 from equaltime.scene.gltf.surfaces import look
+from equaltime.scene.lost_images import GREY, Lost
 from equaltime.scene.picture_colors import REC709, luminance_weights, rgb_of_luminance_chroma
 from equaltime.scene.pictures import Stored, Texels, largest, read_stored
+from equaltime.words import shortened
 
-__all__ = ["MIRRORED", "bake", "bitmap_parameters"]
+__all__ = ["MIRRORED", "bake", "bitmap_parameters", "lost"]
 
 MIRRORED: Final = "_mirrored"
 """Suffix of the name of a normal map for triangles on which the texture appears mirrored."""
@@ -49,6 +53,36 @@ def bake(document: Document, material: int, name: str) -> Texels:
     return _turned(found) if name.endswith(MIRRORED) else found
 
 
+def lost(document: Document, material: int, name: str) -> Lost | None:
+    """Return what replaces the bitmap of a parameter whose image cannot be read; None if the image can be read.
+
+    The parameter is `name` of material `material`. Its factor alone replaces the bitmap, times 0.5 for a base colour.
+    Raises `Malformed` and KeyError as `bake` does.
+    """
+    try:
+        bake(document, material, name)
+    except Unreadable as error:
+        seen = look(document.gltf.materials[material])
+        slot = seen.slots[name.removesuffix(MIRRORED)]
+        colored = name == "base_color" or (seen.unlit and name == "radiance")
+        value = tuple((GREY if colored else 1.0) * number for number in slot.constant)
+        by = f"a grey of {GREY:g} times the factor" if colored else "the factor alone"
+        return Lost(_image(document, slot, error), value, by, of_material=True)
+    return None
+
+
+def _image(document: Document, slot: Slot, error: Unreadable) -> str:
+    """Return a lost image in words: ``missing image 'wood.png'``."""
+    assert slot.texture is not None
+    with suppress(Unreadable):
+        index = _source(document, slot.texture.index)
+        uri = document.gltf.images[index].uri
+        if uri is None or uri.startswith("data:"):
+            return f"unreadable image 'images[{index}]'"
+        return f"{'missing' if document.size_of(uri) == 0 else 'unreadable'} image '{shortened(uri, 60)[1:-1]}'"
+    return f"unreadable image 'textures[{slot.texture.index}]'"
+
+
 def _turned(normals: Texels) -> Texels:
     """Return normals with their second component (green) inverted."""
     texels = normals.texels.copy()
@@ -62,7 +96,9 @@ def _source(document: Document, texture: int) -> int:
     webp = (found.extensions or {}).get("EXT_texture_webp", {})
     source = webp.get("source") if found.source is None else found.source
     if source is None:
-        raise Malformed((f"textures[{texture}]", "has no 'source' that can be read"))
+        stored = f"the data is stored by {BASIS}, which is not supported: {UNREADABLE[BASIS]}"
+        basis = BASIS in (found.extensions or {})
+        raise Unreadable((f"textures[{texture}]", stored if basis else "has no 'source' that can be read"))
     return int(source)
 
 
@@ -111,17 +147,21 @@ def _decode(document: Document, index: int, check: Check) -> tuple[NDArray[Any],
     """
     image, place = document.gltf.images[index], f"images[{index}]"
     if image.bufferView is not None:
-        return _from_bytes(bytes(document.view(image.bufferView)), place, check)
+        try:
+            content = bytes(document.view(image.bufferView))
+        except Malformed as error:
+            raise Unreadable(*error.problems) from error
+        return _from_bytes(content, place, check)
     if image.uri is None:
-        raise Malformed((place, "needs a 'uri' or a 'bufferView'"))
-    if image.uri.startswith("data:"):
-        return _from_bytes(document.resource(image.uri, f"{place}.uri"), place, check)
+        raise Unreadable((place, "needs a 'uri' or a 'bufferView'"))
     try:
+        if image.uri.startswith("data:"):
+            return _from_bytes(document.resource(image.uri, f"{place}.uri"), place, check)
         path = document.locate(document.relative(image.uri, f"{place}.uri"))
-    except Malformed:
-        raise
+    except Malformed as error:
+        raise Unreadable(*error.problems) from error
     except ValueError as error:
-        raise Malformed((f"{place}.uri", str(error))) from error
+        raise Unreadable((f"{place}.uri", str(error))) from error
     return _from_file(path, place, check)
 
 
@@ -129,7 +169,7 @@ def _from_bytes(content: bytes, place: str, check: Check) -> tuple[NDArray[Any],
     """Decode bytes through a private file, because OpenImageIO's Python module reads files only."""
     suffix = next((suffix for magic, suffix in SUFFIXES.items() if content.startswith(magic)), None)
     if suffix is None:
-        raise Malformed((place, "is no PNG, JPEG or WebP image"))
+        raise Unreadable((place, "is no PNG, JPEG or WebP image"))
     with tempfile.TemporaryDirectory(prefix="equaltime-") as folder:
         path = Path(folder) / f"image{suffix}"
         path.write_bytes(content)
@@ -148,7 +188,7 @@ def _from_file(path: Path, place: str, check: Check) -> tuple[NDArray[Any], tupl
         stored = read_stored(path, ("uint8", "uint16"), checked)
     except ImageError as error:
         message = str(error).removeprefix(f"{path}: ").replace(str(path), path.name)  # the path may be a private file
-        raise Malformed((place, f"cannot be read as an image: {message}")) from error
+        raise Unreadable((place, f"cannot be read as an image: {message}")) from error
     for name in IGNORED:
         stored.account.attribute(name)
     if (number := stored.account.attribute("Orientation", 1)) is not None:
