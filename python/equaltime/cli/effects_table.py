@@ -10,7 +10,6 @@ from rich.table import Table
 
 from equaltime.cli.messages import MOST_LINES, WAYS, plain_console, print_line
 from equaltime.pricing import Price, PriceList
-from equaltime.pricing.prices import LITTLE, is_little
 from equaltime.quoting.light_parts import lamp
 from equaltime.rendering.stated import other_depth
 from equaltime.statistics.intervals import Interval
@@ -23,6 +22,9 @@ _MOST_LIGHTS = 3
 _OTHER_LINES = 8
 """Lines beside the rows of the table: two of the answer, heading, meaning of `_NONE`, two below, other depth, what
 ``-v`` adds."""
+_FAR: Final = 0.1
+"""Largest relative error of the picture without an effect at which leaving it out is proposed: beyond, the picture is
+clearly another one."""
 _MUCH: Final = 0.5
 """Smallest share of the noise of an effect at which its sentence in `_HINTS` is told: below, little is gained."""
 _HINTS: Final = {
@@ -40,13 +42,14 @@ _SHARES = {
 }
 
 
-def print_effects(found: PriceList, name: str, verbose: bool) -> None:
+def print_effects(found: PriceList, name: str, command: str, verbose: bool) -> None:
     """Print which effects (features such as media) make the scene ``name`` slow, and which could be left out.
 
-    The output has at most `MOST_LINES` lines, unless ``verbose`` asks for all numbers.
+    ``command`` renders the scene, and gets the option that leaves an effect out. The output has at most `MOST_LINES`
+    lines, unless ``verbose`` asks for all numbers.
     """
     console = plain_console()
-    for line in (_answer(found, name), _proposal(found)):
+    for line in (_answer(found, name), _proposal(found, command)):
         print_line(console, line)
     priced = [price for price in found.prices if price.instead is not None]
     rows = list(found.prices) if verbose else sorted(priced, key=_cost, reverse=True)[: MOST_LINES - _OTHER_LINES]
@@ -105,26 +108,33 @@ def _measured(price: Price) -> str:
     return " and ".join(f"{_brief(share)} of the {what}" for share, what in shares if _value(share))
 
 
-def _proposal(found: PriceList) -> str:
-    """Return a line with the options that leave out effects at a small error, and what each saves.
+def _proposal(found: PriceList, command: str) -> str:
+    """Return a line with the step that saves most of all, what it saves, and the command that takes it.
 
-    If no effect can be left out, or if that saves nothing measurable, the line says so.
+    A step leaves an effect out, so that the picture is off by at most `_FAR`. If no step saves anything measurable, the
+    line says so.
     """
     named = {price.kind.name: price for price in found.prices if price.kind.name != "long_paths"}
     if found.cut is not None:
         named[f"long_paths={str(found.cut.instead).removeprefix('truncate=')}"] = found.cut
-    small = {name: price for name, price in named.items() if price.change is not None and is_little(price.change)}
-    told = [
-        f"--without {name} (at most {percent(price.change.high)}; saves {saved})"
-        for name, price in small.items()
-        if price.change is not None and (saved := _measured(price))
-    ]
-    limit = f"a picture off by at most {percent(LITTLE)}"
-    if told:
-        return f"Could be left out, for {limit}: {', '.join(told)}."
-    if small:
-        return f"Nothing is worth leaving out for {limit}: {', '.join(small)} would save nothing measurable."
-    return f"Nothing can be left out for {limit}."
+    steps = {name: price for name, price in named.items() if _is_near(price.change) and _saved(price) > 0.0}
+    limit = f"or a picture off by at most {percent(_FAR)}"
+    if not steps:
+        return f"No effect that can be left out f{limit} saves a measurable share of time or noise."
+    name, price = max(steps.items(), key=lambda step: _saved(step[1]))
+    assert price.change is not None
+    off = f"it is then off by at most {percent(price.change.high)}"
+    return f"F{limit}, you save most without {name}: {_measured(price)}; {off}: {command} --without {name}"
+
+
+def _is_near(change: Interval | None) -> bool:
+    """Tell whether a relative change of the image is at most `_FAR`, up to its upper end."""
+    return change is not None and change.trusted and change.high <= _FAR
+
+
+def _saved(price: Price) -> float:
+    """Return the share of the time to the same error that is saved without an effect, as far as it is measurable."""
+    return 1.0 - (1.0 - _value(price.time)) * (1.0 - _value(price.variance))
 
 
 def _table(prices: list[Price]) -> Table:

@@ -24,10 +24,10 @@ from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 from equaltime.words import Shown
 
-__all__ = ["LITTLE", "Price", "PriceList", "effects", "is_little"]
+__all__ = ["LITTLE", "Price", "PriceList", "effects"]
 
 LITTLE = 0.02
-"""Largest relative error of the image, without an effect (feature such as media), at which it may be left out."""
+"""Largest relative error of the image that a cut of long paths may make, for which `PriceList.cut` states the cost."""
 
 MOST_PIXELS = 128 * 128
 """Largest number of pixels of the film on which the cost of effects (features such as media) is measured, unless a size
@@ -232,10 +232,10 @@ def effects(
 
 def _depth_of_cut(truncated: Mapping[int, Interval]) -> int | None:
     """Return the smallest depth whose cut changes the image by at most `LITTLE`; None if no depth is known to."""
-    return next((depth for depth, error in truncated.items() if depth > 1 and is_little(error)), None)
+    return next((depth for depth, error in truncated.items() if depth > 1 and _is_little(error)), None)
 
 
-def is_little(change: Interval) -> bool:
+def _is_little(change: Interval) -> bool:
     """Tell whether a relative change of the image is at most `LITTLE`, up to its upper end."""
     return change.trusted and change.high <= LITTLE
 

@@ -1,6 +1,7 @@
 """The price list of effects: what is told of each, of which part of the picture, and how it is printed."""
 
 import json
+import shlex
 from importlib import import_module
 from pathlib import Path
 
@@ -18,6 +19,10 @@ from equaltime.scene.effects.kinds import KINDS, Reason
 from equaltime.statistics.intervals import Interval
 
 from ..scene.test_effects import CHECKED, ROOT, scene
+
+RENDER = "equaltime render b.toml -o b.exr"
+OFF = "it is then off by at most"
+NONE = "No effect that can be left out for a picture off by at most 10 % saves a measurable share of time or noise."
 
 
 def test_the_price_list_tells_what_is_called_for_and_what_is_free(capsys: pytest.CaptureFixture[str]) -> None:
@@ -83,9 +88,8 @@ def test_the_price_list_is_printed_and_pictures_show_what_changes(
     assert short[0].startswith("What makes cornell-box.toml slow: first of all long_paths (light that was ")
     assert short[1].startswith(
         (
-            "Could be left out, for a picture off by at most 2 %: --without long_paths=",
-            "Nothing is worth leaving out for a picture off by at most 2 %: long_paths=",
-            "Nothing can be left out",
+            "For a picture off by at most 10 %, you save most without long_paths=",
+            NONE,
         )
     )
     assert len(short) <= MOST_LINES
@@ -124,21 +128,21 @@ def test_a_share_that_is_not_above_zero_is_none_and_large_memory_is_in_mb(capsys
         "light": {"light 0: sun (/tmp/a/b.toml:3)": Interval(0.6, 0.5, 0.7)},
     }
     found = PriceList(prices, ("lens", "media"), shares, {}, {}, (8, 8), 8, 6, "best", 0, -1, -1)
-    print_effects(found, "b.toml", verbose=False)
+    print_effects(found, "b.toml", RENDER, verbose=False)
     lines = capsys.readouterr().out.splitlines()
     first, then = lines[0].split(". ")
     assert first.startswith("What makes b.toml slow: first of all principled")
     assert first.endswith(", 90 % ±10 of the noise; it cannot be left out")
     assert then == "Of what can be, first textures, 34 % ±4 of the noise."
     said = (
-        "Could be left out, for a picture off by at most 2 %: --without textures (at most 1.1 %; saves 34 % ±4 of the"
+        "For a picture off by at most 10 %, you save most without textures: 34 % ±4 of the noise; it is then off by at"
     )
-    assert lines[1] == f"{said} noise)."
+    assert lines[1] == f"{said} most 1.1 %: {RENDER} --without textures"
     assert lines[3].split() == ["textures", *["none", "measurable", "34", "%", "±4", "25", "MB", "1", "%", "±0.1"]]
     assert lines[4] == "none measurable: the lower end of the 95 % interval is 0 or less."
     assert "Always there: principled (90 % ±10 of the noise)." in lines
     assert lines[-1] == "2 other effects cost nothing here. -v shows reasons, places and all shares."
-    print_effects(found, "b.toml", verbose=True)
+    print_effects(found, "b.toml", RENDER, verbose=True)
     told = capsys.readouterr().out
     assert told.count("none measurable: the lower end of") == 1
     assert "(2: direct light): 1: 20 % ±10; 2 and more: 80 % ±10" in told
@@ -163,7 +167,9 @@ def test_the_answer_names_the_costliest_effect_and_whether_it_can_be_left_out(
         Price(KINDS["principled"], reasons, None, variance=fixed),
     )
     shares: dict[str, dict[str, Interval]] = {kind: {} for kind in ("length", "way", "bsdf", "light")}
-    print_effects(PriceList(prices, (), shares, {}, {}, (8, 8), 8, 6, "best", 0, -1, -1), "b.toml", verbose=False)
+    print_effects(
+        PriceList(prices, (), shares, {}, {}, (8, 8), 8, 6, "best", 0, -1, -1), "b.toml", RENDER, verbose=False
+    )
     assert capsys.readouterr().out.splitlines()[0].endswith(answer)
 
 
@@ -172,25 +178,53 @@ def test_much_noise_of_point_lights_has_a_hint(share: float, told: bool, capsys:
     reasons = (Reason("", "the scene as a whole"),)
     price = Price(KINDS["point_lights"], reasons, None, variance=Interval(share, share - 0.1, share + 0.1))
     shares: dict[str, dict[str, Interval]] = {kind: {} for kind in ("length", "way", "bsdf", "light")}
-    print_effects(PriceList((price,), (), shares, {}, {}, (8, 8), 8, 6, "best", 0, -1, -1), "b.toml", verbose=False)
+    print_effects(
+        PriceList((price,), (), shares, {}, {}, (8, 8), 8, 6, "best", 0, -1, -1), "b.toml", RENDER, verbose=False
+    )
     assert ("A larger, softer light" in capsys.readouterr().out.splitlines()[0]) == told
 
 
-def test_only_effects_that_save_something_are_proposed(capsys: pytest.CaptureFixture[str]) -> None:
-    reasons, little = (Reason("", "the scene as a whole"),), Interval(0.01, 0.009, 0.011)
-    idle = Price(KINDS["textures"], reasons, "their means", Interval(0.1, -0.1, 0.3), Interval(0.1, -0.1, 0.3), little)
-    cut = Price(KINDS["long_paths"], reasons, "truncate=4", Interval(0.2, 0.18, 0.22), None, little)
+def proposed(capsys: pytest.CaptureFixture[str], cut: Price | None, *prices: Price) -> str:
+    """Return the second line of the output for these prices."""
     shares: dict[str, dict[str, Interval]] = {kind: {} for kind in ("length", "way", "bsdf", "light")}
-
-    def second_line(cut: Price | None) -> str:
-        found = PriceList((idle,), (), shares, {}, {}, (8, 8), 8, 6, "best", 0, -1, -1, cut)
-        print_effects(found, "b.toml", verbose=False)
-        return capsys.readouterr().out.splitlines()[1]
-
-    assert second_line(cut).endswith(": --without long_paths=4 (at most 1.1 %; saves 20 % ±2 of the time).")
-    assert second_line(None) == (
-        "Nothing is worth leaving out for a picture off by at most 2 %: textures would save nothing measurable."
+    print_effects(
+        PriceList(prices, (), shares, {}, {}, (8, 8), 8, 6, "best", 0, -1, -1, cut), "b.toml", RENDER, verbose=False
     )
+    return capsys.readouterr().out.splitlines()[1]
+
+
+def priced(name: str, share: float, change: float, time: float = 0.0) -> Price:
+    """Return the price of an effect with these shares, 10 % more or less."""
+    about = [Interval(value, 0.9 * value, 1.1 * value) for value in (time, share, change)]
+    return Price(KINDS[name], (Reason("", "the scene as a whole"),), "its stand-in", *about)
+
+
+def test_the_effect_that_saves_most_is_proposed_whatever_it_is(capsys: pytest.CaptureFixture[str]) -> None:
+    cut = Price(KINDS["long_paths"], (), "truncate=4", Interval(0.2, 0.18, 0.22), None, Interval(0.01, 0.009, 0.011))
+    textures, lens, motion = priced("textures", 0.1, 0.01), priced("lens", 0.5, 0.05), priced("motion", 0.9, 0.5)
+    media = priced("media", 0.4, 0.01, time=0.4)
+    paths = proposed(capsys, cut, textures)
+    assert paths.endswith(f"without long_paths=4: 20 % ±2 of the time; {OFF} 1.1 %: {RENDER} --without long_paths=4")
+    assert f"without lens: 50 % ±5 of the noise; {OFF} 5.5 %: " in proposed(capsys, cut, textures, lens, motion)
+    assert "without media: 40 % ±4 of the noise and 40 % ±4 of the time; " in proposed(capsys, cut, lens, media)
+
+
+def test_where_no_effect_saves_anything_one_sentence_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    idle = Price(KINDS["textures"], (), "their means", *[Interval(0.1, -0.1, 0.3)] * 2, Interval(0.01, 0.009, 0.011))
+    unknown = Price(KINDS["lens"], (), "a pinhole", variance=Interval(0.5, 0.4, 0.6))
+    assert proposed(capsys, None, idle, unknown, priced("motion", 0.5, 0.2)) == NONE
+
+
+def test_the_proposed_command_has_the_options_and_can_be_pasted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "a box.toml").write_text((ROOT / "scenes" / "cornell-box.toml").read_text())
+    monkeypatch.chdir(tmp_path)
+    options = ["--size", "12x12", "--strategy", "mis"]
+    assert main(["effects", "a box.toml", "--quick", *options]) == 0
+    command = shlex.split(capsys.readouterr().out.splitlines()[1].rpartition("%: ")[2])
+    assert command[:-1] == ["equaltime", "render", "a box.toml", "-o", "a box.exr", *options, "--without"]
+    assert main([*command[1:], "--spp", "4", "--quiet"]) == 0
 
 
 def test_a_cut_that_changes_little_is_priced() -> None:
