@@ -170,12 +170,15 @@ class Assets:
     def lost(self, filename: str) -> Lost | None:
         """Return what replaces the image `filename` if it is missing; None if it is there.
 
-        An image that a glTF file names or contains counts as missing if it cannot be decoded.
+        An image that a glTF file names or contains counts as missing if it cannot be decoded. Other problems of the
+        file have no substitute, so the result is None; reading the image tells them.
         """
         name, fragment = split(filename)
         if not exists(self._search.find(name)):
             return Lost(f"missing image '{filename}'")
-        return None if fragment is None else self._within(self.path(name)).lost(fragment)
+        with suppress(ValueError):
+            return None if fragment is None else self._within(self.path(name)).lost(fragment)
+        return None
 
     def path(self, filename: str) -> Path:
         """Return the path of the file called `filename`, without a fragment.

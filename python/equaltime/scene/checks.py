@@ -8,7 +8,6 @@ white.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -69,10 +68,8 @@ def check_parts(resolved: Resolved, assets: Assets, report: Report) -> tuple[str
 
 def _hint(part: Plugin, assets: Assets) -> str:
     """Return how to go on without a missing image; empty for other problems."""
-    with suppress(ValueError):
-        if isinstance(part, Bitmap | EnvMap) and assets.lost(part.filename) is not None:
-            return "; --substitute replaces it"
-    return ""
+    lost = isinstance(part, Bitmap | EnvMap) and assets.lost(part.filename) is not None
+    return "; --substitute replaces it" if lost else ""
 
 
 def _one_line(message: str, places: list[str]) -> str:

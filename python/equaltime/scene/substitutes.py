@@ -127,7 +127,7 @@ class _Replacer:
             if not isinstance(child.node, Object):
                 children.append(child)
             elif (made := self._object(child.node)) is not None:
-                if made is not child.node and node.type == "mesh_attribute":
+                if node.type == "mesh_attribute" and self._lost_image(child.node):
                     made = _squares(made)
                 children.append(child if made is child.node else Child(child.name, made))
             else:

@@ -6,13 +6,14 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import equaltime as et
 from equaltime.cli import main
 from equaltime.scene import model as m
 
-from .gltf_files import SQUARE, Builder
+from .gltf_files import SQUARE, Builder, encoded
 
 HALL = """<scene version="3.0.0">
 <sensor type="perspective"><film type="hdrfilm"><integer name="width" value="8"/></film></sensor>
@@ -162,6 +163,19 @@ def test_vertex_colors_are_multiplied_by_the_factor_of_a_lost_image(tmp_path: Pa
     assert shape.bsdf.bsdf.base_color == m.MeshAttribute(
         name="vertex_color", times=m.Checkerboard(color0=color, color1=color)
     )
+
+
+def test_an_image_whose_numbers_cannot_be_used_has_no_substitute(tmp_path: Path) -> None:
+    """Factors that overflow are an error of the material, which no substitute hides."""
+    builder = square({})
+    pixels = np.full((2, 2, 3), 255, np.uint8)
+    builder.json["images"] = [{"bufferView": builder.view(encoded(pixels, tmp_path)), "mimeType": "image/png"}]
+    strength = {"KHR_materials_emissive_strength": {"emissiveStrength": 3e38}}
+    builder.json["materials"][0] |= {"emissiveFactor": [2, 2, 2], "extensions": strength, "alphaMode": "OPAQUE"}
+    file = builder.gltf(tmp_path / "model.gltf")
+    with pytest.raises(et.SceneError) as error:
+        et.load(file, substitute=True)
+    assert str(error.value).endswith("materials[0]: a texel of its radiance is not finite")
 
 
 def test_a_texture_of_basis_that_nothing_uses_is_no_error(tmp_path: Path) -> None:
