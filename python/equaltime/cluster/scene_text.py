@@ -15,12 +15,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from equaltime.errors import RenderError
+from equaltime.errors import Problem, RenderError, SceneError
 from equaltime.scene import Scene, load_dict
 from equaltime.scene.export import scene_dict
 from equaltime.strict_json import json_text
 
-__all__ = ["Files", "SceneText", "lacks", "scene_of", "store"]
+__all__ = ["Files", "SceneText", "copy_into", "lacks", "scene_of", "store"]
 
 Files = Sequence[tuple[str, int]]
 """Absolute path and size in bytes of each file that a scene needs."""
@@ -31,6 +31,8 @@ _SCENES: dict[str, Scene] = {}
 """The scenes that this process has loaded, by their digests."""
 _COPIES: list[Path] = []
 """The folder of copied files in this process, once there is one."""
+_PARENTS: list[str] = []
+"""The folder in which `_COPIES` is made; the system's folder of temporary files if there is none."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,10 @@ class SceneText:
 
         Raises SceneError if one of the scene's files is missing or has changed.
         """
-        text = json_text(scene_dict(scene.model, lambda name: _ROOT + scene.assets.absolute(name)))
+        try:
+            text = json_text(scene_dict(scene.model, lambda name: _ROOT + scene.assets.absolute(name)))
+        except ValueError as error:
+            raise SceneError((Problem("", str(error)),)) from error
         paths = sorted(path.absolute() for path in scene.assets.files if path.is_file())
         return cls(scene.digest, zlib.compress(text.encode()), tuple((str(p), p.stat().st_size) for p in paths))
 
@@ -84,6 +89,11 @@ def lacks(files: Files) -> bool:
     return not _at(Path("/"), files) and not _at(_copies(), files)
 
 
+def copy_into(folder: str) -> None:
+    """Let this process make its copies of files in ``folder``, which others delete if the process is killed."""
+    _PARENTS[:] = [folder]
+
+
 def store(path: str, offset: int, data: bytes) -> None:
     """Write ``data`` to the copy of a file in this process, from ``offset`` in bytes on; ``path`` is the original's.
 
@@ -109,7 +119,7 @@ def _below(root: Path, path: str) -> Path:
 def _copies() -> Path:
     """Return the folder of copied files, which lasts as long as this process."""
     if not _COPIES:
-        _COPIES.append(Path(tempfile.mkdtemp(prefix="equaltime-")))
+        _COPIES.append(Path(tempfile.mkdtemp(prefix="equaltime-", dir=_PARENTS[0] if _PARENTS else None)))
         atexit.register(shutil.rmtree, _COPIES[0], ignore_errors=True)
     return _COPIES[0]
 

@@ -9,8 +9,8 @@ import pytest
 
 import equaltime as et
 from equaltime.cluster import scene_text
-from equaltime.cluster.scene_text import SceneText, lacks, scene_of, store
-from equaltime.errors import RenderError
+from equaltime.cluster.scene_text import SceneText, copy_into, lacks, scene_of, store
+from equaltime.errors import RenderError, SceneError
 
 TERRAIN = Path(__file__).parents[3] / "scenes" / "terrain"
 OBJ = """v 0 0 0
@@ -25,6 +25,7 @@ def another_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Forget scenes and copies, as another process does not have them."""
     monkeypatch.setattr(scene_text, "_SCENES", {})
     monkeypatch.setattr(scene_text, "_COPIES", [])
+    monkeypatch.setattr(scene_text, "_PARENTS", [])
 
 
 def with_mesh(folder: Path) -> et.Scene:
@@ -57,6 +58,20 @@ def test_a_process_without_the_files_reads_copies(tmp_path: Path) -> None:
         store(str(tmp_path / "a b.obj"), offset, content[offset : offset + 10])
     assert not lacks(text.files)
     assert text.load().digest == scene.digest
+
+
+def test_copies_are_in_the_folder_that_was_given(tmp_path: Path) -> None:
+    copy_into(str(tmp_path))
+    store("/some where/a.obj", 0, OBJ.encode())
+    (found,) = tmp_path.glob("equaltime-*/some where/a.obj")
+    assert found.read_text() == OBJ
+
+
+def test_a_file_that_changed_before_the_text_was_made_is_an_error_of_the_scene(tmp_path: Path) -> None:
+    scene = with_mesh(tmp_path)
+    (tmp_path / "a b.obj").write_text(OBJ + "\n")
+    with pytest.raises(SceneError, match="the file has changed since the scene was loaded"):
+        SceneText.of(scene)
 
 
 def test_files_with_other_contents_are_refused(tmp_path: Path) -> None:
