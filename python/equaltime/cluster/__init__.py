@@ -39,9 +39,9 @@ def open_cluster(where: Any, output: str | os.PathLike[str] | None = None) -> It
     ----------
     where
         ``local:N`` for N processes on this machine, the address of a scheduler of Dask such as ``tcp://node1:8786``, a
-        ``distributed.Client``, or a ``concurrent.futures.Executor`` whose processes have equaltime. A cluster that
-        `open_cluster` yielded is yielded again. It stays open, as do a client and an executor. None stands for no
-        cluster, and yields None.
+        ``distributed.Client``, a cluster of Dask such as ``SLURMCluster``, or a ``concurrent.futures.Executor`` whose
+        processes have equaltime. A cluster that `open_cluster` yielded is yielded again. It stays open, as do clients,
+        clusters of Dask and executors. None stands for no cluster, and yields None.
     output
         OUT.exr of the render. Finished units (windows of the film with some samples) are kept in the folder
         OUT.exr.units until OUT.exr contains their samples.

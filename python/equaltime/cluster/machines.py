@@ -18,22 +18,27 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from distributed import Client, Future, wait
+from distributed import Client, Future, Worker, wait
 
 from equaltime.cluster.likeness import Likeness, likeness
-from equaltime.cluster.scene_text import Files, lacks, store
+from equaltime.cluster.scene_text import Files, copy_into, lacks, store
 from equaltime.cluster.tasks import Ended, Ground, Machine
 from equaltime.errors import EqualtimeError, EqualtimeWarning, RenderError
 
-__all__ = ["LOST", "Machines", "send_files", "workers_of"]
+__all__ = ["ALONE", "LOST", "SCHEDULER_LOST", "Machines", "alone_for", "reason_of", "send_files", "workers_of"]
+
+ALONE = 60.0
+"""Seconds without any worker that end a render or an experiment, if nothing but the user starts workers."""
+SCHEDULER_LOST = "the connection to the scheduler was lost; start it and its workers again"
+"""Error of a scheduler that has ended: its workers end with it."""
 
 LOST = (OSError, asyncio.CancelledError)
 """Errors of a question to a scheduler that is gone: Dask also cancels questions that have no answer yet."""
 
 _PART = 2**22
 """Bytes of a file that are sent at once: a message stays below 8 MB."""
-_CHECK_EVERY, _ALONE = 1.0, 60.0
-"""Seconds between two looks at the workers, and the seconds without any that end an experiment."""
+_CHECK_EVERY = 1.0
+"""Seconds between two looks at the workers."""
 _FETCH = 5.0
 """Seconds of waiting for a finished result until the worker is looked for again."""
 
@@ -53,9 +58,12 @@ class Machines:
     at a time.
     """
 
-    def __init__(self, client: Client) -> None:
-        """Examine the workers of ``client``; raise RenderError if none has a machine and a build like this process."""
-        self._client, self._here = client, likeness()
+    def __init__(self, client: Client, patience: float = ALONE) -> None:
+        """Examine the workers of ``client``; raise RenderError if none has a machine and a build like this process.
+
+        ``patience`` is the number of seconds without any worker after which the experiment ends.
+        """
+        self._client, self._patience, self._here = client, patience, likeness()
         self._known: dict[str, Likeness] = {}
         self._refused: dict[str, str] = {}
         """Why workers take no part, by their addresses."""
@@ -98,8 +106,8 @@ class Machines:
             raise RenderError(f"no worker of the cluster can take runs; {refused[0]}: {self._refused[refused[0]]}")
         if self.present:
             self._met = now
-        elif now - self._met > _ALONE:
-            raise RenderError(f"no worker of the cluster has been there for {_ALONE:g} s")
+        elif now - self._met > self._patience:
+            raise RenderError(f"{alone_for(self._patience)}, then repeat the command")
 
     def give(self, name: Any, machine: Machine, ground: Ground, function: Callable[..., Any], *arguments: Any) -> None:
         """Let ``machine``, which must be free, call ``function`` as a task.
@@ -155,7 +163,7 @@ class Machines:
             if isinstance(answer, OSError):
                 continue  # it has left
             if not isinstance(answer, Likeness):
-                self._refuse(address, f"{type(answer).__name__}: {answer}")
+                self._refuse(address, reason_of(answer))
                 continue
             self._known[address] = answer
             if why := self._here.differences(answer):
@@ -187,7 +195,7 @@ class Machines:
         """
         key = (address, ground)
         if key not in self._grounds:
-            there = self._client.run(lacks, ground.scene.files, workers=[address], on_error="ignore")
+            there = self._client.run(_lacks, ground.scene.files, workers=[address], on_error="ignore")
             if there.get(address):
                 send_files(self._client, ground.scene.files, [address])
             sent = self._client.scatter(ground, workers=[address], hash=False)
@@ -214,7 +222,7 @@ class Machines:
                 raise error
             raise RenderError(f"the worker {address} failed ({type(error).__name__}: {error})") from error
         elif self._client.status != "running":
-            raise RenderError("the connection to the scheduler was lost")
+            raise RenderError(f"{SCHEDULER_LOST}, then repeat the command")
         self._forget(address)
         self._looked = -math.inf
         return Ended(task.name, task.machine, lost=task.ground.status != "error")
@@ -227,6 +235,12 @@ class Machines:
             except (TimeoutError, CancelledError, OSError):
                 if task.future.status != "finished" or task.machine.address not in workers_of(self._client):
                     return None
+
+
+def _lacks(files: Files, dask_worker: Worker) -> bool:
+    """Tell whether a worker needs copies of ``files``, which it makes in its own folder."""
+    copy_into(dask_worker.local_directory)
+    return lacks(files)
 
 
 def _build(ground: Ground) -> Any:
@@ -243,6 +257,18 @@ def workers_of(client: Client) -> Mapping[str, Any]:
         return client.scheduler_info(n_workers=-1).get("workers", {})  # type: ignore[no-any-return]  # Dask is not typed
     except LOST:
         return {}
+
+
+def alone_for(seconds: float) -> str:
+    """Return the error of a scheduler that has had no worker for ``seconds``."""
+    return f"no worker of the cluster has been there for {seconds:g} s; start workers"
+
+
+def reason_of(error: Exception) -> str:
+    """Return, in words, why a worker takes no part that answered with ``error``."""
+    if "No module named 'equaltime'" in str(error):  # Dask may have put the error into another one
+        return "equaltime is not installed there"
+    return f"{type(error).__name__}: {error}"
 
 
 def send_files(client: Client, files: Files, addresses: list[str]) -> None:

@@ -29,6 +29,11 @@ class SceneTeam:
         self.scene = SceneText.of(scene)
         self._kept = None if keep is None else KeptUnits(keep, scene.digest)
 
+    @property
+    def way_on(self) -> str:
+        """End of an error that tells how the render goes on."""
+        return ", then repeat the render" + " with --resume" * (self._kept is not None)
+
     def keep(self, unit: Unit, rendered: Rendered) -> None:
         """Save a rendered unit (window of the film, some samples) in the folder for finished units, if there is one."""
         if self._kept is not None:

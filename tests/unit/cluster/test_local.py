@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import logging
 import os
 import signal
 import subprocess
@@ -12,16 +14,18 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
 from multiprocessing import get_context
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import dask
 import pytest
-from distributed import Client
+from distributed import Client, LocalCluster, Status
 
 import equaltime as et
 from equaltime.cli import main
-from equaltime.cluster import dask_cluster
-from equaltime.cluster.dask_cluster import DaskCluster
+from equaltime.cluster import dask_cluster, scene_text
+from equaltime.cluster.dask_cluster import DaskCluster, DaskTeam
+from equaltime.cluster.scene_text import SceneText
 from equaltime.errors import EqualtimeWarning, RenderError
 
 from .daemons import at_progress, free_port, same, scheduler, worker
@@ -29,6 +33,8 @@ from .daemons import at_progress, free_port, same, scheduler, worker
 SCENE = et.load("cornell-box").with_(size=(128, 112))
 SAMPLES = 96
 HUNG = "3s"
+LONGEST = 60
+"""Seconds after which a test fails instead of waiting."""
 
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning", "ignore::ResourceWarning")
 
@@ -132,7 +138,9 @@ def test_a_scheduler_that_ends_leaves_what_is_finished(tmp_path: Path, here: et.
         dask.config.set({"distributed.comm.timeouts.connect": "2s"}),
         scheduler(port) as first,
         worker(port),
-        pytest.raises(RenderError, match="scheduler was lost"),
+        pytest.raises(
+            RenderError, match=r"scheduler was lost; start it and its workers again, then repeat .* --resume"
+        ),
     ):
         et.render(SCENE, spp=SAMPLES, cluster=address, checkpoint=output, observer=et.Observer.of(progress=kill))
     assert list((tmp_path / "a.exr.units").glob("*.npz"))
@@ -152,6 +160,106 @@ def test_a_worker_with_other_instructions_is_refused(here: et.Result) -> None:
             client.wait_for_workers(2)
             with pytest.warns(EqualtimeWarning, match="takes no part"):
                 assert same(et.render(SCENE, spp=SAMPLES, cluster=address), here)
+
+
+def test_a_worker_without_equaltime_takes_no_part(tmp_path: Path, here: et.Result) -> None:
+    (tmp_path / "equaltime.py").write_text("raise ModuleNotFoundError(\"No module named 'equaltime'\")")
+    port = free_port()
+    address = f"tcp://127.0.0.1:{port}"
+    refused = r"takes no part: equaltime is not installed there"
+    with scheduler(port), worker(port, PYTHONPATH=str(tmp_path)), Client(address) as client:
+        client.wait_for_workers(1, timeout=LONGEST)
+        with (
+            pytest.warns(EqualtimeWarning, match=refused),
+            pytest.raises(RenderError, match="no worker of the cluster"),
+        ):
+            et.render(SCENE, spp=2, cluster=address)
+        with worker(port):
+            client.wait_for_workers(2, timeout=LONGEST)
+            with pytest.warns(EqualtimeWarning, match=refused):
+                assert same(et.render(SCENE, spp=SAMPLES, cluster=address), here)
+
+
+def test_a_worker_that_cannot_try_the_scene_says_why(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(scene_text, "_PARENTS", [])
+    broken: Any = None
+    joining = dask_cluster._Joining("name", SceneText.of(SCENE), broken, "", 1)
+    there: Any = SimpleNamespace(resources={}, local_directory=str(tmp_path))
+
+    async def set_resources(**offered: int) -> None:
+        there.resources |= offered
+
+    there.set_resources = set_resources
+    asyncio.run(joining.setup(there))
+    assert joining.why == "AttributeError: 'NoneType' object has no attribute 'recipe'"
+    assert there.resources == {"name": 0}
+
+
+def test_a_worker_that_ends_tells_the_scheduler_nothing() -> None:
+    told: list[dict[str, int]] = []
+
+    async def set_resources(**offered: int) -> None:
+        told.append(offered)
+
+    joining = dask_cluster._Joining("name", SceneText.of(SCENE), dask_cluster.probe_unit(SCENE), "", 1)
+    for status in (Status.closing, Status.closing_gracefully, Status.running):
+        there: Any = SimpleNamespace(status=status, set_resources=set_resources)
+        asyncio.run(joining.teardown(there))
+    assert told == [{"name": 0}]
+
+
+def test_a_worker_that_joins_within_a_pass_gets_units(here: et.Result) -> None:
+    with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address="127.0.0.1:0") as local:
+        with DaskCluster.of(local, None) as made:
+            team = made.team(SCENE)
+            assert team.size == 1
+            local.scale(2)
+            last = time.monotonic() + LONGEST
+            while team.size == 1 and time.monotonic() < last:
+                team.check()
+                time.sleep(0.1)
+            assert team.size == 2
+        assert same(et.render(SCENE, spp=SAMPLES, cluster=local), here)
+
+
+def test_a_scheduler_without_workers_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dask_cluster, "_PATIENT", 0.0)
+    monkeypatch.setattr(dask_cluster, "_CHECK_EVERY", 0.0)
+    with LocalCluster(n_workers=0, processes=False, dashboard_address="127.0.0.1:0") as local, Client(local) as client:
+        impatient = DaskTeam(SCENE, None, client, 1, patience=0.0)
+        with pytest.raises(RenderError, match=r"for 0 s; start workers, then repeat the render$"):
+            impatient.check()
+        with DaskCluster.of(local, None) as queue:
+            team = queue.team(SCENE)
+            with pytest.warns(EqualtimeWarning, match=r"no worker; the render waits for one$"):
+                assert not team.check()
+            assert not team.check(), "no second warning, which would be an error"
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_workers_within_this_process_give_the_same_bits(here: et.Result, threads: int) -> None:
+    with (
+        LocalCluster(
+            n_workers=2, threads_per_worker=threads, processes=False, dashboard_address="127.0.0.1:0"
+        ) as local,
+        Client(local) as client,
+    ):
+        assert same(et.render(SCENE, spp=SAMPLES, cluster=client), here)
+        assert client.status == "running"
+    with pytest.raises(ValueError, match="the Client of Dask is closed; expected one that is connected"):
+        et.render(SCENE, spp=1, cluster=client)
+
+
+def test_dask_logs_nothing_of_a_connection_that_equaltime_made(cluster: DaskCluster) -> None:
+    address = cluster.client.scheduler.address
+    logger, handler = logging.getLogger("distributed"), logging.StreamHandler()
+    logger.addHandler(handler)
+    try:
+        with DaskCluster.at(address, None):
+            assert handler.level == logging.CRITICAL
+        assert handler.level == logging.NOTSET
+    finally:
+        logger.removeHandler(handler)
 
 
 def test_an_executor_of_processes_gives_the_same_bits(here: et.Result) -> None:
