@@ -106,9 +106,9 @@ def render(
         among these effects. If ``error`` is given, the bias also stays within half of ``error``.
     cluster
         Processes that take the samples: ``local:N`` for N processes on this machine, the address of a scheduler of Dask
-        such as ``tcp://node1:8786``, a ``distributed.Client``, or a ``concurrent.futures.Executor``. The image has the
-        bits of a render in this process (`equaltime.cluster`). With ``checkpoint``, samples that a process has
-        finished are kept beside that file until the file contains them.
+        such as ``tcp://node1:8786``, a ``distributed.Client``, a cluster of Dask such as ``SLURMCluster``, or a
+        ``concurrent.futures.Executor``. The image has the bits of a render in this process (`equaltime.cluster`). With
+        ``checkpoint``, samples that a process has finished are kept beside that file until the file contains them.
     show
         A viewer that receives the image after passes, at most a few times a second, and at the end.
     traps

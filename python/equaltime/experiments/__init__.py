@@ -81,9 +81,10 @@ def cost(
         Function that is called before the first render, with the experiment, as the options changed it, the measured
         times of other renderers that take part (`PeerTimes`), and the number of machines that take runs.
     cluster
-        Machines that take the runs, one run at a time: the address of a scheduler of Dask, a ``distributed.Client``, an
-        `equaltime.open_cluster` of Dask, or ``local:1``. A worker takes part only if its machine and build are like
-        this one's (`equaltime.cluster`). References and films are rendered in this process.
+        Machines that take the runs, one run at a time: the address of a scheduler of Dask, a ``distributed.Client``, a
+        cluster of Dask such as ``SLURMCluster``, an `equaltime.open_cluster` of Dask, or ``local:1``. A worker takes
+        part only if its machine and build are like this one's (`equaltime.cluster`). References and films are rendered
+        in this process.
 
     Returns
     -------
