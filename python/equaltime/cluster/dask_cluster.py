@@ -53,7 +53,7 @@ _HUNG = "30s"
 _SOON = 0.05
 """Seconds between two looks whether a worker has ended its probe."""
 _ADDED = 10.0
-"""Seconds in which a worker must have the plugin: it arrives before the question for it, but is added after it."""
+"""Seconds after which a worker without the plugin is refused: it could not read the plugin."""
 
 
 class DaskCluster:
@@ -210,7 +210,7 @@ class DaskTeam(SceneTeam):
         """Tell whether all waiting units must be submitted again, because the workers do nothing although work waits.
 
         A unit is a window of the film with some samples. The answer is True if all workers have ended and new workers
-        have joined. Raises RenderError if there has been no worker for a minute.
+        have joined. Raises RenderError if there has been no worker for too long.
         """
         now = time.monotonic()
         if now - self._looked < _CHECK_EVERY:

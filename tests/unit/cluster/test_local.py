@@ -29,6 +29,7 @@ from equaltime.cluster.scene_text import SceneText
 from equaltime.errors import EqualtimeWarning, RenderError
 
 from .daemons import at_progress, free_port, same, scheduler, worker
+from .test_scene_text import with_mesh
 
 SCENE = et.load("cornell-box").with_(size=(128, 112))
 SAMPLES = 96
@@ -220,6 +221,33 @@ def test_a_worker_that_joins_within_a_pass_gets_units(here: et.Result) -> None:
                 time.sleep(0.1)
             assert team.size == 2
         assert same(et.render(SCENE, spp=SAMPLES, cluster=local), here)
+
+
+def test_workers_get_copies_of_files_in_their_own_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A worker is there at the begin, and one joins within the pass; both ask for copies, though they see the files."""
+    for name in ("_COPIES", "_PARENTS"):
+        monkeypatch.setattr(scene_text, name, [])
+    monkeypatch.setattr(dask_cluster, "lacks", lambda files: not scene_text._at(scene_text._copies(), files))
+    with (
+        LocalCluster(
+            n_workers=1,
+            threads_per_worker=1,
+            processes=False,
+            dashboard_address="127.0.0.1:0",
+            local_directory=tmp_path,
+        ) as local,
+        DaskCluster.of(local, None) as made,
+    ):
+        team = made.team(with_mesh(tmp_path))
+        for size in (1, 2):
+            local.scale(size)
+            last = time.monotonic() + LONGEST
+            while team.size < size and time.monotonic() < last:
+                team.check()
+                time.sleep(0.1)
+            assert team.size == size
+            assert len(list(tmp_path.glob("dask-scratch-space/worker-*/equaltime-*/**/a b.obj"))) == size
+            scene_text._COPIES.clear()  # the next worker has none, like another process
 
 
 def test_a_scheduler_without_workers_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
