@@ -6,6 +6,12 @@ In large pictures a pixel's samples are one net (`equaltime.rendering.core.nets`
 is, and its size except for a factor. The true variance is between half of the variance from the halves and all of it,
 depending on the scene and the count.
 
+The halves are unequal unless the count N is a power of two: of 18 samples, the second half has 2. A bright sample x
+among independent samples adds ``x² / N²`` to the variance of their mean. But if it is one of n in the second half, the
+difference of the halves shows ``(N - n) / n`` times as much, and one pixel may make most of the image's error. So a
+pixel's variance is at most twice that of independent samples, which follows from the deviations of all its samples. If
+N is a power of two, a single bright sample shows its true part and stays below that bound.
+
 So some pixels, drawn at random, have a second net with its own random numbers. Its samples are not in the image. In
 these pixels two variances are known: ``V``, from the halves of a net, and the true variance, from the difference of the
 nets' means ``I₁`` and ``I₂``. The ratio of the true variance to ``V`` is
@@ -30,11 +36,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.film.error import PixelStatistics, pixel_statistics
-from equaltime.film.sums import others_count, others_sum
+from equaltime.film.sums import others_count, others_sum, sample_deviations
 
 __all__ = ["FEWEST", "Renders", "SecondNets", "second_nets", "statistics", "statistics_so_far"]
 
 Floats = NDArray[np.float64]
+
+_MOST_OVER_INDEPENDENT = 2.0
+"""Largest variance that the halves of a net may show, over the variance of as many independent samples. The mean over
+Gaussian noise loses a quarter by this bound, which the measured factor restores. By a bound of 1 it would lose half,
+and the factor would then enlarge the parts of bright samples."""
 
 FEWEST = 64
 """Fewest pixels with a second net (independent further samples) for which variances are corrected; with fewer, the
@@ -89,7 +100,7 @@ class SecondNets:
         The result is None if fewer than `FEWEST` pixels are known.
         """
         there = self.pixels >= 0
-        places, second = self.pixels[there], pixel_statistics(self.moments)
+        places, second = self.pixels[there], _by_halves(self.moments)
         first, other = (
             (image.mean.reshape(-1, 3)[places], image.variance.reshape(-1, 3)[places]),
             (second.mean[there], second.variance[there]),
@@ -123,8 +134,18 @@ def statistics(moments: NDArray[Any], second: SecondNets | None) -> PixelStatist
     ``moments`` (R, H, W) are the film's moments, of the type `equaltime.film.moments.DTYPE`. ``second`` holds the
     film's second nets, if any: further samples of some pixels that correct all variances.
     """
+    return pixel_statistics(moments) if second is None else second.calibrated(_by_halves(moments))
+
+
+def _by_halves(moments: NDArray[Any]) -> PixelStatistics:
+    """Return mean, variance and sample count of pixels whose two replicates are the halves of one net.
+
+    The variance from the difference of the halves is at most twice that of as many independent samples.
+    """
     pixels = pixel_statistics(moments)
-    return pixels if second is None else second.calibrated(pixels)
+    with np.errstate(over="ignore"):  # then there is no bound
+        independent = np.square(sample_deviations(moments)) / np.maximum(pixels.samples, 1)[..., None]
+    return replace(pixels, variance=np.minimum(pixels.variance, _MOST_OVER_INDEPENDENT * independent))
 
 
 class Renders(Protocol):

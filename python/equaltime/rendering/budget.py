@@ -1,7 +1,10 @@
 """Limits of a render: a number of samples, a time and an error; the first that is met ends the render.
 
 A render with an error target estimates its error at fixed sample counts, called looks, and may stop there. The counts
-grow by a factor of 1.4, whatever the target. The render stops when two looks in a row agree. The error that counts at a
+are the powers of two and the counts halfway between two of them: 8, 12, 16, 24, 32 and so on, whatever the target. At
+these counts low-discrepancy samples are even, and both groups whose difference shows the error have at least a third of
+the samples. A small second group would make the estimate of the error noisy. The render stops when two looks in a row
+agree. The error that counts at a
 look is the upper limit of the estimate, or 1.15 times the estimate if that is larger. The factor matters in a large
 image, where the interval is narrow. There an estimate can still be wrong because bright paths have not been met yet.
 The first of the two looks must find at most 1.2 times the target, the second at most the target. So a single low
@@ -20,7 +23,6 @@ images are unbiased.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
@@ -91,9 +93,6 @@ FIRST_LOOK = 8
 """Samples per pixel at which a render with an error target first estimates its error; fewer say too little about the
 error."""
 
-_GROWTH = 1.4
-"""Factor between the sample counts of looks."""
-
 _LEAST_DOUBT = 1.15
 """Least multiple of the estimate that is believed to be the error, however narrow its interval."""
 
@@ -154,13 +153,10 @@ class Look(NamedTuple):
 def next_look(samples: int) -> int:
     """Return the sample count per pixel at which a render next estimates its error to decide whether it stops.
 
-    The result is above ``samples``, the present count per pixel. The result is even, so that replicates (halves of the
-    samples) are of one size.
+    The result is above ``samples``, the present count per pixel. It is 2^k or 3 · 2^(k-1), and at least 8.
     """
-    count = FIRST_LOOK
-    while count <= samples:
-        count = 2 * math.ceil(0.5 * _GROWTH * count)
-    return count
+    power = 2 ** int(samples).bit_length()  # the first power of two above
+    return max(power if 4 * samples >= 3 * power else 3 * power // 4, FIRST_LOOK)
 
 
 class Looks:

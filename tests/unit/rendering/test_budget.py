@@ -27,20 +27,21 @@ def looked(error: Callable[[int], Interval], target: float) -> Looks:
     return looks
 
 
-def test_looks_grow_by_two_fifths_and_are_even() -> None:
+def test_looks_are_where_both_halves_of_a_net_are_large() -> None:
+    """The first half holds the largest power of two of samples below the count; the second, those after it."""
     counts = [look.samples for look in looked(falling(0.5), 0.01).made]
-    assert counts[:8] == [8, 12, 18, 26, 38, 54, 76, 108]
-    assert all(1.35 < after / before < 1.51 for before, after in itertools.pairwise(counts))
-    assert all(count % 2 == 0 for count in counts)
+    assert counts[:9] == [8, 12, 16, 24, 32, 48, 64, 96, 128]
+    assert all(4 * after in (6 * before, 16 * before / 3) for before, after in itertools.pairwise(counts))
+    assert [next_look(n) for n in (1, 9, 16, 17, 23, 24, 25, 31)] == [8, 12, 24, 24, 24, 32, 32, 32]
 
 
 @pytest.mark.parametrize("exponent", [0.5, 0.6, 0.75, 1.0])
 @pytest.mark.parametrize("target", [0.1, 0.02, 0.005])
 def test_a_render_stops_soon_after_its_error_is_surely_at_the_target(exponent: float, target: float) -> None:
-    """An error that is known exactly is believed to be 1.15 times as large; looks come at 1.4 times as many samples."""
+    """An error that is known exactly is believed to be 1.15 times as large; two looks take twice as many samples."""
     stopped = looked(falling(exponent), target).made[-1].samples
     needed = max((1.15 / target) ** (1.0 / exponent), FIRST_LOOK)
-    assert needed <= stopped <= 1.4 * 1.4 * needed + 4
+    assert needed <= stopped <= 2 * needed + 4
 
 
 def test_it_is_the_upper_limit_that_counts() -> None:
@@ -53,7 +54,7 @@ def test_a_narrow_interval_is_believed_no_more_than_a_wide_one() -> None:
 
 
 def test_two_looks_in_a_row_must_agree() -> None:
-    errors = {8: 0.2, 12: 0.01, 18: 0.2, 26: 0.115, 38: 0.099}
+    errors = {8: 0.2, 12: 0.01, 16: 0.2, 24: 0.115, 32: 0.099}
     looks = looked(lambda n: Interval(errors[n] / 1.2, 0.0, errors[n]), 0.1)
     assert [look.samples for look in looks.made] == [*errors], "the lucky look after 12 samples ends nothing"
 
@@ -66,14 +67,14 @@ def test_the_look_before_may_be_a_fifth_above_and_no_more() -> None:
 
 def test_an_unknown_error_is_not_taken_for_none() -> None:
     looks = Looks()
-    for samples in (8, 12, 18):
+    for samples in (8, 12, 16):
         looks.look(UNKNOWN_ERROR, samples)
         assert not looks.met(0.1)
 
 
 def test_looks_are_due_at_their_counts_alone_and_once() -> None:
     looks = Looks()
-    assert [n for n in range(40) if looks.due(n)] == [8, 12, 18, 26, 38]
+    assert [n for n in range(40) if looks.due(n)] == [8, 12, 16, 24, 32]
     looks.look(Interval(0.1, 0.09, 0.11), 8)
     assert not looks.due(8)
     assert looks.due(12)
