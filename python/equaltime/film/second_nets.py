@@ -6,12 +6,6 @@ In large pictures a pixel's samples are one net (`equaltime.rendering.core.nets`
 is, and its size except for a factor. The true variance is between half of the variance from the halves and all of it,
 depending on the scene and the count.
 
-The halves are unequal unless the count N is a power of two: of 18 samples, the second half has 2. A bright sample x
-among independent samples adds ``x² / N²`` to the variance of their mean. But if it is one of n in the second half, the
-difference of the halves shows ``(N - n) / n`` times as much, and one pixel may make most of the image's error. So a
-pixel's variance is at most twice that of independent samples, which follows from the deviations of all its samples. If
-N is a power of two, a single bright sample shows its true part and stays below that bound.
-
 So some pixels, drawn at random, have a second net with its own random numbers. Its samples are not in the image. In
 these pixels two variances are known: ``V``, from the halves of a net, and the true variance, from the difference of the
 nets' means ``I₁`` and ``I₂``. The ratio of the true variance to ``V`` is
@@ -19,9 +13,16 @@ nets' means ``I₁`` and ``I₂``. The ratio of the true variance to ``V`` is
     ``F = Σ w (I₁ - I₂)² / Σ w (V₁ + V₂)``.
 
 The weights ``w`` are close to the weights of the image's error (`equaltime.film.error`): a geometric mean of ``1 / (R²
-+ (0.1 m)²)`` with the pixel for R and with its neighbours. ``F V`` is then the variance of every pixel. If F is below
-1, a pixel's contribution to error² is reduced only up to the largest measured contribution. The excess stays, since a
-net does not reduce the noise of rare bright paths.
++ (0.1 m)²)`` with the pixel for R and with its neighbours. ``F V`` is then the variance of every pixel. A net does not
+reduce the noise of rare bright samples. So if F is below 1, the factor is valid only up to a limit of a pixel's part of
+error²: larger parts make a fifth of error² by the halves. What exceeds the limit stays as it is, both in the image and
+where F is measured.
+
+The halves are unequal unless the count N is a power of two: of 18 samples, the second half has 2. A bright sample x
+among independent samples adds ``x² / N²`` to the variance of their mean. In a second half of n samples, it adds ``(N -
+n) / n`` times as much to the difference of the halves, and one pixel may make most of the image's error. So the ``V``
+of a pixel is at most twice the variance of the mean of independent samples, which follows from the deviations of all
+its samples. If N is a power of two, a single bright sample shows its true part and stays below that bound.
 
 F is a ratio of sums over many pixels, so the delta method gives its standard deviation (Cochran 1977, 6.3). F is one
 number for all pixels, so the variances of all pixels are off together, which widens the interval of the image's error.
@@ -29,6 +30,7 @@ number for all pixels, so the variances of all pixels are off together, which wi
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -46,6 +48,9 @@ _MOST_OVER_INDEPENDENT = 2.0
 """Largest variance that the halves of a net may show, over the variance of as many independent samples. The mean over
 Gaussian noise loses a quarter by this bound, which the measured factor restores. By a bound of 1 it would lose half,
 and the factor would then enlarge the parts of bright samples."""
+
+_BRIGHT = 0.2
+"""Share of error² by the halves of nets that parts of bright samples make: larger parts are reduced only in part."""
 
 FEWEST = 64
 """Fewest pixels with a second net (independent further samples) for which variances are corrected; with fewer, the
@@ -70,32 +75,31 @@ class SecondNets:
         """Return a copy whose moments have memory of their own, and so stay when the renderer takes more samples."""
         return SecondNets(self.moments.copy(), self.pixels)
 
-    def calibrated(self, image: PixelStatistics) -> PixelStatistics:
-        """Return the statistics of the image, with the variances of all pixels corrected by a measured factor.
+    def statistics(self, moments: NDArray[Any]) -> PixelStatistics:
+        """Return the statistics of an image from its film, with variances that are corrected by a measured factor.
 
         The factor is the true variance over the variance from the halves of a net. It is measured in the pixels that
         have a second net, from the difference of the two nets' means. A pixel does not count if its two nets have
-        different sample counts, as after a pass that was cut short. If fewer than `FEWEST` pixels count, the statistics
-        are returned unchanged.
+        different sample counts, as after a pass that was cut short. If fewer than `FEWEST` pixels count, the
+        variances follow from the film's replicates alone. ``moments`` (R, H, W) are the film's, of the type
+        `equaltime.film.moments.DTYPE`.
         """
+        image = _by_halves(moments)
         floor = np.square(0.1 * image.mean.mean())
         with np.errstate(over="ignore", invalid="ignore"):  # a number whose square overflows is not measured
             around = np.square(others_sum(image.mean) / others_count(*image.samples.shape)) + floor
             measured = self._measured(image, around, floor)
             if measured is None:
-                return image
+                return pixel_statistics(moments)
             part = (_weights(image.mean, around, floor) * image.variance).mean(axis=-1)
-        true, stated, largest = measured
-        factor = float(true.sum() / stated.sum())
-        doubt = float(np.sqrt(np.square(true - factor * stated).sum()) / true.sum())
-        believed = np.ones_like(part)
-        if factor < 1.0:
-            np.divide(largest, part, out=believed, where=part > largest)
-        factors = 1.0 + (factor - 1.0) * believed
+        factor, bright, doubt = _factor(*measured)
+        factors = np.full_like(part, factor)
+        above = part > bright
+        factors[above] = (factor * bright + part[above] - bright) / part[above]
         return replace(image, variance=image.variance * factors[..., None], factors=factors, common_doubt=doubt)
 
-    def _measured(self, image: PixelStatistics, around: Floats, floor: float) -> tuple[Floats, Floats, float] | None:
-        """Return parts of error² by two nets, and by the halves of each, (N,); and the largest part of one net.
+    def _measured(self, image: PixelStatistics, around: Floats, floor: float) -> tuple[Floats, Floats] | None:
+        """Return parts of error² by the difference of two nets, (N,), and by the halves of each net, (2, N).
 
         The result is None if fewer than `FEWEST` pixels are known.
         """
@@ -111,11 +115,26 @@ class SecondNets:
             return None
         weights = _weights(0.5 * (first[0] + other[0]), around.reshape(-1, 3)[places], floor)
         true = (weights * np.square(first[0] - other[0])).mean(axis=-1)[known]
-        halves = [(weights * variance).mean(axis=-1)[known] for _, variance in (first, other)]
-        stated = halves[0] + halves[1]
-        if not (np.isfinite(true).all() and true.sum() > 0.0 and stated.sum() > 0.0):
+        halves = np.stack([(weights * variance).mean(axis=-1)[known] for _, variance in (first, other)])
+        if not (np.isfinite(true).all() and true.sum() > 0.0 and halves.sum() > 0.0):
             return None
-        return true, stated, float(max(halves[0].max(), halves[1].max()))
+        return true, halves
+
+
+def _factor(true: Floats, halves: Floats) -> tuple[float, float, float]:
+    """Return the factor of variances, the part of error² up to which it is valid, and the factor's relative doubt.
+
+    ``true`` (N,) holds parts of error² by the difference of two nets, and ``halves`` (2, N) by the halves of each net.
+    """
+    stated, bright = halves.sum(axis=0), math.inf
+    whole = float(true.sum())
+    if whole < stated.sum():
+        descending = -np.sort(-halves, axis=None)
+        bright = float(descending[np.searchsorted(descending.cumsum(), _BRIGHT * descending.sum())])
+        ordinary = np.minimum(halves, bright).sum(axis=0)
+        true, stated = true - (stated - ordinary), ordinary
+    factor = max(float(true.sum() / stated.sum()), 0.0)
+    return factor, bright, float(np.sqrt(np.square(true - factor * stated).sum())) / whole
 
 
 def _weights(own: Floats, around: Floats, floor: float) -> Floats:
@@ -134,7 +153,7 @@ def statistics(moments: NDArray[Any], second: SecondNets | None) -> PixelStatist
     ``moments`` (R, H, W) are the film's moments, of the type `equaltime.film.moments.DTYPE`. ``second`` holds the
     film's second nets, if any: further samples of some pixels that correct all variances.
     """
-    return pixel_statistics(moments) if second is None else second.calibrated(_by_halves(moments))
+    return pixel_statistics(moments) if second is None else second.statistics(moments)
 
 
 def _by_halves(moments: NDArray[Any]) -> PixelStatistics:

@@ -4,11 +4,10 @@ A render with an error target estimates its error at fixed sample counts, called
 are the powers of two and the counts halfway between two of them: 8, 12, 16, 24, 32 and so on, whatever the target. At
 these counts low-discrepancy samples are even, and both groups whose difference shows the error have at least a third of
 the samples. A small second group would make the estimate of the error noisy. The render stops when two looks in a row
-agree. The error that counts at a
-look is the upper limit of the estimate, or 1.15 times the estimate if that is larger. The factor matters in a large
-image, where the interval is narrow. There an estimate can still be wrong because bright paths have not been met yet.
-The first of the two looks must find at most 1.2 times the target, the second at most the target. So a single low
-estimate does not end a render, and a bright path met at the second look prolongs it.
+agree. The error that counts at a look is the upper limit of the estimate, or 1.15 times the estimate if that is larger.
+The factor matters in a large image, where the interval is narrow. There an estimate can still be wrong because bright
+paths have not been met yet. The first of the two looks must find at most 1.2 times the target, the second at most the
+target. So a single low estimate does not end a render, and a bright path met at the second look prolongs it.
 
 The sample counts of looks follow from this rule alone, and the decision to stop follows from the samples alone. Neither
 depends on a clock, so a rerun with an error target alone stops at the same count.
@@ -23,6 +22,7 @@ images are unbiased.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
@@ -155,7 +155,7 @@ def next_look(samples: int) -> int:
 
     The result is above ``samples``, the present count per pixel. It is 2^k or 3 · 2^(k-1), and at least 8.
     """
-    power = 2 ** int(samples).bit_length()  # the first power of two above
+    power = 1 << samples.bit_length()  # the first power of two above
     return max(power if 4 * samples >= 3 * power else 3 * power // 4, FIRST_LOOK)
 
 

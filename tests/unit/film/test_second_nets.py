@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 import equaltime as et
 from equaltime import _core
 from equaltime.film.error import image_error, pixel_statistics
-from equaltime.film.moments import DTYPE
+from equaltime.film.moments import DTYPE, stored
 from equaltime.film.second_nets import FEWEST, SecondNets, statistics
 from equaltime.film.sums import second_net_pixels
 from equaltime.quoting.probe import Probe
@@ -126,6 +127,7 @@ def drawn(seed: int, shared: float, size: int = 96) -> tuple[NDArray[Any], Secon
         common, apart = shared * rng.standard_normal(mean.shape), rng.standard_normal(mean.shape)
         moments["mean"] = mean * (1.0 + 0.1 * np.stack([common + apart, common - apart]))
         moments["count"] = 8
+        moments["deviation"] = stored(0.1 * math.sqrt(8.0) * np.broadcast_to(mean, (2, *mean.shape)))
         return moments
 
     image = net(truth)
@@ -142,7 +144,7 @@ def test_the_variance_is_that_of_the_net(shared: float) -> None:
         pixels = statistics(moments, second)
         true = np.square(0.1 * shared * truth).mean()
         stated.append(float(pixels.variance.mean()) / true)
-        believed.append(float(pixels.spread.mean()) / true)
+        believed.append(float(pixel_statistics(moments).variance.mean()) / true)
         doubts.append(pixels.common_doubt)
     scatter = float(np.std(stated, ddof=1))
     assert abs(np.mean(stated) - 1.0) < 4.0 * scatter / np.sqrt(40.0)  # false alarms: 1e-4
@@ -156,11 +158,28 @@ def test_what_one_pixel_says_beyond_all_measured_ones_is_taken_as_it_is() -> Non
     measured = set(second.pixels.ravel())
     rare = next(pixel for pixel in range(5000, 6000) if pixel not in measured)
     y, x = divmod(rare, 96)
-    moments["mean"][0, y, x] = 1000.0
+    moments["mean"][0, y, x], moments["deviation"][0, y, x] = 1000.0, stored(np.full(3, 1000.0 * math.sqrt(7.0)))
     pixels = statistics(moments, second)
     plain = pixel_statistics(moments)
     assert pixels.variance[y, x, 0] > 0.99 * plain.variance[y, x, 0]
     assert pixels.variance[y, x - 5, 0] < 0.5 * plain.variance[y, x - 5, 0]
+
+
+@pytest.mark.parametrize("later", [2, 4, 8])
+def test_a_bright_sample_shows_its_own_size_however_small_the_second_half_is(later: int) -> None:
+    """Of N independent samples, one of brightness x adds x² / N² to the variance of the mean, and at most twice that."""
+    moments, second, _ = drawn(0, 1.3)
+    measured = set(second.pixels.ravel())
+    y, x = divmod(next(pixel for pixel in range(5000, 6000) if pixel not in measured), 96)
+    for film in (moments, second.moments):
+        film["count"][1] = later
+    bright = 1000.0 * later
+    moments["mean"][:, y, x] = np.array([0.0, bright / later])[:, None]
+    moments["deviation"][:, y, x] = stored(np.array([0.0, bright * math.sqrt(1 / later - 1 / later**2)])[:, None])
+    pixels, share = statistics(moments, second), np.square(bright / (8 + later))
+    assert 0.99 < pixels.variance[y, x, 0] / (share * pixels.factors[y, x]) < 2.5  # type: ignore[index]
+    plain = pixel_statistics(moments).variance[y, x, 0]
+    assert plain == pytest.approx(8 / later * share), "the twin: the difference of the halves alone"
 
 
 def test_it_widens_the_interval_of_the_error() -> None:
