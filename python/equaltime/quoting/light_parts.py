@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from equaltime.images.float32 import beyond_float32
 from equaltime.images.metrics import Reference
-from equaltime.quoting.pairs import change_of, products, share_of
+from equaltime.quoting.pairs import change_of, change_products, products, share_of
 from equaltime.rendering.core import split_light
 from equaltime.scene import Scene
 from equaltime.scene.inert import is_inert, shown
@@ -55,6 +55,11 @@ class LightParts:
     tails: Floats
     """(LONGEST, K, K): sums over pixels of products of two images of the light of paths longer than 1, 2, … segments.
     """
+    cuts: Floats
+    """(LONGEST - 1, K, K): as ``tails``, with denominators that are independent of both images (`change_products`). The
+    relative error due to cutting paths follows from these products."""
+    samples: int
+    """Samples per pixel of each image."""
 
     def shares(self, kind: str) -> dict[str, Interval]:
         """Return the share of error² of each part of one kind, by the part's name; parts without light are left out.
@@ -101,7 +106,7 @@ class LightParts:
 
         Depths beyond which there is no light are left out.
         """
-        return {depth: change_of(tail) for depth, tail in enumerate(self.tails[:-1], 1) if tail.any()}
+        return {depth: change_of(tail, self.samples) for depth, tail in enumerate(self.cuts, 1) if tail.any()}
 
 
 def measure_parts(
@@ -161,6 +166,7 @@ def measure_parts_by(
             raise beyond
     tails = np.cumsum(stack[lengths][::-1], axis=0, dtype=np.float64)[::-1]
     nothing = np.zeros((1, repeats, repeats))
+    cuts = change_products(list(tails[1:]), whole, samples)
     for reference in references(whole):
         denominator = reference.denominator
         yield LightParts(
@@ -168,6 +174,8 @@ def measure_parts_by(
             with_whole=np.stack([products(part.astype(np.float64), whole, denominator) for part in stack]),
             whole=products(whole, whole, denominator),
             tails=np.concatenate([[products(tail, tail, denominator) for tail in tails[1:]], nothing]),
+            cuts=cuts,
+            samples=samples,
         )
 
 

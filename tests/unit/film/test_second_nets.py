@@ -167,7 +167,7 @@ def test_what_one_pixel_says_beyond_all_measured_ones_is_taken_as_it_is() -> Non
 
 @pytest.mark.parametrize("later", [2, 4, 8])
 def test_a_bright_sample_shows_its_own_size_however_small_the_second_half_is(later: int) -> None:
-    """Of N independent samples, one of brightness x adds x² / N² to the variance of the mean, and at most twice that."""
+    """Of N independent samples, one of brightness x adds x² / N² to the variance of the mean."""
     moments, second, _ = drawn(0, 1.3)
     measured = set(second.pixels.ravel())
     y, x = divmod(next(pixel for pixel in range(5000, 6000) if pixel not in measured), 96)

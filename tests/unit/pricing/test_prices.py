@@ -49,8 +49,8 @@ def test_a_folder_that_cannot_be_written_is_told_before_anything_is_measured(
 
 
 def test_what_appears_where_all_was_black_is_a_change_of_unknown_size() -> None:
-    dark = Renders(np.zeros((4, 2, 2, 3)), np.ones(4), 0)
-    found = Versus.of(dark, Renders(np.ones((4, 2, 2, 3)), np.ones(4), 0)).change
+    dark = Renders(np.zeros((4, 2, 2, 3)), 1, np.ones(4), 0)
+    found = Versus.of(dark, Renders(np.ones((4, 2, 2, 3)), 1, np.ones(4), 0)).change
     assert np.isnan(found.value), "unknown"
     assert (found.high, found.trusted) == (np.inf, False)
     assert Versus.of(dark, dark).change.high == 0.0

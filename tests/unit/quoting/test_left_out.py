@@ -10,7 +10,10 @@ import pytest
 
 import equaltime as et
 from equaltime.cli import main
+from equaltime.images.metrics import Reference
+from equaltime.quoting import left_out
 from equaltime.quoting.left_out import LeftOut, choose, measured
+from equaltime.quoting.pairs import change_of, products, run_in_turn
 from equaltime.scene.effects.leaving import leave_out
 
 BOX = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
@@ -59,6 +62,20 @@ def test_what_is_quoted_has_the_bias_too(box: et.Scene) -> None:
     assert quotes[0].error.low > result.bias.low
     assert quotes[0].error.value > result.bias.value
     assert quotes[0].error.high > result.bias.high
+
+
+@pytest.mark.parametrize("samples", [1, 2, 4, 16])
+def test_few_samples_measure_the_same_bias(monkeypatch: pytest.MonkeyPatch, samples: int) -> None:
+    """Denominators by the same images as the differences would make it too small: by a third with one sample."""
+    box = et.load(BOX).with_(size=(64, 64))
+    monkeypatch.setattr(left_out, "PILOT_SAMPLES", samples * 64 * 64)
+    found = [measured(box, et.Strategy(), ("long_paths=3",), seed, 1).bias for seed in range(3)]
+    truth = 0.2463  # by 6 times 1600 samples a pixel, within 0.0003
+    assert all(bias.low < truth < bias.high for bias in found), found
+    whole, less = run_in_turn(box, et.Strategy(), {"": ("long_paths=3",)}, 6, samples, 1, 1)
+    moved = less[""].images - whole.images
+    alike = change_of(products(moved, moved, Reference.of_images(whole.images).denominator), samples)
+    assert samples == 16 or alike.value < 0.95 * truth, "the twin: denominators that share the noise"
 
 
 def test_the_measured_bias_is_that_of_a_converged_image(box: et.Scene) -> None:
