@@ -85,7 +85,7 @@ def scene(*others: StrategyResult, name: str = "box") -> SceneResult:
 def test_the_biased_are_named_with_their_bias_and_the_right_ones_too() -> None:
     found = bias_verdict([scene(strategy("wrong", 1e-9, Interval(0.2, 0.19, 0.21)), strategy("same", 0.4))], LEVEL)
     assert found == (
-        "Wrong picture, however long it renders: wrong is 20 % off (19 to 21). No error was found in same. "
+        "Wrong picture, however long it renders: wrong is 20 % off (19 to 21). No bias was found in same. "
         "Compared with right; the risk of a false alarm is 0.1 %."
     )
 
@@ -110,13 +110,13 @@ def test_the_notes_of_a_bias_name_what_was_not_found() -> None:
         [scene(strategy("wrong", 1e-9, Interval(0.2, 0.19, 0.21)), strategy("same", 0.4))], (0.1,), "bias"
     )
     assert found.text == "Wrong picture, however long it renders: wrong is 20 % off (19 to 21)."
-    assert found.notes[0] == "No error was found in same."
-    assert answer_of([scene(strategy("same", 0.4))], (0.1,), "bias").text == "No error was found in same."
+    assert found.notes[0] == "No bias was found in same."
+    assert answer_of([scene(strategy("same", 0.4))], (0.1,), "bias").text == "No bias was found in same."
 
 
-def test_an_error_that_was_not_found_has_its_largest_size() -> None:
+def test_a_bias_that_was_not_found_has_its_largest_size() -> None:
     found = bias_verdict([scene(strategy("same", 0.4, Interval(0.01, -0.02, 0.057)), strategy("other", 0.4))], LEVEL)
-    assert found.startswith("No error was found in same (it could be off by up to 5.7 %) and other. ")
+    assert found.startswith("No bias was found in same (at most 5.7 %) and other. ")
 
 
 def test_paths_that_are_cut_are_named_as_the_cause() -> None:
@@ -267,7 +267,7 @@ def test_efficiency_on_one_scene_has_no_mean() -> None:
 
 def test_an_experiment_chooses_its_question() -> None:
     scenes = [scene(strategy("x", 0.4, fewer=Interval(2.0, 1.9, 2.1)))]
-    assert verdict(scenes, [0.1], "bias").startswith("No error was found in x.")
+    assert verdict(scenes, [0.1], "bias").startswith("No bias was found in x.")
     assert "times fewer samples" in verdict(scenes, [0.1], "samples")
     assert verdict(scenes, [0.1], "efficiency").startswith("For the same error")
 
@@ -387,12 +387,15 @@ def test_a_bias_of_a_known_size_at_the_most_is_an_upper_limit() -> None:
     limit = Interval(0.01, -0.02, 0.025).bounded("high", "it differs")
     for bias in (limit, replace(limit, value=-0.001)):
         found = bias_verdict([scene(strategy("wrong", 1e-9, bias))], LEVEL)
-        assert "wrong is off by up to 2.5 %." in found
+        assert found.startswith("Biased, by an amount of which only a limit is known: wrong (at most 2.5 %). ")
         assert "noise hides its size: the reference of box has an error of 1 %." in found
     deep = bias_verdict([scene(strategy("depth 20", 0.4, limit))], LEVEL)
-    assert "No error was found in depth 20 (it could be off by up to 2.5 %)." in deep
-    sure = bias_verdict([scene(strategy("wrong", 1e-9, Interval(0.2, 0.19, 0.21)))], LEVEL)
-    assert "reference" not in sure
+    assert "No bias was found in depth 20 (at most 2.5 %)." in deep
+    sure = strategy("wrong", 1e-9, Interval(0.2, 0.19, 0.21))
+    assert "reference" not in bias_verdict([scene(sure)], LEVEL)
+    both = bias_verdict([scene(sure, strategy("deep", 1e-9, limit))], LEVEL)
+    assert both.startswith("Wrong picture, however long it renders: wrong is 20 % off (19 to 21). Biased too, by ")
+    assert "known: deep (at most 2.5 %)." in both
 
 
 @pytest.mark.parametrize(

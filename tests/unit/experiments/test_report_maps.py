@@ -79,7 +79,7 @@ def test_a_loss_by_rare_samples_is_told_although_no_block_shows_it() -> None:
     rare[0, ::3, ::3] += 5.0
     told = ratio_sentence(losses(rare, plain), "mis")
     first, _, second = told.partition(" Yet ")
-    assert first.startswith("Nowhere clearly worse than mis, ")
+    assert first.startswith("Nowhere worse than mis beyond chance, ")
     assert second.startswith("its measured error over the whole picture is ")
     assert second.endswith("that of mis: it comes from blocks where chance hides the difference.")
     assert "Yet" not in ratio_sentence(losses(squares(runs(13, truth), truth), plain), "mis")
@@ -92,7 +92,9 @@ def test_a_loss_by_rare_samples_is_told_although_no_block_shows_it() -> None:
 def test_a_loss_is_never_told_as_one_times_the_error(factor: float, words: str) -> None:
     one = np.full((1, 1), True)
     found = Losses(1, one, 1.0, np.full((1, 1), factor), one, ~one, factor)
-    assert f"{words} in the median" in ratio_sentence(found, "mis")
+    told = ratio_sentence(found, "mis")
+    assert told.startswith("Beyond chance, worse than mis in ")
+    assert told.endswith(f", {words} in the median; nowhere better.")
 
 
 def test_between_equals_chance_alone_marks_about_one_block_in_a_thousand() -> None:

@@ -20,32 +20,36 @@ def bias_verdict(scenes: Sequence[SceneResult], level: float) -> Answer:
     """Return the strategies found biased; the notes name those not found biased, and those not tested.
 
     A strategy is biased if its expected image differs from the expected image of the scene's standard strategy, which
-    is usually ``best``. ``level`` is the false-alarm rate of all these tests together. A renderer that failed the test
-    of agreement with equaltime has a note to itself. If no strategy was found biased, the first note is the answer.
+    is usually ``best``. ``level`` is the false-alarm rate of all these tests together. Biases of which only upper limits
+    are known have a sentence of their own, and so has a renderer that failed the test of agreement with equaltime. If
+    no strategy was found biased, the first note is the answer.
     """
-    found, right, untested = [], [], []
+    found, limited, right, untested = [], [], [], []
     for scene, strategy in _others(scenes):
         on = f" on {scene.name}" if len(scenes) > 1 else ""
         if strategy.disagrees:
             continue  # told by its own sentence: that test is another one
         if strategy.equality_p is None:
             untested.append(f"{strategy.label}{on}{f' ({strategy.notes[0]})' if strategy.notes else ''}")
+        elif strategy.unequal and strategy.bias is not None and strategy.bias.bound == "high":
+            limited.append(f"{strategy.label}{on}{_at_most(strategy.bias)}")
         elif strategy.unequal:
             found.append(f"{strategy.label}{on} {size_of(strategy.bias)}")
         else:
-            right.append(f"{strategy.label}{on}{_could_hide(strategy.bias)}")
+            right.append(f"{strategy.label}{on}{_at_most(strategy.bias)}")
     standard = joined(scene.standard or "no strategy" for scene in scenes)
     said = [
         (beginning, items, together)
         for beginning, items, together in (
             (f"{_cause(scenes)}, however long it renders: ", found, ", ".join),
-            ("No error was found in ", right, listed),
+            (f"Biased{' too' if found else ''}, by an amount of which only a limit is known: ", limited, ", ".join),
+            ("No bias was found in ", right, listed),
             ("Not tested: ", untested, ", ".join),
         )
         if items
     ]
     notes = [f"{beginning}{together(items)}." for beginning, items, together in said[1:]]
-    if found or right:
+    if found or limited or right:
         notes.append(f"Compared with {standard}; the risk of a false alarm is {figure(100.0 * level)} %.")
     notes += filter(None, [*map(_hidden, scenes), differing_renderers(scenes)])
     if said:
@@ -53,11 +57,11 @@ def bias_verdict(scenes: Sequence[SceneResult], level: float) -> Answer:
     return Answer.of(notes[:1] or ["No other strategy was compared."], notes[1:])
 
 
-def _could_hide(bias: Interval | None) -> str:
-    """Return the largest bias that the test may have missed, in brackets; empty if it is not known."""
+def _at_most(bias: Interval | None) -> str:
+    """Return the upper limit of a bias, in brackets; empty if it is not known."""
     if bias is None or not (bias.trusted or bias.bound == "high") or not 0.0 < bias.high < math.inf:
         return ""
-    return f" (it could be off by up to {percent(bias.high)})"
+    return f" (at most {percent(bias.high)})"
 
 
 def _hidden(scene: SceneResult) -> str:

@@ -40,7 +40,8 @@ _MARK = np.array([232.0, 165.0, 0.0])
 INTRODUCTION = (
     "Left, in amber: the fewest blocks of pixels that make half of a strategy's squared error. Right, in colour: where "
     "the strategy's error at equal time differs from the baseline's. Grey: no difference beyond chance "
-    f"(Welch's t-test over repeats, level {LEVEL:g} for each block). Where rare bright samples make an error, the test "
+    f"(Welch's t-test over repeats, level {LEVEL:g} for each block: of 1000 blocks, chance colours about "
+    f"{1000 * LEVEL:g}). A difference beyond chance may be small. Where rare bright samples make an error, the test "
     "finds few losses, and finds gains where no such sample came."
 )
 
@@ -135,7 +136,7 @@ def _half_sentence(found: Losses) -> str:
 
 
 def ratio_sentence(found: Losses, baseline: str) -> str:
-    """Return where a strategy's error is clearly larger or smaller than that of ``baseline``, in words.
+    """Return where a strategy's error differs from that of ``baseline`` beyond chance, and by how much, in words.
 
     A second sentence follows if the error over the whole picture differs the other way. ``found`` is a result of
     `losses` with a ratio.
@@ -144,11 +145,11 @@ def ratio_sentence(found: Losses, baseline: str) -> str:
         return f"Fewer than three repeats cannot show where it is worse than {baseline}."
     worse, better = float(found.worse.mean()), float(found.better.mean())
     if not found.worse.any():
-        rest = f", clearly better in {_part(better)} of the picture" if found.better.any() else ", nor clearly better"
-        return f"Nowhere clearly worse than {baseline}{rest}.{_yet(found, baseline)}"
-    rest = f"clearly better in {_part(better)}" if found.better.any() else "nowhere clearly better"
+        rest = f", better in {_part(better)} of the picture" if found.better.any() else ", nor better"
+        return f"Nowhere worse than {baseline} beyond chance{rest}.{_yet(found, baseline)}"
+    rest = f"better in {_part(better)}" if found.better.any() else "nowhere better"
     return (
-        f"Clearly worse than {baseline} in {_part(worse)} of the picture{_place(found.worse, worse)}, with "
+        f"Beyond chance, worse than {baseline} in {_part(worse)} of the picture{_place(found.worse, worse)}, with "
         f"{_factor(float(np.median(found.ratio[found.worse])))} in the median; {rest}.{_yet(found, baseline)}"
     )
 
