@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from equaltime.errors import ExperimentError
 from equaltime.experiments.analysis.disagreement import least_error
 from equaltime.experiments.analysis.summarise import summarise
-from equaltime.experiments.model.experiment import Experiment
+from equaltime.experiments.model.experiment import Experiment, Question
 from equaltime.experiments.model.summary import StrategyResult, Summary
 from equaltime.experiments.report.captions import mean_of_runs, this_run
 from equaltime.experiments.report.charts import curve_titles
@@ -35,7 +35,7 @@ from equaltime.experiments.run.reference import KnownReference, read, write
 from equaltime.images.metrics import Reference, measure
 from equaltime.statistics.curves import AGAINST_SAMPLES, BETTER
 from equaltime.statistics.intervals import Interval
-from equaltime.statistics.runs import TYPICAL
+from equaltime.statistics.runs import BIASED, MISSING, TYPICAL
 
 Array = NDArray[np.float64]
 
@@ -337,6 +337,19 @@ def test_windows_that_a_small_film_makes_too_small_are_left_out_and_told(recorde
     assert scene.crops == ((0, 0, 16, 16),)
     told = "Not shown enlarged, since a side has fewer than 8 pixels at this size: 12x7 at 2, 3."
     assert scene.crops_left_out == told
+
+
+@pytest.mark.parametrize(("question", "why"), [("bias", BIASED), ("time", MISSING)])
+def test_a_strategy_that_is_found_biased_differs_from_the_reference_for_that_reason(
+    recorded: tuple[Path, list[Row]], question: Question, why: str
+) -> None:
+    rows = changed(recorded[1], "cut", biased=lambda _: False)
+    asked = experiment(("naive", "cut")).model_copy(update={"question": question})
+    naive, cut = summarise(asked, rows, recorded[0]).scenes[0].strategies
+    assert cut.unequal == (question == "bias"), "a careful test needs more repeats"
+    for number in (cut.error_at_budget, *cut.time_to.values(), cut.efficiency, cut.fewer_samples):
+        assert why in number.note
+    assert not any(word in naive.error_at_budget.note for word in (BIASED, MISSING))
 
 
 def test_the_unbiased_are_not_called_biased(strategies: Mapping[str, StrategyResult]) -> None:

@@ -35,7 +35,7 @@ from equaltime.statistics.agreement import LEVEL, equality_test, near_normal, sh
 from equaltime.statistics.curves import error_at, error_curve, least_error_at, second_curve, slope, time_to_error
 from equaltime.statistics.in_words import probability
 from equaltime.statistics.intervals import FEWEST_REPEATS, UNKNOWN, Interval, signed_root, sound
-from equaltime.statistics.runs import Runs
+from equaltime.statistics.runs import BIASED, Runs
 from equaltime.words import duration, percent
 
 __all__ = ["conclude", "concluded", "summarise"]
@@ -268,6 +268,9 @@ class _Scene:
             careful = self.experiment.question != "bias" and not runs.biased
             equality = None if images is None else _equality(images, standard_images, careful)
         unequal = equality is not None and equality < self.level
+        if unequal and runs.missing and self.experiment.question == "bias":
+            runs = replace(runs, missing=BIASED)
+            strategy = replace(strategy, runs=runs)
         targets = self.experiment.targets
         same = strategy.label == baseline.label
         first, last = strategy.rows[0], strategy.last
