@@ -20,7 +20,7 @@ from equaltime.cli.info_experiment import (
     verdicts,
 )
 from equaltime.cli.info_picture import picture_facts, picture_summary
-from equaltime.cli.info_render import saved_render
+from equaltime.cli.info_render import bright_dots, saved_render
 from equaltime.cli.info_scene import scene_summary
 from equaltime.cli.lines import in_columns
 from equaltime.cli.messages import plain_console, print_json, print_lines, print_warnings
@@ -130,6 +130,7 @@ def _of_render(path: Path, verbose: bool, as_json: bool) -> int:
         return 0
     print_lines([*saved_render(path, record, holds_film(path), verbose)])
     if verbose:
+        print_lines([*bright_dots(path, record)])
         with suppress(StrategyError):  # of another version
             record = {**record, "strategy_in_full": Strategy.parse(checked(record, path)["strategy"]).in_full}
         told = (name for name in _OF_RENDERS if record.get(name) not in (None, [], False))

@@ -7,6 +7,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from equaltime.cli.quote_details import single_pixels
 from equaltime.cli.recorded import (
     CHANGED,
     error_limit,
@@ -17,13 +20,16 @@ from equaltime.cli.recorded import (
     shown_scene,
 )
 from equaltime.errors import EqualtimeError
+from equaltime.film.parts_of_merge import statistics_of
+from equaltime.quoting.noise_places import noise_places
 from equaltime.rendering.origin import Origin
+from equaltime.rendering.render_file import read_film
 from equaltime.rendering.render_record import checked
 from equaltime.rendering.stated import asked_samples, paths_up_to, samples_in_words, stated
 from equaltime.statistics.intervals import UNKNOWN, Interval
 from equaltime.words import duration_of_runs, percent
 
-__all__ = ["changes", "repeating", "saved_render", "seeds"]
+__all__ = ["bright_dots", "changes", "repeating", "saved_render", "seeds"]
 
 Record = Mapping[str, Any]
 
@@ -70,6 +76,26 @@ def saved_render(path: Path, record: Record, resumable: bool, verbose: bool = Fa
     further = None if changed else _further(path, record, error)
     on = further or _how_on(record) if resumable else "no longer: it was saved small"
     yield f"goes on   {on}"
+
+
+def bright_dots(path: Path, record: Record) -> Iterator[str]:
+    """Yield lines on the single pixels that make much of the error of the saved render at ``path``, the largest first.
+
+    The second line is the command that shows the path behind the first pixel, if the render can be replayed. There is
+    no line without such pixels, without samples in the file, or if some pixels have too few to tell their noise.
+    """
+    moments, parts, second = read_film(path)
+    if moments is None:
+        return
+    pixels = statistics_of(moments, parts, second)
+    if not (np.isfinite(pixels.variance).all() and pixels.mean.any()):
+        return
+    places = noise_places(pixels, (record["crop"][0], record["crop"][1]))
+    if dots := single_pixels(places):
+        yield f"dots      {dots}"
+        x, y = places.single_pixels[0]
+        if record["scene"] is not None and record["backend"] == "core" and not record["sources"]:
+            yield f"          {shlex.join(['equaltime', 'replay', str(path), '--pixel', f'{x},{y}'])}"
 
 
 def _parts(record: Record) -> str:

@@ -13,7 +13,7 @@ from equaltime.statistics.in_words import rounded
 from equaltime.statistics.intervals import Interval
 from equaltime.words import duration, percent
 
-__all__ = ["details"]
+__all__ = ["details", "single_pixels"]
 
 _WORTH_TELLING = 0.01
 """Smallest share of error² that is printed."""
@@ -58,14 +58,21 @@ def _places(places: NoisePlaces) -> Iterator[tuple[str, str]]:
         yield "", f"x {across}, y {down}, which is {area}, make {_share(held.share)} of error²"
     else:
         yield "", "no rectangle of the picture stands out"
-    if places.single.value > _WORTH_TELLING:
-        count = len(places.single_pixels)
-        words = "a single pixel makes" if count == 1 else f"{count} single pixels make"
-        at = "; ".join(f"{x},{y}" for x, y in places.single_pixels[:_MOST_PIXELS])
-        more = "; …" if count > _MOST_PIXELS else ""
-        yield "", f"{words} {_share(places.single)} of error², far above their neighbours: {at}{more}"
+    if dots := single_pixels(places):
+        yield "", dots
         x, y = places.single_pixels[0]
         yield "", f"`equaltime replay SCENE --pixel {x},{y}` shows the brightest path there (same size, seed, strategy)"
+
+
+def single_pixels(places: NoisePlaces) -> str:
+    """Return the share of error² that bright dots make, and where the largest are; empty if they make too little."""
+    if places.single.value <= _WORTH_TELLING:
+        return ""
+    count = len(places.single_pixels)
+    words, whose = ("a single pixel makes", "its") if count == 1 else (f"{count} single pixels make", "their")
+    at = "; ".join(f"{x},{y}" for x, y in places.single_pixels[:_MOST_PIXELS])
+    more = "; …" if count > _MOST_PIXELS else ""
+    return f"{words} {_share(places.single)} of error², far above {whose} neighbours: {at}{more}"
 
 
 def _light(light: NoiseLight, law: Law) -> Iterator[tuple[str, str]]:

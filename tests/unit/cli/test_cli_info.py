@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shlex
 import shutil
 from dataclasses import replace
@@ -146,6 +147,30 @@ def test_it_tells_how_a_saved_render_was_made(tmp_path: Path, capsys: pytest.Cap
     assert values["seed"] == "1234567"
     assert "splitting none" in values["decision"]
     assert main(["render", str(SCENES / "cornell-box.toml"), "-o", str(output), *options, "--resume"]) == 2 * small
+
+
+def test_more_of_a_render_names_its_bright_dots_and_what_shows_their_paths(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene, output = str(SCENES / "montelight" / "complex.toml"), tmp_path / "a.exr"
+    options = ["--size", "48x48", "--crop", "8,16,32,32", "--spp", "16", "--seed", "1", "-q"]
+    assert main(["render", scene, "-o", str(output), *options, "--strategy", "bsdf"]) == 0
+    assert main(["info", str(output)]) == 0
+    assert "dots " not in capsys.readouterr().out
+    assert main(["info", str(output), "-v"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    at = next(number for number, line in enumerate(lines) if line.startswith("dots "))
+    assert "of error², far above their neighbours: " in lines[at]
+    *_, x, y = map(int, re.findall(r"\d+", lines[at].partition(";")[0]))
+    image = images.read(output).image
+    assert image[y - 16, x - 8].mean() > 10.0 * np.median(image.mean(axis=2))
+    command = shlex.split(lines[at + 1])
+    assert command == ["equaltime", "replay", str(output), "--pixel", f"{x},{y}"]
+    assert main(command[1:]) == 0
+    assert "brightest" in capsys.readouterr().out
+    assert main(["render", scene, "-o", str(output), *options, "--small", "--overwrite"]) == 0
+    assert main(["info", str(output), "-v"]) == 0
+    assert "dots " not in capsys.readouterr().out, "the file has no samples"
 
 
 def test_it_reads_a_render_of_before_and_refuses_the_picture_of_another(
