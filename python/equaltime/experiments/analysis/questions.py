@@ -20,9 +20,9 @@ def bias_verdict(scenes: Sequence[SceneResult], level: float) -> Answer:
     """Return the strategies found biased; the notes name those not found biased, and those not tested.
 
     A strategy is biased if its expected image differs from the expected image of the scene's standard strategy, which
-    is usually ``best``. ``level`` is the false-alarm rate of all these tests together. Biases of which only upper limits
-    are known have a sentence of their own, and so has a renderer that failed the test of agreement with equaltime. If
-    no strategy was found biased, the first note is the answer.
+    is usually ``best``. ``level`` is the false-alarm rate of all these tests together. Biases of which only an upper
+    limit is known have a sentence of their own, and so has a renderer that failed the test of agreement with equaltime.
+    If no strategy was found biased, the first note is the answer.
     """
     found, limited, right, untested = [], [], [], []
     for scene, strategy in _others(scenes):
