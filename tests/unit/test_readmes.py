@@ -137,6 +137,24 @@ def test_the_bright_dot_of_the_learn_page_is_what_its_command_finds(capsys: pyte
     assert re.findall(r"The sample is now (\S+) where it\nwas 300", text) == radiance
 
 
+def test_the_programs_of_the_learn_page_print_what_it_says(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Their seeds are fixed: only a rounding of the last digit may differ."""
+    monkeypatch.chdir(ROOT)
+    text = (ROOT / "scenes" / "learn" / "README.md").read_text()
+    blocks = re.findall(r"^```python\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+    assert len(blocks) == 3
+    for block in blocks:
+        exec(block, {})
+        (said,) = re.findall(r"  # (.*)$", block, re.MULTILINE)
+        numbers = re.findall(r"\d+\.\d+", said)
+        printed = [float(number) for number in capsys.readouterr().out.split()]
+        assert len(printed) == len(numbers)
+        for number, found in zip(numbers, printed, strict=True):
+            assert found == pytest.approx(float(number), abs=10.0 ** -len(number.partition(".")[2]))
+
+
 def test_the_error_that_the_readme_shows_is_what_its_example_prints() -> None:
     (shown,) = re.findall(r"an Interval as three numbers: (\S+), (\S+), (\S+)$", README, re.MULTILINE)
     error = et.render(et.load(ROOT / "scenes" / "cornell-box.toml").with_(size=(128, 128)), spp=64).error
