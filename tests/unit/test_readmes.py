@@ -37,6 +37,13 @@ def test_the_readme_is_short() -> None:
     assert len(README.splitlines()) <= 160
 
 
+def test_it_counts_the_experiments_and_those_that_go_back_to_a_source() -> None:
+    page = (ROOT / "scenes" / "experiments" / "README.md").read_text()
+    rows = re.findall(r"^\| `[\w-]+\.toml` \|.*\| (.*) \|$", page, re.MULTILINE)
+    sources = [row for row in rows if re.search(r"\[\d\]", row)]
+    assert f"[{len(rows)} experiments, {len(sources)} of them on published work]" in README
+
+
 def test_it_is_cited_by_its_version() -> None:
     (version,) = re.findall(r"VERSION (\d+\.\d+\.\d+)", (ROOT / "CMakeLists.txt").read_text())
     assert f"version: {version}\n" in (ROOT / "CITATION.cff").read_text()

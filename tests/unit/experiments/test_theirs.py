@@ -95,6 +95,15 @@ def test_each_number_is_printed_in_its_unit(found: Summary, ours: Any, strategy:
     assert str(table.rows[0].cells[-1][0]).startswith(text)
 
 
+def test_the_column_of_numbers_that_no_one_published_has_its_own_heading(found: Summary) -> None:
+    lines = (replace(line(found, "slope", "cut"), theirs="−1/2"),)
+    for heading in ("they say", "in closed form"):
+        theirs = Theirs(source="a", claim="b", heading=heading)
+        table = beside_table("x", replace(found, theirs=theirs, beside=lines))
+        assert table is not None
+        assert table.columns == (heading, "we measure")
+
+
 def test_a_slope_has_its_axis_beside_it(found: Summary) -> None:
     one = line(found, "slope", "cut")
     for note, axis in (("", "against time"), (f"{AGAINST_SAMPLES}: more", "against samples")):

@@ -261,7 +261,7 @@ class TheirNumber(Value):
     what: Words
     """Description, such as ``speed-up of light sampling over none``."""
     says: str = ""
-    """Published value as printed; empty if no figure was published."""
+    """Published value as printed, or the value that `Theirs.heading` names; empty without one."""
     ours: Quantity
     """Measured quantity that is compared with the published number."""
     strategy: Words
@@ -281,6 +281,8 @@ class Theirs(Value):
     claim: Words
     figures: str = ""
     """All published figures in one sentence; empty if there are none."""
+    heading: Words = "they say"
+    """Heading of the column of ``says`` in the report, such as ``in closed form`` for values that no one published."""
     numbers: Annotated[tuple[TheirNumber, ...], Field(strict=False)] = ()
 
     def of(self, labels: Iterable[str], scenes: Iterable[str], targets: Iterable[float | None]) -> Theirs:

@@ -140,7 +140,8 @@ def beside_table(slug: str, summary: Summary) -> Table | None:
         return None
     rows = tuple(_row(line, len(summary.scenes) > 1) for line in summary.beside)
     said = any(line.theirs for line in summary.beside)
-    columns = ("they say", "we measure") if said else ("we measure",)
+    heading = "they say" if summary.theirs is None else summary.theirs.heading
+    columns = (heading, "we measure") if said else ("we measure",)
     if not said:
         rows = tuple(TableRow(row.label, None, (), row.cells[1:], row.title) for row in rows)
     return Table(f"{slug}-beside", "", "", columns, rows).telling(is_quick(summary), all_columns=True)
