@@ -96,7 +96,7 @@ def test_each_number_is_printed_in_its_unit(found: Summary, ours: Any, strategy:
 
 
 def test_the_column_of_numbers_that_no_one_published_has_its_own_heading(found: Summary) -> None:
-    lines = (replace(line(found, "slope", "cut"), theirs="−1/2"),)
+    lines = (replace(line(found, "slope", "cut"), theirs="0.5"),)
     for heading in ("they say", "in closed form"):
         theirs = Theirs(source="a", claim="b", heading=heading)
         table = beside_table("x", replace(found, theirs=theirs, beside=lines))
