@@ -9,7 +9,15 @@ from typing import Annotated, Any, Final
 import typer
 
 from equaltime.cli.messages import Written, print_lines, print_warnings
-from equaltime.cli.options import Define, ExposureStops, Substitute, parse_background, parse_definitions
+from equaltime.cli.options import (
+    Define,
+    ExposureStops,
+    JpegQuality,
+    NoMetadata,
+    Substitute,
+    parse_background,
+    parse_definitions,
+)
 from equaltime.errors import ImageError
 from equaltime.images import preview
 from equaltime.images.exposure import AUTO, Exposure
@@ -71,6 +79,8 @@ def convert(
             "black behind.",
         ),
     ] = None,
+    quality: JpegQuality = None,
+    no_metadata: NoMetadata = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace OUT if it is there.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> int:
@@ -86,12 +96,13 @@ def convert(
     if output.exists() and not overwrite:
         raise ImageError(f"{output}: is there already; choose another name, or --overwrite replaces it")
     if scene.suffix.lower() == ".exr":
-        return _picture_of(scene, output, exposure, background, quiet)
+        return _picture_of(scene, output, exposure, background, quality, not no_metadata, quiet)
     if scene.suffix.lower() in PICTURES:
         kinds = "a scene file, or of pictures a render that equaltime saved as FILE.exr"
         raise ImageError(f"{scene}: is a picture, and convert takes {kinds}; `equaltime compare` reads pictures")
-    if background is not None:
-        raise typer.BadParameter("only renders have one: FILE.exr that equaltime saved", param_hint="--background")
+    given = {"--background": background is not None, "--quality": quality is not None, "--no-metadata": no_metadata}
+    if wrong := next((option for option, asked in given.items() if asked), None):
+        raise typer.BadParameter("is for the picture of a render: FILE.exr that equaltime saved", param_hint=wrong)
     loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute)
     check_spares([output], loaded.files, "the scene is made of this file")
     if not quiet:
@@ -102,14 +113,31 @@ def convert(
     return 0
 
 
-def _picture_of(saved: Path, output: Path, exposure: Exposure, background: Sequence[float] | None, quiet: bool) -> int:
+def _picture_of(
+    saved: Path,
+    output: Path,
+    exposure: Exposure,
+    background: Sequence[float] | None,
+    quality: int | None,
+    metadata: bool,
+    quiet: bool,
+) -> int:
+    if quality is not None and output.suffix.lower() == ".png":
+        raise typer.BadParameter("a PNG loses nothing: only a JPEG has a quality", param_hint="--quality")
     if output.suffix.lower() not in preview.EXTENSIONS:
         raise ImageError(f"{output}: the picture of a render is a file {' or '.join(preview.EXTENSIONS)}")
     result = read(saved)
     alpha = result.alpha if result.origin.picture.alpha else None
     if background is not None and alpha is None:
         raise typer.BadParameter(f"{saved} has no alpha: render it with --transparent", param_hint="--background")
-    files = result.save(output, exposure=exposure, background=background, overwrite=True)
+    files = result.save(
+        output,
+        exposure=exposure,
+        background=background,
+        overwrite=True,
+        metadata=metadata,
+        quality=preview.JPEG_QUALITY if quality is None else quality,
+    )
     if not quiet:
         opaque = exposure == AUTO and alpha is not None
         written = Written(files, result.exposure(exposure), result.exposure(), opaque=opaque)

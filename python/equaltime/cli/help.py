@@ -19,7 +19,7 @@ PANELS: Final = {
     ),
     "How": ("strategy", "strategies", "seed", "threads", "cluster"),
     "Output": (
-        *("output", "exposure", "background", "aov", "resume", "checkpoint", "small", "overwrite", "copy"),
+        *("output", "exposure", "background", "quality", "no_metadata", "aov", "resume", "checkpoint", "small", "overwrite", "copy"),
         *("why", "as_json", "quiet", "verbose", "help"),
     ),
     "For experts": ("backend", "traps", "tev", "peer"),
@@ -33,7 +33,7 @@ MEANT: Final = {
     **dict.fromkeys(("--samples", "--sample-count", "--samples-per-pixel", "-n"), "--spp"),
     **dict.fromkeys(("--resolution", "--output-size", "--width", "--height", "-s"), "--size"),
     **dict.fromkeys(("--duration", "--seconds", "--timeout", "--budget", "-t"), "--time"),
-    **dict.fromkeys(("--quality", "--noise", "--accuracy", "-e"), "--error"),
+    **dict.fromkeys(("--noise", "--accuracy", "-e"), "--error"),
     **dict.fromkeys(("--depth", "--bounces"), "--max-depth"),
     **dict.fromkeys(("--region", "--window"), "--crop"),
     **dict.fromkeys(("--jobs", "--cores", "-j"), "--threads"),
@@ -115,4 +115,7 @@ def _unknown(name: str, names: list[str]) -> str:
         return (
             f"there is no option {name}, as nothing is denoised: {near or '--error'} renders until the noise is small"
         )
+    if name == "--quality":
+        error = "--error 2% chooses the accuracy of a render, and " * ("--error" in names)
+        return f"there is no option --quality here; {error}equaltime convert has --quality for a JPEG"
     return f"there is no option {name}; {f'did you mean {near}?' if near else '--help lists all'}"

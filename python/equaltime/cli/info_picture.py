@@ -41,7 +41,7 @@ def picture_facts(path: Path) -> PictureFacts:
     tags = image_files.read_attributes(path)
     software = tags.get("Software", "")
     if not software.startswith("equaltime "):
-        raise ImageError(f"{path}: was not rendered by equaltime")
+        raise ImageError(f"{path}: was not rendered by equaltime, or was written with --no-metadata")
     return {
         "file": str(path),
         "scene": tags.get(preview.SOURCE),

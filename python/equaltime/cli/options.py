@@ -13,6 +13,7 @@ import typer
 from equaltime.cluster import check_address, check_machines
 from equaltime.extras import optional
 from equaltime.images.exposure import AUTO, MOST_STOPS, Exposure
+from equaltime.images.preview import JPEG_QUALITY
 from equaltime.rendering.job import MOST_SECONDS, MOST_THREADS
 from equaltime.rendering.output_files import AovPicture
 from equaltime.scene.frames import parse_frames
@@ -26,7 +27,9 @@ __all__ = [
     "Define",
     "ErrorTarget",
     "ExposureStops",
+    "JpegQuality",
     "MaxDepth",
+    "NoMetadata",
     "OnCluster",
     "OnMachines",
     "Overwrite",
@@ -288,6 +291,26 @@ Size = Annotated[
 AsJson = Annotated[bool, typer.Option("--json", help="Print the numbers as JSON, and nothing else.")]
 
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print all details.")]
+
+NoMetadata = Annotated[
+    bool,
+    typer.Option(
+        "--no-metadata",
+        help="Leave out of the picture all that tells of the render: the scene's path, the error, the program, and how "
+        "to repeat it. `equaltime info` can then tell nothing of the picture.",
+    ),
+]
+
+JpegQuality = Annotated[
+    int | None,
+    typer.Option(
+        "--quality",
+        parser=parse_whole(1, 100),
+        metavar="N",
+        help=f"Quality of a JPEG, from 1 (small file) to 100 (large file) [default: {JPEG_QUALITY}].",
+        show_default=False,
+    ),
+]
 
 Overwrite = Annotated[
     bool,

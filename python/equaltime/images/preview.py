@@ -21,7 +21,7 @@ from equaltime.images.exposure import exposure_in_words
 from equaltime.images.reading import complaint, excess, opened
 from equaltime.statistics.agreement import block_means
 
-__all__ = ["EXTENSIONS", "REPEAT", "SOURCE", "is_edited", "png_bytes", "reduced", "srgb_bytes", "write", "write_grey"]
+__all__ = ["EXTENSIONS", "JPEG_QUALITY", "REPEAT", "SOURCE", "is_edited", "png_bytes", "reduced", "srgb_bytes", "write", "write_grey"]
 
 SOURCE: Final = "equaltime:scene"
 """Name of the attribute in which a preview names the scene's file."""
@@ -29,13 +29,17 @@ REPEAT: Final = "equaltime:repeat"
 """Name of the attribute in which a preview has what repeats its render, as JSON data."""
 _PIXELS: Final = "equaltime:pixels"
 """Name of the attribute in which a PNG has the fingerprint of its pixels."""
+_TELLING: Final = frozenset({"Software", "ImageDescription", SOURCE, REPEAT, _PIXELS})
+"""Names of the attributes that tell of the render, and not of how to show the pixels."""
 _LONGEST: Final = 60_000
 """Largest length of this attribute, in bytes: a comment of a JPEG has at most 65,533."""
 _FORMATS: Final = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg"}
 EXTENSIONS: Final = tuple(_FORMATS)
 """Extensions of files that `write` can write."""
-_JPEG: Final[dict[str, Any]] = {"compression": "jpeg:95", "jpeg:subsampling": "4:4:4", "jpeg:com_attributes": 1}
-"""Attributes of a JPEG: quality in [0, 100], colours in full resolution, and all texts kept as comments."""
+JPEG_QUALITY: Final = 95
+"""Quality of a JPEG, in [1, 100], if no other is asked for: the loss is hard to see."""
+_JPEG: Final[dict[str, Any]] = {"jpeg:subsampling": "4:4:4", "jpeg:com_attributes": 1}
+"""Attributes of a JPEG: colours in full resolution, and all texts kept as comments."""
 
 
 def srgb_bytes(image: NDArray[Any], stops: float = 0.0) -> NDArray[np.uint8]:
@@ -71,6 +75,8 @@ def write(
     stops: float = 0.0,
     repeat: str = "",
     background: Sequence[float] | None = None,
+    metadata: bool = True,
+    quality: int = JPEG_QUALITY,
 ) -> None:
     """Write the preview of a linear image (H, W, 3) to a file whose extension is one of `EXTENSIONS`.
 
@@ -79,7 +85,8 @@ def write(
     if it is not 0, the description tells it. If ``alpha`` (H, W) is given, the image must already be multiplied by it
     (associated). A PNG gets alpha and unmultiplied colours, as PNG requires; a fully transparent pixel keeps its
     colour. A JPEG gets no alpha. ``background`` is a linear RGB colour behind the image, which the exposure does not
-    change. With a background, a PNG gets no alpha either.
+    change. With a background, a PNG gets no alpha either. Without ``metadata`` the file tells only its colour space.
+    ``quality``, in [1, 100], is that of a JPEG.
 
     Raises
     ------
@@ -93,7 +100,7 @@ def write(
         attributes[REPEAT] = repeat
     channels: tuple[str, ...] = images.RGB
     if file_format == "jpeg":
-        attributes |= _JPEG
+        attributes |= {**_JPEG, "compression": f"jpeg:{quality}"}
     if alpha is not None and background is not None:
         pixels = srgb_bytes(image * 2.0**stops + (1.0 - alpha)[..., None] * np.asarray(background))
     elif alpha is None or file_format == "jpeg":
@@ -105,6 +112,8 @@ def write(
         attributes["oiio:UnassociatedAlpha"] = 1  # colours are already unmultiplied
     if file_format == "png":
         attributes[_PIXELS] = _fingerprint(pixels)
+    if not metadata:
+        attributes = {name: value for name, value in attributes.items() if name not in _TELLING}
     images.write(path, file_format, [images.Layer(channels, pixels, attributes)])
 
 

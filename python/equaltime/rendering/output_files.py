@@ -130,7 +130,7 @@ def _of_others(places: Iterable[Path], scene: str | None, digest: str | None) ->
     for place in filter(Path.exists, places):
         record, text = read_record(place), _attributes(place)
         if not record and not text.get("Software", "").startswith("equaltime "):
-            yield place, "and is no render of equaltime's"
+            yield place, "and does not say that equaltime made it"
             continue
         if is_edited(place, text):
             yield place, "and was edited since equaltime wrote it"

@@ -269,6 +269,8 @@ class Result:
         aov: Collection[AovPicture] = (),
         overwrite: bool = False,
         background: Sequence[float] | None = None,
+        metadata: bool = True,
+        quality: int = preview.JPEG_QUALITY,
     ) -> tuple[Path, ...]:
         """Write the result and return the files written.
 
@@ -300,18 +302,27 @@ class Result:
         background
             Linear RGB colour behind the transparent parts of the preview, which then has no alpha. The exposure does
             not change it. None keeps the alpha of a PNG.
+        metadata
+            Whether pictures tell the scene's path, the error, and all that repeats the render. False leaves this out of
+            a PNG or JPEG that is written alone, to hand on a picture without private facts.
+        quality
+            Quality of a JPEG, in [1, 100]. It changes no other file.
 
         Raises
         ------
         ImageError
             If a file cannot be written or kept; an earlier file stays unchanged.
         ValueError
-            If ``exposure`` is out of range, if ``background`` is no colour, or if ``aov`` names an unknown picture or a
-            variance that is not known.
+            If ``exposure`` or ``quality`` is out of range, if ``background`` is no colour, if ``aov`` names an unknown
+            picture or a variance that is not known, or if an EXR is to have no metadata.
         """
         paths, stops = check_output(Path(path), aov=aov), self.exposure(exposure)
         if background is not None and len(background) != 3:
             raise ValueError(f"background is a linear colour (red, green, blue), found {background!r}")
+        if not 1 <= quality <= 100:
+            raise ValueError(f"quality is that of a JPEG, in [1, 100], found {quality!r}")
+        if not metadata and (paths.exr is not None or paths.variance is not None):
+            raise ValueError("only a PNG or JPEG that is written alone can do without metadata")
         variance = None if paths.variance is None else self._known_variance()
         description = f"{self._summary()}; {self.origin.strategy}"
         ours = (self.origin.scene, self.origin.digest)
@@ -320,7 +331,11 @@ class Result:
         if paths.exr is not None:
             self.file.write(paths.exr, description, small)
         repeat = to_repeat(self.record, stops, background, self.saved if paths.exr is None else None)
-        preview.write(paths.preview, self.image, description, self.origin.scene, self._alpha, stops, repeat, background)
+        preview.write(
+            *(paths.preview, self.image, description, self.origin.scene, self._alpha, stops, repeat, background),
+            metadata=metadata,
+            quality=quality,
+        )
         if paths.variance is not None and variance is not None:
             variance_picture.write_variance(paths.variance, variance, description, self.origin.scene)
         return (*paths.all, *kept)

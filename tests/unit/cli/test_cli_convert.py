@@ -94,6 +94,64 @@ def test_other_pictures_are_refused_as_pictures(name: str, tmp_path: Path, capsy
     assert "kind of scene file" not in said
 
 
+@pytest.mark.parametrize("name", ["client.png", "client.jpg"])
+def test_a_picture_without_metadata_tells_nothing_of_its_render(
+    name: str, saved: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    picture, plain = saved.with_name(name), saved.with_name(f"plain-{name}")
+    assert main(["convert", str(saved), str(plain), "-q"]) == 0
+    assert main(["convert", str(saved), str(picture), "--no-metadata", "-q"]) == 0
+    assert np.array_equal(oiio.ImageBuf(str(picture)).get_pixels(), oiio.ImageBuf(str(plain)).get_pixels())
+    assert b"cornell" in plain.read_bytes()
+    for private in (b"cornell", b"equaltime", str(saved.parent).encode(), et.read(saved).origin.digest.encode()):
+        assert private not in picture.read_bytes()
+    assert "oiio:ColorSpace" in image_files.read_attributes(picture)
+    assert main(["info", str(picture)]) == 2
+    assert "was not rendered by equaltime, or was written with --no-metadata" in capsys.readouterr().err
+    again = ["render", str(SCENE), "-o", str(picture), "--size", "8x6", "--spp", "4", "-q"]
+    assert main(again) == 2
+    assert "does not say that equaltime made it; --overwrite replaces it" in capsys.readouterr().err
+    assert main([*again, "--overwrite"]) == 0
+
+
+def test_only_a_picture_can_do_without_metadata(saved: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(ValueError, match="only a PNG or JPEG that is written alone can do without metadata"):
+        et.read(saved).save(saved.with_name("b.exr"), metadata=False)
+    assert main(["convert", str(SCENE), str(saved.with_name("b.toml")), "--no-metadata"]) == 2
+    assert "--no-metadata: is for the picture of a render" in capsys.readouterr().err
+
+
+def test_a_jpeg_of_less_quality_is_smaller(saved: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    fine, usual, coarse = (saved.with_name(f"{quality}.jpg") for quality in (100, 95, 20))
+    for picture in (fine, coarse):
+        assert main(["convert", str(saved), str(picture), "--quality", picture.stem, "-q"]) == 0
+    assert main(["convert", str(saved), str(usual), "-q"]) == 0
+    assert fine.stat().st_size > usual.stat().st_size > coarse.stat().st_size
+    for name, quality, problem in (
+        ("b.png", "50", "a PNG loses nothing: only a JPEG has a quality"),
+        ("b.jpg", "0", "'0' is no whole number from 1 to 100"),
+        ("b.jpg", "101", "'101' is no whole number from 1 to 100"),
+    ):
+        assert main(["convert", str(saved), str(saved.with_name(name)), "--quality", quality]) == 2
+        assert problem in capsys.readouterr().err
+    with pytest.raises(ValueError, match="quality is that of a JPEG"):
+        et.read(saved).save(saved.with_name("b.jpg"), quality=0)
+
+
+@pytest.mark.parametrize(
+    ("command", "told"),
+    [
+        (["render", str(SCENE), "-o", "a.jpg"], "--error 2% chooses the accuracy of a render, and equaltime convert"),
+        (["lint", str(SCENE)], "there is no option --quality here; equaltime convert has --quality for a JPEG"),
+    ],
+)
+def test_a_quality_elsewhere_is_answered_by_where_it_is(
+    command: list[str], told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*command, "--quality", "90"]) == 2
+    assert told in capsys.readouterr().err
+
+
 SKY = """
 [sensor]
 type = "perspective"
@@ -166,7 +224,7 @@ def test_the_pixels_at_an_edge_are_mixed_with_the_background_in_linear_light(cut
         ("cut.exr", "#ff88", "'#ff88' is no colour; write white, black, #rrggbb"),
         ("cut.exr", "1,1,2", "'1,1,2' is no colour"),
         ("a.exr", "white", "a.exr has no alpha: render it with --transparent"),
-        ("ball.toml", "white", "only renders have one"),
+        ("ball.toml", "white", "is for the picture of a render"),
     ],
 )
 def test_a_background_is_a_colour_behind_a_render_with_alpha(

@@ -64,7 +64,7 @@ def test_the_first_frame_alone_is_measured_for_a_time_that_is_too_short(
 def test_a_frame_does_not_replace_what_is_no_render(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (scene.parent / "f_0001.png").write_text("mine")
     assert render(scene, "f.png", "--frames", "0-1") == 2
-    assert "f_0001.png: is there already, and is no render of equaltime's" in capsys.readouterr().err
+    assert "f_0001.png: is there already, and does not say that equaltime made it" in capsys.readouterr().err
     assert (scene.parent / "f_0001.png").read_text() == "mine"
     assert not (scene.parent / "f_0000.png").exists(), "all files are looked at before the first frame"
 

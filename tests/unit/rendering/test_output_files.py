@@ -172,9 +172,9 @@ def test_another_scene_or_program_is_not_replaced_unless_that_is_asked_for(
     refused(words, command, capsys)
     output.unlink()
     images.write(output, "openexr" if name == "out.exr" else "png", [images.Layer(images.RGB, photo(name), {})])
-    refused(f"{output}: is there already, and is no render of equaltime's; --overwrite replaces it", command, capsys)
+    refused(f"{output}: is there already, and does not say that equaltime made it; --overwrite replaces it", command, capsys)
     output.write_bytes(b"a diary")
-    refused("is no render of equaltime's", command, capsys)
+    refused("does not say that equaltime made it", command, capsys)
     assert output.read_bytes() == b"a diary"
     assert main([*command, "--overwrite"]) == 0
 
@@ -245,7 +245,7 @@ def test_merging_replaces_a_merge_of_the_same_scene_and_nothing_else(
     assert [main(merging), main(merging)] == [0, 0]
     capsys.readouterr()
     (tmp_path / "both.png").write_bytes(b"a diary")
-    refused("is no render of equaltime's", merging, capsys)
+    refused("does not say that equaltime made it", merging, capsys)
 
 
 def seconds(path: Path, result: et.Result, seconds: float, **origin: Any) -> et.Result:

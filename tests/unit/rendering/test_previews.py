@@ -107,9 +107,9 @@ def test_the_preview_of_checkpoints_keeps_its_exposure(
     shown: list[float] = []
     write = preview.write
 
-    def watched(path: Path, image: Any, *rest: Any) -> None:
+    def watched(path: Path, image: Any, *rest: Any, **named: Any) -> None:
         shown.append(rest[3])
-        write(path, image, *rest)
+        write(path, image, *rest, **named)
 
     monkeypatch.setattr(preview, "write", watched)
     brighter = iter([1.0, 1.0])
