@@ -21,7 +21,7 @@ from equaltime.cli.options import (
 from equaltime.errors import ImageError
 from equaltime.images import preview
 from equaltime.images.exposure import AUTO, Exposure
-from equaltime.images.image_files import PICTURES
+from equaltime.images.image_files import PICTURES, extension
 from equaltime.rendering.output_files import check_spares
 from equaltime.rendering.saved import read
 from equaltime.scene import load_file
@@ -95,9 +95,9 @@ def convert(
     """
     if output.exists() and not overwrite:
         raise ImageError(f"{output}: is there already; choose another name, or --overwrite replaces it")
-    if scene.suffix.lower() == ".exr":
+    if extension(scene) == ".exr":
         return _picture_of(scene, output, exposure, background, quality, not no_metadata, quiet)
-    if scene.suffix.lower() in PICTURES:
+    if extension(scene) in PICTURES:
         kinds = "a scene file, or of pictures a render that equaltime saved as FILE.exr"
         raise ImageError(f"{scene}: is a picture, and convert takes {kinds}; `equaltime compare` reads pictures")
     given = {"--background": background is not None, "--quality": quality is not None, "--no-metadata": no_metadata}

@@ -32,6 +32,7 @@ from equaltime.experiments.model.reader import is_experiment, make_experiment
 from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.stored import StoredExperiment, stored_experiments
 from equaltime.images import preview
+from equaltime.images.image_files import extension
 from equaltime.rendering.render_file import holds_film, read_picture
 from equaltime.rendering.render_record import checked
 from equaltime.scene import Scene, SceneModel, load_file
@@ -80,9 +81,9 @@ def info(
 
     * `equaltime info x3-light.toml`, an experiment: what it would run, and how long that takes
     """
-    if scene.suffix.lower() == ".exr":
+    if extension(scene) == ".exr":
         return _of_render(scene, verbose, as_json)
-    if scene.suffix.lower() in preview.EXTENSIONS:
+    if extension(scene) in preview.EXTENSIONS:
         return _of_picture(scene, as_json)
     definitions = parse_definitions(define or ())
     if scene.is_dir():

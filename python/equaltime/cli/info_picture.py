@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TypedDict
 
 from equaltime.cli.info_render import changes, repeating, seeds
-from equaltime.cli.recorded import plain, shown_scene
+from equaltime.cli.recorded import new_name, plain, shown_path, shown_scene
 from equaltime.errors import ImageError
 from equaltime.images import image_files, preview
 from equaltime.rendering.picture_tag import from_repeat
@@ -64,14 +64,15 @@ def _repeat(path: Path, tags: Mapping[str, str]) -> _Repeat:
     if (tag := tags.get(preview.REPEAT)) is None:
         return {"record": _of_render([beside], tags), "made_from": None, "seed": None, "repeat": []}
     record, stops = from_repeat(tag, path)
-    background, is_jpeg = record["background"], path.suffix.lower() != ".png"
+    background, is_jpeg = record["background"], image_files.extension(path) != ".png"
     converted = background is not None or (is_jpeg and record["transparent"])  # which render does not write
-    named = path.with_suffix(".exr") if record["sources"] or converted else path  # only an EXR file can be merged
+    picture = new_name(path)
+    named = picture.with_suffix(".exr") if record["sources"] or converted else picture  # only an EXR can be merged
     lines = [*repeating(named, record, verbose=False, changed=changes(record), exposure=None if converted else stops)]
     if converted:
-        words = ["equaltime", "convert", named.name, path.name, "--exposure", plain(stops)]
+        words = ["equaltime", "convert", shown_path(named), shown_path(picture), "--exposure", plain(stops)]
         words += [] if background is None else ["--background", ",".join(map(plain, background))]
-        words += ["--overwrite"] if named.with_suffix(".png") == path else []  # the preview of that EXR
+        words += ["--overwrite"] if named.with_suffix(".png") == picture else []  # the preview of that EXR
         lines.append(f"then      {shlex.join(words)}")
     made_from = record["saved"]
     return {

@@ -13,10 +13,12 @@ from equaltime.cli.quote_details import single_pixels
 from equaltime.cli.recorded import (
     CHANGED,
     error_limit,
+    new_name,
     next_error,
     plain,
     recorded_command,
     recorded_scene,
+    shown_path,
     shown_scene,
 )
 from equaltime.errors import EqualtimeError
@@ -69,13 +71,11 @@ def saved_render(path: Path, record: Record, resumable: bool, verbose: bool = Fa
     if number.missing:
         yield f"lacks     {number.missing}"
     changed = changes(record)
-    yield from repeating(path, record, verbose, changed)
-    picture = path.with_suffix(".png")
+    yield from repeating(new_name(path), record, verbose, changed)
+    picture = new_name(path).with_suffix(".png")
     shown = str(picture) if picture.exists() else shlex.join(["equaltime", "convert", str(path), str(picture)])
     yield f"picture   {shown}"
-    further = None if changed else _further(path, record, error)
-    on = further or _how_on(record) if resumable else "no longer: it was saved small"
-    yield f"goes on   {on}"
+    yield f"goes on   {_how_on(path, record, error, changed) if resumable else 'no longer: it was saved small'}"
 
 
 def bright_dots(path: Path, record: Record) -> Iterator[str]:
@@ -125,9 +125,19 @@ def seeds(record: Record) -> str:
     return ", ".join(f"seed {source['seed']}: {_spp(source['samples'])} spp" for source in record["sources"])
 
 
-def _how_on(record: Record) -> str:
-    """Return how a saved render can go on: a merged one has no position at which samples could go on."""
-    return "with merge" if record.get("sources") else "with --resume or merge"
+def _how_on(path: Path, record: Record, error: Interval, changed: str) -> str:
+    """Return how a saved render can go on, if possible as a command; ``changed`` is the result of `changes`.
+
+    A merged render has no position at which samples could go on. A kept copy is not written to, but copied first.
+    """
+    if record["sources"]:
+        return "with merge"
+    new = new_name(path)
+    copied = "" if new == path else shlex.join(["cp", shown_path(path), shown_path(new)])
+    if not changed and (command := _further(new, record, error)):
+        return " && ".join(filter(None, [copied, command]))
+    scene = "only with the scene as it was: " * bool(changed)
+    return f"{scene}with --resume{f' after {copied},' * bool(copied)} or merge"
 
 
 def _further(path: Path, record: Record, error: Interval) -> str | None:
@@ -138,7 +148,7 @@ def _further(path: Path, record: Record, error: Interval) -> str | None:
     target = next_error(error.value)
     if target is None or record["scene"] is None or record["sources"] or record.get("bias"):
         return None
-    return shlex.join(recorded_command(record, str(path), ["--resume", "--error", f"{100.0 * target:g}%"]))
+    return shlex.join(recorded_command(record, shown_path(path), ["--resume", "--error", f"{100.0 * target:g}%"]))
 
 
 def _spp(samples: Mapping[str, int]) -> str:
@@ -149,13 +159,13 @@ def _spp(samples: Mapping[str, int]) -> str:
 def repeating(path: Path, record: Record, verbose: bool, changed: str, exposure: float | None = None) -> Iterator[str]:
     """Yield the commands that would repeat the render, and what differs if it cannot be repeated exactly.
 
-    ``changed`` is the result of `changes`. ``exposure`` is that of a picture alone, in stops; None for an EXR file.
+    The commands write ``path``. ``changed`` is the result of `changes`. ``exposure`` is that of a picture alone, in stops; None for an EXR file.
     """
     if record["scene"] is None:
-        yield from _call(record, path.name)
+        yield from _call(record, shown_path(path))
         return
     if not record["sources"]:
-        words, why = _command(record, path.name)
+        words, why = _command(record, shown_path(path))
         words += [] if exposure is None else ["--exposure", plain(exposure)]
         yield f"{_title(not why)}{shlex.join(words)}"
         yield from _not_exactly(why)
@@ -189,11 +199,11 @@ def _repeat_parts(path: Path, record: Record, verbose: bool) -> Iterator[str]:
     commands = {}
     for source in record["sources"]:
         number = "" if record["frame"] is None else f"_{record['frame']['number']:04}"
-        name = f"part-{source['seed']}{number}.exr"
+        name = shown_path(path.with_name(f"part-{source['seed']}{number}.exr"))
         commands[name] = _command({**record, **source}, name)
     why = next((why for _, why in commands.values() if why), "")
     title = _title(not why)
-    lines = [words for words, _ in commands.values()] + [["equaltime", "merge", *commands, "-o", path.name]]
+    lines = [words for words, _ in commands.values()] + [["equaltime", "merge", *commands, "-o", shown_path(path)]]
     most = _MOST_COMMANDS - bool(why)
     shown = len(lines) if verbose or len(lines) <= most else most - 1
     for words in lines[:shown]:

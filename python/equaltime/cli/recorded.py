@@ -20,6 +20,7 @@ from equaltime.strategy import Strategy
 __all__ = [
     "CHANGED",
     "error_limit",
+    "new_name",
     "next_error",
     "plain",
     "recorded_command",
@@ -71,6 +72,14 @@ def shown_path(path: Path) -> str:
     """
     here = Path.cwd()
     return str(path.relative_to(here) if here != Path(here.anchor) and path.is_relative_to(here) else path)
+
+
+def new_name(path: Path) -> Path:
+    """Return the file that a command may write in place of ``path``: ``NAME-kept.exr`` for a kept copy ``NAME.exr~``.
+
+    Files that are no kept copies are returned unchanged.
+    """
+    return path.with_name(f"{path.stem}-kept{path.suffix[:-1]}") if path.suffix.endswith("~") else path
 
 
 def shown_scene(path: str | None) -> str:

@@ -29,6 +29,7 @@ from equaltime.cli.replay_source import ReplaySource
 from equaltime.cli.replay_summary import path_in_short
 from equaltime.cli.replay_vertices import PathInLines, numbers
 from equaltime.errors import ImageError
+from equaltime.images.image_files import extension
 from equaltime.images.preview import EXTENSIONS
 from equaltime.rendering.replay import Replay
 from equaltime.rendering.replay import replay as replay_sample
@@ -118,9 +119,9 @@ def replay(
     """
     if sample is not None and spp is not None:
         raise typer.BadParameter("give --sample for one sample, or --spp for the brightest of N", param_hint="--spp")
-    if scene.suffix.lower() in EXTENSIONS:
+    if extension(scene) in EXTENSIONS:
         raise ImageError(f"{scene}: a picture has no samples to replay; give the EXR file of its render, or the scene")
-    if scene.suffix.lower() == ".exr":
+    if extension(scene) == ".exr":
         _check_alone(context, scene)
         source = ReplaySource.read(scene, pixel, seed if _is_given(context, "seed") else None)
         loaded, chosen, seed, left_out = source.scene, source.strategy, source.seed, source.without

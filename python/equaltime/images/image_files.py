@@ -31,6 +31,7 @@ __all__ = [
     "Window",
     "check_writable",
     "escaped",
+    "extension",
     "linear_rgb",
     "read",
     "read_attributes",
@@ -234,6 +235,11 @@ def _refusal(file: Path) -> str:
     return ""
 
 
+def extension(path: Path) -> str:
+    """Return the extension of a file in lower case, such as ``.exr``, also of a kept copy such as ``NAME.exr~``."""
+    return path.suffix.lower().removesuffix("~")
+
+
 def check_writable(path: Path, extensions: tuple[str, ...]) -> None:
     """Raise `ImageError` if ``path`` cannot be written, or does not end in one of the ``extensions``.
 
@@ -241,6 +247,8 @@ def check_writable(path: Path, extensions: tuple[str, ...]) -> None:
     does not waste the time of the render.
     """
     if path.suffix.lower() not in extensions:
+        if extension(path) in extensions:
+            raise ImageError(f"{path}: is a kept copy, which is only read; copy it to a name without ~, and give that")
         found = f"extension '{path.suffix}'" if path.suffix else "no extension"
         raise ImageError(f"{path}: {found}; expected {', '.join(extensions)}")
     try:

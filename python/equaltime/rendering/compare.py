@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from equaltime.errors import ImageError
 from equaltime.extras import install
 from equaltime.images.flip import available
-from equaltime.images.image_files import Picture
+from equaltime.images.image_files import Picture, extension
 from equaltime.images.metrics import METRICS, Reference, contributions, measure
 from equaltime.images.mitsuba_reference import CAVEAT, is_mitsuba
 from equaltime.rendering.noisy_reference import FEWEST_BLOCKS, Difference, Noise, block_means, log_ratio
@@ -371,7 +371,7 @@ def _notes(files: list[_File], compared: tuple[Compared, ...], without_ratio: bo
     if not available():
         yield f"flip is left out: it needs the package flip-evaluator: {install('report')}"
     for file in files:
-        if file.path.suffix.lower() in _DISPLAY:
+        if extension(file.path) in _DISPLAY:
             yield f"{file.path} is made for displays: its values are taken as they are, and may not be linear"
         if file is not truth and _same_seed(file, truth) and not np.array_equal(file.image, truth.image):
             yield (

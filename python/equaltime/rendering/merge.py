@@ -15,6 +15,7 @@ from equaltime.errors import ImageError
 from equaltime.film.focus import Focus
 from equaltime.film.parts_of_merge import MergedFilm
 from equaltime.film.unseen import Unseen
+from equaltime.images.image_files import extension
 from equaltime.images.preview import EXTENSIONS
 from equaltime.rendering.budget import Stop
 from equaltime.rendering.film_picture import ALPHA
@@ -96,7 +97,7 @@ def _alpha(parts: Sequence[SavedRender]) -> dict[str, NDArray[np.float32]]:
 
 def _check_kind(render: Render) -> None:
     """Refuse a picture: its samples are in the EXR file of the render."""
-    if not isinstance(render, Result) and (path := Path(render)).suffix.lower() in EXTENSIONS:
+    if not isinstance(render, Result) and extension(path := Path(render)) in EXTENSIONS:
         exr = path.with_suffix(".exr")
         what = f"give {exr}" if exr.exists() else "render it with -o FILE.exr, and give that file"
         raise ImageError(f"{path}: a picture has no samples to merge; {what} instead")

@@ -120,7 +120,7 @@ def test_a_render_of_a_changed_scene_has_no_command_that_goes_on(
     assert main(["render", str(scene), "-o", str(output), "--size", "8x6", "--spp", "8", "-q"]) == 0
     scene.unlink()
     assert main(["info", str(output)]) == 0
-    assert capsys.readouterr().out.endswith("goes on   with --resume or merge\n")
+    assert capsys.readouterr().out.endswith("goes on   only with the scene as it was: with --resume or merge\n")
 
 
 @pytest.mark.parametrize("small", [False, True])
@@ -237,9 +237,9 @@ def test_the_command_that_repeats_a_render_has_its_definitions(
         (
             "f.exr",
             "--frames 3 --blur 0.5 --seed 7",
-            "-o 'f_####.exr' --spp 2 --frames 3 --blur 0.5 --size 8x6 --seed 7",
+            "-o '{folder}/f_####.exr' --spp 2 --frames 3 --blur 0.5 --size 8x6 --seed 7",
         ),
-        ("f-##.exr", "--frames 1,3 --fps 2.5", "-o 'f-##.exr' --spp 2 --frames 3 --fps 2.5 --size 8x6 --seed 0"),
+        ("f-##.exr", "--frames 1,3 --fps 2.5", "-o '{folder}/f-##.exr' --spp 2 --frames 3 --fps 2.5 --size 8x6 --seed 0"),
     ],
 )
 def test_the_command_that_repeats_a_frame_has_its_number(
@@ -259,7 +259,7 @@ def test_the_command_that_repeats_a_frame_has_its_number(
     assert main(["info", str(file)]) == 0
     lines = capsys.readouterr().out.splitlines()
     (again,) = [line for line in lines if line.startswith("repeat")]
-    assert again == f"repeat    equaltime render {scene} {said}"
+    assert again == f"repeat    equaltime render {scene} {said.format(folder=tmp_path)}"
     assert f"shows     {scene} at 8x6, frame 3" in lines
     assert not any(line.strip().startswith("but ") for line in lines)
     _, _, *command = shlex.split(again)
@@ -280,7 +280,8 @@ def test_a_frame_with_a_seed_below_its_number_is_repeated_with_another(
     et.render(moment.with_(size=(8, 6)), spp=2, seed=1).save(tmp_path / "f_0003.exr")
     assert main(["info", str(tmp_path / "f_0003.exr")]) == 0
     told = capsys.readouterr().out
-    assert f"similar   equaltime render {scene} -o 'f_####.exr' --spp 2 --frames 3 --size 8x6 --seed 0\n" in told
+    output = f"'{tmp_path}/f_####.exr'"
+    assert f"similar   equaltime render {scene} -o {output} --spp 2 --frames 3 --size 8x6 --seed 0\n" in told
 
 
 @pytest.mark.parametrize(
@@ -357,11 +358,60 @@ def test_a_scene_below_the_working_directory_has_a_relative_path(
     assert "\nshows     set/scene.toml" in told
     monkeypatch.chdir(tmp_path / "set")
     assert main(["info", f"../{name}"]) == 0
-    assert "\nrepeat    equaltime render scene.toml -o a." in capsys.readouterr().out
+    assert "\nrepeat    equaltime render scene.toml -o ../a." in capsys.readouterr().out
     (tmp_path / "set" / "below").mkdir()
     monkeypatch.chdir(tmp_path / "set" / "below")
     assert main(["info", f"../../{name}"]) == 0
-    assert f"\nrepeat    equaltime render {tmp_path / 'set' / 'scene.toml'} -o a." in capsys.readouterr().out
+    assert f"\nrepeat    equaltime render {tmp_path / 'set' / 'scene.toml'} -o ../../a." in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", ["a.exr", "a.png"])
+def test_the_commands_on_a_render_in_another_folder_write_into_that_folder(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for folder in ("set", "send"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "set" / "scene.toml").write_text(STANDING)
+    monkeypatch.chdir(tmp_path)
+    assert main(["render", "set/scene.toml", "-o", f"send/{name}", "--size", "8x6", "--spp", "4", "-q"]) == 0
+    for given in (f"send/{name}", str(tmp_path / "send" / name)):
+        assert main(["info", given]) == 0
+        commands = [line for line in capsys.readouterr().out.splitlines() if "equaltime render" in line]
+        assert commands
+        assert all(f"equaltime render set/scene.toml -o send/{name} " in command for command in commands)
+
+
+def test_a_kept_copy_is_read_as_a_render(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(SCENES / "cornell-box.toml", "scene.toml")
+    for seed in ("1", "2"):
+        command = ["render", "scene.toml", "-o", "a.exr", "--size", "16x16", "--spp", "8", "--seed", seed, "-q"]
+        assert main(command) == 0
+        if seed == "1":
+            Path("a.exr").rename("a.exr~")
+            Path("a.png").rename("a.png~")
+    assert main(["info", "a.exr~"]) == 0
+    lines = {line[:10].strip(): line[10:] for line in capsys.readouterr().out.splitlines()}
+    assert lines["repeat"] == "equaltime render scene.toml -o a-kept.exr --spp 8 --size 16x16 --seed 1"
+    assert lines["picture"] == "equaltime convert 'a.exr~' a-kept.png"
+    copy, _, on = lines["goes on"].partition(" && ")
+    assert copy == "cp 'a.exr~' a-kept.exr"
+    assert main(shlex.split(lines["picture"])[1:]) == 0
+    shutil.copy(*shlex.split(copy)[1:])
+    before = et.read("a.exr~")
+    assert main([*shlex.split(on)[1:], "-q"]) == 0
+    assert et.read("a-kept.exr").spp > before.spp
+    capsys.readouterr()
+    assert main(["info", "a.png~"]) == 0
+    assert "-o a-kept.png " in capsys.readouterr().out
+    assert main(["compare", "a.exr~", "a.exr"]) == 0
+    assert main(["merge", "a.exr~", "a.exr", "-o", "both.exr"]) == 0
+    assert main(["replay", "a.exr~", "--pixel", "1,1"]) == 0
+    capsys.readouterr()
+    assert main(["render", "scene.toml", "-o", "a.exr~", "--resume"]) == 2
+    assert "a.exr~: is a kept copy, which is only read" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", ["a.png", "a.jpg"])
@@ -376,7 +426,8 @@ def test_it_tells_the_tags_of_a_picture(name: str, tmp_path: Path, capsys: pytes
     assert shows == f"shows     {scene}"
     assert strategy == "strategy  best, seed 0"
     exposure = float(repeat.rpartition(" ")[2])  # the automatic one
-    assert repeat == f"repeat    equaltime render {scene} -o {name} --spp 4 --size 8x6 --seed 0 --exposure {exposure:g}"
+    options = f"--spp 4 --size 8x6 --seed 0 --exposure {exposure:g}"
+    assert repeat == f"repeat    equaltime render {scene} -o {picture} {options}"
     assert record == "record    only -o FILE.exr keeps one"
     command = ["render", scene, "-o", str(tmp_path / "a.exr"), "--size", "8x6", "--spp", "4", "-q"]
     assert main([*command, "--seed", "1"]) == 0
@@ -424,7 +475,8 @@ def test_the_picture_of_a_merged_render_tells_how_to_merge_anew(
     assert main(["info", str(tmp_path / "both.png")]) == 0
     out = capsys.readouterr().out
     assert "strategy  best, seed 1: 4 spp, seed 2: 4 spp\n" in out
-    assert "equaltime merge part-1.exr part-2.exr -o both.exr\n" in out
+    one, two, both = (tmp_path / name for name in ("part-1.exr", "part-2.exr", "both.exr"))
+    assert f"equaltime merge {one} {two} -o {both}\n" in out
 
 
 def test_a_damaged_tag_of_a_picture_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
