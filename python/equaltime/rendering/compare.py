@@ -293,8 +293,10 @@ def _same_pixels(files: list[_File]) -> str:
     for first, second in combinations(files, 2):
         if np.array_equal(first.image, second.image):
             twice = first.path.absolute() == second.path.absolute()
-            said = f"{first.path} was given twice" if twice else f"{first.path} and {second.path} have the same pixels"
-            return f"{said}: a comparison needs two renders. Render one with another --seed."
+            if twice:
+                return f"identical: {first.path} was given twice; give two files"
+            noise = "to measure noise or bias, render one with another --seed"
+            return f"identical: {first.path} and {second.path} have the same pixels, as exact repeats do; {noise}"
     return ""
 
 

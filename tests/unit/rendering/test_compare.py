@@ -143,14 +143,16 @@ def test_of_a_file_that_is_given_twice_the_first_line_says_so(
     files: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]
 ) -> None:
     a, b, reference = files
-    told = f"{a} was given twice: a comparison needs two renders. Render one with another --seed."
+    told = f"identical: {a} was given twice; give two files"
     assert main(["compare", str(a), str(a)]) == 0
     said = capsys.readouterr().out
     assert said.splitlines()[0] == told
     assert "seed in common" not in said
     copy = a.with_name("copy.exr")
     copy.write_bytes(a.read_bytes())
-    assert et.compare(a, copy, reference).same.startswith(f"{a} and {copy} have the same pixels: ")
+    assert et.compare(a, copy, reference).same.startswith(f"identical: {a} and {copy} have the same pixels")
+    assert main(["compare", str(a), str(copy)]) == 0
+    assert capsys.readouterr().out.startswith("identical: ")
     assert et.compare(a, b, reference).same == ""
 
 
