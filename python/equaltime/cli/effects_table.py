@@ -12,6 +12,7 @@ from equaltime.cli.messages import MOST_LINES, WAYS, plain_console, print_line
 from equaltime.pricing import Price, PriceList
 from equaltime.quoting.light_parts import lamp
 from equaltime.rendering.stated import other_depth
+from equaltime.scene.effects.kinds import Effect
 from equaltime.statistics.intervals import Interval
 from equaltime.words import percent
 
@@ -25,6 +26,9 @@ _OTHER_LINES = 8
 _FAR: Final = 0.1
 """Largest relative error of the picture without an effect at which leaving it out is proposed: beyond, the picture is
 clearly another one."""
+_WORTH: Final = 0.05
+"""Smallest share of the time to the same error that a proposed step saves, at the lower ends of the intervals: a picture
+that takes a twentieth less is not worth being off."""
 _MUCH: Final = 0.5
 """Smallest share of the noise of an effect at which its sentence in `_HINTS` is told: below, little is gained."""
 _HINTS: Final = {
@@ -111,16 +115,16 @@ def _measured(price: Price) -> str:
 def _proposal(found: PriceList, command: str) -> str:
     """Return a line with the step that saves most of all, what it saves, and the command that takes it.
 
-    A step leaves an effect out, so that the picture is off by at most `_FAR`. If no step saves anything measurable, the
+    A step leaves an effect out, so that the picture is off by at most `_FAR`. If no step surely saves `_WORTH`, the
     line says so.
     """
     named = {price.kind.name: price for price in found.prices if price.kind.name != "long_paths"}
     if found.cut is not None:
         named[f"long_paths={str(found.cut.instead).removeprefix('truncate=')}"] = found.cut
-    steps = {name: price for name, price in named.items() if _is_near(price.change) and _saved(price) > 0.0}
+    steps = {name: price for name, price in named.items() if _is_near(price.change) and _saved(price, surely=True) >= _WORTH}
     limit = f"or a picture off by at most {percent(_FAR)}"
     if not steps:
-        return f"No effect that can be left out f{limit} saves a measurable share of time or noise."
+        return f"Leave all effects in: f{limit}, none surely saves {percent(_WORTH)} of the time to the same error."
     name, price = max(steps.items(), key=lambda step: _saved(step[1]))
     assert price.change is not None
     off = f"it is then off by at most {percent(price.change.high)}"
@@ -132,9 +136,16 @@ def _is_near(change: Interval | None) -> bool:
     return change is not None and change.trusted and change.high <= _FAR
 
 
-def _saved(price: Price) -> float:
-    """Return the share of the time to the same error that is saved without an effect, as far as it is measurable."""
-    return 1.0 - (1.0 - _value(price.time)) * (1.0 - _value(price.variance))
+def _saved(price: Price, surely: bool = False) -> float:
+    """Return the share of the time to the same error that is saved without an effect, as far as it is measurable.
+
+    ``surely`` asks for the lower ends of the intervals.
+    """
+    time, noise = (
+        share.low if surely and share is not None and _measurable(share) else _value(share)
+        for share in (price.time, price.variance)
+    )
+    return 1.0 - (1.0 - time) * (1.0 - noise)
 
 
 def _table(prices: list[Price]) -> Table:
@@ -159,7 +170,7 @@ def _memory(size: int | None) -> str:
 def _short(found: PriceList, left: int) -> Iterator[str]:
     """Yield the lines below the table: effects that are always there, and where the noise comes from."""
     always = [
-        f"{price.kind.name} ({_brief(price.variance)} of the noise)" if _value(price.variance) else price.kind.name
+        _plainly(price.kind) + (f" ({_brief(price.variance)} of the noise)" if _value(price.variance) else "")
         for price in found.prices
         if price.instead is None
     ]
@@ -176,6 +187,11 @@ def _short(found: PriceList, left: int) -> Iterator[str]:
         yield f"All numbers are for {depth}."
     more = f"{left} more effects, " if left > 0 else ""
     yield f"{len(found.free)} other effects cost nothing here. -v shows {more}reasons, places and all shares."
+
+
+def _plainly(kind: Effect) -> str:
+    """Return the name of an effect; for ``many_lights``, which two lights suffice to use, its title."""
+    return kind.title if kind.name == "many_lights" else kind.name
 
 
 def _everything(found: PriceList) -> Iterator[str]:

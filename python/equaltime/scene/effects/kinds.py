@@ -144,7 +144,7 @@ KINDS: Final[Mapping[str, Effect]] = {
         Effect("phase_blends", "phase functions other than Henyey and Greenstein's", _models("phase_blends")),
         Effect("motion", "motion while the shutter is open", _is_animated, "the shutter's centre"),
         Effect("hidden_emitters", "lights hidden from the camera", _hides, "visible lights"),
-        Effect("many_lights", "a choice among several lights", _shines),
+        Effect("many_lights", "a choice among lights", _shines),
         Effect("long_paths", "light that was scattered more than once", lambda _: False, "truncate=2"),
         Effect("outputs", "outputs beside the image", _one_of(Aov, Depth)),
     )
