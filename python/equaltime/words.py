@@ -28,6 +28,8 @@ __all__ = [
     "without_numbers",
 ]
 
+MOST_LISTED: Final = 20
+"""Largest number of names that a message lists: all types of surfaces."""
 MOST_NAMES: Final = 512
 LONGEST_NAME: Final = 100
 """Limits of `nearest`: it looks for a similar name among at most `MOST_NAMES` names, for a word of at most
@@ -163,7 +165,7 @@ def suggestion(word: str, known: Iterable[str]) -> str:
         return f"; did you mean '{near}'?"
     if not names:
         return ""
-    listed = ", ".join(f"'{name}'" for name in names[:12]) + (", ..." if len(names) > 12 else "")
+    listed = ", ".join(f"'{name}'" for name in names[:MOST_LISTED]) + (", ..." if len(names) > MOST_LISTED else "")
     return f"; expected {'one of ' if len(names) > 1 else ''}{listed}"
 
 

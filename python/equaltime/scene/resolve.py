@@ -70,6 +70,13 @@ def _fits(part: Child, report: Report) -> bool:
     return kind in (None, "shape")
 
 
+_EVERYDAY: Final = {
+    **{"metal": "conductor", "mirror": "conductor", "glass": "dielectric", "matte": "diffuse", "lambertian": "diffuse"},
+    **{"disney": "principled", "pbr": "principled", "glossy": "rough", "frosted": "rough"},
+}
+"""Everyday words in the names of materials, with the words of Mitsuba's types."""
+_BEGINNING: Final = 5
+"""Number of first letters that similar names share, as in ``rough``."""
 VOLUMETRIC: Final = ("medium", "phase")
 """Families of plugins whose parameters may be volumes."""
 
@@ -245,7 +252,7 @@ class _Resolver:
 
     def _wrong_type(self, node: Object, plugin: type[Plugin] | None) -> str:
         """Return a message about the type of `node`: misspelt, of another family, or not supported yet."""
-        what = self._kind(node) or "plugin"
+        what = self._kind(node) or self._kind_of_use(node) or "plugin"
         origin = "" if node.variable is None else f", the value of ${node.variable},"
         if plugin is not None:
             return f"'{node.type}'{origin} is {a(plugin.kind)}, not {a(what)}"
@@ -258,7 +265,7 @@ class _Resolver:
             return f"the {what} '{node.type}'{origin} is {NO_MORE}{hint}"
         known = {name for kind, names in MITSUBA.items() if what in ("plugin", kind) for name in names}
         supported = {name for name, known_plugin in PLUGINS.items() if what in ("plugin", known_plugin.kind)}
-        hint = hint or suggestion(node.type, known if nearest(node.type, known) else supported)
+        hint = hint or _like(node.type, known, supported)
         if what != "plugin" and has_substitute(what, node.type):
             hint += "; --substitute replaces it"
         return f"unknown {what} '{node.type}'{origin.rstrip(',')}{hint}"
@@ -270,6 +277,21 @@ class _Resolver:
         if node.type in PLUGINS:
             return PLUGINS[node.type].kind
         return mitsuba_kind(node.type) or next((kind for kind in MITSUBA if kind == node.key), None)
+
+    def _kind_of_use(self, node: Object) -> Kind | None:
+        """Return the family that the first object takes which contains `node` or refers to it; None if none tells."""
+        names = {node.id, self._top.get(node)} - {None}
+        for parent in self._root.objects():
+            if (plugin := PLUGINS.get(parent.type)) is None:
+                continue
+            for child in parent.children:
+                held = child.node.id if isinstance(child.node, Ref) else getattr(child.node, "data", None)
+                if child.node is node or (isinstance(held, str) and held in names):
+                    takes = {kind for kind, role in plugin.roles.items() if role == child.name}
+                    takes |= plugin.slots().get(child.name or "", frozenset())
+                    if len(takes) == 1:
+                        return takes.pop()
+        return None
 
     # -- contents of an object ---------------------------------------------------------------------------------------
 
@@ -365,6 +387,23 @@ class _Resolver:
                 hint = "; expected a number, a colour, or the name of a texture"
             self._report.add(node.place, f"no object has the name '{name}'{hint}")
         return self._by_id.get(name)
+
+
+def _like(word: str, known: set[str], supported: set[str]) -> str:
+    """Return the end of a message on an unknown type: similar names among `known`, else the `supported` ones.
+
+    Names are similar in their letters, by the everyday words in `_EVERYDAY`, or in the letters with which they begin.
+    """
+    technical = word.lower().replace("_", "")
+    for everyday, term in _EVERYDAY.items():
+        technical = technical.replace(everyday, term)
+    for meant in (technical,) if technical in known else (word, technical):
+        if nearest(meant, known):
+            return suggestion(meant, known)
+    alike = sorted(name for name in supported if name[:_BEGINNING] == technical[:_BEGINNING])
+    if len(alike) > 1:
+        return f"; did you mean one of {', '.join(map(repr, alike))}?"
+    return suggestion(word, supported)
 
 
 def _title(plugin: type[Plugin]) -> str:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Set
+from typing import Any, Final
 
 import numpy as np
 from pydantic import ValidationError
@@ -12,9 +12,19 @@ from pydantic_core import ErrorDetails
 from equaltime.scene.model import NO_MORE, NOT_YET, Animation, Plugin
 from equaltime.scene.report import MOST_TOLD
 from equaltime.validation import expectation
-from equaltime.words import shortened, suggestion
+from equaltime.words import nearest, shortened, suggestion
 
 __all__ = ["explain"]
+
+
+_EQUALS: Final = (
+    ("alpha", "roughness"),
+    ("reflectance", "diffuse_reflectance", "base_color", "color", "albedo", "specular_reflectance"),
+    ("int_ior", "eta", "ior"),
+)
+"""Parameters of surfaces that have one meaning, by the names that they have in types of surfaces and other programs."""
+_ROUGHNESS: Final = {"alpha": ", the square of the roughness", "roughness": ", the square root of alpha"}
+"""Measures of roughness, with their meanings: a number for one of them does not suit the other."""
 
 
 def explain(plugin: type[Plugin], error: ValidationError) -> dict[str, str]:
@@ -40,7 +50,7 @@ def _message(plugin: type[Plugin], name: str, details: ErrorDetails) -> str:
         if name in plugin.old:
             return f"'{name}' of '{title}' is {NO_MORE}; --substitute leaves it out"
         known = {*plugin.model_fields, *plugin.later} - {"type"}
-        return f"unknown parameter '{name}' of '{title}'{suggestion(name, known)}"
+        return f"unknown parameter '{name}' of '{title}'{_equal(name, known) or suggestion(name, known)}"
     if kind == "missing":
         return f"'{title}' needs '{name}'"
     found = details["input"]
@@ -49,6 +59,17 @@ def _message(plugin: type[Plugin], name: str, details: ErrorDetails) -> str:
         tells_all = not name or shown(found) in message or _is_matrix(found) or isinstance(found, Animation)
         return message if tells_all else f"{message}; found {shown(found)}"
     return f"{expectation(details)}, found {shown(found)}{_near(kind, context, found)}"
+
+
+def _equal(name: str, known: Set[str]) -> str:
+    """Return the end of a message on a parameter that other types have by another name; empty without such a name."""
+    words = {word for group in _EQUALS for word in group} | known
+    meant = name if name in words else nearest(name, words)
+    group = next((group for group in _EQUALS if meant in group), ())
+    if meant in known or not (same := next((word for word in group if word in known), None)):
+        return ""
+    note = _ROUGHNESS.get(same, "") if meant in _ROUGHNESS else ""
+    return f"; did you mean '{same}'{note}?"
 
 
 def _near(kind: str, context: Mapping[str, object], found: object) -> str:

@@ -253,3 +253,58 @@ def test_the_plane_of_a_texture_is_moved_by_steps_of_two_numbers(tmp_path: Path)
     )
     (floor,) = load(file).model.shapes
     assert floor.bsdf.reflectance.uv_rows == ((2, 0, 0.5), (0, 3, 0))  # type: ignore[union-attr]
+
+
+USED = SENSOR + '[ball]\n{}\n[shape]\ntype = "sphere"\nbsdf = "ball"\n'
+"""A surface in a block of its own, which only its use shows to be a surface."""
+
+
+@pytest.mark.parametrize(
+    ("type", "hint"),
+    [
+        ("roughmetal", "did you mean 'roughconductor'?"),
+        ("roughglass", "did you mean 'roughdielectric'?"),
+        ("Mirror", "did you mean 'conductor'?"),
+        ("rough", "did you mean one of 'roughconductor', 'roughdielectric', 'roughdiffuse', 'roughplastic'?"),
+        ("difuse", "did you mean 'diffuse'?"),
+    ],
+)
+def test_an_unknown_surface_is_answered_by_surfaces_like_it(type: str, hint: str, tmp_path: Path) -> None:
+    (problem,) = problems(tmp_path, USED.format(f'type = "{type}"'))
+    assert problem == f"scene.toml:3: ball: unknown bsdf '{type}'; {hint}"
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [
+        (USED.format('type = "xyz"'), "bsdf"),
+        (SENSOR + '[ball]\ntype = "sphere"\nbsdf = { type = "xyz" }\n', "bsdf"),
+        (SENSOR + '[ball]\ntype = "sphere"\nemitter = { type = "xyz" }\n', "emitter"),
+    ],
+)
+def test_a_type_like_no_other_is_answered_by_all_that_its_place_takes(text: str, kind: str, tmp_path: Path) -> None:
+    (problem,) = problems(tmp_path, text)
+    _, said, listed = problem.partition(f"unknown {kind} 'xyz'; expected one of ")
+    assert said
+    assert listed == ", ".join(repr(name) for name in sorted(m.PLUGINS) if m.PLUGINS[name].kind == kind)
+
+
+@pytest.mark.parametrize(
+    ("surface", "name", "hint"),
+    [
+        ("roughconductor", "rougness", "did you mean 'alpha', the square of the roughness?"),
+        ("roughplastic", "roughness", "did you mean 'alpha', the square of the roughness?"),
+        ("principled", "alpha", "did you mean 'roughness', the square root of alpha?"),
+        ("principled", "reflectance", "did you mean 'base_color'?"),
+        ("diffuse", "base_color", "did you mean 'reflectance'?"),
+        ("plastic", "base_color", "did you mean 'diffuse_reflectance'?"),
+        ("dielectric", "eta", "did you mean 'int_ior'?"),
+        ("diffuse", "reflectanse", "did you mean 'reflectance'?"),
+        ("diffuse", "roughness", "expected one of 'id', 'reflectance'"),
+    ],
+)
+def test_a_parameter_of_another_surface_is_answered_by_its_equal(
+    surface: str, name: str, hint: str, tmp_path: Path
+) -> None:
+    (problem,) = problems(tmp_path, USED.format(f'type = "{surface}"\n{name} = 0.5'))
+    assert problem.endswith(f"unknown parameter '{name}' of '{surface}'; {hint}")
