@@ -27,8 +27,8 @@ _FAR: Final = 0.1
 """Largest relative error of the picture without an effect at which leaving it out is proposed: beyond, the picture is
 clearly another one."""
 _WORTH: Final = 0.05
-"""Smallest share of the time to the same error that a proposed step saves, at the lower ends of the intervals: a picture
-that takes a twentieth less is not worth being off."""
+"""Smallest share of the time to the same error that a proposed step saves, at the lower ends of the intervals: for less,
+no picture is worth being off."""
 _MUCH: Final = 0.5
 """Smallest share of the noise of an effect at which its sentence in `_HINTS` is told: below, little is gained."""
 _HINTS: Final = {
@@ -121,7 +121,8 @@ def _proposal(found: PriceList, command: str) -> str:
     named = {price.kind.name: price for price in found.prices if price.kind.name != "long_paths"}
     if found.cut is not None:
         named[f"long_paths={str(found.cut.instead).removeprefix('truncate=')}"] = found.cut
-    steps = {name: price for name, price in named.items() if _is_near(price.change) and _saved(price, surely=True) >= _WORTH}
+    near = {name: price for name, price in named.items() if _is_near(price.change)}
+    steps = {name: price for name, price in near.items() if _saved(price, surely=True) >= _WORTH}
     limit = f"or a picture off by at most {percent(_FAR)}"
     if not steps:
         return f"Leave all effects in: f{limit}, none surely saves {percent(_WORTH)} of the time to the same error."

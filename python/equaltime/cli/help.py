@@ -19,8 +19,8 @@ PANELS: Final = {
     ),
     "How": ("strategy", "strategies", "seed", "threads", "cluster"),
     "Output": (
-        *("output", "exposure", "background", "quality", "no_metadata", "aov", "resume", "checkpoint", "small", "overwrite", "copy"),
-        *("why", "as_json", "quiet", "verbose", "help"),
+        *("output", "exposure", "background", "quality", "no_metadata", "aov", "resume", "checkpoint", "small"),
+        *("overwrite", "copy", "why", "as_json", "quiet", "verbose", "help"),
     ),
     "For experts": ("backend", "traps", "tev", "peer"),
 }

@@ -159,7 +159,8 @@ def _spp(samples: Mapping[str, int]) -> str:
 def repeating(path: Path, record: Record, verbose: bool, changed: str, exposure: float | None = None) -> Iterator[str]:
     """Yield the commands that would repeat the render, and what differs if it cannot be repeated exactly.
 
-    The commands write ``path``. ``changed`` is the result of `changes`. ``exposure`` is that of a picture alone, in stops; None for an EXR file.
+    The commands write ``path``, and ``changed`` is the result of `changes`. ``exposure`` is that of a picture alone, in
+    stops; None for an EXR file.
     """
     if record["scene"] is None:
         yield from _call(record, shown_path(path))

@@ -21,7 +21,18 @@ from equaltime.images.exposure import exposure_in_words
 from equaltime.images.reading import complaint, excess, opened
 from equaltime.statistics.agreement import block_means
 
-__all__ = ["EXTENSIONS", "JPEG_QUALITY", "REPEAT", "SOURCE", "is_edited", "png_bytes", "reduced", "srgb_bytes", "write", "write_grey"]
+__all__ = [
+    "EXTENSIONS",
+    "JPEG_QUALITY",
+    "REPEAT",
+    "SOURCE",
+    "is_edited",
+    "png_bytes",
+    "reduced",
+    "srgb_bytes",
+    "write",
+    "write_grey",
+]
 
 SOURCE: Final = "equaltime:scene"
 """Name of the attribute in which a preview names the scene's file."""

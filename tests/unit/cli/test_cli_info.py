@@ -239,7 +239,11 @@ def test_the_command_that_repeats_a_render_has_its_definitions(
             "--frames 3 --blur 0.5 --seed 7",
             "-o '{folder}/f_####.exr' --spp 2 --frames 3 --blur 0.5 --size 8x6 --seed 7",
         ),
-        ("f-##.exr", "--frames 1,3 --fps 2.5", "-o '{folder}/f-##.exr' --spp 2 --frames 3 --fps 2.5 --size 8x6 --seed 0"),
+        (
+            "f-##.exr",
+            "--frames 1,3 --fps 2.5",
+            "-o '{folder}/f-##.exr' --spp 2 --frames 3 --fps 2.5 --size 8x6 --seed 0",
+        ),
     ],
 )
 def test_the_command_that_repeats_a_frame_has_its_number(

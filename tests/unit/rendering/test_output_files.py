@@ -172,7 +172,9 @@ def test_another_scene_or_program_is_not_replaced_unless_that_is_asked_for(
     refused(words, command, capsys)
     output.unlink()
     images.write(output, "openexr" if name == "out.exr" else "png", [images.Layer(images.RGB, photo(name), {})])
-    refused(f"{output}: is there already, and does not say that equaltime made it; --overwrite replaces it", command, capsys)
+    refused(
+        f"{output}: is there already, and does not say that equaltime made it; --overwrite replaces it", command, capsys
+    )
     output.write_bytes(b"a diary")
     refused("does not say that equaltime made it", command, capsys)
     assert output.read_bytes() == b"a diary"
