@@ -53,10 +53,10 @@ def test_a_checkpoint_is_written_whole_before_ctrl_c_ends_the_render(
 ) -> None:
     write, written = preview.write, list[bool]()
 
-    def interrupted(path: Path, *rest: object) -> None:
+    def interrupted(path: Path, *rest: Any, **named: Any) -> None:
         if not written:
             signal.raise_signal(signal.SIGINT)
-        write(path, *rest)  # type: ignore[arg-type]  # handed on
+        write(path, *rest, **named)
         written.append(path.exists())
 
     monkeypatch.setattr(preview, "write", interrupted)
