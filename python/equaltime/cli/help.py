@@ -47,6 +47,10 @@ MEANT: Final = {
 error."""
 
 
+_OF_CONVERT: Final = {"--quality": "a JPEG", "--no-metadata": "a PNG or JPEG of a saved render"}
+"""Options of ``equaltime convert`` that are looked for in other commands, with their purposes."""
+
+
 class Command(TyperCommand):
     """A command of equaltime whose help groups its options, and that suggests an option for one that does not exist."""
 
@@ -115,7 +119,7 @@ def _unknown(name: str, names: list[str]) -> str:
         return (
             f"there is no option {name}, as nothing is denoised: {near or '--error'} renders until the noise is small"
         )
-    if name == "--quality":
-        error = "--error 2% chooses the accuracy of a render, and " * ("--error" in names)
-        return f"there is no option --quality here; {error}equaltime convert has --quality for a JPEG"
+    if name in _OF_CONVERT:
+        error = "--error 2% chooses the accuracy of a render, and " * (name == "--quality" and "--error" in names)
+        return f"there is no option {name} here; {error}equaltime convert has {name} for {_OF_CONVERT[name]}"
     return f"there is no option {name}; {f'did you mean {near}?' if near else '--help lists all'}"

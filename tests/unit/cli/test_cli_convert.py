@@ -138,6 +138,13 @@ def test_a_jpeg_of_less_quality_is_smaller(saved: Path, capsys: pytest.CaptureFi
         et.read(saved).save(saved.with_name("b.jpg"), quality=0)
 
 
+def test_an_option_of_pictures_is_answered_by_the_command_that_has_it(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["render", str(SCENE), "-o", "a.jpg", "--no-metadata"]) == 2
+    assert "equaltime convert has --no-metadata for a PNG or JPEG of a saved render" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("command", "told"),
     [
