@@ -27,8 +27,8 @@ _FAR: Final = 0.1
 """Largest relative error of the picture without an effect at which leaving it out is proposed: beyond, the picture is
 clearly another one."""
 _WORTH: Final = 0.05
-"""Smallest share of the time to the same error that a proposed step saves, at the lower ends of the intervals: for less,
-no picture is worth being off."""
+"""Smallest share of the time to the same error that a proposed step saves, at the lower ends of the intervals. For
+less, a picture should not be off."""
 _MUCH: Final = 0.5
 """Smallest share of the noise of an effect at which its sentence in `_HINTS` is told: below, little is gained."""
 _HINTS: Final = {

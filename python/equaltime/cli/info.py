@@ -23,7 +23,7 @@ from equaltime.cli.info_picture import picture_facts, picture_summary
 from equaltime.cli.info_render import bright_dots, saved_render
 from equaltime.cli.info_scene import scene_summary
 from equaltime.cli.lines import in_columns
-from equaltime.cli.messages import plain_console, print_json, print_lines, print_warnings
+from equaltime.cli.messages import plain_console, print_json, print_lines, print_remarks
 from equaltime.cli.options import AsJson, Define, Substitute, Verbose, parse_definitions
 from equaltime.errors import ImageError, SceneError, StrategyError
 from equaltime.examples import example_of
@@ -97,7 +97,7 @@ def info(
         if not is_experiment(path):
             raise
         return _of_experiment(path, make_experiment(path, define=definitions, substitute=substitute), verbose, as_json)
-    print_warnings(loaded)
+    print_remarks(loaded)
     facts = _facts(loaded)
     if as_json:
         print_json(facts)

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final
 import numpy as np
 import typer
 
-from equaltime.cli.messages import print_json, print_lines, print_warnings
+from equaltime.cli.messages import print_json, print_lines, print_remarks
 from equaltime.cli.options import (
     AsJson,
     Define,
@@ -129,7 +129,7 @@ def replay(
     else:
         chosen, left_out = Strategy.parse(strategy), without or ()
         loaded = load_file(scene, parse_definitions(define or ()), substitute=substitute).with_(transparent=transparent)
-        print_warnings(loaded)
+        print_remarks(loaded)
         loaded = loaded.with_(size=size, max_depth=max_depth)
     try:
         path = replay_sample(loaded, pixel=pixel, sample=sample, spp=spp, strategy=chosen, seed=seed, without=left_out)

@@ -83,6 +83,9 @@ def test_commands_without_a_picture_tell_many_remarks_in_one_line(
     assert told("quote", str(mesh), "--error", "50%", "--no-why") == short
     assert told("quote", str(mesh), "--error", "50%", "--no-why", "-D", "up=z") == [f"{short[0]} -D up=z"]
     assert told("effects", str(mesh), "--quick") == short
+    assert told("replay", str(mesh), "--pixel", "1,1", "--sample", "0") == short
+    assert main(["info", str(mesh)]) == 0
+    assert capsys.readouterr().err.splitlines() == short
     assert main(["lint", str(mesh)]) == 0
     listed = capsys.readouterr().out
     assert all(line.removeprefix("warning: ") in listed for line in in_full)
