@@ -123,13 +123,13 @@ def _proposal(found: PriceList, command: str) -> str:
         named[f"long_paths={str(found.cut.instead).removeprefix('truncate=')}"] = found.cut
     near = {name: price for name, price in named.items() if _is_near(price.change)}
     steps = {name: price for name, price in near.items() if _saved(price, surely=True) >= _WORTH}
-    limit = f"or a picture off by at most {percent(_FAR)}"
+    limit = f"a picture off by at most {percent(_FAR)}"
     if not steps:
-        return f"Leave all effects in: f{limit}, none surely saves {percent(_WORTH)} of the time to the same error."
+        return f"Leave all effects in: for {limit}, none surely saves {percent(_WORTH)} of the time to the same error."
     name, price = max(steps.items(), key=lambda step: _saved(step[1]))
     assert price.change is not None
     off = f"it is then off by at most {percent(price.change.high)}"
-    return f"F{limit}, you save most without {name}: {_measured(price)}; {off}: {command} --without {name}"
+    return f"For {limit}, you save most without {name}: {_measured(price)}; {off}: {command} --without {name}"
 
 
 def _is_near(change: Interval | None) -> bool:

@@ -143,7 +143,7 @@ def _how_on(path: Path, record: Record, error: Interval, changed: str) -> str:
 def _further(path: Path, record: Record, error: Interval) -> str | None:
     """Return the command that goes on with a render to the next smaller error; None without one.
 
-    There is none for merged renders, for scenes made in memory, and for an error that is unknown or has a bias.
+    Merged renders and scenes made in memory have no such command. Nor has a render whose error is unknown or biased.
     """
     target = next_error(error.value)
     if target is None or record["scene"] is None or record["sources"] or record.get("bias"):
@@ -159,8 +159,8 @@ def _spp(samples: Mapping[str, int]) -> str:
 def repeating(path: Path, record: Record, verbose: bool, changed: str, exposure: float | None = None) -> Iterator[str]:
     """Yield the commands that would repeat the render, and what differs if it cannot be repeated exactly.
 
-    The commands write ``path``, and ``changed`` is the result of `changes`. ``exposure`` is that of a picture alone, in
-    stops; None for an EXR file.
+    The commands write ``path``, and ``changed`` is the result of `changes`. ``exposure`` counts the stops of a picture
+    that was written alone; it is None for an EXR file.
     """
     if record["scene"] is None:
         yield from _call(record, shown_path(path))

@@ -32,7 +32,7 @@ _SCENES: dict[str, Scene] = {}
 _COPIES: list[Path] = []
 """The folder of copied files in this process, once there is one."""
 _PARENTS: list[str] = []
-"""The folder in which `_COPIES` is made; the system's folder of temporary files if there is none."""
+"""Folder in which the folder of copied files is made. Without one, it is made among the system's temporary files."""
 
 
 @dataclass(frozen=True)

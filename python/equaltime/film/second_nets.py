@@ -45,12 +45,13 @@ __all__ = ["FEWEST", "Renders", "SecondNets", "second_nets", "statistics", "stat
 Floats = NDArray[np.float64]
 
 _MOST_OVER_INDEPENDENT = 2.0
-"""Largest variance that the halves of a net may show, over the variance of as many independent samples. The mean over
-Gaussian noise loses a quarter by this bound, which the measured factor restores. By a bound of 1 it would lose half,
-and the factor would then enlarge the parts of bright samples."""
+"""Largest variance that the halves of a net may show, over the variance of as many independent samples. With Gaussian
+noise the mean variance loses a quarter by this bound, and the measured factor restores it. A bound of 1 would take
+half, and the factor would then enlarge the parts of bright samples."""
 
 _BRIGHT = 0.2
-"""Share of error² by the halves of nets that parts of bright samples make: larger parts are reduced only in part."""
+"""Share of error² by the halves of nets that the largest parts make. They are taken for parts of bright samples, and
+the factor does not reduce what exceeds the smallest of them."""
 
 FEWEST = 64
 """Fewest pixels with a second net (independent further samples) for which variances are corrected; with fewer, the
@@ -159,7 +160,7 @@ def statistics(moments: NDArray[Any], second: SecondNets | None) -> PixelStatist
 def _by_halves(moments: NDArray[Any]) -> PixelStatistics:
     """Return mean, variance and sample count of pixels whose two replicates are the halves of one net.
 
-    The variance from the difference of the halves is at most twice that of as many independent samples.
+    The difference of the halves gives the variance, which is at most twice the variance of independent samples.
     """
     pixels = pixel_statistics(moments)
     with np.errstate(over="ignore"):  # then there is no bound

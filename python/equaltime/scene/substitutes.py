@@ -16,7 +16,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from typing import Final
 
-from equaltime.scene.lost_images import Lost
+from equaltime.scene.lost_images import GREY, Lost
 from equaltime.scene.model import OUTPUTS, OWN_OUTPUTS, PLUGINS, Kind
 from equaltime.scene.tree import Child, Object, Place, Plain, Ref
 from equaltime.words import nearest
@@ -397,6 +397,6 @@ FALLBACKS: Final[Mapping[Kind, Callable[[Object], Made]]] = {
     "bsdf": _diffuse,
     "integrator": _path,
     "sampler": _as("sampler", "independent", _same("sample_count")),
-    "texture": _as("texture", "uniform", value=0.5),
+    "texture": _as("texture", "uniform", value=GREY),
 }
 """Functions that make the substitute of any other unknown plugin, by family."""

@@ -136,7 +136,7 @@ def _half_sentence(found: Losses) -> str:
 
 
 def ratio_sentence(found: Losses, baseline: str) -> str:
-    """Return where a strategy's error differs from that of ``baseline`` beyond chance, and by how much, in words.
+    """Return in words where the errors of a strategy and of ``baseline`` differ beyond chance, and by how much.
 
     A second sentence follows if the error over the whole picture differs the other way. ``found`` is a result of
     `losses` with a ratio.
