@@ -253,7 +253,7 @@ def test_the_learn_page_tells_how_dark_neighbours_are(
     root = Path(__file__).parents[3]
     monkeypatch.chdir(root)
     page = (root / "scenes" / "learn" / "README.md").read_text("utf-8")
-    (code,) = (block for part in page.split("```python")[1:] if "adaptive=" in (block := part.partition("```")[0]))
+    (code,) = (block for part in page.split("```python")[1:] if "adaptive={rule}" in (block := part.partition("```")[0]))
     exec(code, {})
     neighbours, error = map(float, capsys.readouterr().out.split())
     assert neighbours == pytest.approx(0.991, abs=0.003)
