@@ -253,7 +253,8 @@ def test_the_learn_page_tells_how_dark_neighbours_are(
     root = Path(__file__).parents[3]
     monkeypatch.chdir(root)
     page = (root / "scenes" / "learn" / "README.md").read_text("utf-8")
-    (code,) = (block for part in page.split("```python")[1:] if "adaptive={rule}" in (block := part.partition("```")[0]))
+    programs = (part.partition("```")[0] for part in page.split("```python")[1:])
+    (code,) = (program for program in programs if "adaptive={rule}" in program)
     exec(code, {})
     neighbours, error = map(float, capsys.readouterr().out.split())
     assert neighbours == pytest.approx(0.991, abs=0.003)
