@@ -227,7 +227,8 @@ class DaskTeam(SceneTeam):
             return False
         self._met, self._told = now, False
         with suppress(*LOST):  # the scheduler is gone, and the units fail by themselves
-            self._idle = 0 if any(self._client.processing(there).values()) else self._idle + 1
+            busy = self._client.processing()  # of all workers: to ask for one that has just left is an error
+            self._idle = 0 if any(busy.get(address) for address in there) else self._idle + 1
         again = self._idle == _IDLE
         self._idle %= _IDLE
         return again
@@ -271,11 +272,12 @@ class DaskTeam(SceneTeam):
         found = self._asked(question, new)
         needy = [address for address, why in found.items() if why == _LACKS and address not in self._sent]
         if needy:
-            send_files(self._client, self.scene.files, needy)
+            errors = send_files(self._client, self.scene.files, needy)
             self._sent.update(needy)
             self._asked(_try_again, needy)
             found = {address: why for address, why in found.items() if address not in needy}
             found |= self._asked(question, needy)
+            found |= {one: f"{_LACKS} ({reason_of(errors[one])})" for one in errors if found.get(one) == _LACKS}
         known = {**self._workers, **found}
         self._workers = {address: known[address] for address in addresses if address in known}
         for address, why in found.items():

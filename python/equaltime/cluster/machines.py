@@ -119,7 +119,7 @@ class Machines:
         try:
             built = self._built(address, ground)
             future = self._submit(address, function, built, *arguments)
-        except (OSError, TimeoutError):  # the worker has just left
+        except (OSError, TimeoutError, KeyError):  # the worker has just left
             self._returned.append(Ended(name, machine))
             self._looked = -math.inf
             return
@@ -271,9 +271,17 @@ def reason_of(error: Exception) -> str:
     return f"{type(error).__name__}: {error}"
 
 
-def send_files(client: Client, files: Files, addresses: list[str]) -> None:
-    """Copy ``files`` to the workers of ``client`` at ``addresses``."""
+def send_files(client: Client, files: Files, addresses: list[str]) -> dict[str, Exception]:
+    """Copy ``files`` to the workers of ``client`` at ``addresses``; return the errors of those that did not get them.
+
+    A worker that has left is one of them.
+    """
+    errors: dict[str, Exception] = {}
     for path, size in files:
         with Path(path).open("rb") as file:
             for offset in range(0, max(size, 1), _PART):
-                client.run(store, path, offset, file.read(_PART), workers=addresses)
+                left = [address for address in addresses if address not in errors]
+                part = file.read(_PART)
+                answers = client.run(store, path, offset, part, workers=left, on_error="return") if left else {}
+                errors |= {address: answer for address, answer in answers.items() if answer is not None}
+    return errors

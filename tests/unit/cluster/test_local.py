@@ -25,6 +25,7 @@ import equaltime as et
 from equaltime.cli import main
 from equaltime.cluster import dask_cluster, scene_text
 from equaltime.cluster.dask_cluster import DaskCluster, DaskTeam
+from equaltime.cluster.machines import send_files
 from equaltime.cluster.scene_text import SceneText
 from equaltime.errors import EqualtimeWarning, RenderError
 
@@ -221,6 +222,25 @@ def test_a_worker_that_joins_within_a_pass_gets_units(here: et.Result) -> None:
                 time.sleep(0.1)
             assert team.size == 2
         assert same(et.render(SCENE, spp=SAMPLES, cluster=local), here)
+
+
+def test_a_worker_that_left_since_the_scheduler_told_of_it_is_no_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gone = "tcp://127.0.0.1:1"
+    with (
+        dask.config.set({"distributed.comm.timeouts.connect": "100ms"}),
+        LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address="127.0.0.1:0") as local,
+        DaskCluster.of(local, None) as made,
+    ):
+        team = made.team(SCENE)
+        told = {**dask_cluster.workers_of(made.client), gone: {"resources": {team._name: 1}}}
+        monkeypatch.setattr(dask_cluster, "workers_of", lambda client: told)
+        monkeypatch.setattr(dask_cluster, "_CHECK_EVERY", 0.0)
+        team.check()
+        assert team.size == 1
+        errors = send_files(made.client, SceneText.of(with_mesh(tmp_path)).files, [*told])
+        assert errors.keys() == {gone}
 
 
 def test_workers_get_copies_of_files_in_their_own_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
