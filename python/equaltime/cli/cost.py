@@ -117,6 +117,15 @@ def cost(
     cluster: OnMachines = None,
     define: Define = None,
     substitute: Substitute = False,
+    counts: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            show_default=False,
+            help="Folder of an earlier experiment whose counts of samples are taken, whatever time they need here: the "
+            "same images on another machine, with the same build and instruction set.",
+        ),
+    ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the summary as JSON on stdout, and nothing else.")
     ] = False,
@@ -166,9 +175,9 @@ def cost(
         print_aside(f"{source} is the example {example}")
         source = example
     if source.is_dir():
-        if strategies is not None or define or substitute:
+        if strategies is not None or define or substitute or counts is not None:
             raise typer.BadParameter(
-                "--strategies, --define and --substitute are for one scene or experiment, not for a folder of them"
+                "--strategies, --define, --substitute and --counts are for one scene or experiment, not for a folder"
             )
         changes = Changes(quick, size, budget, repeats, threads, targets)
         return _cost_of_all(source, output, changes, context.obj, as_json, cluster)
@@ -186,6 +195,7 @@ def cost(
                 strategies=split_strategies(strategies) if strategies is not None else (),
                 define=parse_definitions(define or ()),
                 substitute=substitute,
+                counts=counts,
                 progress=progress,
                 command=context.obj,
                 begins=lambda *begun: print_aside(_plan(*begun)),

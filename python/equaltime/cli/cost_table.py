@@ -318,7 +318,7 @@ def _unknown_times(result: StrategyResult) -> Iterator[str]:
     for target, time in result.time_to.items():
         if math.isnan(time.value) and time.note:
             targets.setdefault(time.note, []).append(percent(target))
-    yield from (f"time to {' and '.join(these)}: {note}" for note, these in targets.items())
+    yield from (f"time to {listed(these)}: {note}" for note, these in targets.items())
 
 
 def _count(number: int, noun: str) -> str:

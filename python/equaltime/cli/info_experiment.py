@@ -215,8 +215,8 @@ def _ends(errors: Sequence[float]) -> list[str]:
 def folder_table(stored: StoredExperiment) -> Iterator[Table | str]:
     """Yield the description of a folder's experiment, the table of all errors and times, and what made them.
 
-    These are the defines of scenes, the strategies in full, and all commands. The runs of each worker of a cluster
-    stand before the commands.
+    These are the defines of scenes, the strategies in full, what they decided by themselves, and all commands. The runs
+    of each worker of a cluster stand before the commands.
     """
     if stored.experiment.description:
         yield stored.experiment.description.strip()
@@ -227,6 +227,8 @@ def folder_table(stored: StoredExperiment) -> Iterator[Table | str]:
         yield told
     if stored.strategies_in_full:
         yield "\n".join(f"{label}: {words}" for label, words in stored.strategies_in_full.items())
+    if decided := [f"{scene.name}: {scene.decisions}" for scene in stored.summary.scenes if scene.decisions]:
+        yield "\n".join(decided)
     if workers := worker_runs(stored.summary):
         yield "\n".join(f"{address} on {runs}" for address, runs in workers.items())
     yield "\n".join(stored.commands)

@@ -37,6 +37,7 @@ def cost(
     strategies: Sequence[str] = (),
     define: Mapping[str, object] | None = None,
     substitute: bool = False,
+    counts: str | os.PathLike[str] | None = None,
     progress: ProgressCallback | None = None,
     command: str = "",
     begins: Begins = lambda experiment, peers, machines: None,
@@ -73,6 +74,10 @@ def cost(
         Values for the variables of a scene file.
     substitute
         Replace the parts of a scene file that cannot be rendered by similar ones that can.
+    counts
+        Folder of an earlier experiment. Each strategy takes the samples per pixel that it has in the records there,
+        whatever time they take here: the images have the same bits on another machine with the same build and
+        instruction set. The clock gives the counts of strategies and scenes that the folder lacks.
     progress
         Function that is called with the progress of the experiment (`RunProgress`): present run, time left and so on.
     command
@@ -124,6 +129,7 @@ def cost(
     )
     from equaltime.experiments.model.sources import strategy_files
     from equaltime.experiments.run.folder import ExperimentFolder
+    from equaltime.experiments.run.record import counts_of
     from equaltime.experiments.run.runner import run, tell_report
 
     check_installed()
@@ -139,7 +145,10 @@ def cost(
         "define": define,
         "substitute": substitute,
     }
-    experiment = make_experiment(source, **asked)
+    taken = None if counts is None else counts_of(ExperimentFolder(Path(counts)).records)
+    experiment = make_experiment(source, **asked, counts=taken)
+    if counts is not None:
+        asked["counts"] = os.fspath(counts)
     if not command and (few := too_few(experiment.repeats, "repeats=")):
         warnings.warn(few, EqualtimeWarning, stacklevel=2)
     made_from = strategy_files(Path(source), strategies) if isinstance(source, str | os.PathLike) else ()

@@ -16,7 +16,8 @@ from equaltime.film.second_nets import statistics_so_far
 from equaltime.film.unseen import Unseen, stated_error
 from equaltime.images.float32 import as_float32, beyond_float32
 from equaltime.images.variance_picture import of_colours
-from equaltime.rendering.core import bad_sample, core_settings, make_renderer
+from equaltime.rendering.core import bad_sample, core_settings, decision_of, make_renderer
+from equaltime.rendering.decision import Decision
 from equaltime.scene import Scene
 from equaltime.scene.effects.focusing import focusing_surfaces
 from equaltime.statistics.intervals import Interval
@@ -53,6 +54,8 @@ class Point:
     """(H, W): number of samples of each pixel; None if all pixels have ``spp``."""
     variance: NDArray[np.float32] | None = None
     """(H, W): variance of one sample of each pixel, mean of R, G and B; None if the renderer does not report it."""
+    decision: Decision = field(default_factory=Decision)
+    """Decisions that the strategy leaves to the render."""
 
 
 class Subject(Protocol):
@@ -171,6 +174,7 @@ class CoreSubject:
                 shadow_rays=counters["shadow_rays"],
                 samples=None if (pixels.samples == spp).all() else pixels.samples,
                 variance=as_float32(of_colours(sample_variance(renderer.moments))),
+                decision=decision_of(renderer, self.strategy),
             )
             if seconds is not None and wall >= seconds:
                 return

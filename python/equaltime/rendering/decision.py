@@ -48,6 +48,16 @@ class Decision:
             decided["adaptive"] = "none"
         return strategy.model_copy(update=decided)
 
+    @property
+    def words(self) -> str:
+        """Words of a strategy that stand for the decisions, such as ``roulette=efficiency,adaptive=none``.
+
+        The text is empty if nothing was decided.
+        """
+        roulette = [] if self.roulette is None else [f"roulette={self.roulette}"]
+        counts = [] if self.counts is None else [f"adaptive={'none' if self.counts == 'even' else self.counts}"]
+        return ",".join((*roulette, *counts))
+
     def __str__(self) -> str:
         """Say in a sentence what was decided and why; empty if nothing was decided."""
         return "; ".join(filter(None, (self._roulette(), self._counts())))

@@ -87,15 +87,17 @@ def test_a_folder_answers_with_its_verdict_first(
     more = told(capsys, str(folder), "-v")
     assert line(more, "commit") == revision()
     more = more[len(lines) + 1 :]
-    description, rows, legend, defines, in_full, commands = "\n".join(more).strip().split("\n\n")
+    description, rows, legend, defines, in_full, decided, commands = "\n".join(more).strip().split("\n\n")
     assert description == "Two ways to aim."
     assert defines == "box: light_scale = 0.5"
     assert [text.split()[0] for text in rows.splitlines()] == ["strategy", "bsdf", "best"]
     assert any(text.startswith("bsdf: ") for text in legend.splitlines())
     assert [text.split()[0] for text in in_full.splitlines()] == ["bsdf:", "best:"]
+    assert decided.startswith("box: best decided by itself: roulette=throughput")
+    assert decided.endswith("splitting was not tried: the picture is small, or the technique has no pilot")
     assert commands.startswith("equaltime ")
     assert not any(text.endswith("-v for more") for text in told(capsys, str(folder), "-v"))
-    assert more[-3].startswith("best: technique=mis,heuristic=power,lights=tree,")
+    assert more[-5].startswith("best: technique=mis,heuristic=power,lights=tree,")
     assert more[-1] == f"equaltime cost {folder}.toml -o {folder}"
 
 

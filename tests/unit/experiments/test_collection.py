@@ -183,9 +183,9 @@ def test_a_peer_that_is_not_installed_leaves_its_experiment_out(
 def test_what_belongs_to_one_experiment_is_refused_for_a_folder(
     source: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for options in (["--strategies", "best"], ["-D", "a=1"]):
+    for options in (["--strategies", "best"], ["-D", "a=1"], ["--counts", str(source)]):
         assert main(["cost", str(source), "-o", str(tmp_path / "out"), *options]) == 2
-        assert "not for a folder of them" in capsys.readouterr().err
+        assert "not for a folder" in capsys.readouterr().err
 
 
 def test_the_folder_of_one_experiment_is_left_alone(source: Path, tmp_path: Path) -> None:

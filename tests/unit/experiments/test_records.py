@@ -129,12 +129,12 @@ def test_a_run_that_had_not_ended_is_cut_off(path: Path) -> None:
     assert load(path) == tuple(run(0))
 
 
-def without_doubts(path: Path) -> None:
+def without(columns: tuple[str, ...], path: Path) -> None:
     """Make the file what an earlier version wrote."""
     table = [row[:] for row in csv.reader(path.read_text(encoding="utf-8").splitlines())]
-    at = table[0].index("doubt")
+    kept = [number for number, name in enumerate(table[0]) if name not in columns]
     with path.open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file, lineterminator="\n").writerows([*row[:at], *row[at + 1 :]] for row in table)
+        csv.writer(file, lineterminator="\n").writerows([row[number] for number in kept] for row in table)
 
 
 def test_what_a_render_doubts_is_recorded(path: Path) -> None:
@@ -143,11 +143,18 @@ def test_what_a_render_doubts_is_recorded(path: Path) -> None:
     assert list(load(path)) == rows
 
 
-def test_records_of_earlier_versions_are_read_and_gone_on_with(path: Path) -> None:
+@pytest.mark.parametrize("columns", [("doubt", "decided", "splitting"), ("decided", "splitting")])
+def test_records_of_earlier_versions_are_read_and_gone_on_with(path: Path, columns: tuple[str, ...]) -> None:
     write(path, run(0))
-    without_doubts(path)
+    without(columns, path)
     assert load(path) == tuple(run(0))
-    write(path, (replace(row, doubt="no room for it") for row in run(1)))
+    write(
+        path,
+        (
+            replace(row, **{name: 0.5 if name == "splitting" else "no room for it" for name in columns})
+            for row in run(1)
+        ),
+    )
     assert load(path) == (*run(0), *run(1))
 
 
@@ -186,7 +193,7 @@ def test_only_one_process_writes_at_a_time(path: Path) -> None:
         (",core,0,0,", ",core,true,0,", r"records\.csv:2: no record: biased: expected 0 or 1, found 'true'"),
         (",core,0,0,", ",core,2,0,", r"records\.csv:2: no record: biased: expected 0 or 1, found '2'"),
         (",0 8 64 40,", ",0 8 64,", r"records\.csv:2: no record: crop: expected 4 whole numbers, found '0 8 64'"),
-        (",core,", ",", r"records\.csv:2: no record: it has 34 cells, not 35"),
+        (",core,", ",", r"records\.csv:2: no record: it has 36 cells, not 37"),
         ('"the ""best"""', '"the ""best" "x', r"records\.csv:2: no record"),
         (",64,48,", ",64,0,", r"records\.csv:2: no record: height: must be at least 1, found '0'"),
         (

@@ -14,10 +14,10 @@ from equaltime.errors import ExperimentError, NonFiniteSample, PeerError, Render
 from equaltime.experiments.analysis.summarise import summarise
 from equaltime.experiments.model.experiment import Experiment
 from equaltime.experiments.model.plan import PeerTimes
-from equaltime.experiments.model.reader import film_seed, run_seeds
+from equaltime.experiments.model.reader import film_seed, make_experiment, run_seeds
 from equaltime.experiments.run import runner, single_run
 from equaltime.experiments.run.folder import ExperimentFolder
-from equaltime.experiments.run.record import load
+from equaltime.experiments.run.record import counts_of, load
 from equaltime.experiments.run.reference import REFERENCE_STRATEGY
 from equaltime.experiments.run.runner import RunProgress, run
 from equaltime.film.error import pixel_statistics
@@ -97,6 +97,45 @@ def test_a_record_says_what_was_done(folder: Path) -> None:
     assert row.setup_s > 0.0
     assert len({row.seed for row in rows}) == 6
     assert [(row.last, row.flip) for row in rows[:2]] == [(False, None), (True, None)]
+
+
+def test_a_record_says_what_a_strategy_decided_by_itself(folder: Path) -> None:
+    run(experiment(spp=[2, 16], repeats=1), folder)
+    decided = [(row.strategy, row.spp, row.decided) for row in load(folder / "records.csv")]
+    assert decided[:2] == [("bsdf", 2, None), ("bsdf", 16, None)]
+    assert decided[2] == ("best", 2, "roulette=throughput")
+    assert decided[3][2] in ("roulette=throughput,adaptive=none", "roulette=throughput,adaptive=error")
+
+
+def test_counts_of_earlier_runs_give_the_same_images(folder: Path, tmp_path: Path) -> None:
+    """The twin takes its counts from the clock again, here a clock that is faster."""
+    scene = {"path": str(CORNELL), "size": [12, 8], "name": "box"}
+    wanted = experiment(spp=None, budget="20ms", scenes=[scene], repeats=2)
+    run(wanted, folder)
+    counts = counts_of(folder / "records.csv")
+    assert counts.keys() == {"box"}
+    assert counts["box"].keys() == {"bsdf", "best"}
+    repeated = make_experiment(wanted, budget="60ms", counts=counts)
+    run(repeated, tmp_path / "again")
+    run(make_experiment(wanted, budget="60ms"), tmp_path / "twin")
+    rows, again, twin = (load(path / "records.csv") for path in (folder, tmp_path / "again", tmp_path / "twin"))
+    assert [(row.key, row.spp, row.relmse) for row in rows] == [(row.key, row.spp, row.relmse) for row in again]
+    assert counts_of(tmp_path / "twin" / "records.csv") != counts
+    assert len(twin) > len(rows)
+    for path in sorted((folder / "images").glob("box/*.npy")):
+        assert path.read_bytes() == (tmp_path / "again" / path.relative_to(folder)).read_bytes()
+
+
+def test_counts_of_another_experiment_are_refused() -> None:
+    with pytest.raises(ExperimentError, match="has no run of this one, only mis on box"):
+        make_experiment(experiment(spp=None), counts={"box": {"mis": (2, 4)}})
+    with pytest.raises(ExperimentError, match="leave out 'spp'"):
+        make_experiment(experiment(), counts={"box": {"best": (2, 4)}})
+
+
+def test_counts_without_a_finished_run_are_refused(folder: Path) -> None:
+    with pytest.raises(ExperimentError, match=r"out/records\.csv: has no finished run"):
+        counts_of(folder / "records.csv")
 
 
 def test_the_image_of_a_run_is_that_of_its_last_checkpoint(folder: Path) -> None:

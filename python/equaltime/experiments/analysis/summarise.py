@@ -298,6 +298,8 @@ class _Scene:
             samples=self._samples(strategy),
             variances=self._variances(strategy),
             reference=self._reference_file(strategy.label),
+            decided=tuple(row.decided for row in last if row.decided),
+            splitting=tuple(row.splitting for row in last if row.splitting is not None),
             run_seconds=tuple(row.wall_s for row in last),
             late=self._late(strategy),
             film=_existing(self.place.film(self.name, strategy.label)) if self.experiment.animate else None,

@@ -72,6 +72,7 @@ Question = Literal["time", "bias", "samples", "efficiency", "combination"]
 (the inverse of squared error times time), or ``combination``. The last asks how far the baseline, a combination of
 techniques, is behind the better of its parts."""
 
+_Counts = Annotated[tuple[Annotated[int, Field(ge=1, le=MOST_SAMPLES)], ...], Field(strict=False, min_length=1)]
 DEFAULT_BUDGET = 10.0
 MOST_REPEATS = 100_000
 
@@ -314,10 +315,14 @@ class Experiment(Value):
     ``best``."""
     budget: Seconds | None = None
     """Seconds of a run from its first sample to its end; 10 if neither this nor ``spp`` is given."""
-    spp: (
-        Annotated[tuple[Annotated[int, Field(ge=1, le=MOST_SAMPLES)], ...], Field(strict=False, min_length=1)] | None
-    ) = None
+    spp: _Counts | None = None
     """Samples per pixel at all checkpoints (moments at which errors are measured), instead of ``budget``."""
+    counts: Mapping[str, Mapping[str, _Counts]] = {}
+    """Samples per pixel at the checkpoints, by scene and label, of an earlier experiment that is to be repeated
+    exactly.
+
+    The budget gives the counts of strategies and scenes that are missing here.
+    """
     repeats: Annotated[int, Field(ge=1, le=MOST_REPEATS)] = 8
     """Number of renders of each strategy on each scene, with different seeds; intervals come from their spread."""
     targets: Annotated[tuple[Error, ...], Field(strict=False)] = DEFAULT_TARGETS

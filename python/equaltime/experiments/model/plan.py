@@ -65,7 +65,9 @@ def planned(experiment: Experiment, peers: PeerTimes | None = None, machines: in
         return f"{before}{said} of {experiment.spp[-1]:,} samples a pixel{on}{after}"
     seconds = _whole(_seconds(experiment, peers, machines))
     about = f"{'more than' if unknown else 'about'} {duration(seconds)}"
-    return f"{about}: {before}{said} of {duration(experiment.budget or DEFAULT_BUDGET)}{on}{after}"
+    each = duration(experiment.budget or DEFAULT_BUDGET)
+    ran = f"with the samples of earlier runs, which were made for {each}" if experiment.counts else f"of {each}"
+    return f"{about}: {before}{said} {ran}{on}{after}"
 
 
 def too_few(repeats: int, option: str = "--repeats ") -> str:

@@ -82,6 +82,7 @@ def identity_of(
             "file": None if wish.file is None else _sha256(wish.file),
         },
         "threads": threads,
+        **({"counts": experiment.model_dump(mode="json", include={"counts"})["counts"]} if experiment.counts else {}),
     }
 
 
@@ -333,6 +334,7 @@ def make_experiment(
     strategies: Sequence[str] = (),
     define: Mapping[str, object] | None = None,
     substitute: bool = False,
+    counts: Mapping[str, Mapping[str, Sequence[int]]] | None = None,
 ) -> Experiment:
     """Return the experiment that ``source`` describes; the options override values of the file.
 
@@ -354,6 +356,8 @@ def make_experiment(
         Values for the variables of a scene file.
     substitute
         Whether to replace the parts of a scene file that cannot be rendered.
+    counts
+        Samples per pixel at the checkpoints of earlier runs, by scene and label, to be taken instead of the budget's.
 
     Raises
     ------
@@ -370,10 +374,34 @@ def make_experiment(
         changes["crops"] = ()
     if budget is not None:
         changes["budget"] = seconds_of(budget) if isinstance(budget, str) else float(budget)
+    if counts is not None:
+        changes["counts"] = _shared(counts, experiment)
     for name, value in (("repeats", repeats), ("threads", threads), ("targets", targets)):
         if value is not None:
             changes[name] = value
     return experiment.replace(**changes) if changes else experiment
+
+
+def _shared(
+    counts: Mapping[str, Mapping[str, Sequence[int]]], experiment: Experiment
+) -> dict[str, dict[str, Sequence[int]]]:
+    """Return the counts of the scenes and strategies that the experiment has.
+
+    Raises
+    ------
+    ExperimentError
+        If the experiment has none of them.
+    """
+    labels = {entry.label for entry in experiment.strategies}
+    found = {
+        entry.name: kept
+        for entry in experiment.scenes
+        if (kept := {label: count for label, count in counts.get(entry.name, {}).items() if label in labels})
+    }
+    if not found:
+        there = "; ".join(f"{', '.join(of)} on {name}" for name, of in counts.items())
+        raise ExperimentError((Problem("counts", f"the earlier experiment has no run of this one, only {there}"),))
+    return found
 
 
 def check_installed() -> None:

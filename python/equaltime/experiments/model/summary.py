@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from equaltime.experiments.model.experiment import Quantity, Question, Theirs
 from equaltime.extras import optional
 from equaltime.rendering.stated import other_depth
-from equaltime.statistics.in_words import in_time
+from equaltime.statistics.in_words import figure, in_time
 from equaltime.statistics.intervals import UNKNOWN, Interval, sound
 from equaltime.words import Shown, duration, percent
 
@@ -126,6 +127,11 @@ class StrategyResult:
     renderer reports none."""
     reference: Path | None = None
     """File of a reference for this strategy alone, if its renderer has another expected image; else None."""
+    decided: tuple[str, ...] = ()
+    """Words that each repeat put in place of what the strategy leaves open, such as ``roulette=efficiency``; empty if
+    it leaves nothing open."""
+    splitting: tuple[float, ...] = ()
+    """Variance times rays with split paths over the same without, by the pilot of each repeat; empty without pilots."""
     run_seconds: tuple[float, ...] = ()
     """Wall time of the run of each repeat, in seconds from its first sample to its last image."""
     late: float | None = None
@@ -133,6 +139,19 @@ class StrategyResult:
     film: Path | None = None
     """File of a film that shows how the strategy's image converges (`equaltime.experiments.run.forming.read_film`);
     None if not wanted."""
+
+    @property
+    def decisions(self) -> str:
+        """Words that the runs put in place of what the strategy leaves open, and how many runs; empty if nothing is."""
+        found = Counter(self.decided)
+        if not found:
+            return ""
+        told = " and ".join(f"{words} in {count} run{'s' * (count != 1)}" for words, count in found.most_common())
+        if self.splitting:
+            ends = " to ".join(dict.fromkeys(figure(end(self.splitting)) for end in (min, max)))
+            return f"{told}; by its pilots, splitting paths multiplies variance times rays by {ends}"
+        no_pilot = "; splitting was not tried: the picture is small, or the technique has no pilot"
+        return f"{told}{no_pilot if any('roulette' in words for words in found) else ''}"
 
     @property
     def disagrees(self) -> bool:
@@ -241,6 +260,12 @@ class SceneResult:
             f"runs did not end at the equal time of {duration(self.budget_s)} (median, range): {', '.join(told)}. "
             "Errors at the equal time are read off the curve; beyond its end they are extrapolated"
         )
+
+    @property
+    def decisions(self) -> str:
+        """Sentence for reports on what strategies decided by themselves; empty if none left anything open."""
+        told = [f"{one.label} decided by itself: {one.decisions}" for one in self.strategies if one.decided]
+        return ". ".join(told)
 
     @property
     def other_depth(self) -> str:

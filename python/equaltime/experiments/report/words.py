@@ -371,10 +371,11 @@ def facts(scene: SceneResult) -> str:
         depth += f" ({scene.other_depth.partition('; ')[2]})"
     repeats = {strategy.repeats for strategy in scene.strategies}
     counted = f"{min(repeats)} to {max(repeats)}" if len(repeats) > 1 else str(*repeats)
+    decided = f" {scene.decisions}." if scene.decisions else ""
     notes = "".join(f" Note: {note}." for note in (scene.other_ends, scene.late, scene.reference_caveat) if note)
     return (
         f"{width}\N{MULTIPLICATION SIGN}{height} pixels, {depth}; {_against(scene)}; {counted} repeats of each "
-        f"strategy; equal time is {seconds(scene.budget_s)}.{notes}"
+        f"strategy; equal time is {seconds(scene.budget_s)}.{notes}{decided}"
     )
 
 

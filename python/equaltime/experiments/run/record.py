@@ -15,6 +15,7 @@ import io
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
+from itertools import chain
 from pathlib import Path
 from types import TracebackType
 from typing import Annotated, Self
@@ -26,7 +27,7 @@ from equaltime.errors import ExperimentError, Problem
 from equaltime.files import to_disk, try_lock
 from equaltime.validation import NOUNS, explain
 
-__all__ = ["COLUMNS", "Key", "Recorder", "Row", "check_seeds", "complete", "load"]
+__all__ = ["COLUMNS", "Key", "Recorder", "Row", "check_seeds", "complete", "counts_of", "load"]
 
 
 def _four(cell: str) -> list[str]:
@@ -125,6 +126,11 @@ class Row:
     """Upper end of the 95 % interval of ``estimate``."""
     doubt: Text = None
     """Reason, stated by the render, why the upper limit of its error cannot be trusted."""
+    decided: Text = None
+    """Words of the strategy that the run put in place of what the strategy leaves open, such as
+    ``roulette=efficiency,adaptive=none``; None if it leaves nothing open."""
+    splitting: Number = None
+    """Variance times rays with split paths over the same without, by the run's pilot; None if no pilot measured it."""
     last: Flag
     """Whether this row is the last of its run, which is then complete."""
     image: Text
@@ -144,10 +150,12 @@ class Row:
 
 COLUMNS = tuple(field.name for field in fields(Row))
 
-_ADDED = {"doubt"}
-"""Columns that files of earlier versions lack. A file keeps its original columns."""
+_ADDED = (("doubt",), ("decided", "splitting"))
+"""Columns that files of earlier versions lack, in the order in which they were added. A file keeps its own columns."""
 
-_BEFORE = tuple(name for name in COLUMNS if name not in _ADDED)
+_VERSIONS = tuple(
+    tuple(name for name in COLUMNS if name not in chain(*_ADDED[count:])) for count in range(len(_ADDED) + 1)
+)
 
 _ROWS = TypeAdapter(Row)
 _NOUNS = {**NOUNS, "int_parsing": "a whole number", "float_parsing": "a number"}
@@ -171,6 +179,26 @@ def complete(rows: Iterable[Row]) -> tuple[Row, ...]:
     rows = tuple(rows)
     ended = {row.key for row in rows if row.last}
     return tuple(row for row in rows if row.key in ended)
+
+
+def counts_of(path: Path) -> dict[str, dict[str, tuple[int, ...]]]:
+    """Return the samples per pixel at the checkpoints of each strategy on each scene, by scene and label.
+
+    A file of records is read from ``path``. All repeats have the counts of the first one.
+
+    Raises
+    ------
+    ExperimentError
+        If there is no finished run, or the file has invalid lines.
+    """
+    found: dict[str, dict[str, tuple[int, ...]]] = {}
+    for row in complete(load(path)):
+        if row.repeat == 0:
+            counts = found.setdefault(row.scene, {})
+            counts[row.strategy] = (*counts.get(row.strategy, ()), row.spp)
+    if not found:
+        raise ExperimentError((Problem(str(path), "has no finished run whose counts could be taken"),))
+    return found
 
 
 def check_seeds(rows: Iterable[Row], path: Path) -> None:
@@ -310,7 +338,7 @@ def _columns(line: str) -> tuple[str, ...]:
         found = tuple(_split(line))
     except csv.Error:
         return ()
-    return found if found in (COLUMNS, _BEFORE) else ()
+    return found if found in _VERSIONS else ()
 
 
 def _row(cells: Sequence[str], columns: tuple[str, ...]) -> Row:

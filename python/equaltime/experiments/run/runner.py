@@ -325,13 +325,15 @@ class _Session:
 
     def _order(self, turn: _Turn, origin: tuple[str, str]) -> RunOrder | None:
         """Return the order of a run; None if it needs the sample counts of a first repeat that is not finished."""
-        ladder = self.experiment.spp or self.experiment.budget or DEFAULT_BUDGET
+        scene, label, _ = turn.key
+        fixed = self.experiment.spp or self.experiment.counts.get(scene, {}).get(label)
+        ladder = fixed or self.experiment.budget or DEFAULT_BUDGET
         expected = None
         if turn.repeat > 0:
-            expected = self._first_counts(turn) or self.experiment.spp
+            expected = self._first_counts(turn) or fixed
             if expected is None:
                 return None
-            ladder = self.experiment.spp or expected
+            ladder = fixed or expected
         return RunOrder(turn.key, turn.seed, ladder, expected, self.threads, *origin)
 
     def _first_counts(self, turn: _Turn) -> tuple[int, ...]:

@@ -234,6 +234,8 @@ class SingleRun:
             "estimate_low": None if estimate is None else estimate.low,
             "estimate_high": None if estimate is None else estimate.high,
             "doubt": None if estimate is None else estimate.doubt or None,
+            "decided": checkpoint.decision.words or None,
+            "splitting": checkpoint.decision.splitting,
         }
 
     def _flip(self, checkpoint: Point) -> float | None:
