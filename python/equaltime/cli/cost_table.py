@@ -361,15 +361,15 @@ def _table(rows: Sequence[_Row], summary: Summary, most: int) -> Table:
     """Return errors at equal time, and times to up to ``most`` targets.
 
     The first target is the verdict's, then come those that most strategies have trusted times for. Of several such
-    targets the smallest are chosen. If ``most`` is more than the tables of a terminal usually have, the other targets
-    that some strategy reaches follow.
+    targets the smallest are chosen. If ``most`` is more than the tables of a terminal usually have, or the experiment
+    has few targets, the others that some strategy reaches follow.
     """
     targets, headline = summary.targets, summary.headline_target
     cells = {target: [seconds_cell(result.time_to[target]) for _, result in rows] for target in targets}
     counts = {target: sum(cell.state == "trusted" for cell in cells[target]) for target in targets}
     known = [target for target in targets if counts[target] == max(counts.values()) > 0]
     preferred = [*reversed(known)] if headline is None else [headline, *reversed(known)]
-    if most > _MOST_TARGETS:
+    if most > _MOST_TARGETS or len(targets) <= _MOST_TARGETS:
         preferred += [target for target in targets if any(result.time_to[target].known for _, result in rows)]
     known = sorted(list(dict.fromkeys(preferred))[:most], reverse=True)
     several = len(summary.scenes) > 1

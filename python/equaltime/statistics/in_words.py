@@ -13,6 +13,7 @@ from equaltime.words import figure, rounded, time_unit
 
 __all__ = [
     "about",
+    "beside_one",
     "count",
     "exponent",
     "figure",
@@ -57,13 +58,13 @@ def _texts(interval: Interval, scale: float) -> tuple[str, str, str]:
         value, low, high = map(figure, numbers)
     else:
         value, low, high = (
-            f"{round(x, _beside_one(x, n)):,.12g}" for x, n in zip(numbers, places(*numbers), strict=True)
+            f"{round(x, beside_one(x, n)):,.12g}" for x, n in zip(numbers, places(*numbers), strict=True)
         )
     return value, low, high
 
 
-def _beside_one(number: float, digits: int) -> int:
-    """Return the decimals of a number: up to 3 more than ``digits``, if it would be rounded to 1.
+def beside_one(number: float, digits: int) -> int:
+    """Return the decimals with which ``number`` is printed: up to 3 more than ``digits``, if it would be rounded to 1.
 
     Whether an end of a ratio's interval is above or below 1 tells if there is a difference.
     """

@@ -539,8 +539,8 @@ def test_a_reference_whose_time_ended_early_is_told_with_the_time_that_would_do(
 
     *others, told = notes(0.014)
     assert told == (
-        "The reference of box has an error of 1.4 %, where 0.5 % was wanted: its time ended. Intervals of small errors "
-        "are wider for it. About 7.83 min would do (reference.seconds of an experiment file)."
+        "The reference of box has an error of 1.4 %, where 0.5 % was wanted: its time ended. It widens the "
+        "intervals of small errors; about 7.83 min would do (reference.seconds of an experiment file)."
     )
     assert notes(0.005) == notes(0.014, "equaltime cost box.toml --quick") == tuple(others)
 

@@ -369,7 +369,7 @@ def test_a_renderer_of_ones_own_is_told_beside_standard_and_baseline() -> None:
     )
     speed = dict.fromkeys(TARGETS, Interval(1.0, 0.8, 1.25))
     own = replace(naive, label="mine", renderer="command", ratio=speed)
-    needs = " mine needs 1 times as long as naive (0.8 to 1.2) and 40 times as long as best (32 to 51) for 5 %."
+    needs = " mine needs about as long as naive (factor 1; 0.8 to 1.2) and 40 times as long as best (32 to 51) for 5 %."
     for renderer in ("command", "core"):
         mine = replace(own, renderer=renderer)
         answer = answer_of([replace(found, strategies=(naive, best, mine))], TARGETS)
@@ -407,12 +407,12 @@ def test_strategies_whose_intervals_overlap_are_equally_fast() -> None:
     for seconds in (0.45, 0.6):
         near = times(naive, "mis", seconds)
         answer = verdict([replace(found, strategies=(naive, best, near))], TARGETS)
-        assert answer.endswith(" Fastest to 5 %: best and mis (about equally).")
+        assert answer.endswith(" Fastest to 5 %: best and mis (their intervals overlap).")
     apart, other = times(naive, "one", 1.0), times(naive, "two", 1.21)
     assert (quotient := winners.quotient(apart.time_to[0.05], other.time_to[0.05])) is not None
     assert quotient.high < 1.0, "the two alone"
     answer = verdict([replace(found, strategies=(naive, times(best, "best", 4.0), apart, other))], TARGETS)
-    assert " Fastest to 5 %: one and two (about equally), 1 s (0.9 to 1.1)." in answer
+    assert " Fastest to 5 %: one and two (their intervals overlap), 1 s (0.9 to 1.1)." in answer
     far = times(naive, "mis", 0.8)
     assert "Fastest" not in verdict([replace(found, strategies=(naive, best, far))], TARGETS)
     slow = (times(naive, "naive", 0.5), best)
@@ -460,7 +460,7 @@ def test_beside_a_method_of_ones_own_the_fastest_of_each_scene_is_named(renderer
         naive, best = found.strategies
         own = times(naive, "mine", seconds, renderer)
         scenes.append(replace(found, name=name, strategies=(times(naive, "naive", 20.0), best, own)))
-    said = "Fastest to 5 %: best on box, mine on room, best and mine (about equally) on hall."
+    said = "Fastest to 5 %: best on box, mine on room, best and mine (their intervals overlap) on hall."
     assert f" {said} mine needs " in verdict(scenes, TARGETS)
     twice = verdict([scenes[0], replace(scenes[0], name="lobby")], TARGETS)
     assert " Fastest to 5 %: best on box and lobby. mine needs " in twice
@@ -533,7 +533,9 @@ def test_the_sentence_has_the_numbers_of_the_table(seed: int) -> None:
     unit = {"ms": 1e-3, "s": 1.0, "min": 60.0}[said_time[2]]
     assert agree(f"{said_time[1]} {said_time[3]}", str(plain_cell(best.map(lambda x: x / unit))))
     assert time.text == seconds_cell(best).text
-    said_own = re.search(r"mine needs ([\d.,]+) times (as long as|less time than) naive (\([^)]*\))", answer)
+    told = re.sub(r"about as long as naive \(factor ([\d.,]+); ", r"\1 times as long as naive (", answer)
+    assert (told != answer) == (own.low <= 1.0 <= own.high), "no clear difference"
+    said_own = re.search(r"mine needs ([\d.,]+) times (as long as|less time than) naive (\([^)]*\))", told)
     assert said_own is not None
     assert (said_own[2] == "less time than") == (own.low > 1.0)
     factor = own if own.low > 1.0 else own.map(lambda x: 1.0 / x)

@@ -314,6 +314,8 @@ def test_a_quick_experiment_is_small_and_keeps_what_is_compared() -> None:
     assert quick.budget is not None
     assert quick.budget * quick.repeats * len(quick.strategies) <= 20.0
     assert quick.reference.seconds <= 15.0
+    assert quick.reference.error == 0.01
+    assert quicker(made(reference={"error": "0.3%"})).reference.error == 0.003, "which the file asks for"
     assert quicker(made(spp=[2, 4], repeats=1)).spp == (2, 4)
 
 

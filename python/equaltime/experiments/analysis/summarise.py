@@ -23,7 +23,7 @@ from equaltime.experiments.analysis.sentences import listed
 from equaltime.experiments.analysis.strategy_runs import StrategyRuns, efficiency, fewer_samples, speed_up
 from equaltime.experiments.analysis.verdict import headline_target, pick_standard, verdict
 from equaltime.experiments.model.experiment import LEAST_CROP, Experiment, Window
-from equaltime.experiments.model.summary import Curve, SceneResult, StrategyResult, Summary
+from equaltime.experiments.model.summary import BUSY, Curve, SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.telling import is_quick
 from equaltime.experiments.run.folder import OWN_DEPTHS, ExperimentFolder
 from equaltime.experiments.run.record import Row, complete, load
@@ -44,9 +44,6 @@ Floats = NDArray[np.float64]
 
 _LATE = 1.1
 """Times the budget from which a first image is told to be late; runs aim at the budget with about this accuracy."""
-_BUSY = 0.8
-"""Share of its processors below which a median run shows that other programs took part of them. It is 0.98 to 0.99
-on a machine that does nothing else (medians of ten experiments, two processors)."""
 _SHORTEST_RUN = 0.1
 """Least seconds of a run whose share of its processors is judged: threads take milliseconds to start."""
 _REFERENCE_SHARE = 3.0
@@ -115,11 +112,12 @@ def summarise(experiment: Experiment, rows: Sequence[Row], folder: Path) -> Summ
         answer.text,
         experiment.question,
         headline_target=headline_target(scenes, targets, experiment.question),
-        verdict_notes=(*_busy([row for name in named for row in by_scene[name]]), *answer.notes),
+        verdict_notes=answer.notes,
         directions=_existing(place.directions) if "directions" in experiment.figures else None,
     )
     hasty = () if is_quick(found) else _hasty_references(provenance.get("references", {}), experiment, named)
-    return replace(found, verdict_notes=(*found.verdict_notes, *hasty))
+    busy = _busy([row for name in named for row in by_scene[name]])
+    return replace(found, verdict_notes=(*busy, *hasty, *found.verdict_notes))
 
 
 def _hasty_references(references: Mapping[str, Any], experiment: Experiment, scenes: Sequence[str]) -> tuple[str, ...]:
@@ -138,7 +136,7 @@ def _hasty_references(references: Mapping[str, Any], experiment: Experiment, sce
     one = f"The reference of {name} has an error of {percent(error)}, where {percent(wanted)} was wanted: its"
     time = max(facts[scene]["seconds"] * (found / wanted) ** 2 for scene, found in errors.items())
     return (
-        f"{several if len(errors) > 1 else one} time ended. Intervals of small errors are wider for it. About "
+        f"{several if len(errors) > 1 else one} time ended. It widens the intervals of small errors; about "
         f"{duration(float(f'{time:.2g}'))} would do (reference.seconds of an experiment file).",
     )
 
@@ -301,6 +299,7 @@ class _Scene:
             decided=tuple(row.decided for row in last if row.decided),
             splitting=tuple(row.splitting for row in last if row.splitting is not None),
             run_seconds=tuple(row.wall_s for row in last),
+            first_share=_share_of_processors(last[0]) if last else None,
             late=self._late(strategy),
             film=_existing(self.place.film(self.name, strategy.label)) if self.experiment.animate else None,
         )
@@ -338,17 +337,20 @@ def _busy(rows: Sequence[Row]) -> tuple[str, ...]:
 
     Only equaltime's own strategies are judged, since other renderers may have fewer threads than they are given.
     """
-    shares = [
-        row.cpu_s / (row.wall_s * row.threads)
-        for row in rows
-        if row.last and row.renderer == "core" and row.wall_s >= _SHORTEST_RUN and row.threads > 0
-    ]
-    if not shares or (share := float(np.median(shares))) >= _BUSY:
+    shares = [one for row in rows if row.last and (one := _share_of_processors(row)) is not None]
+    if not shares or (share := float(np.median(shares))) >= BUSY:
         return ()
     return (
         f"The machine was busy: runs had {100.0 * share:.0f} % of their processors, in the median. Times are too long "
         "and uncertain. Ratios are fairer, since runs take turns.",
     )
+
+
+def _share_of_processors(row: Row) -> float | None:
+    """Return processor time over wall time times threads; None for another renderer, or a run that is too short."""
+    if row.renderer != "core" or row.wall_s < _SHORTEST_RUN or row.threads == 0:
+        return None
+    return row.cpu_s / (row.wall_s * row.threads)
 
 
 def _left_out(windows: Sequence[Window]) -> str:

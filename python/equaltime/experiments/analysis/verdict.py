@@ -268,6 +268,8 @@ def _as_long(ratio: Interval, other: str) -> str:
     if ratio.high < 1.0:
         inverse = ratio.map(lambda value: 1.0 / value)
         return f"{about(inverse)} times less time than {other} {span(inverse)}"
+    if ratio.low <= 1.0:
+        return f"about as long as {other} (factor {about(ratio)}; {span(ratio)[1:]}"
     return f"{about(ratio)} times as long as {other} {span(ratio)}"
 
 

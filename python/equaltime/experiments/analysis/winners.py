@@ -139,5 +139,5 @@ def _told(found: Sequence[_Winners], scenes: int) -> str:
     for one in found:
         count = len(one.strategies)
         text = listed([s.named for s in one.strategies]) if count <= _MOST_EQUAL else f"{count} strategies"
-        places.setdefault(f"{text} (about equally)" if count > 1 else text, []).append(one.scene)
+        places.setdefault(f"{text} (their intervals overlap)" if count > 1 else text, []).append(one.scene)
     return ", ".join(text if scenes == 1 else f"{text} on {listed(names)}" for text, names in places.items())

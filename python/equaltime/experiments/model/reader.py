@@ -131,6 +131,8 @@ DEFAULT_STRATEGIES: Final = ("naive", "bsdf", "light", "mis", "best")
 
 # In a closed room a path without a depth limit goes on until its throughput underflows in float32: hundreds of bounces.
 _DEPTH_WITHOUT_ROULETTE: Final = 64
+_QUICK_ERROR: Final = 0.01
+"""Error at which a quick experiment's reference is good enough, if the experiment asks for none."""
 
 
 def is_experiment(path: Path, unreadable: bool = False) -> bool:
@@ -272,7 +274,8 @@ def quicker(experiment: Experiment) -> Experiment:
 
     With a time budget, the quick version of a small experiment ends in under a minute. Films shrink, and enlarged
     windows with them, unless the reference is a file, whose size is fixed. Budgets shrink until all runs together take
-    ``quick.seconds``. Sample counts (``spp``) above ``quick.spp`` are left out.
+    ``quick.seconds``. Sample counts (``spp``) above ``quick.spp`` are left out. References end at the error that the
+    experiment asks for, else at 1 %, or when their time is over.
     """
     quick, wish = experiment.quick, experiment.reference
     scenes = tuple(entry for entry in experiment.scenes if not quick.scenes or entry.name in quick.scenes)
@@ -287,13 +290,14 @@ def quicker(experiment: Experiment) -> Experiment:
     elif quick.spp is not None:
         ladder["spp"] = tuple(count for count in experiment.spp if count <= quick.spp) or experiment.spp[:1]
     seconds = min(wish.seconds, quick.reference / len(scenes))
+    own = wish.error if "error" in wish.model_fields_set else None
     return experiment.replace(
         scenes=scenes
         if wish.file is not None
         else tuple(_smaller(entry, quick.size, experiment.crops) for entry in scenes),
         strategies=strategies,
         repeats=repeats,
-        reference=ReferenceWish(error=max(wish.error, 0.01), seconds=seconds, file=wish.file),
+        reference=ReferenceWish(error=own or _QUICK_ERROR, seconds=seconds, file=wish.file),
         quick=QuickWish(),  # which is done
         **ladder,
     )

@@ -24,11 +24,14 @@ from equaltime.words import Shown, duration, percent
 if TYPE_CHECKING:
     import pandas
 
-__all__ = ["DISAGREES", "Beside", "Curve", "SceneResult", "StrategyResult", "Summary"]
+__all__ = ["BUSY", "DISAGREES", "Beside", "Curve", "SceneResult", "StrategyResult", "Summary"]
 
 DISAGREES = "disagrees with the reference"
 """Words in the note of a number that a renderer does not get, because its picture is another one."""
 
+BUSY = 0.8
+"""Share of its processors below which a run shows that other programs took part of them. It is 0.98 to 0.99 on a
+machine that does nothing else (medians of ten experiments, two processors)."""
 _SHORTEST_CURVE = 0.1
 """Least equal time, in seconds, for curves against time. Curves begin at about a hundredth of it, and threads
 take about a millisecond to start."""
@@ -134,6 +137,8 @@ class StrategyResult:
     """Variance times rays with split paths over the same without, by the pilot of each repeat; empty without pilots."""
     run_seconds: tuple[float, ...] = ()
     """Wall time of the run of each repeat, in seconds from its first sample to its last image."""
+    first_share: float | None = None
+    """Processor time of the first run over wall time times threads: its share of its processors. None if unknown."""
     late: float | None = None
     """Mean time of the first image in seconds if it is more than a tenth above the experiment's budget; else None."""
     film: Path | None = None
@@ -258,8 +263,17 @@ class SceneResult:
             return ""
         return (
             f"runs did not end at the equal time of {duration(self.budget_s)} (median, range): {', '.join(told)}. "
-            "Errors at the equal time are read off the curve; beyond its end they are extrapolated"
+            f"{self._why_other_ends} Errors at the equal time are read off the curve; beyond its end they are "
+            "extrapolated"
         )
+
+    @property
+    def _why_other_ends(self) -> str:
+        """Sentence on what decides the samples of runs, and whether the first run was disturbed."""
+        shares = [one.first_share for one in self.strategies if one.first_share is not None]
+        slow = bool(shares) and min(shares) < BUSY
+        least = f"{'as little as ' * (len(shares) > 1)}{percent(min(shares))}" if slow else ""
+        return f"All runs take the samples of the first one{f', which had {least} of its processors' if slow else ''}."
 
     @property
     def decisions(self) -> str:

@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from equaltime.experiments.model.summary import DISAGREES, SceneResult, StrategyResult, Summary
 from equaltime.statistics.curves import BEFORE, BEYOND, RISES
-from equaltime.statistics.in_words import exponent, places, probability
+from equaltime.statistics.in_words import beside_one, exponent, places, probability
 from equaltime.statistics.intervals import TELLING, TOO_WIDE, UNKNOWN, Interval, sound
 from equaltime.statistics.runs import TYPICAL
 
@@ -310,6 +310,8 @@ def _cell(interval: Interval, unit: Unit) -> Cell:
     if not (math.isfinite(low) and math.isfinite(high)):
         return Cell("not trusted", note=interval.note or "its interval has no end", state="untrusted")
     of_value, of_low, of_high = places(value, low, high)
+    if unit is _FACTOR:
+        of_value, of_low, of_high = map(beside_one, (value, low, high), (of_value, of_low, of_high))
     ends = f"({_fixed(low, of_low)} to {_fixed(high, of_high)})"
     return Cell(_fixed(value, of_value) + unit.symbol, ends, note=interval.note)
 
