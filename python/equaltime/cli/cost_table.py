@@ -11,7 +11,7 @@ from pathlib import Path
 from rich.table import Table
 
 from equaltime.cli.messages import ANY_WIDTH, MOST_LINES, plain_console, print_line, print_lines
-from equaltime.experiments.analysis.sentences import listed
+from equaltime.experiments.analysis.sentences import WHAT_TO_DO, listed
 from equaltime.experiments.model.summary import DISAGREES, SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.words import (
     AT_LEAST,
@@ -74,7 +74,7 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     console = plain_console()
     print_lines([summary.verdict])
     every = [(scene, strategy) for scene in summary.scenes for strategy in scene.strategies]
-    notes = summary.verdict_notes if verbose else summary.verdict_notes[:_MOST_NOTES]
+    notes = summary.verdict_notes if verbose else _shown_notes(summary.verdict_notes)
     caveats = [*notes, *_rule(summary), *_caveats(summary, verbose), *(() if verbose else _below(summary))]
     telling = [row for row in every if _tells(row[1])]
     few = len(every) <= _FEW_ROWS
@@ -202,6 +202,11 @@ def _caveats(summary: Summary, verbose: bool) -> Iterator[str]:
             names.setdefault(text, []).append(name)
         lines = [text if len(on) == len(summary.scenes) else f"{', '.join(on)}: {text}" for text, on in names.items()]
         yield from lines if verbose else lines[:1]
+
+
+def _shown_notes(notes: Sequence[str]) -> list[str]:
+    """Return the first notes, and the one that tells what to do."""
+    return [note for number, note in enumerate(notes) if number < _MOST_NOTES or note.startswith(WHAT_TO_DO)]
 
 
 def _reasons(summary: Summary, unknown: bool = False) -> list[str]:

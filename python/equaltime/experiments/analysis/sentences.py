@@ -11,6 +11,7 @@ from equaltime.statistics.intervals import Interval
 
 __all__ = [
     "LONGEST",
+    "WHAT_TO_DO",
     "Answer",
     "across",
     "compared",
@@ -24,6 +25,8 @@ __all__ = [
 
 LONGEST: Final = 320
 """Characters that a verdict may have: two lines of 160."""
+WHAT_TO_DO: Final = "What to do"
+"""Beginning of the note that tells the runs which would answer better."""
 _ROOM: Final = 220
 """Characters that the items of an enumeration in a verdict may have; the rest is for the words around them."""
 

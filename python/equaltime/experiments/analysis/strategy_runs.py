@@ -66,9 +66,9 @@ class StrategyRuns:
     """Times and errors of all repeats at the sample counts ``spp``."""
     parts: BiasVariance | None = None
     """Bias and variance of the final images; None without images or without a reference of their size."""
-    heavy: bool = False
-    """Whether few pixels of few repeats make most of the squared error (a heavy tail), so that means are not typical.
-    """
+    tail_share: float = 0.0
+    """Share of the squared error of all repeats that one pixel of one repeat makes, if few pixels of few repeats make
+    most of it (a heavy tail); else 0."""
 
     @classmethod
     def of(cls, label: str, rows: Sequence[Row], folder: Path, reference: Reference | None) -> StrategyRuns:
@@ -95,7 +95,12 @@ class StrategyRuns:
             shared=parts.shared,
             reference=own,
         )
-        return replace(plain, runs=judged, parts=parts, heavy=bool(tail.doubt))
+        return replace(plain, runs=judged, parts=parts, tail_share=tail.share if tail.doubt else 0.0)
+
+    @property
+    def heavy(self) -> bool:
+        """Whether few pixels of few repeats make most of the squared error (a heavy tail): means are not typical."""
+        return self.tail_share > 0.0
 
     @property
     def last(self) -> tuple[Row, ...]:

@@ -299,6 +299,7 @@ class _Scene:
             decided=tuple(row.decided for row in last if row.decided),
             splitting=tuple(row.splitting for row in last if row.splitting is not None),
             run_seconds=tuple(row.wall_s for row in last),
+            tail_share=strategy.tail_share,
             first_share=_share_of_processors(last[0]) if last else None,
             late=self._late(strategy),
             film=_existing(self.place.film(self.name, strategy.label)) if self.experiment.animate else None,

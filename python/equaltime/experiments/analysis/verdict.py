@@ -13,10 +13,20 @@ from dataclasses import replace
 from equaltime.experiments.analysis.combination import combination_verdict
 from equaltime.experiments.analysis.pictures import biased_leaders, other_pictures
 from equaltime.experiments.analysis.questions import bias_verdict, efficiency_verdict, samples_verdict
-from equaltime.experiments.analysis.sentences import Answer, across, compared, joined, less_time, listed, where
+from equaltime.experiments.analysis.sentences import (
+    WHAT_TO_DO,
+    Answer,
+    across,
+    compared,
+    joined,
+    less_time,
+    listed,
+    where,
+)
 from equaltime.experiments.analysis.winners import best_per_scene, fastest, is_own, quotient
 from equaltime.experiments.model.experiment import Question
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
+from equaltime.film.tails import MOST_SHARE
 from equaltime.statistics.agreement import LEVEL
 from equaltime.statistics.curves import BEFORE, BETTER, INDEPENDENT
 from equaltime.statistics.in_words import about, figure, in_time, span
@@ -184,7 +194,7 @@ def _speed_up(found: Sequence[_Found], target: float, count: int, several: bool)
         limits += "" if beyond else f", with the time of {baseline} extrapolated"
     if against := _against_the_mean(found, target):
         limits += f"; over all runs, {listed(against)}"
-        notes.append("Rare bright paths make the error over all runs: longer runs (--budget) tell which holds.")
+        notes += ["Rare bright paths make the error over all runs.", _out_of_the_tail([scene for scene, _ in found])]
     place = where([scene.name for scene, _ in found], count)
     return Answer(f"{place}, {faster}: {percent(target)} error in {across(each, in_time)}{limits}.").noted(notes)
 
@@ -331,6 +341,8 @@ def _next_step(scenes: Sequence[SceneResult], targets: Sequence[float]) -> str:
     """
     if BETTER in _reason(scenes):
         return ""
+    if rare := _out_of_the_tail(scenes):
+        return rare
     largest = max(targets)
     found: list[tuple[float, SceneResult, bool]] = []
     for scene, strategy in _standards(scenes):
@@ -340,12 +352,35 @@ def _next_step(scenes: Sequence[SceneResult], targets: Sequence[float]) -> str:
             found.append((scene.budget_s * (known / largest) ** 2, scene, error.bound == "low"))
     longer = [one for one in found if one[0] > one[1].budget_s]
     if not longer or len(longer) < len(found):
-        return "What to do: longer runs (--budget), or more of them (--repeats)."
+        return f"{WHAT_TO_DO}: longer runs (--budget), or more of them (--repeats)."
     seconds, scene, is_limit = min(longer, key=lambda one: one[0])
     least = "at least" if is_limit else "about"
     on = f" on {scene.name}" if len(scenes) > 1 else ""
     runs = f"runs of {least} {duration(float(f'{seconds:.2g}'))} (--budget)"
-    return f"What to do: {runs} would reach {percent(largest)}{on}, if errors go on to fall as 1/sqrt(time)."
+    return f"{WHAT_TO_DO}: {runs} would reach {percent(largest)}{on}, if errors go on to fall as 1/sqrt(time)."
+
+
+def _out_of_the_tail(scenes: Sequence[SceneResult]) -> str:
+    """Return a sentence on the samples with which one rare event would make little of an error; empty without tails.
+
+    The share of one event falls with the number of such events, and so with the samples of all runs together.
+    """
+    tails = [
+        (one.tail_share, scene)
+        for scene in scenes
+        for one in scene.strategies
+        if one.label in (scene.standard, scene.baseline) and one.tail_share > 0.0
+    ]
+    if not tails:
+        return ""
+    share, scene = max(tails, key=lambda one: one[0])
+    more = float(f"{share / MOST_SHARE:.2g}")
+    on = f" on {scene.name}" if len(scenes) > 1 else ""
+    return (
+        f"{WHAT_TO_DO}{on}: about {figure(more)} times as many samples in all, such as runs of "
+        f"{duration(float(f'{more * scene.budget_s:.2g}'))} (--budget). An event like the brightest so far then makes "
+        f"{percent(MOST_SHARE)} of the squared error, the most that is trusted; brighter ones may come."
+    )
 
 
 def _outside(number: Interval, several: bool, whose: str) -> str:

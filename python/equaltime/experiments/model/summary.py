@@ -137,6 +137,9 @@ class StrategyResult:
     """Variance times rays with split paths over the same without, by the pilot of each repeat; empty without pilots."""
     run_seconds: tuple[float, ...] = ()
     """Wall time of the run of each repeat, in seconds from its first sample to its last image."""
+    tail_share: float = 0.0
+    """Share of the squared error of all repeats that one pixel of one repeat makes, if that shows a heavy tail; else 0.
+    """
     first_share: float | None = None
     """Processor time of the first run over wall time times threads: its share of its processors. None if unknown."""
     late: float | None = None
