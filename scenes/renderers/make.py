@@ -14,7 +14,7 @@ from pathlib import Path
 
 import equaltime as et
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
-from equaltime.experiments.report.words import percent, same_cell, seconds_cell
+from equaltime.experiments.report.words import marked, meanings, percent, same_cell, seconds_cell
 from equaltime.statistics.intervals import UNKNOWN
 
 HERE = Path(__file__).resolve().parent
@@ -33,21 +33,24 @@ def main(folder: str = "build/renderers") -> None:
 
 
 def tables(summary: et.Summary) -> Iterator[str]:
-    """Yield one table: a row for each renderer on each scene, with its times to the targets."""
-    targets = summary.targets
+    """Yield one table: a row for each renderer on each scene, with its times to the targets; then what marks mean."""
+    targets, rows = summary.targets, list[str]()
     yield ""
     yield f"| scene | renderer | {' | '.join(f'to {percent(target)}' for target in targets)} | same picture |"
     yield f"|---|---|{'---|' * len(targets)}---|"
     for scene in summary.scenes:
         for number, strategy in enumerate(scene.strategies):
-            yield row(scene if number == 0 else None, strategy, targets)
+            rows.append(row(scene if number == 0 else None, strategy, targets))
+    yield from rows
     yield ""
+    yield from (f"`{mark.strip()}`: {meaning}.\n" for mark, meaning in meanings(rows).items())
 
 
 def row(scene: SceneResult | None, strategy: StrategyResult, targets: tuple[float, ...]) -> str:
     """Return the row of a renderer; the scene is named in the first row of its renderers."""
     name = "" if scene is None else f"{scene.name}, {scene.size[0]}x{scene.size[1]}"
-    times = (str(seconds_cell(strategy.time_to.get(target, UNKNOWN))) for target in targets)
+    found = (strategy.time_to.get(target, UNKNOWN) for target in targets)
+    times = (marked(str(seconds_cell(time)), time) for time in found)
     agrees = same_cell(strategy.picture_p, strategy.another_picture).text
     return f"| {name} | {strategy.label} | {' | '.join(times)} | {agrees} |"
 
