@@ -129,7 +129,7 @@ def test_counts_of_earlier_runs_give_the_same_images(folder: Path, tmp_path: Pat
 def test_counts_of_another_experiment_are_refused() -> None:
     with pytest.raises(ExperimentError, match="has no run of this one, only mis on box"):
         make_experiment(experiment(spp=None), counts={"box": {"mis": (2, 4)}})
-    with pytest.raises(ExperimentError, match="leave out 'spp'"):
+    with pytest.raises(ExperimentError, match="spp: gives the counts of all runs already"):
         make_experiment(experiment(), counts={"box": {"best": (2, 4)}})
 
 

@@ -160,7 +160,7 @@ def _ladder_problems(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     if spp is not None and values.get("budget") is not None:
         yield "spp", "give either 'budget' or 'spp'"
     if spp is not None and values.get("counts"):
-        yield "spp", "the counts are those of an earlier experiment; leave out 'spp'"
+        yield "spp", "gives the counts of all runs already; counts of an earlier experiment have no place beside it"
     counts = [count for count in _list(spp) if isinstance(count, int)]
     if any(b <= a for a, b in pairwise(counts)):
         yield "spp", f"the sample counts must rise, found {shortened(counts, 80)}"

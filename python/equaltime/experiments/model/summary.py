@@ -8,7 +8,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
@@ -257,26 +257,18 @@ class SceneResult:
 
         A strategy whose first image is late is told by `late` instead.
         """
+        found = [(one, end) for one in self.strategies if one.late is None and (end := self.other_end(one)) is not None]
+        if not found:
+            return ""
         told = [
             f"{one.label} after {in_time(Interval(end, min(one.run_seconds), max(one.run_seconds)))}"
-            for one in self.strategies
-            if one.late is None and (end := self.other_end(one)) is not None
+            for one, end in found
         ]
-        if not told:
-            return ""
         return (
             f"runs did not end at the equal time of {duration(self.budget_s)} (median, range): {', '.join(told)}. "
-            f"{self._why_other_ends} Errors at the equal time are read off the curve; beyond its end they are "
-            "extrapolated"
+            f"{_why_other_ends([one for one, _ in found])} Errors at the equal time are read off the curve; beyond its "
+            "end they are extrapolated"
         )
-
-    @property
-    def _why_other_ends(self) -> str:
-        """Sentence on what decides the samples of runs, and whether the first run was disturbed."""
-        shares = [one.first_share for one in self.strategies if one.first_share is not None]
-        slow = bool(shares) and min(shares) < BUSY
-        least = f"{'as little as ' * (len(shares) > 1)}{percent(min(shares))}" if slow else ""
-        return f"All runs take the samples of the first one{f', which had {least} of its processors' if slow else ''}."
 
     @property
     def decisions(self) -> str:
@@ -288,6 +280,14 @@ class SceneResult:
     def other_depth(self) -> str:
         """Sentence for reports if the experiment's ``max_depth`` differs from the scene file's; else empty."""
         return "" if self.scene_max_depth is None else other_depth(self.max_depth, self.scene_max_depth)
+
+
+def _why_other_ends(strategies: Sequence[StrategyResult]) -> str:
+    """Return a sentence on what decides the samples of runs, and on first runs of ``strategies`` that were disturbed."""
+    shares = [one.first_share for one in strategies if one.first_share is not None]
+    slow = bool(shares) and min(shares) < BUSY
+    least = f"{'as little as ' * (len(shares) > 1)}{percent(min(shares))}" if slow else ""
+    return f"All runs take the samples of the first one{f', which had {least} of its processors' if slow else ''}."
 
 
 @dataclass(frozen=True)
