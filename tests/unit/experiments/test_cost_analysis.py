@@ -178,6 +178,50 @@ def test_runs_that_do_not_end_at_the_equal_time_are_told_with_their_median_and_r
     assert (near.other_ends, near.other_end(near.strategies[0])) == ("", None)
 
 
+def test_a_first_run_that_had_too_little_of_its_processors_is_told(
+    recorded: tuple[Path, list[Row]], summary: Summary
+) -> None:
+    first = {row.strategy: row for row in recorded[1] if row.last and row.repeat == 0}
+    (scene,) = summary.scenes
+    for one in scene.strategies:
+        row = first[one.label]
+        assert one.first_share == pytest.approx(row.cpu_s / (row.wall_s * row.threads))
+    even = replace(scene, strategies=tuple(replace(one, first_share=0.95) for one in scene.strategies))
+    assert " All runs take the samples of the first one. Errors" in even.other_ends
+    best = next(one for one in even.strategies if one.label == "best")
+    for changed, told in ((replace(best, run_seconds=(20.0,) * 3), False), (best, True)):
+        slow = replace(changed, first_share=0.47)
+        others = tuple(one for one in even.strategies if one is not best)
+        said = replace(even, strategies=(*others, slow)).other_ends
+        assert (" of the first one, which had as little as 47 % of its processors. " in said) is told
+
+
+def test_what_strategies_decided_by_themselves_is_told(summary: Summary) -> None:
+    (scene,) = summary.scenes
+    assert scene.decisions == ""
+    best = next(one for one in scene.strategies if one.label == "best")
+    even, uneven = "roulette=efficiency,adaptive=none", "roulette=efficiency,adaptive=error"
+    small = replace(best, decided=("roulette=throughput",) * 3)
+    split = replace(best, decided=(even, uneven, even), splitting=(0.71, 0.8, 0.75))
+    counts = replace(best, decided=("adaptive=none",))
+    for changed, told in (
+        (
+            small,
+            "roulette=throughput in 3 runs; splitting was not tried: the picture is small, or the technique has no "
+            "pilot",
+        ),
+        (
+            split,
+            f"{even} in 2 runs and {uneven} in 1 run; by its pilots, splitting paths multiplies variance times rays "
+            "by 0.71 to 0.8",
+        ),
+        (counts, "adaptive=none in 1 run"),
+    ):
+        found = replace(scene, strategies=(changed,))
+        assert found.decisions == f"best decided by itself: {told}"
+        assert facts(found).endswith(f" {found.decisions}.")
+
+
 def test_the_summary_has_the_scene_and_its_strategies_in_order(summary: Summary) -> None:
     (scene,) = summary.scenes
     assert (scene.name, scene.digest, scene.size, scene.max_depth) == ("box", "abc", (SIZE, SIZE), 8)

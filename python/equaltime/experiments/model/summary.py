@@ -283,7 +283,7 @@ class SceneResult:
 
 
 def _why_other_ends(strategies: Sequence[StrategyResult]) -> str:
-    """Return a sentence on what decides the samples of runs, and on first runs of ``strategies`` that were disturbed."""
+    """Return a sentence on what sets the samples of runs, and on first runs of ``strategies`` that were disturbed."""
     shares = [one.first_share for one in strategies if one.first_share is not None]
     slow = bool(shares) and min(shares) < BUSY
     least = f"{'as little as ' * (len(shares) > 1)}{percent(min(shares))}" if slow else ""
