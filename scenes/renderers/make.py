@@ -60,7 +60,7 @@ def machine(summary: et.Summary) -> Iterator[str]:
     for facts in summary.provenance["machines"].values():
         yield f"Measured on {facts['cpu']}, {facts['processors']} processors, {facts['memory_bytes'] / 2**30:.0f} GiB."
     for facts in summary.provenance["builds"].values():
-        built = f"{facts['compiler']}, {facts['target']}, Embree {facts['embree']}"
+        built = f"{facts['compiler']}, {facts['target']}, Embree {facts['embree']} with {facts['embree_isa']}"
         yield f"Version {facts['version']} of equaltime, {built}."
     yield f"Mitsuba {version('mitsuba')}, llvm_ad_rgb."
 

@@ -37,7 +37,11 @@ __all__ = [
 
 _MOST_NAMES = 6
 _THIN = "\N{NARROW NO-BREAK SPACE}"
-_MEASURED_ON = {"machines": ("cpu",), "builds": ("version", "compiler", "target")}
+_MEASURED_ON = {"machines": ("cpu",), "builds": ("version", "compiler", "target", "embree", "embree_isa")}
+
+
+_BEFORE = {"embree": "Embree ", "embree_isa": "which takes "}
+"""Words before a fact that does not tell itself."""
 
 
 def folder_summary(stored: StoredExperiment, verbose: bool = False) -> Iterator[str]:
@@ -172,7 +176,10 @@ def _elsewhere(command: str) -> str:
 def _measured_on(summary: Summary, section: str) -> str:
     """Return the main facts of the machines or builds on which the runs were made."""
     found = summary.provenance.get(section, {}).values()
-    told = (", ".join(str(facts[name]) for name in _MEASURED_ON[section] if name in facts) for facts in found)
+    told = (
+        ", ".join(f"{_BEFORE.get(name, '')}{facts[name]}" for name in _MEASURED_ON[section] if name in facts)
+        for facts in found
+    )
     return "; ".join(dict.fromkeys(told))
 
 

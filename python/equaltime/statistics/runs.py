@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from equaltime.statistics.intervals import FEWEST_REPEATS, Interval, join
 from equaltime.words import percent
 
-__all__ = ["BIASED", "MISSING", "TYPICAL", "Runs", "of_one_kind"]
+__all__ = ["MISSING", "TYPICAL", "Runs", "of_one_kind"]
 
 Floats = NDArray[np.float64]
 
@@ -26,8 +26,6 @@ TYPICAL = "typical runs: the median of repeats"
 reached."""
 MISSING = "all images differ from the reference alike: images or reference lack light, or the strategy is biased"
 """Note of an interval of an unbiased strategy whose images share an offset from the reference."""
-BIASED = "all images differ from the reference alike, since the strategy is biased"
-"""Note of such an interval if a test has shown that the strategy has another mean picture than the standard."""
 _CLEAR = 4.0
 """Standard errors of the reference's part that a squared error must exceed to be read off the curve."""
 _MOST_OF_ONE = 0.5

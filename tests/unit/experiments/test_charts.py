@@ -190,7 +190,7 @@ def test_a_lower_end_below_every_known_time_says_nothing_and_is_not_drawn(found:
     assert view.unmarked == "No mark, since the time is not reached or not known: naive on every scene."
     assert set(view.looks) == {"cut", "best"}
     assert view.table.columns == ("cut", "best")
-    assert view.table.unsaid == "Left out (naive): these runs cannot tell."
+    assert view.table.unsaid == "Left out (naive): these runs cannot tell, where rare events make most of an error."
 
 
 def with_lower_end(found: Summary, part: float) -> Summary:

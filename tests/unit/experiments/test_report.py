@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from equaltime.experiments.model.summary import SceneResult, Summary
+from equaltime.experiments.model.summary import StrategyResult, Summary
 from equaltime.experiments.report import page as page_module
 from equaltime.experiments.report import write_report
 from equaltime.experiments.report.looks import looks
@@ -253,25 +253,21 @@ def test_the_checks_say_with_which_strategy_pictures_are_compared(tmp_path: Path
     assert told not in page.visible
 
 
-def test_a_bias_that_is_not_found_has_no_limit_where_rare_bright_paths_make_an_error(tmp_path: Path) -> None:
+def test_a_bias_that_is_not_found_has_no_limit_where_it_cannot_be_trusted(tmp_path: Path) -> None:
     (scene,) = summary(tmp_path).scenes
     styles = looks([one.label for one in scene.strategies], scene.baseline)
     first, *others = scene.strategies
-    (end,) = first.curve.error[-1:]
-    heavy = replace(first.curve, error=(*first.curve.error[:-1], end.bounded("low", "heavy tail: one pixel")))
+    assert first.bias is not None
 
-    def bias(found: SceneResult) -> Cell:
-        return check_table("box", found, styles).rows[0].cells[3][0]
+    def bias(found: StrategyResult) -> Cell:
+        return check_table("box", replace(scene, strategies=(found, *others)), styles).rows[0].cells[3][0]
 
-    assert str(bias(scene)).startswith("none found (at most ")
-    for found, note in (
-        (replace(scene, strategies=(replace(first, curve=heavy), *others)), "heavy tail: one pixel"),
-        (
-            replace(scene, reference_has_heavy_tail=True),
-            "the reference has a heavy tail: one pixel makes much of its error",
-        ),
-    ):
-        assert (str(bias(found)), bias(found).state, bias(found).note) == ("none found", "untrusted", note)
+    assert str(bias(first)).startswith("none found (at most ")
+    for found in (first.bias, Interval(-0.28, -0.31, -0.23)):
+        cell = bias(replace(first, bias=found.doubted("heavy tail: one pixel")))
+        assert (str(cell), cell.state, cell.note) == ("none found", "untrusted", "heavy tail: one pixel")
+    large = bias(replace(first, bias=Interval(0.28, 0.23, 0.31).doubted("heavy tail: one pixel")))
+    assert (str(large), large.state) == ("not trusted", "untrusted")
 
 
 @pytest.mark.usefixtures("without_figures")

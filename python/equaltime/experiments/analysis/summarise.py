@@ -34,8 +34,8 @@ from equaltime.images.metrics import Reference
 from equaltime.statistics.agreement import LEVEL, equality_test, near_normal, share
 from equaltime.statistics.curves import error_at, error_curve, least_error_at, second_curve, slope, time_to_error
 from equaltime.statistics.in_words import probability
-from equaltime.statistics.intervals import FEWEST_REPEATS, UNKNOWN, Interval, signed_root, sound
-from equaltime.statistics.runs import BIASED, Runs
+from equaltime.statistics.intervals import FEWEST_REPEATS, UNKNOWN, Interval, signed_root, sound, sound_below
+from equaltime.statistics.runs import Runs
 from equaltime.words import duration, percent
 
 __all__ = ["conclude", "concluded", "summarise"]
@@ -48,6 +48,9 @@ _SHORTEST_RUN = 0.1
 """Least seconds of a run whose share of its processors is judged: threads take milliseconds to start."""
 _REFERENCE_SHARE = 3.0
 """Factor by which the smallest target should exceed a reference's error, whose noise is then a ninth of the square."""
+_BELOW_ZERO = "its square is below 0 by more than its interval: rare bright paths make the errors"
+"""Reason why the interval of a bias is not valid; no square is below 0."""
+_HEAVY_REFERENCE = "the reference has a heavy tail: one pixel makes much of its error"
 _NO_COMMON_COUNT = "its repeats have no sample count in common, so that they cannot be joined"
 
 
@@ -135,10 +138,17 @@ def _hasty_references(references: Mapping[str, Any], experiment: Experiment, sce
     name, error = next(iter(errors.items()))
     one = f"The reference of {name} has an error of {percent(error)}, where {percent(wanted)} was wanted: its"
     time = max(facts[scene]["seconds"] * (found / wanted) ** 2 for scene, found in errors.items())
+    would_do = f"about {_rounded(time)} would do"
+    if wanted < matters:
+        would_do += f", and {_rounded(time * (wanted / matters) ** 2)} for a third of the smallest target"
     return (
-        f"{several if len(errors) > 1 else one} time ended. It widens the intervals of small errors; about "
-        f"{duration(float(f'{time:.2g}'))} would do (reference.seconds of an experiment file).",
+        f"{several if len(errors) > 1 else one} time ended. It widens the intervals of small errors; {would_do} "
+        "(reference.seconds of an experiment file).",
     )
+
+
+def _rounded(seconds: float) -> str:
+    return duration(float(f"{seconds:.2g}"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -266,8 +276,9 @@ class _Scene:
             careful = self.experiment.question != "bias" and not runs.biased
             equality = None if images is None else _equality(images, standard_images, careful)
         unequal = equality is not None and equality < self.level
-        if unequal and runs.missing and self.experiment.question == "bias":
-            runs = replace(runs, missing=BIASED)
+        if unequal and self.experiment.question == "bias":  # a biased strategy, whatever it says of itself
+            limit = parts.bias2.low if parts is not None and sound_below(parts.bias2) else 0.0
+            runs = replace(runs, missing="", biased=True, bias=math.sqrt(max(limit, 0.0)))
             strategy = replace(strategy, runs=runs)
         targets = self.experiment.targets
         same = strategy.label == baseline.label
@@ -287,7 +298,7 @@ class _Scene:
             equality_p=equality,
             unequal=unequal,
             agreement_p=self._agreement_p(strategy.label),
-            bias=None if parts is None else _bias(parts, unequal or runs.biased),
+            bias=None if parts is None else self._bias(parts, unequal or runs.biased, strategy),
             notes=tuple(self._notes(strategy, baseline, standard, equality)),
             image=self.place.path / last[0].image if last and last[0].image else None,
             image_error=_error_of(last[0]) if last else None,
@@ -304,6 +315,21 @@ class _Scene:
             late=self._late(strategy),
             film=_existing(self.place.film(self.name, strategy.label)) if self.experiment.animate else None,
         )
+
+    def _bias(self, parts: BiasVariance, differs: bool, strategy: StrategyRuns) -> Interval:
+        """Return the bias of a strategy; it is not trusted where rare bright paths make the spread over repeats.
+
+        ``differs`` tells whether the strategy is known to converge to another picture. An experiment with the question
+        "bias" declares that its scenes have no such paths.
+        """
+        bias, reference = _bias(parts, differs), self._reference(None)
+        if self.experiment.question == "bias" or not (bias.known and bias.trusted):
+            return bias
+        if strategy.heavy:
+            return bias.doubted(strategy.runs.doubt)
+        if not differs and bias.high < 0.0:
+            return bias.doubted(_BELOW_ZERO)
+        return bias.doubted(_HEAVY_REFERENCE) if reference is not None and reference.has_heavy_tail else bias
 
     def _late(self, strategy: StrategyRuns) -> float | None:
         """Return the mean time of a strategy's first image in seconds if it clearly exceeds the budget; else None."""

@@ -437,6 +437,8 @@ def _typical(scenes: Sequence[SceneResult]) -> str:
     gain = product_mean([strategy.efficiency for _, strategy in found])
     ends = {duration(scene.other_end(strategy) or scene.budget_s) for scene, strategy in found}
     end = f"after {ends.pop()}" if len(ends) == 1 else "at the end of its runs"
+    if len(found) == 1 and 0.0 < (error := found[0][1].error_at_budget.value) < math.inf:
+        end += f" (measured {percent(error)})"
     return (
         f"{place}, for the error that {labels} has {end}, a typical run of {labels} needs "
         f"{less_time(gain, f'one of {baseline}')}, if the error of {baseline} goes on to fall as 1/sqrt(time)."

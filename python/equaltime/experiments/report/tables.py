@@ -10,7 +10,15 @@ from equaltime.experiments.model.experiment import Quantity
 from equaltime.experiments.model.summary import Beside, SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.footnotes import grouped, letter, merged, remarks, shape
 from equaltime.experiments.report.looks import Style
-from equaltime.experiments.report.telling import DASH, column_says_something, is_quick, says_slower, silenced, unsaid
+from equaltime.experiments.report.telling import (
+    DASH,
+    NO_COMMON_MEAN,
+    column_says_something,
+    is_quick,
+    says_slower,
+    silenced,
+    unsaid,
+)
 from equaltime.experiments.report.words import (
     Cell,
     error_cell,
@@ -236,7 +244,7 @@ def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Style]) -> Ta
             [plain_cell(curve.slope), *(Cell(_against(curve.slope)) for _ in axes[1:] if curve.slope.known)],
             [measured_cell(strategy.error_at_budget), *map(measured_cell, curve.error[-1:])],
             [_own_estimate(curve.own_estimate, strategy.biased)],
-            [_beside_the_test(scene, strategy)],
+            [_beside_the_test(strategy)],
             [same_cell(strategy.picture_p, strategy.another_picture)],
         ]
         rows.append(label_row(scene, strategy, looks[strategy.label], cells))
@@ -261,36 +269,26 @@ _NONE_FOUND = "none found"
 
 
 def _bias_cell(bias: Interval | None) -> Cell:
-    """Format a bias; one that cannot be told from zero is "none found", with its upper limit."""
+    """Format a bias; one that cannot be told from zero is "none found", with its upper limit if that is trusted."""
     if bias is None:
         return _NOTHING
     if bias.trusted and bias.value == bias.low == bias.high == 0.0:
         return Cell("none", note=bias.note)
     if bias.trusted and bias.low <= 0.0 < bias.high:
         return Cell(_NONE_FOUND, f"(at most {percent(bias.high)})", bias.note)
+    if not bias.trusted and bias.low <= 0.0:
+        return Cell(_NONE_FOUND, note=bias.note, state="untrusted")
     return error_cell(bias)
 
 
-def _beside_the_test(scene: SceneResult, strategy: StrategyResult) -> Cell:
-    """Format a strategy's bias; a note explains an interval that excludes 0 where the test finds an equal picture.
-
-    A bias that is not found has no upper limit if rare bright paths make the errors or the reference uncertain.
-    """
+def _beside_the_test(strategy: StrategyResult) -> Cell:
+    """Format a strategy's bias; a note explains an interval that excludes 0 where the test finds an equal picture."""
     cell, bias = _bias_cell(strategy.bias), strategy.bias
-    if cell.text == _NONE_FOUND and (doubt := _rare_paths(scene, strategy)):
-        return replace(cell, interval="", note=join((cell.note, doubt)), state="untrusted")
     if bias is None or strategy.picture_p is None or strategy.another_picture:
         return cell
     if not (bias.trusted and (bias.low > 0.0 or bias.high < 0.0)):
         return cell
     return replace(cell, note=join((cell.note, _BIASED_BY_LITTLE if strategy.biased else _BY_CHANCE)))
-
-
-def _rare_paths(scene: SceneResult, strategy: StrategyResult) -> str:
-    """Return why rare bright paths leave the upper end of a bias open; empty if they do not."""
-    last = strategy.curve.error[-1:]
-    own = last[0].note if last and last[0].bound == "low" else ""
-    return own or "the reference has a heavy tail: one pixel makes much of its error" * scene.reference_has_heavy_tail
 
 
 _ALARMS = f"which finds a difference by chance in 1 of {1.0 / LEVEL:g} experiments, all rows and scenes together"
@@ -348,7 +346,7 @@ def geometric_mean(summary: Summary, label: str, target: float) -> Interval | No
             return replace(UNKNOWN, note=f"on {scene.name} it has no speed-up that can be trusted")
         ratios.append(ratio)
     if not of_one_kind(ratios):
-        return replace(UNKNOWN, note="speed-ups of typical runs and of mean errors have no common mean")
+        return replace(UNKNOWN, note=NO_COMMON_MEAN)
     return product_mean(ratios)
 
 

@@ -12,13 +12,24 @@ from equaltime.experiments.report.words import Cell
 from equaltime.statistics.curves import ERROR_OF, ERRORS_OF, TOO_NOISY
 from equaltime.statistics.intervals import UNKNOWN, Interval
 
-__all__ = ["DASH", "column_says_something", "commands", "is_quick", "says_slower", "silenced", "unsaid"]
+__all__ = [
+    "DASH",
+    "NO_COMMON_MEAN",
+    "column_says_something",
+    "commands",
+    "is_quick",
+    "says_slower",
+    "silenced",
+    "unsaid",
+]
 
 DASH = "\N{EN DASH}"
 _BIASED = re.compile("biased, not extrapolated|its bias is larger")
 """Part of the note of a time that a biased strategy does not reach."""
 _NOISY = re.compile(f"{ERROR_OF} .*{re.escape(TOO_NOISY)}")
 """Remark on a time that is not given because of the reference's noise; its number differs from scene to scene."""
+NO_COMMON_MEAN = "speed-ups of typical runs and of mean errors have no common mean"
+"""Remark on a geometric mean over scenes whose speed-ups are of two kinds."""
 _NOT_KNOWN = ("unknown", "cannot tell", "not trusted", "not reached", "never")
 
 
@@ -76,8 +87,13 @@ def unsaid(names: Iterable[str], dashes: bool, quick: bool, cells: Iterable[Cell
     whether longer runs would give more numbers. ``cells`` are all cells of the table, before any was left out.
     """
     listed = ", ".join(names)
-    why = "these runs are too short to tell; run without --quick" if quick else "these runs cannot tell"
     silent = [cell.note for cell in cells if _is_silent(cell)]
+    if any("heavy tail" in note for note in silent):
+        why = "these runs cannot tell, where rare events make most of an error"
+    else:
+        why = "these runs are too short to tell; run without --quick" if quick else "these runs cannot tell"
+    if any(NO_COMMON_MEAN in note for note in silent):
+        why += f"; {NO_COMMON_MEAN}"
     if any(_BIASED.search(note) for note in silent):
         why += "; biased strategies may never reach an error, and are not extrapolated"
     if noisy := [remark for note in silent for remark in note.split("; ") if _NOISY.match(remark)]:

@@ -203,7 +203,7 @@ def marked(text: str, number: Interval) -> str:
 
 
 def known_gains(summary: Summary) -> list[str]:
-    """Return the gains at equal time of strategies that have a limit of a speed-up for want of a time, in one sentence.
+    """Return the gains at equal time of strategies without a known speed-up, or with a mere limit, in one sentence.
 
     The gain needs no time to an error. The list is empty if no such gain is known.
     """
@@ -212,7 +212,11 @@ def known_gains(summary: Summary) -> list[str]:
         for scene in summary.scenes
         for one in scene.strategies
         if sound(one.efficiency)
-        and any(ratio.trusted and ratio.value in (0.0, math.inf) for ratio in one.ratio.values())
+        and one.label != scene.baseline
+        and (
+            any(ratio.trusted and ratio.value in (0.0, math.inf) for ratio in one.ratio.values())
+            or not any(map(sound, one.ratio.values()))
+        )
     ]
     baseline = " or ".join(dict.fromkeys(scene.baseline for scene in summary.scenes))
     told = "baseline's squared error over the strategy's, median over pairs of runs"
