@@ -28,14 +28,16 @@ class Search:
         if folder not in self._folders:
             self._folders.insert(0 if first else len(self._folders), folder)
 
-    def find(self, name: str) -> Path:
+    def find(self, name: str, *, beside: Path | None = None) -> Path:
         r"""Return the path of the first file or folder called `name` in the listed folders.
 
-        If there is none, return the path that `name` would have in the scene file's folder. Names written on Windows,
-        such as ``textures\wood.png``, are understood if no file has exactly that name.
+        The folder of the file `beside`, if it is given, comes before the listed ones: two folders can include files of
+        equal names, as in Mitsuba. If there is no such file, return the path that `name` would have in the scene file's
+        folder. Names written on Windows, such as ``textures\wood.png``, are understood if no file has exactly that name.
         """
+        folders = self._folders if beside is None else [beside.parent, *self._folders]
         for spelling in dict.fromkeys((name, name.replace("\\", "/"))):
-            for folder in self._folders:
+            for folder in folders:
                 if exists(path := folder / spelling):
                     return self.note(path)
         return self._home / name

@@ -128,14 +128,14 @@ class _TomlReader(DictReader):
             return []
 
     def _add_folder(self, name: str, place: Place) -> None:
-        folder = self._search.find(name)
+        folder = self._search.find(name, beside=self._files[-1])
         if not folder.is_dir():
             self._report.add(place, f"no such folder: {folder}")
         self._search.add(folder, first=True)
 
     def _included(self, name: str, place: Place) -> Object | None:
         """Return the scene in the file `name`."""
-        path = self._search.find(name)
+        path = self._search.find(name, beside=self._files[-1])
         try:
             content = self._includes.read(path, len(self._files))
         except ValueError as error:

@@ -150,7 +150,7 @@ class _Interpreter:
         attributes = self._attributes(element, ("value",))
         if attributes is None:
             return
-        folder = self._search.find(attributes["value"])
+        folder = self._search.find(attributes["value"], beside=self._files[-1])
         if not folder.is_dir():
             self._report.add(element.place, f"no such folder: {folder}")
         self._search.add(folder, first=True)
@@ -160,7 +160,7 @@ class _Interpreter:
         attributes = self._attributes(element, ("filename",), ("name",))
         if attributes is None:
             return []
-        path = self._search.find(attributes["filename"])
+        path = self._search.find(attributes["filename"], beside=self._files[-1])
         try:
             content = self._includes.read(path, len(self._files))
         except ValueError as error:

@@ -227,6 +227,18 @@ def test_a_file_takes_objects_from_others_and_shares_its_variables(tmp_path: Pat
         assert floor.bsdf.reflectance == pytest.approx((0.5, 0.5, 0.5), abs=1e-3)  # type: ignore[union-attr]
 
 
+def test_a_file_is_included_from_beside_the_file_that_names_it(tmp_path: Path) -> None:
+    (tmp_path / "parts").mkdir()
+    for folder, value in ((tmp_path, 0.1), (tmp_path / "parts", 0.2)):
+        (folder / "grey.toml").write_text(f'grey = {{type = "diffuse", reflectance = {value}}}\n')
+    (tmp_path / "parts" / "all.toml").write_text('include = "grey.toml"\n')
+    file = tmp_path / "scene.toml"
+    file.write_text(
+        'include = "parts/all.toml"\nsensor.type = "perspective"\n[ball]\ntype = "sphere"\nbsdf = "grey"\n'
+    )
+    assert load(file).model.shapes[0].bsdf == m.Diffuse(id="grey", reflectance=0.2)
+
+
 @pytest.mark.parametrize(
     ("text", "problem"),
     [

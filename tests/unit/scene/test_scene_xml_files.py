@@ -83,6 +83,24 @@ def test_an_included_scene_adds_its_objects_and_shares_variables(tmp_path: Path)
         )
 
 
+def test_a_file_is_included_from_beside_the_file_that_names_it_as_in_mitsuba(tmp_path: Path) -> None:
+    """Files beside the scene, in a folder of <path> and in the folder of an earlier <include> have the same name."""
+    for folder, value in ((".", 0.1), ("parts", 0.2), ("parts/more", 0.3)):
+        (tmp_path / folder).mkdir(exist_ok=True)
+        grey = f'<bsdf type="diffuse" id="grey"><float name="reflectance" value="{value}"/></bsdf>'
+        (tmp_path / folder / "grey.xml").write_text(f'<scene version="3.0.0">{grey}</scene>')
+        (tmp_path / folder / "by.xml").write_text('<scene version="3.0.0"><include filename="grey.xml"/></scene>')
+    (tmp_path / "parts" / "far.xml").write_text('<scene version="3.0.0"><include filename="parts/grey.xml"/></scene>')
+    for body, value in (
+        ('<include filename="parts/by.xml"/>', 0.2),
+        ('<include filename="parts/more/by.xml"/>', 0.3),
+        ('<path value="parts/more"/><include filename="grey.xml"/>', 0.1),
+        ('<path value="parts/more"/><include filename="parts/by.xml"/>', 0.2),
+        ('<include filename="parts/far.xml"/>', 0.2),
+    ):
+        assert shape(tmp_path, f'<ref id="grey"/></shape>{body}<shape type="cube">').bsdf.reflectance == (value,) * 3
+
+
 def test_an_included_object_stands_where_it_is_included(tmp_path: Path) -> None:
     (tmp_path / "red.xml").write_text('<bsdf type="diffuse" version="3.0.0"><rgb name="reflectance" value="1"/></bsdf>')
     assert shape(tmp_path, '<include filename="red.xml"/>').bsdf == m.Diffuse(reflectance=1)  # type: ignore[union-attr]
