@@ -229,10 +229,11 @@ def test_a_sphere_stays_a_sphere() -> None:
 def test_a_camera_and_an_environment_keep_lengths() -> None:
     mirror = np.diag([-1.0, 1.0, 1.0, 1.0])
     assert m.Perspective(to_world=mirror).to_world[0][0] == -1.0
-    for scaled in (NONUNIFORM, 2.0 * np.eye(4) - np.diag([0.0, 0.0, 0.0, 1.0])):
-        with pytest.raises(ValidationError, match="keep lengths"):
+    twice = 2.0 * np.eye(4) - np.diag([0.0, 0.0, 0.0, 1.0])
+    for scaled, found in ((NONUNIFORM, "scales unevenly or shears"), (twice, "scales by 2")):
+        with pytest.raises(ValidationError, match=f"must keep lengths, but {found}; leave only rotations"):
             m.Perspective(to_world=scaled)
-        with pytest.raises(ValidationError, match="keep lengths"):
+        with pytest.raises(ValidationError, match=f"must keep lengths, but {found}; leave only rotations"):
             m.EnvMap(filename="x", to_world=scaled)
 
 

@@ -137,7 +137,8 @@ class Cylinder(Solid):
         ):
             raise ValueError("to_world of a cylinder that moves must scale all directions alike, without shear")
         if self._scale is None:
-            raise ValueError("to_world of a cylinder must scale all directions across its axis alike, without shear")
+            rule = "must scale all directions across its axis alike, without shear"
+            raise ValueError(f"to_world of a cylinder {rule}; a tube of another form needs a mesh, such as a ply file")
         return self
 
     @property

@@ -228,7 +228,8 @@ def _invertible(matrix: Matrix) -> Matrix:
 def _rigid(matrix: Matrix) -> Matrix:
     scale = linear_scale(matrix)
     if scale is None or abs(scale - 1.0) > SHAPE_TOLERANCE:
-        raise ValueError("must keep lengths: only rotations, reflections and translations are allowed here")
+        found = "scales unevenly or shears" if scale is None else f"scales by {scale:g}"
+        raise ValueError(f"must keep lengths, but {found}; leave only rotations, reflections and translations")
     return matrix
 
 
