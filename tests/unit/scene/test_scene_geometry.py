@@ -138,8 +138,9 @@ def test_a_cylinder_may_be_stretched_along_its_axis() -> None:
     assert np.linalg.norm(tube.end - tube.base) == pytest.approx(15)
     with pytest.raises(SceneError, match="to_world of a cylinder must scale all directions across its axis alike"):
         place(type="cylinder", p0=[0, 0, 0], p1=[0.01, 3, 0], to_world=steps)
-    with pytest.raises(SceneError, match="to_world of a cylinder must scale all directions across its axis alike.*needs a mesh"):
+    with pytest.raises(SceneError, match="to_world of a cylinder must scale all directions across its axis") as error:
         place(type="cylinder", p0=[0, 0, 0], p1=[1, 0, 0], to_world=steps)
+    assert "needs a mesh" in str(error.value)
 
 
 def test_a_disk_keeps_its_transform() -> None:

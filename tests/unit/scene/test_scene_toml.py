@@ -233,9 +233,7 @@ def test_a_file_is_included_from_beside_the_file_that_names_it(tmp_path: Path) -
         (folder / "grey.toml").write_text(f'grey = {{type = "diffuse", reflectance = {value}}}\n')
     (tmp_path / "parts" / "all.toml").write_text('include = "grey.toml"\n')
     file = tmp_path / "scene.toml"
-    file.write_text(
-        'include = "parts/all.toml"\nsensor.type = "perspective"\n[ball]\ntype = "sphere"\nbsdf = "grey"\n'
-    )
+    file.write_text('include = "parts/all.toml"\nsensor.type = "perspective"\n[ball]\ntype = "sphere"\nbsdf = "grey"\n')
     assert load(file).model.shapes[0].bsdf == m.Diffuse(id="grey", reflectance=0.2)
 
 
