@@ -53,6 +53,15 @@ def test_a_translation_moves_what_is_in_the_node(shutter: Any, tmp_path: Path) -
     assert (sensor.shutter_open, sensor.shutter_close) == (0.25, 0.75)
 
 
+def test_all_instances_of_a_node_move_with_it(tmp_path: Path) -> None:
+    builder = animated("translation", [0, 1], [[0, 0, 0], [4, 0, 0]])
+    attributes = {"TRANSLATION": builder.accessor([[0, 0, 0], [0, 7, 0]])}
+    builder.json["nodes"][0]["extensions"] = {"EXT_mesh_gpu_instancing": {"attributes": attributes}}
+    shapes = et.load(builder.gltf(tmp_path / "a.gltf"), shutter=(0, 1)).model.shapes
+    placements: list[Any] = [shape.to_world for shape in shapes]
+    assert [pose(moving, 0.5)[:3, 3].tolist() for moving in placements] == [[2, 0, 5], [2, 7, 5]]
+
+
 def test_a_rotation_turns_what_is_in_the_node_along_an_arc(tmp_path: Path) -> None:
     builder = animated("rotation", [0, 1], [[0, 0, 0, 1], [0, HALF, 0, HALF]])
     moving = placement(builder, tmp_path, shutter=(0, 1))

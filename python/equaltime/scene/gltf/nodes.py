@@ -13,7 +13,7 @@ from equaltime.scene.gltf.accessors import floats
 from equaltime.scene.gltf.animations import Clip
 from equaltime.scene.gltf.document import Document, Malformed
 
-__all__ = ["STANDING", "Placed", "instances", "placed", "product", "rigid"]
+__all__ = ["STANDING", "Placed", "copies", "placed", "product", "rigid"]
 
 Array = NDArray[np.float64]
 
@@ -158,14 +158,16 @@ def product(a: Array, b: Array) -> Array:
     return product
 
 
-def instances(document: Document, at: Placed) -> list[Array] | None:
-    """Return the transforms (4, 4) to world space of the copies that EXT_mesh_gpu_instancing makes of the node `at`.
+def copies(document: Document, at: Placed) -> list[Array]:
+    """Return the transforms (T, 4, 4) to world space of each copy of the mesh of the node `at`.
 
-    Returns None if the node does not have this extension. Raises `Malformed` if the extension's data is not valid.
+    There is one transform for each time of the animation, or one if the node does not move. A node has one copy, or as
+    many as EXT_mesh_gpu_instancing makes. Raises `Malformed` if the extension's data is not valid.
     """
+    moves = np.stack(at.moving or (at.to_world,))
     extension = (at.node.extensions or {}).get("EXT_mesh_gpu_instancing")
     if extension is None:
-        return None
+        return [moves]
     attributes = extension["attributes"]
     parts = {"TRANSLATION": ("VEC3", (0, 0, 0)), "ROTATION": ("VEC4", (0, 0, 0, 1)), "SCALE": ("VEC3", (1, 1, 1))}
     given = {name: floats(document, attributes[name], kind) for name, (kind, _) in parts.items() if name in attributes}
@@ -181,7 +183,7 @@ def instances(document: Document, at: Placed) -> list[Array] | None:
     )
     if not all(np.isfinite(values).all() for values in (translations, rotations, scales)):
         raise Malformed((place, "a transform is not finite"))
-    return list(product(at.to_world, _composed(translations, rotations, scales)))
+    return list(product(moves, _composed(translations, rotations, scales)[:, None]))
 
 
 def rigid(to_world: Array) -> Array:

@@ -15,7 +15,7 @@ from equaltime.scene.gltf.animations import Clip
 from equaltime.scene.gltf.document import Document, Malformed
 from equaltime.scene.gltf.ids import Ids
 from equaltime.scene.gltf.materials import GltfMaterials, Variant
-from equaltime.scene.gltf.nodes import STANDING, Placed, instances, placed
+from equaltime.scene.gltf.nodes import STANDING, Placed, copies, placed
 from equaltime.scene.gltf.primitives import NAMES, TRIANGLES, Source, box, color, mirrored_uvs, triangles
 from equaltime.scene.gltf.textures import MIRRORED
 from equaltime.scene.model import Animation, Deformation, mirrors
@@ -157,8 +157,7 @@ class GltfShapes:
             if at.node.mesh is None:
                 continue
             skinned = at.node.skin is not None
-            places = (self._asked.root,) if skinned else instances(self._document, at) or at.moving or (at.to_world,)
-            moves = np.stack(places)
+            moves = np.array([self._asked.root] if skinned else copies(self._document, at)).reshape(-1, 4, 4)
             for p, _ in self._drawn(at.node.mesh):
                 source = Source("nodes", at.index, p) if skinned else Source("meshes", at.node.mesh, p)
                 corners = box(self._document, source)
@@ -198,17 +197,15 @@ class GltfShapes:
             return
         poses = self._bending(at)
         bent = at.index if poses or at.node.weights else None
-        made = instances(self._document, at)
-        if made is None and at.moving:
-            if len({mirrors(to_world) for to_world in at.moving}) == 1 and not any(map(_is_flat, at.moving)):
-                yield _Copy(at.node.mesh, at.to_world, bent, at.moving, poses, name)
-                return
-            self._document.note("meshes that become mirrored or scaled to nothing do not move", f"nodes[{at.index}]")
-        for to_world in [at.to_world] if made is None else made:
-            if _is_flat(to_world):
+        for moves in copies(self._document, at):
+            moving = tuple(moves) if len(moves) > 1 else ()
+            if len({mirrors(to_world) for to_world in moves}) > 1 or any(map(_is_flat, moving)):
+                self._document.note("meshes that become mirrored or scaled to nothing do not move", f"nodes[{at.index}]")
+                moving = ()
+            if _is_flat(moves[0]):
                 self._document.note("meshes scaled to nothing are left out", f"nodes[{at.index}]")
             else:
-                yield _Copy(at.node.mesh, to_world, bent, poses=poses, name=name)
+                yield _Copy(at.node.mesh, moves[0], bent, moving, poses, name)
 
     def _bending(self, at: Placed) -> tuple[float, ...]:
         """Return when to evaluate a node's deformation: one time if it stays, none if it is as in the file."""
