@@ -81,6 +81,16 @@ def test_steps_hold_and_splines_bend(tmp_path: Path) -> None:
     assert pose(bent, 0.25)[0, 3] == pytest.approx(3 * 0.25**2 - 2 * 0.25**3, abs=1e-3)
 
 
+def test_lights_that_move_are_told_to_stand(tmp_path: Path) -> None:
+    builder = animated("translation", [0, 1], [[0, 0, 0], [4, 0, 0]])
+    builder.json["extensions"] = {"KHR_lights_punctual": {"lights": [{"type": "point"}]}}
+    builder.json["nodes"][0]["extensions"] = {"KHR_lights_punctual": {"light": 0}}
+    told = "lights do not move: they stand as when the shutter opens (nodes[0])"
+    path = builder.gltf(tmp_path / "a.gltf")
+    assert told in et.load(path, shutter=(0, 1)).warnings
+    assert told not in et.load(path, time=0.5).warnings
+
+
 @pytest.mark.parametrize("defines", [{"time": "0.25"}, {"time": 0.25}, {"shutter": (0.25, 0.25)}])
 def test_a_still_shows_one_moment(defines: dict[str, Any], tmp_path: Path) -> None:
     builder = animated("translation", [0, 1], [[0, 0, 0], [4, 0, 0]])

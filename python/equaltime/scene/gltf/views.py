@@ -94,6 +94,8 @@ def light(document: Document, at: Placed, place: Place, ids: Ids) -> Object | No
     power = tuple(source.get("intensity", 1.0) * c for c in source.get("color", (1.0, 1.0, 1.0)))
     if "range" in source:
         document.note("the range of a light is not used: the light has no limit", place.path)
+    if at.moving:
+        document.note("lights do not move: they stand as when the shutter opens", f"nodes[{at.index}]")
     to_world = rigid(at.to_world) @ TURNED
     if source["type"] == "point":
         return plant("emitter", "point", place, id_, intensity=power, position=tuple(to_world[:3, 3].tolist()))
