@@ -15,7 +15,7 @@ from equaltime.scene.gltf import MAPPING, account
 from equaltime.scene.gltf.schema import DOCUMENT, UNREADABLE
 from equaltime.scene.lint import lint
 
-from .gltf_files import Builder, one_triangle
+from .gltf_files import Builder, one_triangle, surfaces
 from .gltf_materials import loaded, textured
 
 ALWAYS = ("the file has no light", "the file has no camera")
@@ -105,6 +105,23 @@ def test_the_texture_coordinates_that_a_texture_uses_are_not_told(tmp_path: Path
     attributes = builder.json["meshes"][0]["primitives"][0]["attributes"]
     attributes["TEXCOORD_1"] = attributes["TEXCOORD_0"]
     assert told(builder, tmp_path) == ["the attribute TEXCOORD_0 is not used (meshes[0].primitives[0])"]
+
+
+def test_texture_coordinates_that_are_missing_are_told_and_0(tmp_path: Path) -> None:
+    builder = textured(np.zeros((2, 2, 3), np.uint8), tmp_path, pbrMetallicRoughness={"baseColorTexture": {"index": 0}})
+    del builder.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"]
+    message = "the textures of the material need TEXCOORD_0, which is missing: all vertices get (0, 0)"
+    assert f"{message} (meshes[0].primitives[0])" in told(builder, tmp_path)
+    (surface,) = surfaces(builder, tmp_path)
+    assert surface.uvs is not None
+    assert not surface.uvs.any()
+
+
+def test_attributes_of_copies_that_nobody_looks_at_are_told(tmp_path: Path) -> None:
+    builder = one_triangle()
+    attributes = {"TRANSLATION": builder.accessor([[0, 0, 0]]), "_COLOR": builder.accessor([[1, 0, 0]])}
+    builder.json["nodes"][0]["extensions"] = {"EXT_mesh_gpu_instancing": {"attributes": attributes}}
+    assert told(builder, tmp_path) == ["the attribute _COLOR of copies is not used (nodes[0])"]
 
 
 def test_attributes_of_morph_targets_that_nobody_looks_at_are_told(tmp_path: Path) -> None:

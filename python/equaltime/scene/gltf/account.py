@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 from equaltime.scene.gltf.document import Document
+from equaltime.scene.gltf.primitives import TRIANGLES
 from equaltime.scene.gltf.rules import Index, walk
 from equaltime.scene.gltf.schema import DOCUMENT
 from equaltime.scene.gltf.surfaces import look
@@ -28,6 +29,7 @@ DESCRIPTIONS: Final = frozenset(
 """Properties that do not affect the picture. One is minFilter, because the samples of a pixel average its texels."""
 USED: Final = frozenset({"POSITION", "NORMAL", "COLOR_0"})
 """Vertex attributes that are used with every material."""
+COPIED: Final = frozenset({"TRANSLATION", "ROTATION", "SCALE"})
 MORPHED: Final = frozenset({"POSITION", "NORMAL"})
 LISTS: Final = (
     *("nodes", "meshes", "materials", "textures", "images", "samplers", "skins", "cameras", "accessors"),
@@ -50,6 +52,7 @@ def check_account(document: Document) -> None:
             referred.add((rule.path[-1], value))
     for name, place in _attributes(document):
         document.note(f"the attribute {name} is not used", place)
+    _note_missing(document)
     _note_spare(document, referred)
 
 
@@ -72,7 +75,7 @@ def _note_extension(document: Document, name: str, place: str) -> None:
 
 
 def _attributes(document: Document) -> Iterator[tuple[str, str]]:
-    """Yield the attributes of primitives that are not used, with the places of the primitives."""
+    """Yield the attributes of primitives and of copies that are not used, with the places of primitives or nodes."""
     gltf = document.gltf
     skinned = {node.mesh for node in gltf.nodes if node.skin is not None}
     for m, mesh in enumerate(gltf.meshes):
@@ -85,6 +88,22 @@ def _attributes(document: Document) -> Iterator[tuple[str, str]]:
                     yield name, place
             for target in primitive.targets or ():
                 yield from ((f"{name} of morph targets", place) for name in _given(target) if name not in MORPHED)
+    for n, node in enumerate(gltf.nodes):
+        copied = (node.extensions or {}).get("EXT_mesh_gpu_instancing", {"attributes": {}})
+        yield from ((f"{name} of copies", f"nodes[{n}]") for name in copied["attributes"] if name not in COPIED)
+
+
+def _note_missing(document: Document) -> None:
+    """Note the primitives without the texture coordinates that the textures of their materials use."""
+    gltf = document.gltf
+    for m, mesh in enumerate(gltf.meshes):
+        for p, primitive in enumerate(mesh.primitives):
+            seen = look(None if primitive.material is None else gltf.materials[primitive.material])
+            name = f"TEXCOORD_{seen.uv_set}"
+            drawn = primitive.mode in TRIANGLES
+            if drawn and seen.textured and name not in _given(primitive.attributes):
+                message = f"the textures of the material need {name}, which is missing: all vertices get (0, 0)"
+                document.note(message, f"meshes[{m}].primitives[{p}]")
 
 
 def _given(attributes: Any) -> list[str]:

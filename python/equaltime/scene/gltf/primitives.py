@@ -221,8 +221,9 @@ def read(pose: Pose, source: Source) -> Triangles | None:
     """Return the primitive at `source` as triangles, deformed as in `pose`, or None if there is no such primitive.
 
     Vertex colours are multiplied by the material's constant base colour, and vertex opacities by the constant opacity.
-    If a texture gives the base colour or the opacity, the bitmap of that texture includes the constant factor. Raises
-    `Malformed` if the data is not valid.
+    If a texture gives the base colour or the opacity, the bitmap of that texture includes the constant factor. If the
+    material has textures and the primitive lacks their texture coordinates, these are (0, 0). Raises `Malformed` if the
+    data is not valid.
     """
     document, mesh = pose.document, _mesh(pose.document, source)
     gltf = document.gltf
@@ -235,6 +236,8 @@ def read(pose: Pose, source: Source) -> Triangles | None:
     if node is not None and gltf.nodes[node].skin is not None:
         vertices, normals = skinned(pose, node, primitive, found.vertices, found.normals)
         found = replace(found, vertices=vertices, normals=normals)
+    if found.uvs is None and seen.textured:
+        found = replace(found, uvs=np.zeros((len(found.vertices), 2)))
     return found if found.colors is None else _colored(found, found.colors, seen)
 
 

@@ -92,6 +92,11 @@ class SurfaceLook:
     sigma_t: tuple[float, ...] = ()
     """Extinction per channel of the interior, per unit of length in world space; empty without absorption."""
 
+    @property
+    def textured(self) -> bool:
+        """Whether any parameter has a texture."""
+        return any(slot.texture is not None for slot in self.slots.values())
+
 
 @dataclass(slots=True, eq=False)
 class _Reading:
