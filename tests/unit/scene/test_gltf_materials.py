@@ -186,6 +186,29 @@ def test_a_mask_is_cut_where_the_interpolated_opacity_is(tmp_path: Path) -> None
     assert row.tolist() == [255 if u < 0.1 or u > 0.4 else 0 for u in centres]
 
 
+@pytest.mark.parametrize(
+    ("sampler", "expected"),
+    [
+        ({"magFilter": 9728}, [0, 255, 255]),  # not interpolated: the texels themselves
+        ({"wrapS": 33071, "wrapT": 33071}, [0] * 5 + [255] * 7),  # a ramp from 1/6 to 1/2, which reaches 0.8 at 0.43
+        ({"wrapS": 33648, "wrapT": 33648}, [0] * 5 + [255] * 7),
+        ({}, [0] * 5 + [255] * 6 + [0]),  # after the last texel, a ramp to the repeated first one
+    ],
+    ids=["nearest", "clamp", "mirror", "repeat"],
+)
+def test_a_mask_is_cut_as_its_sampler_looks_it_up(
+    sampler: dict[str, int], expected: list[int], tmp_path: Path
+) -> None:
+    pixels = np.zeros((1, 3, 4), np.uint8)
+    pixels[0, :, 3] = (0, 255, 255)
+    pbr = {"baseColorTexture": {"index": 0}}
+    builder = textured(pixels, tmp_path, pbrMetallicRoughness=pbr, alphaMode="MASK", alphaCutoff=0.8)
+    builder.json["textures"][0]["sampler"] = builder.add("samplers", sampler)
+    found = bsdf(builder, tmp_path)
+    assert isinstance(found, m.Mask)
+    assert texels(found.opacity, tmp_path).texels[0, :, 0].tolist() == expected
+
+
 # -- normals and emission ---------------------------------------------------------------------------------------------
 
 

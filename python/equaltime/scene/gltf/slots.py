@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -118,8 +118,11 @@ class Slot:
         return not (self.encoded and self.plain)
 
     @np.errstate(over="ignore", invalid="ignore")  # `bake` refuses texels that are not finite
-    def texels(self, pixels: Array) -> Texels:
-        """Return the bitmap of this parameter, computed from the pixels (H, W, 4) of the texture's image."""
+    def texels(self, pixels: Array, wrap_mode: str, filter_type: str) -> Texels:
+        """Return the bitmap of this parameter, computed from the pixels (H, W, 4) of the texture's image.
+
+        `wrap_mode` and `filter_type` are those of the texture's sampler, as parameters of the plugin `bitmap`.
+        """
         picked = pixels[..., list(self.channels)]
         if self.plain and picked.dtype == np.uint8:
             return Texels(np.ascontiguousarray(picked), self.encoded)
@@ -132,7 +135,7 @@ class Slot:
         if self.curve is not None:
             values = self.curve(values)
         if self.cutoff is not None:
-            return Texels(mask(values, min(self.cutoff, 2.0)), False)
+            return Texels(mask(values, min(self.cutoff, 2.0), wrap_mode, filter_type), False)
         half = pixels.dtype == np.uint8 and float(np.abs(values).max(initial=0.0)) < np.finfo(np.float16).max
         return Texels(np.ascontiguousarray(values, np.float16 if half else np.float32), False)
 
@@ -174,29 +177,37 @@ def faded(light: Slot, opacity: Slot) -> Slot | None:
     )
 
 
-def mask(values: NDArray[np.float32], cutoff: float) -> NDArray[np.uint8]:
+def mask(values: NDArray[np.float32], cutoff: float, wrap_mode: str, filter_type: str) -> NDArray[np.uint8]:
     """Return a mask on a finer grid: 255 where the interpolated `values` (H, W, 1) are at least `cutoff`, else 0.
+
+    `wrap_mode` and `filter_type` are parameters of the plugin `bitmap`. Without interpolation ("nearest"), the grid is
+    that of `values`.
 
     glTF interpolates first and then applies the cutoff, but a bitmap can only interpolate after the cutoff. This
     function therefore interpolates, with up to four times as many texels per side. The bitmap of the mask is then
     looked up without interpolation.
     """
     height, width, _ = values.shape
-    if np.all((values == values.min()) | (values == values.max())) and max(height, width) >= FINEST_MASK:
+    coarse = np.all((values == values.min()) | (values == values.max())) and max(height, width) >= FINEST_MASK
+    if coarse or filter_type == "nearest":
         return np.where(values >= cutoff, 255, 0).astype(np.uint8)
     times = max(1, min(4, FINEST_MASK // max(height, width)))
-    fine = _finer(_finer(values, times, 0), times, 1)
+    fine = _finer(_finer(values, times, 0, wrap_mode), times, 1, wrap_mode)
     return np.where(fine >= cutoff, 255, 0).astype(np.uint8)
 
 
-def _finer(values: Array, times: int, axis: int) -> Array:
-    """Return values interpolated linearly along an axis, as in a repeated texture, at `times` as many places."""
+def _finer(values: Array, times: int, axis: int, wrap_mode: str) -> Array:
+    """Return values interpolated linearly along an axis, at `times` as many places.
+
+    Beyond the border, a repeated texture has the texel of the other side, and any other texture that of the border.
+    """
     count = values.shape[axis]
     place = (np.arange(count * times) + 0.5) / times - 0.5
     low = np.floor(place).astype(np.intp)
     weight = (place - low).astype(np.float32)
     shape = [1] * values.ndim
     shape[axis] = -1
-    before, after = values.take(low % count, axis=axis), values.take((low + 1) % count, axis=axis)
+    beyond: Literal["wrap", "clip"] = "wrap" if wrap_mode == "repeat" else "clip"
+    before, after = (values.take(at, axis=axis, mode=beyond) for at in (low, low + 1))
     finer: Array = before * (1 - weight.reshape(shape)) + after * weight.reshape(shape)
     return finer

@@ -20,7 +20,7 @@ from equaltime.images.reading import excess
 from equaltime.scene.gltf.document import Document, Malformed, Unreadable
 from equaltime.scene.gltf.extent import check_texels
 from equaltime.scene.gltf.schema import BASIS, UNREADABLE
-from equaltime.scene.gltf.slots import Slot
+from equaltime.scene.gltf.slots import Slot, TextureUse
 from equaltime.scene.gltf.surfaces import look
 from equaltime.scene.lost_images import GREY, Lost
 from equaltime.scene.picture_colors import REC709, luminance_weights, rgb_of_luminance_chroma
@@ -47,7 +47,7 @@ def bake(document: Document, material: int, name: str) -> Texels:
     source = _source(document, slot.texture.index)
     use = f"materials[{material}].{name}"
     pixels, told = _decode(document, source, lambda count: check_texels(document, source, use, count))
-    found = replace(slot.texels(pixels), told=told)
+    found = replace(slot.texels(pixels, *_lookup(document, slot.texture)), told=told)
     if found.texels.dtype != np.uint8 and not np.isfinite(found.texels).all():
         raise Malformed((f"materials[{material}]", f"a texel of its {name} is not finite"))
     return _turned(found) if name.endswith(MIRRORED) else found
@@ -116,15 +116,23 @@ def bitmap_parameters(document: Document, slot: Slot) -> dict[str, Any]:
     index = document.gltf.textures[use.index].sampler
     if index is not None:
         sampler = document.gltf.samplers[index]
-        along_u, along_v = WRAPS[sampler.wrapS], WRAPS[sampler.wrapT]
-        result["wrap_mode"] = along_u
-        if along_u != along_v:
+        result["wrap_mode"], filter_type = _lookup(document, use)
+        if sampler.wrapS != sampler.wrapT:
             document.note("v is wrapped like u, though the sampler wraps them differently", f"samplers[{index}]")
-        if sampler.magFilter == NEAREST:
-            result["filter_type"] = "nearest"
+        if filter_type == "nearest":
+            result["filter_type"] = filter_type
     if slot.cutoff is not None:
         result["filter_type"] = "nearest"  # the interpolation was done before the cut
     return result
+
+
+def _lookup(document: Document, use: TextureUse) -> tuple[str, str]:
+    """Return ``wrap_mode`` and ``filter_type`` of the plugin `bitmap` for a texture, as its sampler says."""
+    index = document.gltf.textures[use.index].sampler
+    if index is None:
+        return "repeat", "bilinear"
+    sampler = document.gltf.samplers[index]
+    return WRAPS[sampler.wrapS], "nearest" if sampler.magFilter == NEAREST else "bilinear"
 
 
 # -- images ------------------------------------------------------------------------------------------------------------
