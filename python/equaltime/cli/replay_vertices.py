@@ -141,6 +141,12 @@ class PathInLines:
         light = vertex["light"]
         return light is not None and (light["sampled"] or self.strategy.technique in _SAMPLED)
 
+    def _could_aim(self, scattering: Mapping[str, Any] | None) -> bool:
+        """Tell whether the strategy aims at lights from a vertex with this scattering."""
+        if scattering is None or self.strategy.technique not in _SAMPLED:
+            return False
+        return scattering["bsdf"] not in _DISCRETE and any(scattering["albedo"])
+
     def _vertex(self, vertex: Mapping[str, Any], rays: int) -> Iterator[str]:
         """Yield the lines of a vertex from which this number of rays go on; more than 1 if the path is split."""
         surface, emitter, scattering = (vertex[name] for name in ("surface", "emitter", "scattering"))
@@ -160,6 +166,8 @@ class PathInLines:
             yield f"  adds {self.all(emitter['gathered'])}"
         if self._takes_light(vertex):
             yield from self._light(vertex)
+        elif surface is not None and vertex["light"] is None and self._could_aim(scattering):
+            yield "picks no light: none can shine on this side"
         if scattering is not None:
             yield from self._scattering(scattering, goes_on=rays > 0)
         elif surface is not None and rays:

@@ -329,6 +329,15 @@ def test_a_bsdf_of_0_has_its_reason(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert "  BSDF 0, as the light is behind the surface: adds nothing" in told
 
 
+def test_a_vertex_that_no_light_can_reach_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The twins: uniform picks do not know where lamps are, mirrors do not aim, and neither does the strategy bsdf."""
+    words = "picks no light: none can shine on this side"
+    assert words in told_of_lamp(tmp_path, capsys, "best", z=-6)
+    for strategy, surface in (("best,lights=uniform", "diffuse"), ("best", "conductor"), ("bsdf", "diffuse")):
+        told = told_of_lamp(tmp_path, capsys, strategy, "-D", f"surface={surface}", z=-6)
+        assert words not in told
+
+
 def test_the_legend_comes_first_and_explains_what_occurs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     told = told_of_lamp(tmp_path, capsys, "light", z=-6)
     legend = told.partition("\n1. ")[0]
