@@ -332,10 +332,15 @@ def test_a_bsdf_of_0_has_its_reason(tmp_path: Path, capsys: pytest.CaptureFixtur
 def test_a_vertex_that_no_light_can_reach_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The twins: uniform picks do not know where lamps are, mirrors do not aim, and neither does the strategy bsdf."""
     words = "picks no light: none can shine on this side"
-    assert words in told_of_lamp(tmp_path, capsys, "best", z=-6)
-    for strategy, surface in (("best,lights=uniform", "diffuse"), ("best", "conductor"), ("bsdf", "diffuse")):
-        told = told_of_lamp(tmp_path, capsys, strategy, "-D", f"surface={surface}", z=-6)
-        assert words not in told
+    scene, behind = tmp_path / "lamps.toml", LAMP.replace("[0, 0, 3]", "[0, 0, -6]")
+    scene.write_text(f"{behind}{behind.partition('[lamp]')[2].join(('[other]', ''))}")
+
+    def told(strategy: str, surface: str = "diffuse") -> list[str]:
+        return shown(scene, capsys, "--strategy", strategy, "-D", f"surface={surface}")
+
+    assert f"   {words}" in told("best")
+    for other in (told("best,lights=uniform"), told("best", "conductor"), told("bsdf")):
+        assert f"   {words}" not in other
 
 
 def test_the_legend_comes_first_and_explains_what_occurs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
