@@ -20,7 +20,7 @@ from equaltime.cli.options import (
 )
 from equaltime.errors import ImageError
 from equaltime.images import preview
-from equaltime.images.exposure import AUTO, Exposure
+from equaltime.images.exposure import AUTO, Exposure, white_share
 from equaltime.images.image_files import PICTURES, extension
 from equaltime.rendering.output_files import check_spares
 from equaltime.rendering.saved import read
@@ -140,7 +140,9 @@ def _picture_of(
     )
     if not quiet:
         opaque = exposure == AUTO and alpha is not None
-        written = Written(files, result.exposure(exposure), result.exposure(), opaque=opaque)
+        stops = result.exposure(exposure)
+        white = white_share(result.image, stops)
+        written = Written(files, stops, result.exposure(), opaque=opaque, white=white)
         print_lines([f"wrote {written}", *filter(None, [written.counted, written.kept])])
         if alpha is not None and (alpha < 1.0).any() and background is None and output.suffix.lower() != ".png":
             print_lines([_BLACK])

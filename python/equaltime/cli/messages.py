@@ -120,6 +120,10 @@ _FILE_NAME = re.compile(r"'[^']*\.\w+'")
 """Parts of a warning by which warnings of one kind differ: its place, such as ``a.mtl:3: ``, and names of files."""
 
 
+_MUCH_WHITE: Final = 0.05
+"""Least share of white pixels that is told of a picture whose exposure was asked for."""
+
+
 @dataclass(frozen=True)
 class Written:
     """Files that `Result.save` wrote, and how to read its pictures, for the lines that a command prints."""
@@ -135,6 +139,8 @@ class Written:
     """Whether the exposure was chosen from the opaque parts of the preview alone."""
     replaced: str = ""
     """Sentence on an earlier render at the same path that was replaced and not kept; empty if there is none."""
+    white: float = 0.0
+    """Share of the preview's pixels that are white, in [0, 1]."""
 
     def __str__(self) -> str:
         """Return the names of the files, with the exposure of the preview if it is not 0."""
@@ -150,7 +156,10 @@ class Written:
     @property
     def counted(self) -> str:
         """Sentence on an exposure that is not the automatic one; empty if it is."""
-        return "" if self.automatic is None else beside_automatic(self.stops, self.automatic)
+        told = "" if self.automatic is None else beside_automatic(self.stops, self.automatic)
+        if not told or self.white < _MUCH_WHITE:
+            return told
+        return f"{told}; {round(100.0 * self.white)} % of the picture is white: larger values are cut, not tone mapped"
 
     @property
     def kept(self) -> str:

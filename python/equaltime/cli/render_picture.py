@@ -32,7 +32,7 @@ from equaltime.cli.messages import (
 from equaltime.cli.progress import progress_bar
 from equaltime.cli.render_outcome import details, nothing_added, outcome
 from equaltime.errors import BrightImage, ImageError, RenderError, SampleError
-from equaltime.images.exposure import AUTO, Exposure
+from equaltime.images.exposure import AUTO, Exposure, white_share
 from equaltime.images.variance_picture import is_known, scale_in_words
 from equaltime.interrupts import held_back
 from equaltime.quoting.observer import Observer
@@ -172,7 +172,7 @@ def render_picture(
             print_warning(viewer.problem)
         opaque = order.exposure == AUTO and result.origin.picture.alpha
         lost = "" if paths.exr is None else replaced(paths.exr, result.record, old)
-        written = Written(files, stops, result.exposure(), scale, opaque, lost)
+        written = Written(files, stops, result.exposure(), scale, opaque, lost, white_share(result.image, stops))
         teller.tell(result, scene, writing, written)
     if failure is not None:
         raise failure.with_words(*order.words)

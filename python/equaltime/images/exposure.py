@@ -20,6 +20,7 @@ __all__ = [
     "beside_automatic",
     "checked_exposure",
     "exposure_in_words",
+    "white_share",
 ]
 
 Exposure = float | Literal["auto"]
@@ -66,6 +67,14 @@ def exposure_in_words(stops: float) -> str:
     if stops == 0.0:
         return ""
     return f"{abs(stops):g} stop{'' if abs(stops) == 1.0 else 's'} {'brighter' if stops > 0.0 else 'darker'}"
+
+
+def white_share(pixels: NDArray[Any], stops: float) -> float:
+    """Return the share of linear RGB pixels (..., 3) that are white in a picture with this exposure, in [0, 1].
+
+    A pixel is white if all its colours are 1 or more.
+    """
+    return float((np.asarray(pixels, np.float64) >= 2.0**-stops).all(axis=-1).mean())
 
 
 def beside_automatic(stops: float, automatic: float) -> str:

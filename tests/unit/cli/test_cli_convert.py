@@ -71,6 +71,20 @@ def test_an_exposure_is_told_beside_the_automatic_one(saved: Path, capsys: pytes
         assert capsys.readouterr().out == said
 
 
+def test_a_picture_that_is_burnt_out_says_how_much(saved: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The twin has fewer white pixels than are told."""
+    plain = et.read(saved)
+    few, count = plain.image[..., 0].size // 25, plain.image[..., 0].size // 5
+    for number, told in ((count, True), (few, False)):
+        image = np.full_like(plain.image, 0.25)
+        image.reshape(-1, 3)[:number] = 0.6
+        replace(plain, image=image).save(saved, overwrite=True)
+        assert main(["convert", str(saved), str(saved.with_name(f"{number}.png")), "--exposure", "1"]) == 0
+        share = round(100.0 * number / plain.image[..., 0].size)
+        said = f"; {share} % of the picture is white: larger values are cut, not tone mapped\n"
+        assert capsys.readouterr().out.endswith(said) == told
+
+
 def test_a_picture_overwrites_no_file_and_is_png_or_jpeg(saved: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for name, problem in (
         ("a.png", "is there already; choose another name, or --overwrite replaces it"),
