@@ -200,7 +200,8 @@ class GltfShapes:
         for moves in copies(self._document, at):
             moving = tuple(moves) if len(moves) > 1 else ()
             if len({mirrors(to_world) for to_world in moves}) > 1 or any(map(_is_flat, moving)):
-                self._document.note("meshes that become mirrored or scaled to nothing do not move", f"nodes[{at.index}]")
+                place = f"nodes[{at.index}]"
+                self._document.note("meshes that become mirrored or scaled to nothing do not move", place)
                 moving = ()
             if _is_flat(moves[0]):
                 self._document.note("meshes scaled to nothing are left out", f"nodes[{at.index}]")
