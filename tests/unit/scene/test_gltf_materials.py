@@ -196,9 +196,7 @@ def test_a_mask_is_cut_where_the_interpolated_opacity_is(tmp_path: Path) -> None
     ],
     ids=["nearest", "clamp", "mirror", "repeat"],
 )
-def test_a_mask_is_cut_as_its_sampler_looks_it_up(
-    sampler: dict[str, int], expected: list[int], tmp_path: Path
-) -> None:
+def test_a_mask_is_cut_as_its_sampler_looks_it_up(sampler: dict[str, int], expected: list[int], tmp_path: Path) -> None:
     pixels = np.zeros((1, 3, 4), np.uint8)
     pixels[0, :, 3] = (0, 255, 255)
     pbr = {"baseColorTexture": {"index": 0}}
