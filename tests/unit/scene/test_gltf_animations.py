@@ -131,6 +131,16 @@ def test_what_is_no_shutter_is_told(defines: dict[str, Any], message: str, tmp_p
     assert message in str(error.value)
 
 
+def test_a_choice_that_would_change_nothing_is_refused(tmp_path: Path) -> None:
+    still, moving = one_triangle().glb(tmp_path / "a.glb"), animated("scale", [0, 1], [[1, 1, 1], [2, 2, 2]])
+    with pytest.raises(et.SceneError, match="the file has no camera 'front'"):
+        et.load(still, camera="front")
+    with pytest.raises(et.SceneError, match="the file has no animation 'spin'"):
+        et.load(still, animation="spin", time=0.5)
+    with pytest.raises(et.SceneError, match="'animation' needs a time: add -D time=0.5 or -D shutter=0.5,0.52"):
+        et.load(moving.gltf(tmp_path / "a.gltf"), animation="spin")
+
+
 def test_times_that_do_not_increase_are_told(tmp_path: Path) -> None:
     builder = animated("translation", [1, 1], [[0, 0, 0], [4, 0, 0]])
     with pytest.raises(et.SceneError, match=r"animations\[0\].channels\[0\]: the times of an animation must increase"):

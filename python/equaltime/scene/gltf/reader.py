@@ -150,7 +150,7 @@ class _GltfScene:
         cameras = [at for at in nodes if at.node.camera is not None]
         times = () if self._clip is None else self._clip.times
         names = [at.node.name or self._gltf.cameras[at.node.camera].name for at in cameras]
-        if "camera" in self._defines and cameras:
+        if "camera" in self._defines:
             if "view" in self._defines:
                 raise Malformed(("", "-D camera= and -D view= both choose the camera; give one of them"))
             return sensor(self._document, cameras[self._choice("camera", names)], self._place, times)
@@ -254,13 +254,15 @@ class _GltfScene:
     def _played(self) -> Clip | None:
         """Return the requested or first animation over the shutter's time; None without times or animations."""
         shutter = self._shutter()
-        if shutter is None:
-            return None
-        if not self._gltf.animations:
-            self._document.note("the file has no animations: it is the same at all times", "")
-            return None
         names = [animation.name for animation in self._gltf.animations]
         number = self._choice("animation", names) if "animation" in self._defines else 0
+        if shutter is None:
+            if "animation" in self._defines:
+                raise Malformed(("", "'animation' needs a time: add -D time=0.5 or -D shutter=0.5,0.52"))
+            return None
+        if not names:
+            self._document.note("the file has no animations: it is the same at all times", "")
+            return None
         clip = played(self._document, number, shutter)
         if clip.times[0] > clip.ends * (1.0 + JUST):
             self._document.note(f"the animation ends at {clip.ends:g} s: later times show its end", "")
