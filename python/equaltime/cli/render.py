@@ -215,7 +215,8 @@ def render(
         )
     exr = check_output(output, aov=pictures).exr
     if transparent and exr is None and output.suffix.lower() != ".png":
-        raise typer.BadParameter("a JPEG has no transparency: write FILE.png or FILE.exr", param_hint="--transparent")
+        way = "write FILE.png or FILE.exr; `equaltime convert FILE.exr FILE.jpg --background white` then gives a JPEG"
+        raise typer.BadParameter(f"a JPEG has no transparency: {way}", param_hint="--transparent")
     if resume and exr is None:
         raise typer.BadParameter("only FILE.exr can be continued: write FILE.exr", param_hint="--resume")
     order = Order(

@@ -45,7 +45,7 @@ def read_toml(
     variables = Variables({name: _typed(value) for name, value in defines.items()})
     reader = _TomlReader(text, variables, report, search, (Path(file),), Includes())
     scene = reader.scene(table, Place(file))
-    variables.report_unused(Place(file), report)
+    variables.report_unused(Place(file), report, blocks=table)
     return scene
 
 

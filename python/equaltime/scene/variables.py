@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from typing import Final
 
 from equaltime.scene.report import Report
@@ -74,7 +74,12 @@ class Variables:
 
         return _VARIABLE.sub(replacement, text)
 
-    def report_unused(self, place: Place, report: Report) -> None:
-        """Add a problem to `report`, at `place`, for each definition by the user that the file never uses."""
+    def report_unused(self, place: Place, report: Report, blocks: Container[str] = ()) -> None:
+        """Add a problem to `report`, at `place`, for each definition by the user that the file never uses.
+
+        ``blocks`` are names of the file's blocks, for which a user may take a definition.
+        """
         for name in sorted(set(self._defines) - self._used):
-            report.add(place, f"nothing in the scene uses the definition '{name}'{suggestion(name, self._used)}")
+            block = f": [{name}] is a block of the file, to be edited there" if name in blocks else ""
+            hint = block or suggestion(name, self._used)
+            report.add(place, f"nothing in the scene uses the definition '{name}'{hint}")

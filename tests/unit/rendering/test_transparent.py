@@ -190,7 +190,8 @@ def test_a_jpeg_cannot_be_transparent(
     name: str, file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["render", str(file), "-o", str(tmp_path / name), "--transparent"]) == 2
-    said = "error: Invalid value for --transparent: a JPEG has no transparency: write FILE.png or FILE.exr\n"
+    said = "error: Invalid value for --transparent: a JPEG has no transparency: write FILE.png or FILE.exr; "
+    said += "`equaltime convert FILE.exr FILE.jpg --background white` then gives a JPEG\n"
     assert capsys.readouterr().err == said
     assert not (tmp_path / name).exists()
 

@@ -117,6 +117,10 @@ def test_a_definition_that_nothing_uses_is_an_error(tmp_path: Path) -> None:
     assert problems(tmp_path, WIDTH, widht=3) == [
         "scene.toml: nothing in the scene uses the definition 'widht'; did you mean 'width'?"
     ]
+    assert problems(tmp_path, WIDTH, sensor=3) == [
+        "scene.toml: nothing in the scene uses the definition 'sensor': [sensor] is a block of the file, to be edited "
+        "there"
+    ]
 
 
 def test_a_variable_without_a_value_is_an_error(tmp_path: Path) -> None:
