@@ -137,7 +137,7 @@ def test_a_choice_that_would_change_nothing_is_refused(tmp_path: Path) -> None:
         et.load(still, camera="front")
     with pytest.raises(et.SceneError, match="the file has no animation 'spin'"):
         et.load(still, animation="spin", time=0.5)
-    with pytest.raises(et.SceneError, match=r"'animation' needs a time: add -D time=0\.5 or -D shutter=0\.5,0\.52"):
+    with pytest.raises(et.SceneError, match="'animation' needs a time: add -D time="):
         et.load(moving.gltf(tmp_path / "a.gltf"), animation="spin")
 
 

@@ -121,7 +121,7 @@ class Slot:
     def texels(self, pixels: Array, wrap_mode: str, filter_type: str) -> Texels:
         """Return the bitmap of this parameter, computed from the pixels (H, W, 4) of the texture's image.
 
-        `wrap_mode` and `filter_type` are those of the texture's sampler, as parameters of the plugin `bitmap`.
+        The texture's sampler gives `wrap_mode` and `filter_type`, which are parameters of the plugin `bitmap`.
         """
         picked = pixels[..., list(self.channels)]
         if self.plain and picked.dtype == np.uint8:
