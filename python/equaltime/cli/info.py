@@ -197,6 +197,10 @@ def _of_record(name: str, value: Any) -> str:
         return f"{Interval.from_dict(value):%}"
     if name == "seconds":
         return duration(value)
+    if name in ("max_depth", "scene_max_depth") and value < 0:
+        return "no limit"
+    if name == "radiance_range":
+        return f"{value:.2g}, the brightest value over the darkest above 0"
     if name == "sources":
         return ", ".join(f"seed {source['seed']}: {source['samples']['max']} spp" for source in value)
     if isinstance(value, dict):

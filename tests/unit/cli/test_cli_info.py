@@ -314,6 +314,20 @@ def test_a_command_that_gives_a_similar_render_tells_why(
             assert len(lines) <= 10
 
 
+def test_more_of_a_render_has_numbers_that_explain_themselves(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Paths of any length; radiances of 1e14 and 1 in one picture."""
+    sky = {"type": "scene", "sensor": {"type": "perspective"}, "sky": {"type": "constant"}}
+    result = et.render(et.load_dict(sky).with_(size=(8, 6), max_depth=-1), spp=2, seed=1)
+    image = np.where(np.arange(8)[:, None] == 0, 1e14, result.image).astype(np.float32)
+    replace(result, image=image).save(tmp_path / "a.exr")
+    assert main(["info", str(tmp_path / "a.exr"), "-v"]) == 0
+    told = capsys.readouterr().out
+    assert re.search(r"^max depth +no limit$", told, re.MULTILINE)
+    assert re.search(r"^radiance range +1e\+14, the brightest value over the darkest above 0$", told, re.MULTILINE)
+
+
 def test_more_of_a_render_tells_its_frame(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (scene := tmp_path / "scene.toml").write_text(STANDING + KEYS)
     words = ["--size", "8x6", "--spp", "2", "--frames", "3", "-q"]
