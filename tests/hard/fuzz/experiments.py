@@ -38,7 +38,8 @@ def rows() -> tuple[Row, ...]:
                 image = f"images/box/{label}-r{repeat}.npy" if last else None
                 values: dict[str, Any] = {field.name: 0 for field in fields(Row)} | {
                     **dict.fromkeys(("scene", "digest", "machine", "build", "started"), "box"),
-                    **{"strategy": label, "name": label, "renderer": "core", "biased": False, "doubt": None},
+                    **{"strategy": label, "name": label, "renderer": "core", "biased": False},
+                    **dict.fromkeys(("doubt", "decided", "splitting")),
                     **{"width": SHAPE[1], "height": SHAPE[0], "crop": (0, 0, SHAPE[1], SHAPE[0]), "max_depth": 8},
                     **{"repeat": repeat, "seed": repeat, "checkpoint": checkpoint, "spp": spp, "wall_s": 0.1 * spp},
                     **{

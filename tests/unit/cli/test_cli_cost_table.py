@@ -274,8 +274,9 @@ def test_a_table_of_all_has_every_time_or_names_those_without_room(
 def test_runs_that_end_early_are_told_beside_the_comparison(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     early = changed(summary(tmp_path), "best", lambda one: replace(one, run_seconds=(1.9, 1.1, 1.0)))
     told = (
-        "note: runs did not end at the equal time of 2 s (median, range): best after 1.1 s (1 to 1.9). Errors at the "
-        "equal time are read off the curve; beyond its end they are extrapolated"
+        "note: runs did not end at the equal time of 2 s (median, range): best after 1.1 s (1 to 1.9). All runs take "
+        "the samples of the first one. Errors at the equal time are read off the curve; beyond its end they are "
+        "extrapolated"
     )
     assert told in printed(early, tmp_path, capsys)
     assert not any("did not end" in line for line in printed(summary(tmp_path), tmp_path, capsys))
