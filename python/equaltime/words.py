@@ -19,6 +19,7 @@ __all__ = [
     "figure",
     "nearest",
     "percent",
+    "rough_duration",
     "rounded",
     "seconds_of",
     "shortened",
@@ -70,6 +71,11 @@ def duration(seconds: float) -> str:
     """Return a time in seconds as text: ``12.3 ms``, ``4.56 s``, ``7.89 min``, ``12.3 h`` or ``456 days``."""
     unit, size = time_unit(seconds)
     return f"{seconds / size:.3g} {unit}"
+
+
+def rough_duration(seconds: float) -> str:
+    """Return a predicted duration as text, with two digits: ``1.3 min``."""
+    return duration(float(f"{seconds:.2g}"))
 
 
 def duration_of_runs(seconds: float, runs: int) -> str:

@@ -44,6 +44,10 @@ def tables(summary: et.Summary) -> Iterator[str]:
     yield from rows
     yield ""
     yield from (f"`{mark.strip()}`: {meaning}.\n" for mark, meaning in meanings(rows).items())
+    if any("| unknown |" in one for one in rows):
+        errors = sorted(scene.reference_error for scene in summary.scenes)
+        ends = " to ".join(percent(error) for error in (errors[0], errors[-1]))
+        yield f"`unknown`: beyond the runs, no time is given to an error below the reference's own, here {ends}.\n"
 
 
 def row(scene: SceneResult | None, strategy: StrategyResult, targets: tuple[float, ...]) -> str:

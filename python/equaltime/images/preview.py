@@ -97,7 +97,7 @@ def write(
     (associated). A PNG gets alpha and unmultiplied colours, as PNG requires; a fully transparent pixel keeps its
     colour. A JPEG gets no alpha. ``background`` is a linear RGB colour behind the image, which the exposure does not
     change. With a background, a PNG gets no alpha either. Without ``metadata`` the file tells only its colour space.
-    ``quality``, in [1, 100], is that of a JPEG.
+    ``quality`` is the quality of a JPEG, in [1, 100].
 
     Raises
     ------

@@ -320,7 +320,7 @@ class Result:
         if background is not None and len(background) != 3:
             raise ValueError(f"background is a linear colour (red, green, blue), found {background!r}")
         if not 1 <= quality <= 100:
-            raise ValueError(f"quality is that of a JPEG, in [1, 100], found {quality!r}")
+            raise ValueError(f"the quality of a JPEG must be in [1, 100], found {quality!r}")
         if not metadata and (paths.exr is not None or paths.variance is not None):
             raise ValueError("only a PNG or JPEG that is written alone can do without metadata")
         variance = None if paths.variance is None else self._known_variance()

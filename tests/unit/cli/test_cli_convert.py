@@ -148,7 +148,7 @@ def test_a_jpeg_of_less_quality_is_smaller(saved: Path, capsys: pytest.CaptureFi
     ):
         assert main(["convert", str(saved), str(saved.with_name(name)), "--quality", quality]) == 2
         assert problem in capsys.readouterr().err
-    with pytest.raises(ValueError, match="quality is that of a JPEG"):
+    with pytest.raises(ValueError, match="the quality of a JPEG must be in"):
         et.read(saved).save(saved.with_name("b.jpg"), quality=0)
 
 

@@ -66,6 +66,23 @@ def test_the_verdict_is_the_first_and_the_last_line_and_its_notes_are_below_the_
     assert "Three." in legend(found, every_row(found))
 
 
+def test_the_note_on_what_to_do_is_always_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = replace(summary(tmp_path), verdict_notes=("One.", "Two.", "Three.", "What to do: longer runs."))
+    lines = printed(found, tmp_path, capsys)
+    assert lines[5:8] == ["One.", "Two.", "What to do: longer runs."]
+    assert "Three." not in lines
+
+
+def test_both_of_two_targets_are_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """To the second a single strategy has a time. The twin has a third target, so that the table must choose."""
+    rare = UNKNOWN.doubted("no repeats")
+    some = changed(summary(tmp_path), "naive", lambda one: replace(one, time_to={**one.time_to, 0.02: rare}))
+    for targets, shown in (((0.05, 0.02), True), ((0.1, 0.05, 0.02), False)):
+        head = printed(replace(some, targets=targets, headline_target=0.05), tmp_path, capsys)[1]
+        assert "time to 5\u202f%" in head
+        assert ("time to 2\u202f%" in head) == shown
+
+
 def test_an_error_beyond_the_runs_is_marked_and_not_called_measured(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -407,7 +407,7 @@ def test_numbers_of_a_strategy_that_is_found_biased_are_trusted(
 def test_a_bias_is_not_trusted_where_rare_bright_paths_make_the_errors(
     recorded: tuple[Path, list[Row]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The twin asks for a bias, and so declares that there are none."""
+    """The question of the twin is the bias: it declares that the scene has no such paths."""
     folder, rows = recorded
     for question, trusted in (("time", False), ("bias", True)):
         asked = experiment(("naive", "fireflies")).model_copy(update={"question": question})
@@ -616,6 +616,13 @@ def test_a_reference_whose_time_ended_early_is_told_with_the_time_that_would_do(
         "intervals of small errors; about 7.83 min would do (reference.seconds of an experiment file)."
     )
     assert notes(0.005) == notes(0.014, "equaltime cost box.toml --quick") == tuple(others)
+    larger = experiment().replace(targets=(0.1, 0.05))
+    for error, ends in ((0.014, False), (0.02, True)):  # a third of 5 % is 1.7 %
+        notes(error)
+        told = summarise(larger, rows, copied.path).verdict_notes[0]
+        assert told.startswith("The reference of box has an error of 2 %, where 0.5 % was wanted") == ends
+        said = "about 16 min would do, and 86 s for a third of the smallest target (reference.seconds of an experiment "
+        assert (said in told) == ends
 
 
 def test_a_busy_machine_is_told_by_the_share_of_the_processors_that_runs_had(recorded: tuple[Path, list[Row]]) -> None:

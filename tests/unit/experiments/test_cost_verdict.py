@@ -213,6 +213,9 @@ def test_a_gain_at_the_end_of_the_runs_is_told_with_the_time_at_which_they_ended
         found, strategies=tuple(replace(one, run_seconds=(0.9, 0.4, 0.41, 0.39, 0.5)) for one in found.strategies)
     )
     assert "for the error that best has after 410 ms, a typical run" in verdict([early], TARGETS)
+    error = Interval(0.233, 0.2, 0.3).bounded("low", "heavy tail")
+    measured = replace(early, strategies=tuple(replace(one, error_at_budget=error) for one in early.strategies))
+    assert "that best has after 410 ms (measured 23.3 %), a typical run" in verdict([measured], TARGETS)
     other = replace(found, name="hall")
     assert "for the error that best has at the end of its runs, a typical" in verdict([early, other], TARGETS)
 

@@ -45,6 +45,17 @@ def test_a_label_that_begins_with_a_bracket_is_no_argument_of_the_row_above(tmp_
     assert "\n{}[a]* & " in table
 
 
+def test_a_strategy_without_a_known_speed_up_has_its_gain_at_equal_time(tmp_path: Path) -> None:
+    """The twin has speed-ups, which say more."""
+    found = summary(tmp_path)
+    assert "gain over naive" not in latex_table(found)
+    scene = found.scenes[0]
+    none = tuple(replace(one, ratio=dict.fromkeys(one.ratio, UNKNOWN)) for one in scene.strategies)
+    table = latex_table(replace(found, scenes=(replace(scene, strategies=none),)))
+    (told,) = (line for line in table.splitlines() if line.startswith("gain over naive at equal time"))
+    assert told.endswith(r"cut 3.0$\times$ (2.5 to 3.5), best 3.0$\times$ (2.5 to 3.5)\par")
+
+
 def test_the_table_has_every_strategy_of_every_scene(tmp_path: Path) -> None:
     found = summary(tmp_path, scenes=2)
     lines = latex_table(found).splitlines()

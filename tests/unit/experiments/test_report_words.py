@@ -23,6 +23,7 @@ from equaltime.experiments.report.words import (
     factor_cell,
     measured_cell,
     percent,
+    plain_cell,
     provenance_groups,
     seconds,
     seconds_cell,
@@ -265,6 +266,13 @@ def test_numbers_with_powers_of_ten_are_compared_whole_and_spelt_out() -> None:
 def test_the_end_of_a_time_that_holds_has_the_unit_that_suits_it() -> None:
     tail = Interval(86_400.0, 0.05, 1e9).bounded("low", "heavy tail")
     assert seconds_cell(tail).text.replace("\N{NARROW NO-BREAK SPACE}", " ") == "\N{GREATER-THAN OR EQUAL TO} 50 ms"
+
+
+def test_ends_of_a_ratio_beside_1_are_not_rounded_to_1() -> None:
+    """They tell whether there is a difference; a time of 1 s may be rounded."""
+    assert str(factor_cell(Interval(1.1, 1.002, 1.5))) == f"1.1{TIMES} (1.002 to 1.5)"
+    assert str(factor_cell(Interval(0.9, 0.6, 0.998))) == f"0.90{TIMES} (0.60 to 0.998)"
+    assert str(plain_cell(Interval(1.1, 1.002, 1.5))) == "1.1 (1.0 to 1.5)"
 
 
 def test_a_ratio_to_what_is_never_reached_is_the_end_that_is_known() -> None:

@@ -36,7 +36,7 @@ from equaltime.statistics.curves import error_at, error_curve, least_error_at, s
 from equaltime.statistics.in_words import probability
 from equaltime.statistics.intervals import FEWEST_REPEATS, UNKNOWN, Interval, signed_root, sound, sound_below
 from equaltime.statistics.runs import Runs
-from equaltime.words import duration, percent
+from equaltime.words import duration, percent, rough_duration
 
 __all__ = ["conclude", "concluded", "summarise"]
 
@@ -138,17 +138,13 @@ def _hasty_references(references: Mapping[str, Any], experiment: Experiment, sce
     name, error = next(iter(errors.items()))
     one = f"The reference of {name} has an error of {percent(error)}, where {percent(wanted)} was wanted: its"
     time = max(facts[scene]["seconds"] * (found / wanted) ** 2 for scene, found in errors.items())
-    would_do = f"about {_rounded(time)} would do"
+    would_do = f"about {rough_duration(time)} would do"
     if wanted < matters:
-        would_do += f", and {_rounded(time * (wanted / matters) ** 2)} for a third of the smallest target"
+        would_do += f", and {rough_duration(time * (wanted / matters) ** 2)} for a third of the smallest target"
     return (
         f"{several if len(errors) > 1 else one} time ended. It widens the intervals of small errors; {would_do} "
         "(reference.seconds of an experiment file).",
     )
-
-
-def _rounded(seconds: float) -> str:
-    return duration(float(f"{seconds:.2g}"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -298,7 +294,7 @@ class _Scene:
             equality_p=equality,
             unequal=unequal,
             agreement_p=self._agreement_p(strategy.label),
-            bias=None if parts is None else self._bias(parts, unequal or runs.biased, strategy),
+            bias=None if parts is None else self._bias_of(parts, unequal or runs.biased, strategy),
             notes=tuple(self._notes(strategy, baseline, standard, equality)),
             image=self.place.path / last[0].image if last and last[0].image else None,
             image_error=_error_of(last[0]) if last else None,
@@ -316,7 +312,7 @@ class _Scene:
             film=_existing(self.place.film(self.name, strategy.label)) if self.experiment.animate else None,
         )
 
-    def _bias(self, parts: BiasVariance, differs: bool, strategy: StrategyRuns) -> Interval:
+    def _bias_of(self, parts: BiasVariance, differs: bool, strategy: StrategyRuns) -> Interval:
         """Return the bias of a strategy; it is not trusted where rare bright paths make the spread over repeats.
 
         ``differs`` tells whether the strategy is known to converge to another picture. An experiment with the question

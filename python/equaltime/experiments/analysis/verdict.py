@@ -32,7 +32,7 @@ from equaltime.statistics.curves import BEFORE, BETTER, INDEPENDENT
 from equaltime.statistics.in_words import about, figure, in_time, span
 from equaltime.statistics.intervals import Interval, product_mean, sound, sound_below
 from equaltime.statistics.runs import MISSING, TYPICAL, of_one_kind
-from equaltime.words import duration, percent
+from equaltime.words import duration, percent, rough_duration
 
 __all__ = ["headline_target", "pick_standard", "verdict"]
 
@@ -356,7 +356,7 @@ def _next_step(scenes: Sequence[SceneResult], targets: Sequence[float]) -> str:
     seconds, scene, is_limit = min(longer, key=lambda one: one[0])
     least = "at least" if is_limit else "about"
     on = f" on {scene.name}" if len(scenes) > 1 else ""
-    runs = f"runs of {least} {duration(float(f'{seconds:.2g}'))} (--budget)"
+    runs = f"runs of {least} {rough_duration(seconds)} (--budget)"
     return f"{WHAT_TO_DO}: {runs} would reach {percent(largest)}{on}, if errors go on to fall as 1/sqrt(time)."
 
 
@@ -378,7 +378,7 @@ def _out_of_the_tail(scenes: Sequence[SceneResult]) -> str:
     on = f" on {scene.name}" if len(scenes) > 1 else ""
     return (
         f"{WHAT_TO_DO}{on}: about {figure(more)} times as many samples in all, such as runs of "
-        f"{duration(float(f'{more * scene.budget_s:.2g}'))} (--budget). An event like the brightest so far then makes "
+        f"{rough_duration(more * scene.budget_s)} (--budget). An event like the brightest so far then makes "
         f"{percent(MOST_SHARE)} of the squared error, the most that is trusted; brighter ones may come."
     )
 

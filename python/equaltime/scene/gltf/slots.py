@@ -180,8 +180,8 @@ def faded(light: Slot, opacity: Slot) -> Slot | None:
 def mask(values: NDArray[np.float32], cutoff: float, wrap_mode: str, filter_type: str) -> NDArray[np.uint8]:
     """Return a mask on a finer grid: 255 where the interpolated `values` (H, W, 1) are at least `cutoff`, else 0.
 
-    `wrap_mode` and `filter_type` are parameters of the plugin `bitmap`. Without interpolation ("nearest"), the grid is
-    that of `values`.
+    `wrap_mode` and `filter_type` are parameters of the plugin `bitmap`. Without interpolation
+    ("nearest"), the mask has the grid of `values`.
 
     glTF interpolates first and then applies the cutoff, but a bitmap can only interpolate after the cutoff. This
     function therefore interpolates, with up to four times as many texels per side. The bitmap of the mask is then
@@ -199,7 +199,7 @@ def mask(values: NDArray[np.float32], cutoff: float, wrap_mode: str, filter_type
 def _finer(values: Array, times: int, axis: int, wrap_mode: str) -> Array:
     """Return values interpolated linearly along an axis, at `times` as many places.
 
-    Beyond the border, a repeated texture has the texel of the other side, and any other texture that of the border.
+    Beyond the border, a repeated texture goes on with the texels of its other side. Any other repeats its last texel.
     """
     count = values.shape[axis]
     place = (np.arange(count * times) + 0.5) / times - 0.5
