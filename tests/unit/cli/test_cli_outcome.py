@@ -72,7 +72,7 @@ def test_samples_that_follow_the_noise_are_told_beside_those_asked_for(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = str(tmp_path / "a.exr")
-    assert main(["render", str(SCENE), "-o", path, "--size", "32x32", "--spp", "64"]) == 0
+    assert main(["render", str(SCENE), "-o", path, "--size", "48x48", "--spp", "64"]) == 0
     assert main(["info", path]) == 0
     for line in (line for line in capsys.readouterr().out.splitlines() if "samples a pixel" in line):
         assert " samples a pixel (for 64: more where it is noisy)" in line
@@ -346,12 +346,12 @@ def test_a_finished_render_tells_how_it_goes_on(tmp_path: Path, capsys: pytest.C
 
 def test_a_picture_and_its_render_have_the_same_digits(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "a.exr"
-    assert main(["render", str(SCENE), "-o", str(path), "--size", "32x32", "--spp", "64"]) == 0
+    assert main(["render", str(SCENE), "-o", str(path), "--size", "48x48", "--spp", "64"]) == 0
     capsys.readouterr()
     assert main(["info", str(path.with_suffix(".png"))]) == 0
     result = et.read(path)
     spp = f"{count(result.spp)} spp (for 64: more where it is noisy)"
-    assert f"32x32, {spp}, error {result.error:%}," in capsys.readouterr().out
+    assert f"48x48, {spp}, error {result.error:%}," in capsys.readouterr().out
 
 
 def test_a_transparent_picture_is_quoted_as_it_is_rendered(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

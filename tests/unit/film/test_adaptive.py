@@ -67,7 +67,8 @@ def test_samples_that_take_more_rays_are_fewer() -> None:
     rays = EVEN.copy()
     rays[:, :32] *= 4.0
     even, uneven = METRICS["error"](a_pilot(), EVEN), METRICS["error"](a_pilot(), rays)
-    assert (uneven[:, :24] < 0.8 * even[:, :24]).mean() > 0.5
+    least = 0.3
+    assert (uneven[:, :24] - least < 0.8 * (even[:, :24] - least)).mean() > 0.5
     assert (uneven[:, 40:] > even[:, 40:]).all()
 
 
@@ -79,17 +80,17 @@ def test_a_pilot_without_noise_says_nothing(metric: str, value: float) -> None:
     assert np.ptp(rates) == 0.0
 
 
-def test_where_there_is_no_noise_a_tenth_of_the_samples_is_spent() -> None:
+def test_where_there_is_no_noise_three_tenths_of_the_samples_are_spent() -> None:
     """Not none: a pilot that saw nothing does not know that there is nothing."""
     halves = np.where(np.arange(SHAPE[1]) % 8 < 4, 1.0, 3.0) * np.ones((2, *SHAPE))
     halves[:, :, 40:] *= np.exp(0.3 * np.random.default_rng(6).standard_normal((2, SHAPE[0], 24)))
-    assert (METRICS["error"](pilot_of(halves), EVEN)[:, :37] == 0.1).all()
+    assert (METRICS["error"](pilot_of(halves), EVEN)[:, :37] == 0.3).all()
     assert (METRICS["neighbours"](pilot_of(halves), EVEN)[:, :37] > 0.5).any(), "the twin takes edges for noise"
 
 
 def test_one_tile_with_all_the_noise_gets_no_more_than_half_of_all_samples_besides() -> None:
     halves = np.ones((2, *SHAPE))
-    halves += 1e-9 * np.random.default_rng(3).standard_normal(halves.shape)
+    halves += np.random.default_rng(3).standard_normal(halves.shape) * np.where(np.arange(SHAPE[1]) < 32, 1e-10, 1e-9)
     halves[:, 16:32, 16:32] += np.random.default_rng(4).standard_normal((2, 16, 16))
     rates = METRICS["error"](pilot_of(halves), EVEN)
     assert rates.max() == 0.5 * rates.size / 16**2
@@ -157,11 +158,11 @@ def mean_of_rare_light(metric: str, seeds: int, parts: int = 1) -> tuple[float, 
 
     An image is merged from parts: their mean by counts.
 
-    One sample in fifty is 50 on the left, nineteen in twenty are 1.05 on the right, and the others are 0. Three times
+    One sample in fifty is 50 on the left, 17 in 20 are 20/17 on the right, and the others are 0. Three times
     the pilot's samples follow by its rates. Half of the pilots decide for even counts, since the picture is so small.
     """
     rng = np.random.default_rng(5)
-    share = np.where(np.arange(48) < 24, 0.02, 0.95) * np.ones((48, 1))
+    share = np.where(np.arange(48) < 24, 0.02, 0.85) * np.ones((48, 1))
     means, adapts = [], 0
     for _ in range(seeds):
         sums, counts = np.zeros((48, 48)), np.zeros((48, 48))
@@ -257,5 +258,5 @@ def test_the_learn_page_tells_how_dark_neighbours_are(
     (code,) = (program for program in programs if "adaptive={rule}" in program)
     exec(code, {})
     neighbours, error = map(float, capsys.readouterr().out.split())
-    assert neighbours == pytest.approx(0.991, abs=0.003)
+    assert neighbours == pytest.approx(0.992, abs=0.003)
     assert error == pytest.approx(1.0, abs=0.003)

@@ -120,7 +120,7 @@ def test_a_mean_of_samples_that_is_not_the_number_asked_for_has_the_reason() -> 
 
 
 def test_a_result_and_its_file_say_why_it_has_more_samples_than_were_asked_for() -> None:
-    scene = et.load(CORNELL).with_(size=(32, 32))
+    scene = et.load(CORNELL).with_(size=(48, 48))
     result = et.render(scene, spp=64, seed=1)
     assert round(result.spp) != 64, "counts follow the noise"
     assert f" {round(result.spp)} spp (for 64: more where it is noisy), " in str(result)
