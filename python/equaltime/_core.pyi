@@ -292,6 +292,7 @@ def split_light(
     samples: int = 1,
     nets: int = 2,
     only_lengths: bool = False,
+    surface_groups: NDArray[np.uint32] = ...,
 ) -> tuple[list[tuple[str, str]], NDArray[np.float32]]: ...
 def lamps_in_sight(
     scene: Scene, settings: Settings, seed: int = 0, points: int = 1, whole_film: bool = False

@@ -6,7 +6,9 @@ Instructions are those of the path loop and of Embree, counted by valgrind. Cove
 stated interval holds the realised error.
 
 The script fails if a figure is more than 1 % worse than in the last row of its scene. A commit that is meant to change
-a figure says so: a line ``History: instructions, relmse`` in the message of any commit since that row.
+a figure says so: a line ``History: instructions, relmse`` in the message of any commit since that row. So does one
+that changes bits: rare bright paths make most of relMSE in `mis` and `caustic`, and with other bits it scatters by 25
+and by 100 % (standard errors over these seeds; `door` 2 %, `cornell` 1 %).
 """
 
 from __future__ import annotations

@@ -8,6 +8,8 @@ import pytest
 from numpy.typing import NDArray
 
 import equaltime as et
+from equaltime.quoting.light_parts import KINDS_OF_PARTS
+from equaltime.quoting.surface_groups import SurfaceGroups
 from equaltime.rendering.core import make_renderer, split_light
 
 ROOT = Path(__file__).parents[2]
@@ -54,12 +56,51 @@ def test_parts_add_up_to_the_image_and_short_paths_to_the_image_cut_there(path: 
     loaded = scene(path)
     names, parts = split_light(loaded, STRATEGY, 3, 1, 8)
     whole = image(loaded, STRATEGY)
-    for kind in ("length", "way", "bsdf", "light"):
+    for kind in KINDS_OF_PARTS:
         chosen = [i for i, (k, _) in enumerate(names) if k == kind]
         assert np.allclose(parts[:, :, chosen].sum(axis=2), whole, rtol=1e-5, atol=1e-6 * whole.max()), kind
     short = [i for i, (k, what) in enumerate(names) if k == "length" and int(what) <= depth]
     cut = image(loaded, et.Strategy(roulette_depth=3, truncate=depth))
     assert np.allclose(parts[:, :, short].sum(axis=2), cut, rtol=1e-5, atol=1e-6 * whole.max())
+
+
+def stage() -> et.Scene:
+    """A scene in which each shape has its own BSDF; one moves, one is in a group, and one holds a medium."""
+
+    def coated(kind: str) -> dict[str, Any]:
+        return {"bsdf": {"type": "twosided", "bsdf": {"type": kind}}}
+
+    keys = [{"time": t, "transform": [{"translate": [1.2, t, 0]}]} for t in (0.0, 1.0)]
+    world = {
+        **FOG,
+        "floor": {**FOG["floor"], **coated("diffuse")},
+        "mirror": {"type": "disk", "to_world": [{"scale": 3}, {"translate": [0, 0, 2]}], **coated("conductor")},
+        "slider": {"type": "cube", "to_world": {"animation": keys}, **coated("plastic")},
+        "shelf": {"type": "shapegroup", "cone": {"type": "cylinder", "radius": 0.4, **coated("roughplastic")}},
+        "placed": {
+            "type": "instance",
+            "to_world": [{"translate": [-1.2, 0, 0]}],
+            "shelf": {"type": "ref", "id": "shelf"},
+        },
+    }
+    return et.load_dict(world).with_(size=(48, 36))
+
+
+@pytest.mark.parametrize("roulette", ["throughput", "efficiency"])
+def test_where_each_shape_has_its_own_bsdf_both_kinds_of_parts_are_the_same(roulette: str) -> None:
+    loaded = stage()
+    groups = SurfaceGroups.of(loaded)
+    strategy = et.Strategy.parse(f"best,roulette={roulette}")
+    names, parts = split_light(loaded, strategy, 3, 1, 8, surface_groups=groups.of_shape)
+    part = {name: parts[:, :, i] for i, name in enumerate(names)}
+    owners = {"diffuse": "floor", "conductor": "mirror", "plastic": "slider", "roughplastic": "cylinder"}
+    for bsdf, owner in owners.items():
+        (group,) = (i for i, name in enumerate(groups.names) if name.split()[2] == owner)
+        assert part["bsdf", bsdf].any()
+        assert (part["surface", str(group)] == part["bsdf", bsdf]).all(), bsdf
+    assert (part["surface", "medium"] == part["bsdf", "isotropic"]).all()
+    assert (part["surface", "none"] == part["bsdf", "none"]).all()
+    assert (part["surface", "0"] != part["bsdf", "conductor"]).any(), "the twin"
 
 
 @pytest.mark.parametrize(

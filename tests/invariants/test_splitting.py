@@ -10,6 +10,7 @@ import pytest
 
 import equaltime as et
 from equaltime import _core
+from equaltime.quoting.light_parts import KINDS_OF_PARTS
 from equaltime.rendering.core import core_settings, make_renderer, split_light
 
 from .shipped import FILES, same_bits, shipped
@@ -68,7 +69,7 @@ def test_the_parts_of_an_image_add_up_to_it() -> None:
     scene = shipped(FILES[0])
     names, parts = split_light(scene, SPLITTING, seed=5, threads=1, samples=6)
     mean = film(FILES[0]).moments["mean"].mean(axis=0)
-    for kind in ("length", "way", "bsdf", "light"):
+    for kind in KINDS_OF_PARTS:
         total = sum(parts[:, :, i] for i, (k, _) in enumerate(names) if k == kind)
         np.testing.assert_allclose(total, mean, rtol=1e-5, atol=1e-6 * mean.max())
 

@@ -14,13 +14,27 @@ constexpr const char* kWayNames[BreakdownParts::kWays] = {"seen", "met", "aimed"
 
 }  // namespace
 
-BreakdownParts::BreakdownParts(const Scene& scene) : light_part_(scene.lights.size()) {
+BreakdownParts::BreakdownParts(const Scene& scene, std::span<const std::uint32_t> surface_groups)
+    : light_part_(scene.lights.size()) {
   for (std::uint32_t i = 1; i <= kLengths; ++i) names_.push_back({"length", std::to_string(i)});
   for (const char* way : kWayNames) names_.push_back({"way", way});
   names_.push_back({"bsdf", "none"});
   for (const char* bsdf : Bsdfs::names) names_.push_back({"bsdf", bsdf});
   for (const char* phase : PhaseFunctions::names) names_.push_back({"bsdf", phase});
+  name_surfaces(scene, surface_groups);
   name_lights(scene);
+}
+
+/// Surfaces of a moving group belong to the shape of the description that the group stands for.
+void BreakdownParts::name_surfaces(const Scene& scene, std::span<const std::uint32_t> groups) {
+  first_surface_ = count();
+  for (const char* what : {"none", "medium"}) names_.push_back({"surface", what});
+  const std::uint32_t last = groups.empty() ? 0 : std::ranges::max(groups);
+  for (std::uint32_t group = 0; group <= last; ++group) names_.push_back({"surface", std::to_string(group)});
+  if (groups.empty()) return;
+  const std::vector<Surface>& surfaces = scene.geometry.surfaces;
+  for (std::uint32_t i = 0; i < surfaces.size(); ++i)
+    surface_groups_.push_back(groups[surfaces[i].source_shape != kNone ? surfaces[i].source_shape : i]);
 }
 
 /// A shape is one light here, of however many triangles.
@@ -48,8 +62,9 @@ void BreakdownParts::name_lights(const Scene& scene) {
 }
 
 void BreakdownObserver::add(const Spectrum& L, int depth, std::uint32_t way, std::uint32_t light) {
-  added_.push_back(
-      {L, {BreakdownParts::length(depth), BreakdownParts::way(way), BreakdownParts::bsdf(bsdf_), parts_.light(light)}});
+  added_.push_back({L,
+                    {BreakdownParts::length(depth), BreakdownParts::way(way), BreakdownParts::bsdf(bsdf_), surface_,
+                     parts_.light(light)}});
 }
 
 void BreakdownObserver::add_to(std::span<double> pixel) const noexcept {
@@ -64,10 +79,10 @@ void BreakdownObserver::add_to(std::span<double> pixel) const noexcept {
 
 LightBreakdown break_down_light(std::shared_ptr<const Scene> scene, const Settings& settings,
                                 const RenderOptions& options, std::uint64_t samples, bool only_lengths,
-                                const Poll& poll) {
+                                std::span<const std::uint32_t> surface_groups, const Poll& poll) {
   Renderer renderer(scene, settings, options);
   const Settings& decided = renderer.decide();
-  LightBreakdown found{BreakdownParts(*scene),
+  LightBreakdown found{BreakdownParts(*scene, surface_groups),
                        scene->camera.film.crop_height,
                        scene->camera.film.crop_width,
                        BreakdownParts::kLengths,

@@ -19,13 +19,18 @@ namespace equaltime {
 namespace {
 
 py::tuple split(std::shared_ptr<Scene> scene, const Settings& settings, std::uint64_t seed, unsigned threads,
-                std::uint64_t samples, std::uint32_t nets, bool only_lengths) {
+                std::uint64_t samples, std::uint32_t nets, bool only_lengths,
+                const py::array_t<std::uint32_t, py::array::c_style>& surface_groups) {
   if (samples == 0) throw py::value_error("samples must be at least 1");
+  const std::span<const std::uint32_t> groups(surface_groups.data(), static_cast<std::size_t>(surface_groups.size()));
+  if (!groups.empty() && groups.size() != scene->geometry.surfaces.size())
+    throw py::value_error("surface_groups has " + std::to_string(groups.size()) + " groups for " +
+                          std::to_string(scene->geometry.surfaces.size()) + " shapes");
   auto measured = [&] {
     const py::gil_scoped_release release;
     return std::make_unique<LightBreakdown>(break_down_light(std::move(scene), settings,
                                                              {.seed = seed, .threads = threads, .nets = nets}, samples,
-                                                             only_lengths, check_signals));
+                                                             only_lengths, groups, check_signals));
   }();
   py::list names;
   for (const auto& [kind, what] : std::span(measured->parts.names()).first(measured->kept))
@@ -118,9 +123,10 @@ void bind_breakdown(py::module_& m) {
         "How opaque each pixel is, (H, W) in [0, 1]: the share of a render's camera rays that meet something. "
         "Interrupts are honoured.");
   m.def("split_light", &split, "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "samples"_a = 1, "nets"_a = 2,
-        "only_lengths"_a = false,
+        "only_lengths"_a = false, "surface_groups"_a = py::array_t<std::uint32_t>(0),
         "The image of so many samples by its parts: their names, (kind, what) each, and (H, W, parts, 3) means. The "
-        "parts of each kind (length, way, bsdf, light) add up to the image. Interrupts are honoured.");
+        "parts of each kind (length, way, bsdf, surface, light) add up to the image. `surface_groups` has the group of "
+        "each shape, from 0; without any, all are one group. Interrupts are honoured.");
   m.def("unshadowed", &unseen, "scene"_a, "settings"_a, "pixels"_a, "seed"_a = 0, "threads"_a = 0, "nets"_a = 2,
         "(N, 3): what the first sample of each of these pixels (y * width + x of the crop) would be if nothing stood "
         "between surfaces and the lights that it aims at.");

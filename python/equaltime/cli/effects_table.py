@@ -10,7 +10,7 @@ from rich.table import Table
 
 from equaltime.cli.messages import MOST_LINES, WAYS, plain_console, print_line
 from equaltime.pricing import Price, PriceList
-from equaltime.quoting.light_parts import lamp
+from equaltime.quoting.light_parts import name_and_place
 from equaltime.rendering.stated import other_depth
 from equaltime.scene.effects.kinds import Effect
 from equaltime.statistics.intervals import Interval
@@ -41,7 +41,8 @@ _NONE_MEANS = f"{_NONE}: the lower end of the 95 % interval is 0 or less."
 _SHARES = {
     "length": "by the length of the path (2: direct light)",
     "way": "by how the light was found",
-    "bsdf": "by the last surface that scattered it",
+    "bsdf": "by the BSDF that the light of a source falls on",
+    "surface": "by the surface that the light of a source falls on",
     "light": "by the light",
 }
 
@@ -177,11 +178,13 @@ def _short(found: PriceList, left: int) -> Iterator[str]:
     ]
     if always:
         yield f"Always there: {', '.join(always)}."
-    lights = [f"{_lamp(what)} {_brief(share)}" for what, share in _largest(found.shares["light"]) if _measurable(share)]
     direct = found.shares["length"].get("2")
     said = [f"direct light {_brief(direct)}"] if direct is not None and _measurable(direct) else []
-    if len(lights) > 1:
-        said.append(f"by light: {', '.join(lights[:_MOST_LIGHTS])}")
+    for kind, heading in (("light", "by light:"), ("surface", "falling on")):
+        shares = _largest(found.shares[kind])
+        told = [f"{_element(what)} {_brief(share)}" for what, share in shares if _measurable(share)]
+        if len(told) > 1:
+            said.append(f"{heading} {', '.join(told[:_MOST_LIGHTS])}")
     if said:
         yield f"Noise: {'; '.join(said)}{' (shares of the noise are in doubt, see -v)' if found.doubt else ''}."
     if depth := other_depth(found.max_depth, found.scene_max_depth):
@@ -233,10 +236,10 @@ def _largest(shares: Mapping[str, Interval]) -> list[tuple[str, Interval]]:
     return sorted(shares.items(), key=lambda item: -item[1].value)
 
 
-def _lamp(what: str) -> str:
-    """Return the name of a light with its place: ``sun (truck.toml:12)``."""
-    name, place = lamp(what)
-    return f"{name} ({place})" if place else name
+def _element(what: str) -> str:
+    """Return the name of a light or a surface, with its line if a text file describes it: ``sun (truck.toml:12)``."""
+    name, place = name_and_place(WAYS.get(what, what))
+    return f"{name} ({place})" if ":" in place else name
 
 
 def _brief(share: Interval | None) -> str:

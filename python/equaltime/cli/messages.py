@@ -241,9 +241,15 @@ def kept_elsewhere(result: Result) -> str:
 
 T = TypeVar("T")
 
-WAYS = {"seen": "seen by the camera", "met": "met by a scattered ray", "aimed": "aimed at", "none": "no surface"}
-"""Words for the techniques by which a path finds light, by their names in the core, and for ``none``: light that no
-surface scattered."""
+WAYS = {
+    "seen": "seen by the camera",
+    "met": "met by a scattered ray",
+    "aimed": "aimed at",
+    "none": "no surface",
+    "medium": "a medium",
+}
+"""Words for the techniques by which a path finds light, by their names in the core; for ``none``, light that no
+surface scattered; and for ``medium``, light that a medium scattered."""
 
 
 def plain_console() -> Console:

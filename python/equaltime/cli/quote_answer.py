@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from equaltime.cli.messages import WAYS
 from equaltime.quoting.law import Law
-from equaltime.quoting.light_parts import lamp
+from equaltime.quoting.light_parts import name_and_place
 from equaltime.quoting.noise_light import NoiseLight
 from equaltime.quoting.noise_places import NoisePlaces
 from equaltime.quoting.pilot import FEWEST, USUAL_SECONDS, Quote
@@ -186,8 +187,12 @@ def _light(light: NoiseLight) -> str:
     if not light.direct.known:
         return "too few paths to tell"
     ways = {"direct": light.direct, "indirect": light.indirect, "seen by the camera": light.seen}
-    lamps = {lamp(what)[0]: share for what, share in light.kinds["light"].items()}
-    told = "; ".join(filter(None, (_largest(ways), _largest(lamps) if len(lamps) > 1 else "")))
+    lamps, surfaces = (
+        {name_and_place(WAYS.get(what, what))[0]: share for what, share in light.kinds[kind].items()}
+        for kind in ("light", "surface")
+    )
+    last = f"falling on {_largest(surfaces)}" if len(surfaces) > 1 else ""
+    told = "; ".join(filter(None, (_largest(ways), _largest(lamps) if len(lamps) > 1 else "", last)))
     return f"{told} (in doubt, see -v)" if light.doubt else told
 
 

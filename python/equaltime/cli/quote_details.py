@@ -18,7 +18,12 @@ __all__ = ["details", "single_pixels"]
 _WORTH_TELLING = 0.01
 """Smallest share of error² that is printed."""
 _MOST_PIXELS, _MOST_PARTS = 3, 4
-_KINDS = {"light": "by lamp", "bsdf": "by last surface", "way": "by how it was found"}
+_KINDS = {
+    "light": "by lamp",
+    "bsdf": "on which BSDF",
+    "surface": "on which surface",
+    "way": "by how it was found",
+}
 
 
 def details(found: Quote, asked_why: bool | None) -> Iterator[tuple[str, str]]:

@@ -85,7 +85,7 @@ class PriceList(Shown):
     """Names of the effects (features such as media) that the scene does not use, which cost neither time nor memory."""
     shares: Mapping[str, Mapping[str, Interval]]
     """Shares of the variance by kind of part, then by name. Kinds are ``length`` of the path, ``way`` (technique), last
-    ``bsdf``, and ``light`` source; the shares of each kind sum to 1."""
+    ``bsdf``, last ``surface``, and ``light`` source; the shares of each kind sum to 1."""
     truncated: Mapping[int, Interval]
     """Relative error of the image if paths are cut at a depth, by that depth in segments, as fractions."""
     outputs: Mapping[str, Interval]

@@ -1,10 +1,11 @@
-"""Shares of an image's noise by kind of light: by path length, technique, last BSDF and light source.
+"""Shares of an image's noise by kind of light: by path length, technique, BSDF, surface and light source.
 
-The core adds up every contribution to a path by its origin (`_core.split_light`). There are four kinds of origin: the
-length of the path, the technique that found the light, the last BSDF that scattered it, and the light source. Each kind
-splits the image into parts. The share of a part in the variance is ``Cov(part, whole) / Var(whole)``, where whole
-stands for the whole image. The shares of all parts of one kind sum to 1. A part that cancels noise of other parts has a
-negative share.
+The core adds up every contribution to a path by its origin (`_core.split_light`). There are five kinds of origin: the
+length of the path, the technique that found the light, the light source, and the BSDF and the surface on which the
+light of the source falls. This BSDF is the last one of a path from the camera. The surface is a shape or a material
+(`equaltime.quoting.surface_groups`). Each kind splits the image into parts. The share of a part in the variance is
+``Cov(part, whole) / Var(whole)``, where whole stands for the whole image. The shares of all parts of one kind sum to 1.
+A part that cancels noise of other parts has a negative share.
 
 Covariances are taken between whole images over independent seeds, so they hold for the strategy's sampler. They are
 summed over pixels, each divided by the pixel's denominator in the error's definition. So they are shares of error².
@@ -22,6 +23,7 @@ from numpy.typing import NDArray
 from equaltime.images.float32 import beyond_float32
 from equaltime.images.metrics import Reference
 from equaltime.quoting.pairs import change_of, change_products, products, share_of
+from equaltime.quoting.surface_groups import SurfaceGroups, described
 from equaltime.rendering.core import split_light
 from equaltime.scene import Scene
 from equaltime.scene.inert import is_inert, shown
@@ -29,11 +31,11 @@ from equaltime.scene.model import Directional, Point, Spot
 from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 
-__all__ = ["KINDS_OF_PARTS", "LightParts", "lamp", "measure_parts", "measure_parts_by"]
+__all__ = ["KINDS_OF_PARTS", "LightParts", "measure_parts", "measure_parts_by", "name_and_place"]
 
 Floats = NDArray[np.float64]
 
-KINDS_OF_PARTS: Final = ("length", "way", "bsdf", "light")
+KINDS_OF_PARTS: Final = ("length", "way", "bsdf", "surface", "light")
 LONGEST: Final = 16
 """Path length in segments at which the split of light ends: paths of this length and all longer paths are one part."""
 
@@ -42,8 +44,8 @@ LONGEST: Final = 16
 class LightParts:
     """Covariances of parts of an image's light, from renders with K seeds; each part's share of error² follows.
 
-    A part is the light of one path length, of one light source, scattered last by one BSDF, or found by one technique.
-    The fields hold sums over pixels of products of two images, for each pair of seeds.
+    A part is the light of one path length, of one light source, scattered last by one BSDF or surface, or found by one
+    technique. The fields hold sums over pixels of products of two images, for each pair of seeds.
     """
 
     names: tuple[tuple[str, str], ...]
@@ -64,8 +66,8 @@ class LightParts:
     def shares(self, kind: str) -> dict[str, Interval]:
         """Return the share of error² of each part of one kind, by the part's name; parts without light are left out.
 
-        Kinds are ``length`` (of the path), ``way`` (technique that found the light), ``bsdf`` (the last one) and
-        ``light`` (source). The shares of a kind sum to 1; a single share may be negative.
+        Kinds are ``length`` (of the path), ``way`` (technique that found the light), ``bsdf`` and ``surface`` (the last
+        ones), and ``light`` (source). The shares of a kind sum to 1; a single share may be negative.
         """
         parts = [(what, p) for (k, what), p in zip(self.names, self.with_whole, strict=True) if k == kind]
         return {what: share_of(part, self.whole) for what, part in parts if part.any()}
@@ -73,8 +75,8 @@ class LightParts:
     def share(self, kind: str, chosen: Callable[[str], bool]) -> Interval:
         """Return the share of error² of several parts of one kind together.
 
-        Kinds are ``length``, ``way`` (technique), ``bsdf`` (the last one) and ``light`` (source). ``chosen`` returns
-        True for the names of the wanted parts.
+        Kinds are ``length``, ``way`` (technique), ``bsdf``, ``surface`` and ``light`` (source). ``chosen`` returns True
+        for the names of the wanted parts.
         """
         numbers = [i for i, (k, what) in enumerate(self.names) if k == kind and chosen(what)]
         return share_of(self.with_whole[numbers].sum(axis=0), self.whole)
@@ -120,10 +122,10 @@ def measure_parts(
 ) -> LightParts:
     """Render the scene ``repeats`` times with independent seeds, and return the covariances of the parts of its light.
 
-    A part is the light of one path length, of one source, scattered last by one BSDF, or found by one technique. The
-    parts of each kind sum to the image. ``strategy`` is used with ``samples`` per pixel; the first seed is ``seed``,
-    and each repeat takes the next one. ``threads`` is the number of threads; 0 is one for each processor. ``progress``
-    is called with the finished fraction.
+    A part is the light of one path length, of one source, scattered last by one BSDF or surface, or found by one
+    technique. The parts of each kind sum to the image. ``strategy`` is used with ``samples`` per pixel; the first seed
+    is ``seed``, and each repeat takes the next one. ``threads`` is the number of threads; 0 is one for each processor.
+    ``progress`` is called with the finished fraction.
     """
     return next(measure_parts_by(scene, strategy, repeats, samples, seed, threads, progress))
 
@@ -149,9 +151,10 @@ def measure_parts_by(
         If float32 cannot hold an image.
     """
     names, width, height = list[tuple[str, str]](), 0, 0
+    groups = SurfaceGroups.of(scene)
     stack: NDArray[np.float32] = np.empty(0, np.float32)  # (parts, K, H, W, 3): the peak of memory
     for repeat in range(repeats):
-        names, parts = split_light(scene, strategy, seed + repeat, threads, samples)
+        names, parts = split_light(scene, strategy, seed + repeat, threads, samples, surface_groups=groups.of_shape)
         if repeat == 0:
             height, width, count, _ = parts.shape
             stack = np.empty((count, repeats, height, width, 3), np.float32)
@@ -170,7 +173,7 @@ def measure_parts_by(
     for reference in references(whole):
         denominator = reference.denominator
         yield LightParts(
-            names=tuple(_named(names, scene)),
+            names=tuple(_named(names, groups, scene)),
             with_whole=np.stack([products(part.astype(np.float64), whole, denominator) for part in stack]),
             whole=products(whole, whole, denominator),
             tails=np.concatenate([[products(tail, tail, denominator) for tail in tails[1:]], nothing]),
@@ -179,11 +182,11 @@ def measure_parts_by(
         )
 
 
-def lamp(what: str) -> tuple[str, str]:
-    """Split the name of a part of the kind ``light`` into the light source and its place in a file.
+def name_and_place(what: str) -> tuple[str, str]:
+    """Split the name of a part of the kind ``light`` or ``surface`` into its element's name and its place in a file.
 
     ``what`` is such as ``light 0: sun (/tmp/scene.toml:12)``, which gives ``sun`` and ``scene.toml:12``. The place is
-    empty if no file describes the source.
+    empty if no file describes the element.
     """
     _, colon, said = what.partition(": ")
     if not colon:
@@ -192,8 +195,8 @@ def lamp(what: str) -> tuple[str, str]:
     return (name, place.rpartition("/")[2].removesuffix(")")) if found else (said, "")
 
 
-def _named(names: Iterable[tuple[str, str]], scene: Scene) -> Iterable[tuple[str, str]]:
-    """Name the scene's element of each light."""
+def _named(names: Iterable[tuple[str, str]], groups: SurfaceGroups, scene: Scene) -> Iterable[tuple[str, str]]:
+    """Name the scene's elements of each light and group of surfaces."""
     model = scene.model
     shapes = [model.shapes[number] for number in shown(model)]
     kinds = (Point, Spot, Directional)  # in the core's order
@@ -202,8 +205,9 @@ def _named(names: Iterable[tuple[str, str]], scene: Scene) -> Iterable[tuple[str
         word, _, number = what.partition(" ")
         if kind == "light" and word in ("shape", "light"):
             node = shapes[int(number)] if word == "shape" else points[int(number)]
-            place = scene.place_of(node).partition(": ")[0]
-            what = f"{word} {number}: {node.id or f'{node.title} {number}'}" + (f" ({place})" if place else "")
+            what = f"{word} {number}: {described(node, int(number), scene)}"
+        elif kind == "surface" and what.isdigit():
+            what = groups.names[int(what)]
         elif kind == "length" and number == "" and int(word) == LONGEST:
             what = f"{LONGEST} and more"
         yield kind, what

@@ -56,8 +56,8 @@ class NoiseLight:
     """Twice the covariance of indirect light and all other light, as a fraction of the variance. ``common``, ``alone``
     and ``indirect_alone`` sum to 1."""
     kinds: Mapping[str, Mapping[str, Interval]] = field(hash=False)
-    """Shares of error² by kind (``length`` of the path, ``way`` or technique, last ``bsdf``, ``light`` source), then by
-    name. The shares of each kind sum to 1."""
+    """Shares of error² by kind (``length`` of the path, ``way`` or technique, ``bsdf`` and ``surface`` that the
+    light of a source falls on, ``light`` source), then by name. The shares of each kind sum to 1."""
     size: tuple[int, int]
     """Width and height of the measured film, in pixels."""
     samples: int

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -212,18 +212,25 @@ def decision_of(renderer: _core.Renderer, strategy: Strategy) -> Decision:
 
 
 def split_light(
-    scene: Scene, strategy: Strategy, seed: int, threads: int, samples: int, only_lengths: bool = False
+    scene: Scene,
+    strategy: Strategy,
+    seed: int,
+    threads: int,
+    samples: int,
+    only_lengths: bool = False,
+    surface_groups: Sequence[int] = (),
 ) -> tuple[list[tuple[str, str]], NDArray[np.float32]]:
     """Return the image of a render of ``scene`` with this strategy and seed, split into parts by the light's origin.
 
     ``samples`` is the number of samples per pixel, and ``threads`` the number of threads. The list names the parts, as
     pairs (kind, name), such as a path length or a light source. The array holds their images, (H, W, parts, 3). The
     parts of each kind sum to the image. With ``only_lengths`` path length is the only kind, which takes a third of the
-    memory or less.
+    memory or less. ``surface_groups`` has the group of each shape in the core's order, from 0; the names of the parts
+    of the kind ``surface`` are these numbers. If it is empty, all shapes are one group.
     """
-    settings = core_settings(scene, strategy)
+    settings, groups = core_settings(scene, strategy), np.array(surface_groups, np.uint32)
     return _core.split_light(
-        scene.core, settings, seed, worker_threads(threads), samples, nets(scene, strategy), only_lengths
+        scene.core, settings, seed, worker_threads(threads), samples, nets(scene, strategy), only_lengths, groups
     )
 
 

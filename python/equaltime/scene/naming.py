@@ -79,6 +79,11 @@ class Names:
             *(emitter for emitter in model.emitters if isinstance(emitter, Directional) and any(emitter.irradiance)),
         ]
 
+    @property
+    def shapes(self) -> tuple[Shape, ...]:
+        """Return all shapes in the core's order, which puts shapes of groups after all others; instances are shapes."""
+        return tuple(shape for shape, _ in self._shapes)
+
     def solids(self) -> Iterator[tuple[Solid, Name, bool]]:
         """Yield every shape with a surface as a tuple: the shape, its name, and whether the shape is in a group."""
         for index, (shape, place) in enumerate(self._shapes):

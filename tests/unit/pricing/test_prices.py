@@ -14,6 +14,7 @@ from equaltime.cli.effects_table import print_effects
 from equaltime.cli.messages import MOST_LINES
 from equaltime.images import image_files as images
 from equaltime.pricing import Price, PriceList
+from equaltime.quoting.light_parts import KINDS_OF_PARTS
 from equaltime.quoting.pairs import Renders, Versus
 from equaltime.scene.effects.kinds import KINDS, Reason
 from equaltime.statistics.intervals import Interval
@@ -125,6 +126,7 @@ def test_a_share_that_is_not_above_zero_is_none_and_large_memory_is_in_mb(capsys
         "length": lengths,
         "way": {},
         "bsdf": surfaces,
+        "surface": {"shape 3: floor (/tmp/a/b.toml:9)": Interval(0.7, 0.6, 0.8), "medium": Interval(0.3, 0.2, 0.4)},
         "light": {"light 0: sun (/tmp/a/b.toml:3)": Interval(0.6, 0.5, 0.7)},
     }
     found = PriceList(prices, ("lens", "media"), shares, {}, {}, (8, 8), 8, 6, "best", 0, -1, -1)
@@ -141,12 +143,13 @@ def test_a_share_that_is_not_above_zero_is_none_and_large_memory_is_in_mb(capsys
     assert lines[3].split() == ["textures", *["none", "measurable", "34", "%", "±4", "25", "MB", "1", "%", "±0.1"]]
     assert lines[4] == "none measurable: the lower end of the 95 % interval is 0 or less."
     assert "Always there: principled (90 % ±10 of the noise)." in lines
+    assert "Noise: falling on floor (b.toml:9) 70 % ±10, a medium 30 % ±10." in lines
     assert lines[-1] == "2 other effects cost nothing here. -v shows reasons, places and all shares."
     print_effects(found, "b.toml", RENDER, verbose=True)
     told = capsys.readouterr().out
     assert told.count("none measurable: the lower end of") == 1
     assert "(2: direct light): 1: 20 % ±10; 2 and more: 80 % ±10" in told
-    assert "by the last surface that scattered it: diffuse 70 % ±10; no surface 30 % ±10" in told
+    assert "by the BSDF that the light of a source falls on: diffuse 70 % ±10; no surface 30 % ±10" in told
 
 
 @pytest.mark.parametrize(
@@ -166,7 +169,7 @@ def test_the_answer_names_the_costliest_effect_and_whether_it_can_be_left_out(
         Price(KINDS["textures"], reasons, "their means", variance=removable),
         Price(KINDS["principled"], reasons, None, variance=fixed),
     )
-    shares: dict[str, dict[str, Interval]] = {kind: {} for kind in ("length", "way", "bsdf", "light")}
+    shares: dict[str, dict[str, Interval]] = {kind: {} for kind in KINDS_OF_PARTS}
     print_effects(
         PriceList(prices, (), shares, {}, {}, (8, 8), 8, 6, "best", 0, -1, -1), "b.toml", RENDER, verbose=False
     )
@@ -177,7 +180,7 @@ def test_the_answer_names_the_costliest_effect_and_whether_it_can_be_left_out(
 def test_much_noise_of_point_lights_has_a_hint(share: float, told: bool, capsys: pytest.CaptureFixture[str]) -> None:
     reasons = (Reason("", "the scene as a whole"),)
     price = Price(KINDS["point_lights"], reasons, None, variance=Interval(share, share - 0.1, share + 0.1))
-    shares: dict[str, dict[str, Interval]] = {kind: {} for kind in ("length", "way", "bsdf", "light")}
+    shares: dict[str, dict[str, Interval]] = {kind: {} for kind in KINDS_OF_PARTS}
     print_effects(
         PriceList((price,), (), shares, {}, {}, (8, 8), 8, 6, "best", 0, -1, -1), "b.toml", RENDER, verbose=False
     )
@@ -186,7 +189,7 @@ def test_much_noise_of_point_lights_has_a_hint(share: float, told: bool, capsys:
 
 def proposed(capsys: pytest.CaptureFixture[str], cut: Price | None, *prices: Price) -> str:
     """Return the second line of the output for these prices."""
-    shares: dict[str, dict[str, Interval]] = {kind: {} for kind in ("length", "way", "bsdf", "light")}
+    shares: dict[str, dict[str, Interval]] = {kind: {} for kind in KINDS_OF_PARTS}
     print_effects(
         PriceList(prices, (), shares, {}, {}, (8, 8), 8, 6, "best", 0, -1, -1, cut), "b.toml", RENDER, verbose=False
     )
@@ -221,7 +224,7 @@ def test_a_step_that_may_save_less_than_a_twentieth_is_not_proposed(capsys: pyte
 
 def test_a_choice_among_two_lights_is_not_called_many(capsys: pytest.CaptureFixture[str]) -> None:
     choice = Price(KINDS["many_lights"], (), None)
-    shares: dict[str, dict[str, Interval]] = {kind: {} for kind in ("length", "way", "bsdf", "light")}
+    shares: dict[str, dict[str, Interval]] = {kind: {} for kind in KINDS_OF_PARTS}
     found = PriceList((choice,), (), shares, {}, {}, (8, 8), 8, 6, "best", 0, -1, -1)
     print_effects(found, "b.toml", RENDER, verbose=False)
     assert "Always there: a choice among lights." in capsys.readouterr().out.splitlines()
@@ -240,7 +243,7 @@ def test_the_proposed_command_has_the_options_and_can_be_pasted(
     monkeypatch.chdir(tmp_path)
     options = ["--size", "12x12", "--strategy", "mis"]
     cut = Price(KINDS["long_paths"], (), "truncate=8", Interval(0.3, 0.2, 0.4), None, Interval(0.01, 0.009, 0.011))
-    shares: dict[str, dict[str, Interval]] = {kind: {} for kind in ("length", "way", "bsdf", "light")}
+    shares: dict[str, dict[str, Interval]] = {kind: {} for kind in KINDS_OF_PARTS}
     found = PriceList((), (), shares, {}, {}, (12, 12), 8, 6, "mis", 0, -1, -1, cut)
     monkeypatch.setattr(import_module("equaltime.cli.effects"), "measure_effects", lambda *_, **__: found)
     assert main(["effects", "a box.toml", "--quick", *options]) == 0

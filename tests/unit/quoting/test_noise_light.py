@@ -15,7 +15,7 @@ import equaltime as et
 from equaltime.cli import main
 from equaltime.quoting import noise_light as module
 from equaltime.quoting.law import fit
-from equaltime.quoting.light_parts import lamp
+from equaltime.quoting.light_parts import name_and_place
 from equaltime.quoting.noise_light import LEAST_PATHS, NoiseLight, noise_light
 from equaltime.quoting.pilot import Pilot
 from equaltime.rendering.core import split_light
@@ -168,7 +168,8 @@ def test_the_command_tells_which_light(capsys: pytest.CaptureFixture[str]) -> No
     assert "of the samples would do" in words
     assert main([*command, "--why", "--json"]) == 0
     light = json.loads(capsys.readouterr().out)["light"]
-    assert set(light["kinds"]) == {"length", "way", "bsdf", "light"}
+    assert set(light["kinds"]) == {"length", "way", "bsdf", "surface", "light"}
+    assert any(": tall_box (" in what for what in light["kinds"]["surface"])
     assert 0.5 < light["indirect"]["low"] < light["indirect"]["value"] < light["indirect"]["high"]
     assert main([*command, "--no-why"]) == 0
     assert "which light" not in capsys.readouterr().out
@@ -183,4 +184,4 @@ def test_the_command_tells_which_light(capsys: pytest.CaptureFixture[str]) -> No
     ],
 )
 def test_a_light_has_its_name_without_an_article(what: str, name: str, place: str) -> None:
-    assert lamp(what) == (name, place)
+    assert name_and_place(what) == (name, place)

@@ -4,9 +4,11 @@ import json
 import math
 import re
 import shlex
+from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -20,6 +22,7 @@ from equaltime.quoting.law import fit
 from equaltime.statistics.intervals import Interval
 
 SCENE = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
+NO_SHARES: Mapping[str, Interval] = MappingProxyType({})
 
 
 def observed(exponent: float, doubt: float, counts: tuple[int, ...] = (2, 4, 8)) -> dict[int, Interval]:
@@ -240,10 +243,10 @@ def test_shares_of_light_sum_to_all_of_the_noise() -> None:
     light = found.light
     assert light is not None
 
-    def told(direct: float, indirect: float) -> str:
+    def told(direct: float, indirect: float, surfaces: Mapping[str, Interval] = NO_SHARES) -> str:
         shares = [Interval(share, share, share) for share in (direct, indirect, 1.0 - direct - indirect)]
         named = dict(zip(("direct", "indirect", "seen"), shares, strict=True))
-        changed = replace(light, kinds={**light.kinds, "light": {}}, doubt="", **named)
+        changed = replace(light, kinds={**light.kinds, "light": {}, "surface": surfaces}, doubt="", **named)
         (line,) = [line for line in answer(replace(found, light=changed), Asked(None, 0.3)) if line.startswith("Which")]
         return line.removeprefix("Which light makes it: ")
 
@@ -251,6 +254,8 @@ def test_shares_of_light_sum_to_all_of_the_noise() -> None:
     assert told(0.39, 0.60) == "indirect 60 %, direct 39 %"  # as far as rounding goes
     assert told(0.97, 0.01) == "direct 97 %, the rest 3 %"
     assert told(1.2, -0.3) == "direct 100 %, seen by the camera 10 %"
+    parts = {"medium": Interval(0.2, 0.1, 0.3), "shape 3: floor (/tmp/scene.toml:12)": Interval(0.8, 0.7, 0.9)}
+    assert told(0.97, 0.01, parts) == "direct 97 %, the rest 3 %; falling on floor 80 %, a medium 20 %"
 
 
 def test_the_record_of_a_render_has_its_quote_or_why_there_is_none(

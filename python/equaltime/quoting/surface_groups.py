@@ -1,0 +1,63 @@
+"""Groups of a scene's surfaces, whose shares of the noise are measured: shapes, or materials if there are many shapes.
+
+The number of groups is limited, since the memory that shares take grows with it.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import Final
+
+from equaltime.scene import Scene
+from equaltime.scene.model import Plugin, Shape, Solid
+from equaltime.scene.naming import Names
+
+__all__ = ["SurfaceGroups", "described"]
+
+MOST: Final = 24
+"""Largest number of groups."""
+
+
+@dataclass(frozen=True)
+class SurfaceGroups:
+    """Groups of a scene's shapes, numbered from 0, with their names."""
+
+    of_shape: tuple[int, ...]
+    """Group of each shape, in the core's order."""
+    names: tuple[str, ...]
+    """Name of each group, such as ``shape 3: floor (/tmp/scene.toml:12)``, ``material 1: gold`` or ``others``."""
+
+    @classmethod
+    def of(cls, scene: Scene) -> SurfaceGroups:
+        """Return the groups of a scene: each shape alone, or if there are more than `MOST`, the shapes of a material.
+
+        If there are more than `MOST` materials too, the last group has those with the fewest shapes.
+        """
+        shapes = Names(scene).shapes
+        if len(shapes) <= MOST:
+            names = (f"shape {number}: {described(shape, number, scene)}" for number, shape in enumerate(shapes))
+            return cls(tuple(range(len(shapes))), tuple(names))
+        materials = [_material(shape) for shape in shapes]
+        keys = [material.id or id(material) for material in materials]
+        first = dict(zip(reversed(keys), reversed(materials), strict=True))
+        ordered = [key for key, _ in Counter(keys).most_common()]
+        kept = ordered if len(ordered) <= MOST else ordered[: MOST - 1]
+        numbers = {key: number for number, key in enumerate(kept)}
+        named = [f"material {number}: {described(first[key], number, scene)}" for number, key in enumerate(kept)]
+        others = ["others"] if len(kept) < len(ordered) else []
+        return cls(tuple(numbers.get(key, len(kept)) for key in keys), (*named, *others))
+
+
+def _material(shape: Shape) -> Plugin:
+    """Return the BSDF of a shape, or the shape itself if it states none."""
+    return shape.bsdf if isinstance(shape, Solid) and shape.bsdf is not None else shape
+
+
+def described(part: Plugin, number: int, scene: Scene) -> str:
+    """Return the name of a part of a scene with its place, such as ``floor (/tmp/scene.toml:12)``.
+
+    A part without a name is named by its type and ``number``.
+    """
+    place = scene.place_of(part).partition(": ")[0]
+    return (part.id or f"{part.title} {number}") + (f" ({place})" if place else "")
