@@ -125,8 +125,9 @@ class Document:
         """
         if uri.startswith("data:"):
             return _decoded(uri, place)
+        name = self.relative(uri, place)
         try:
-            return self.locate(self.relative(uri, place)).read_bytes()
+            return self.locate(name).read_bytes()
         except OSError as error:
             raise Malformed((place, f"{shortened(uri, 60)} cannot be read: {error.strerror or error}")) from error
         except ValueError as error:
@@ -155,11 +156,15 @@ class Document:
 
 
 def _decoded(uri: str, place: str) -> bytes:
+    """Return the data of a data URI. As in browsers, base64 may have white space, and its padding may be missing."""
     header, comma, data = uri.partition(",")
     if not comma:
         raise Malformed((place, "a data URI needs a comma before its data"))
+    if not header.lower().endswith(";base64"):
+        return unquote_to_bytes(data)
+    letters = "".join(unquote(data).split()).rstrip("=")
     try:
-        return base64.b64decode(unquote(data), validate=True) if header.endswith(";base64") else unquote_to_bytes(data)
+        return base64.b64decode(letters + "=" * (-len(letters) % 4), validate=True)
     except (binascii.Error, ValueError) as error:
         raise Malformed((place, f"the data URI is not valid base64: {error}")) from error
 
