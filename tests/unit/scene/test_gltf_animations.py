@@ -237,6 +237,19 @@ def test_what_glows_keeps_its_form_and_that_is_told(tmp_path: Path) -> None:
     assert any("emitting meshes do not deform: the first pose is kept" in w for w in loaded.warnings)
 
 
+def test_a_matrix_stays_where_only_weights_are_animated(tmp_path: Path) -> None:
+    builder = morphing([0, 1], [0, 0, 1, 0])
+    del builder.json["nodes"][0]["translation"]
+    builder.json["nodes"][0]["matrix"] = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 3, 0, 5, 1]
+    assert first_vertex(et.load(builder.gltf(tmp_path / "a.gltf"), time=0.5), 0) == [3, 0, 5.5]
+    sampler = {"input": builder.accessor([0, 1]), "output": builder.accessor([[0, 0, 0], [0, 8, 0]])}
+    builder.json["animations"][0]["samplers"].append(sampler)
+    builder.json["animations"][0]["channels"].append({"sampler": 1, "target": {"node": 0, "path": "translation"}})
+    moved = et.load(builder.gltf(tmp_path / "a.gltf"), time=0.5)
+    assert first_vertex(moved, 0) == [0, 4, 0.5]
+    assert "the matrix of a node that an animation moves is not used (nodes[0])" in moved.warnings
+
+
 def test_weights_that_are_too_few_are_told(tmp_path: Path) -> None:
     file = morphing([0, 1], [0, 0, 1]).gltf(tmp_path / "a.gltf")
     with pytest.raises(et.SceneError, match="expected 4 finite values for 2 times, found 3"):

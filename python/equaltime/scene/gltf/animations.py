@@ -129,6 +129,8 @@ def played(document: Document, number: int, shutter: tuple[float, float] | None)
         if channel.target.path not in PATHS or (channel.target.path == "weights" and not targets):
             document.note(f"'{channel.target.path}' is not animated: it stays as in the file", place)
             continue
+        if channel.target.path in WIDTHS and document.gltf.nodes[channel.target.node].matrix:
+            document.note("the matrix of a node that an animation moves is not used", f"nodes[{channel.target.node}]")
         if channel.sampler >= len(animation.samplers):
             raise Malformed((f"{place}.sampler", f"expected one of {len(animation.samplers)} samplers"))
         sampler = animation.samplers[channel.sampler]

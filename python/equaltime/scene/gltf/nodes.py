@@ -103,7 +103,7 @@ def _parents(nodes: list[Any]) -> dict[int, int]:
 def _local(node: Any, clip: Clip | None, index: int, time: float) -> Array:
     """Return the transform of a node relative to its parent, at a time."""
     animated = {} if clip is None else clip.fields(index, time)
-    if node.matrix and not animated:
+    if node.matrix and animated.keys() <= {"weights"}:
         return _thickened(np.array(node.matrix, dtype=np.float64).reshape(4, 4, order="F"))
     translation = animated.get("translation", node.translation or (0, 0, 0))
     rotation = animated.get("rotation", node.rotation or (0, 0, 0, 1))
