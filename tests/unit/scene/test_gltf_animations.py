@@ -143,8 +143,39 @@ def test_a_choice_that_would_change_nothing_is_refused(tmp_path: Path) -> None:
 
 def test_times_that_do_not_increase_are_told(tmp_path: Path) -> None:
     builder = animated("translation", [1, 1], [[0, 0, 0], [4, 0, 0]])
-    with pytest.raises(et.SceneError, match=r"animations\[0\].channels\[0\]: the times of an animation must increase"):
+    with pytest.raises(et.SceneError, match=r"channels\[0\]: the times of an animation must be finite and increase"):
         placement(builder, tmp_path, shutter=(0, 1))
+
+
+def test_what_is_played_of_several_is_told(tmp_path: Path) -> None:
+    builder = animated("translation", [0, 1], [[0, 0, 0], [4, 0, 0]])
+    builder.json["animations"] *= 2
+    told = "of 2 animations the first is played; -D animation=... takes another of spin, spin"
+    assert told in et.load(builder.gltf(tmp_path / "a.gltf"), time=1).warnings
+    assert told not in et.load(tmp_path / "a.gltf", time=1, animation=1).warnings
+    builder.json["animations"][0]["channels"] *= 2
+    told = "'translation' of a node has several channels: the last is used (animations[0].channels[1])"
+    assert told in et.load(builder.gltf(tmp_path / "b.gltf"), time=1).warnings
+
+
+def test_a_channel_without_times_is_told(tmp_path: Path) -> None:
+    builder = animated("translation", [0], [[0, 0, 0]])
+    for accessor in builder.json["accessors"][-2:]:
+        accessor["count"] = 0
+    with pytest.raises(et.SceneError, match=r"animations\[0\].channels\[0\]: needs at least one time"):
+        placement(builder, tmp_path, time=0)
+
+
+def test_rotations_of_four_zeros_are_none_and_told(tmp_path: Path) -> None:
+    builder = animated("rotation", [0, 1], [[0, 0, 0, 0], [0, 0, 1, 0]])
+    builder.json["nodes"][0]["rotation"] = [0, 0, 0, 0]
+    attributes = {"ROTATION": builder.accessor([[0, 0, 0, 0]])}
+    builder.json["nodes"][0]["extensions"] = {"EXT_mesh_gpu_instancing": {"attributes": attributes}}
+    loaded = et.load(builder.gltf(tmp_path / "a.gltf"), time=0.5)
+    turned = np.array(loaded.model.shapes[0].to_world)  # half of a half turn, from none
+    np.testing.assert_allclose(turned[:3, :3], [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-12)
+    (told,) = (warning for warning in loaded.warnings if "counts as none" in warning)
+    assert all(place in told for place in ("animations[0].channels[0]", "nodes[0]", "EXT_mesh_gpu_instancing"))
 
 
 # -- meshes that are bent -------------------------------------------------------------------------------------------

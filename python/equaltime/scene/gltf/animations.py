@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from equaltime.scene.gltf.accessors import floats
 from equaltime.scene.gltf.document import Document, Malformed
 
-__all__ = ["Clip", "played"]
+__all__ = ["NO_TURN", "Clip", "played"]
 
 Array = NDArray[np.float64]
 
@@ -21,6 +21,7 @@ move along straight lines."""
 MOST_KEYS: Final = 512
 WIDTHS: Final = {"translation": "VEC3", "rotation": "VEC4", "scale": "VEC3"}
 PATHS: Final = (*WIDTHS, "weights")
+NO_TURN: Final = "a rotation whose four numbers are 0 counts as none"
 JUST: Final = 1e-6
 """Duration of a jump with STEP interpolation, as a fraction of the shutter's time."""
 
@@ -135,6 +136,8 @@ def played(document: Document, number: int, shutter: tuple[float, float] | None)
             raise Malformed((f"{place}.sampler", f"expected one of {len(animation.samplers)} samplers"))
         sampler = animation.samplers[channel.sampler]
         found = _channel(document, sampler, channel.target.path, targets, place)
+        if (channel.target.node, channel.target.path) in channels:
+            document.note(f"'{channel.target.path}' of a node has several channels: the last is used", place)
         channels[channel.target.node, channel.target.path] = found
     if shutter is None:
         times = np.concatenate([np.zeros(1), *(channel.times for channel in channels.values())])
@@ -155,12 +158,17 @@ def _channel(document: Document, sampler: Any, path: str, targets: int, place: s
     width = targets if path == "weights" else 1  # elements of the accessor for one value
     interpolation = sampler.interpolation or "LINEAR"
     keys = (3 * len(times) if interpolation == "CUBICSPLINE" else len(times)) * width
-    if not len(times) or len(values) != keys or not np.isfinite(values).all():
+    if not len(times):
+        raise Malformed((place, "needs at least one time"))
+    if len(values) != keys or not np.isfinite(values).all():
         raise Malformed((place, f"expected {keys} finite values for {len(times)} times, found {len(values)}"))
     if not np.isfinite(times).all() or (np.diff(times) <= 0.0).any():
-        raise Malformed((place, "the times of an animation must increase"))
-    shape = (len(times), 3, -1) if interpolation == "CUBICSPLINE" else (len(times), -1)
-    return _Channel(times, values.reshape(shape), interpolation, path == "rotation")
+        raise Malformed((place, "the times of an animation must be finite and increase"))
+    values = values.reshape((len(times), 3, -1) if interpolation == "CUBICSPLINE" else (len(times), -1))
+    if path == "rotation" and interpolation == "LINEAR" and not values.any(axis=1).all():
+        document.note(NO_TURN, place)
+        values[~values.any(axis=1)] = (0.0, 0.0, 0.0, 1.0)
+    return _Channel(times, values, interpolation, path == "rotation")
 
 
 def _moments(channels: list[_Channel], shutter: tuple[float, float]) -> tuple[float, ...]:

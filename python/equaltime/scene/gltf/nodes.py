@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from equaltime.scene.gltf.accessors import floats
-from equaltime.scene.gltf.animations import Clip
+from equaltime.scene.gltf.animations import NO_TURN, Clip
 from equaltime.scene.gltf.document import Document, Malformed
 
 __all__ = ["STANDING", "Placed", "copies", "placed", "product", "rigid"]
@@ -59,6 +59,8 @@ def placed(
         node = nodes[index]
         if not hidden and (node.extensions or {}).get("KHR_node_visibility", {}).get("visible", True) is False:
             continue  # its children are not visible either
+        if node.rotation and not any(node.rotation):
+            document.note(NO_TURN, f"nodes[{index}]")
         to_world = product(around, np.array([_local(node, clip, index, time) for time in times]))
         still = (to_world == to_world[0]).all()
         yield Placed(index, node, to_world[0], () if still else tuple(to_world))
@@ -183,6 +185,8 @@ def copies(document: Document, at: Placed) -> list[Array]:
     )
     if not all(np.isfinite(values).all() for values in (translations, rotations, scales)):
         raise Malformed((place, "a transform is not finite"))
+    if not rotations.any(axis=1).all():
+        document.note(NO_TURN, place)
     return list(product(moves, _composed(translations, rotations, scales)[:, None]))
 
 

@@ -263,6 +263,11 @@ class _GltfScene:
         if not names:
             self._document.note("the file has no animations: it is the same at all times", "")
             return None
+        if len(names) > 1 and "animation" not in self._defines:
+            known = ", ".join(str(name or i) for i, name in enumerate(names))
+            self._document.note(
+                f"of {len(names)} animations the first is played; -D animation=... takes another of {known}", ""
+            )
         clip = played(self._document, number, shutter)
         if clip.times[0] > clip.ends * (1.0 + JUST):
             self._document.note(f"the animation ends at {clip.ends:g} s: later times show its end", "")
