@@ -45,6 +45,15 @@ def test_weights_count_relative_to_their_sum(tmp_path: Path) -> None:
     assert np.allclose(surface.vertices, np.array(TRIANGLE) + np.array([-1, 10, 0]))
 
 
+@pytest.mark.parametrize("weight", [0, math.nan, math.inf, -1])
+def test_vertices_without_weights_go_with_their_first_joint_which_is_told(tmp_path: Path, weight: float) -> None:
+    builder = skinned([[1, 0, 0, 0]] * 3, [[weight, 0, 0, 0], [0, 0, 0, 0], [1, 0, 0, 0]])
+    (surface,) = surfaces(builder, tmp_path)
+    assert np.allclose(surface.vertices, np.array(TRIANGLE) + np.array([-1, 10, 0]))
+    told = "nodes[2]: 2 vertices have no weights of joints: their first joint carries them"
+    assert any(told in warning for warning in et.load(tmp_path / "a.glb").warnings)
+
+
 def test_a_joint_that_does_not_exist_is_told(tmp_path: Path) -> None:
     with pytest.raises(et.SceneError, match=r"nodes\[2\].skin: a vertex names joint 2, but there are 2"):
         et.load(skinned([[2, 0, 0, 0]] * 3, [[1, 0, 0, 0]] * 3).glb(tmp_path / "a.glb"))

@@ -60,15 +60,17 @@ def at_time(document: Document, animation: int, time: float) -> Pose:
 
 
 @np.errstate(over="ignore", invalid="ignore")  # non-finite values are reported with the mesh
-def skinned(pose: Pose, node: int, primitive: Any, vertices: Array, normals: Array | None) -> tuple[Array, Any]:
+def skinned(
+    pose: Pose, node: int, primitive: Any, vertices: Array, normals: Array | None, warnings: list[str]
+) -> tuple[Array, Any]:
     """Return `vertices` (N, 3) and `normals` (N, 3) of `primitive` in world space, deformed by the skin of node `node`.
 
     `pose` gives the transforms of the skin's joints. If `normals` is None, the returned normals are None, too. The
-    transform of the node itself has no effect, as the specification says. Raises `Malformed` if the data of the skin is
-    not valid.
+    transform of the node itself has no effect, as the specification says. Changed weights are reported in `warnings`.
+    Raises `Malformed` if the data of the skin is not valid.
     """
     document = pose.document
-    joints, weights = _influences(document, primitive, len(vertices), f"nodes[{node}]")
+    joints, weights = _influences(document, primitive, len(vertices), f"nodes[{node}]", warnings)
     bones = _bones(pose, document.gltf.nodes[node].skin)
     if joints.max(initial=0) >= len(bones):
         raise Malformed((f"nodes[{node}].skin", f"a vertex names joint {joints.max()}, but there are {len(bones)}"))
@@ -81,8 +83,13 @@ def skinned(pose: Pose, node: int, primitive: Any, vertices: Array, normals: Arr
     return moved, (_cofactors(blended[:, :3, :3]) * normals[:, None, :]).sum(axis=2)
 
 
-def _influences(document: Document, primitive: Any, count: int, place: str) -> tuple[NDArray[np.uint32], Array]:
-    """Return the joints (N, 4k) of each vertex and their weights, which sum to 1."""
+def _influences(
+    document: Document, primitive: Any, count: int, place: str, warnings: list[str]
+) -> tuple[NDArray[np.uint32], Array]:
+    """Return the joints (N, 4k) of each vertex and their weights, which sum to 1.
+
+    The first joint carries a vertex whose weights have no sum above 0, and `warnings` gets their number.
+    """
     attributes = vars(primitive.attributes)
     joints: list[NDArray[np.uint32]] = []
     weights: list[Array] = []
@@ -95,8 +102,12 @@ def _influences(document: Document, primitive: Any, count: int, place: str) -> t
     if not joints or {*map(len, joints), *map(len, weights)} != {count}:
         raise Malformed((place, "the mesh of a skin needs JOINTS_0 and WEIGHTS_0 for each of its vertices"))
     shared = np.concatenate(weights, axis=1)
-    total = shared.sum(axis=1, keepdims=True)
-    return np.concatenate(joints, axis=1), np.divide(shared, total, out=np.zeros_like(shared), where=total > 0.0)
+    total = shared.sum(axis=1)
+    wrong = ~(np.isfinite(total) & (total > 0.0))
+    if wrong.any():
+        warnings.append(f"{place}: {wrong.sum()} vertices have no weights of joints: their first joint carries them")
+        shared[wrong], total[wrong] = np.eye(shared.shape[1])[0], 1.0
+    return np.concatenate(joints, axis=1), shared / total[:, None]
 
 
 def _bones(pose: Pose, index: int) -> Array:

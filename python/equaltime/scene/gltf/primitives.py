@@ -234,7 +234,7 @@ def read(pose: Pose, source: Source) -> Triangles | None:
     node = source.index if source.owner == "nodes" else None
     found = triangles(document, mesh, source.primitive, seen.uv_set, pose.weights(mesh, node))
     if node is not None and gltf.nodes[node].skin is not None:
-        vertices, normals = skinned(pose, node, primitive, found.vertices, found.normals)
+        vertices, normals = skinned(pose, node, primitive, found.vertices, found.normals, found.warnings)
         found = replace(found, vertices=vertices, normals=normals)
     if found.uvs is None and seen.textured:
         found = replace(found, uvs=np.zeros((len(found.vertices), 2)))
