@@ -133,6 +133,19 @@ def test_attributes_of_morph_targets_that_nobody_looks_at_are_told(tmp_path: Pat
     assert sorted(told(builder, tmp_path)) == sorted(lines)
 
 
+def test_weights_that_are_not_one_for_each_morph_target_are_told(tmp_path: Path) -> None:
+    builder = one_triangle()
+    builder.json["meshes"][0]["primitives"][0]["targets"] = [{"POSITION": builder.accessor(np.ones((3, 3)))}] * 2
+    builder.json["meshes"][0]["weights"], builder.json["nodes"][0]["weights"] = [0.5], [1, 1, 1]
+    expected = "expected a weight for each of 2 morph targets, found"
+    assert told(builder, tmp_path) == [
+        f"{expected} 1: the others are 0 (meshes[0].weights)",
+        f"{expected} 3: the last are not used (nodes[0].weights)",
+    ]
+    builder.json["meshes"][0]["weights"], builder.json["nodes"][0]["weights"] = [0.5, 0], [1, 1]
+    assert told(builder, tmp_path) == []
+
+
 def test_a_key_that_stands_twice_is_told(tmp_path: Path) -> None:
     text = json.dumps({**one_triangle().document(), "buffers": [{"byteLength": 36, "uri": "a.bin"}]})
     (tmp_path / "a.bin").write_bytes(one_triangle().binary)

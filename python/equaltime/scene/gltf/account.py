@@ -53,6 +53,7 @@ def check_account(document: Document) -> None:
     for name, place in _attributes(document):
         document.note(f"the attribute {name} is not used", place)
     _note_missing(document)
+    _note_weights(document)
     _note_spare(document, referred)
 
 
@@ -104,6 +105,19 @@ def _note_missing(document: Document) -> None:
             if drawn and seen.textured and name not in _given(primitive.attributes):
                 message = f"the textures of the material need {name}, which is missing: all vertices get (0, 0)"
                 document.note(message, f"meshes[{m}].primitives[{p}]")
+
+
+def _note_weights(document: Document) -> None:
+    """Note the meshes and nodes that do not have one weight for each morph target."""
+    gltf = document.gltf
+    given = [(f"meshes[{i}].weights", mesh, mesh.weights) for i, mesh in enumerate(gltf.meshes)]
+    placed = [(i, node) for i, node in enumerate(gltf.nodes) if node.mesh is not None]
+    given += [(f"nodes[{i}].weights", gltf.meshes[node.mesh], node.weights) for i, node in placed]
+    for place, mesh, weights in given:
+        targets = max((len(primitive.targets or ()) for primitive in mesh.primitives), default=0)
+        if weights and len(weights) != targets:
+            rest = "the last are not used" if len(weights) > targets else "the others are 0"
+            document.note(f"expected a weight for each of {targets} morph targets, found {len(weights)}: {rest}", place)
 
 
 def _given(attributes: Any) -> list[str]:
