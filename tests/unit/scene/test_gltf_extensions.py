@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import equaltime as et
@@ -12,7 +13,7 @@ from equaltime.scene.gltf import MAPPING
 from equaltime.scene.gltf.schema import MATERIAL_EXTENSIONS
 
 from .gltf_files import TRIANGLE, Builder, one_triangle
-from .gltf_materials import bsdf, principled, warnings
+from .gltf_materials import bsdf, principled, texels, textured, warnings
 
 
 def extended(folder: Path, name: str, /, **fields: Any) -> m.Principled:
@@ -95,6 +96,25 @@ def test_anisotropy_beyond_the_models_reach_is_the_most_there_is(tmp_path: Path)
     extensions = {"KHR_materials_anisotropy": {"anisotropyStrength": 1.0}}
     found = principled(tmp_path, pbrMetallicRoughness=pbr, extensions=extensions)
     assert found.anisotropic == pytest.approx(1.0)
+
+
+def test_anisotropy_follows_a_texture_of_the_roughness(tmp_path: Path) -> None:
+    rough = np.zeros((2, 2, 3), np.uint8)
+    rough[..., 1] = [[0, 51], [128, 255]]
+    builder = textured(
+        rough,
+        tmp_path,
+        pbrMetallicRoughness={"metallicRoughnessTexture": {"index": 0}},
+        extensions={"KHR_materials_anisotropy": {"anisotropyStrength": 0.5}},
+    )
+    found = bsdf(builder, tmp_path)
+    assert isinstance(found, m.Principled)
+    mean, stretch = (texels(texture, tmp_path).texels.astype(float) for texture in (found.roughness, found.anisotropic))
+    aspect = np.sqrt(1 - 0.9 * stretch)
+    narrow = (rough[..., 1:2] / 255.0) ** 2
+    wide = narrow + (1 - narrow) * 0.25
+    np.testing.assert_allclose(mean**2 / aspect, wide, rtol=2e-3)
+    np.testing.assert_allclose(mean**2 * aspect, np.maximum(narrow, 0.1 * wide), rtol=5e-3)
 
 
 def test_specular_glossiness_becomes_metalness_and_roughness(tmp_path: Path) -> None:

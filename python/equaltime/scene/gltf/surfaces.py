@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -67,6 +67,9 @@ DIELECTRIC_F0 = 0.04
 
 BLACKEST = 2.0**-24
 """Smallest transmittance over the attenuation distance. A transmittance of 0 would need an infinite extinction."""
+
+WEAKEST = 1e-6
+"""Smallest strength of anisotropy above 0. The square of a smaller one may be 0, and so may be both alphas."""
 
 INFINITE_IOR = 1000.0
 """Index of refraction that replaces 0 in KHR_materials_ior, where 0 means total reflection."""
@@ -295,12 +298,23 @@ def _anisotropy(reading: _Reading) -> None:
     if given is None or not strength:
         return
     roughness = reading.slots["roughness"]
-    narrow = roughness.factor[0] ** 2
-    wide = narrow + (1.0 - narrow) * strength**2
-    ratio = max(narrow / wide, 0.1) if wide else 1.0
-    reading.slots["anisotropic"] = Slot(((1.0 - ratio) / 0.9,))
-    if roughness.texture is None:
-        reading.slots["roughness"] = Slot(((wide * wide * ratio) ** 0.25,))
+
+    def alphas(values: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Return the larger alpha, and the ratio of the smaller one to it."""
+        narrow = (values if roughness.curve is None else roughness.curve(values)) ** 2
+        wide = narrow + (1.0 - narrow) * max(strength, WEAKEST) ** 2
+        return wide, np.maximum(narrow / wide, 0.1)
+
+    def stretched(values: NDArray[Any]) -> NDArray[Any]:
+        stretch: NDArray[Any] = (1.0 - alphas(values)[1]) / 0.9
+        return stretch
+
+    def mean(values: NDArray[Any]) -> NDArray[Any]:
+        wide, ratio = alphas(values)
+        geometric: NDArray[Any] = (wide * wide * ratio) ** 0.25
+        return geometric
+
+    reading.slots |= {"anisotropic": replace(roughness, curve=stretched), "roughness": replace(roughness, curve=mean)}
     if given.get("anisotropyRotation", 0.0) or "anisotropyTexture" in given:
         reading.notes.append(
             "the direction of KHR_materials_anisotropy is that of the texture's u, its texture is not used"
