@@ -13,7 +13,7 @@ from equaltime.scene.gltf import MAPPING
 from equaltime.scene.gltf.schema import MATERIAL_EXTENSIONS
 
 from .gltf_files import TRIANGLE, Builder, one_triangle
-from .gltf_materials import bsdf, principled, texels, textured, warnings
+from .gltf_materials import bsdf, loaded, principled, texels, textured, warnings
 
 
 def extended(folder: Path, name: str, /, **fields: Any) -> m.Principled:
@@ -65,6 +65,19 @@ def test_a_volume_refracts_and_takes_light_on_the_way(tmp_path: Path) -> None:
     assert inside.albedo == (0, 0, 0)
     assert isinstance(scene.model.integrator, m.VolPath)
     assert scene.core.effects()["media"]
+
+
+def test_an_unlit_material_is_only_its_colour(tmp_path: Path) -> None:
+    others = {
+        "KHR_materials_transmission": {"transmissionFactor": 1.0},
+        "KHR_materials_clearcoat": {"clearcoatFactor": 1.0},
+        "KHR_materials_volume": {"thicknessFactor": 1, "attenuationDistance": 1, "attenuationColor": [0.5] * 3},
+    }
+    pbr = {"baseColorFactor": [0.2, 0.3, 0.4, 1], "metallicFactor": 0}
+    both = one_triangle(pbrMetallicRoughness=pbr, extensions={"KHR_materials_unlit": {}, **others})
+    plain = one_triangle(pbrMetallicRoughness=pbr, extensions={"KHR_materials_unlit": {}})
+    assert loaded(both, tmp_path).model == loaded(plain, tmp_path).model
+    assert warnings(both, tmp_path) == warnings(plain, tmp_path)
 
 
 def test_clear_coat_has_the_same_alpha(tmp_path: Path) -> None:

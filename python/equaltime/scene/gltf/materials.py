@@ -155,7 +155,7 @@ class GltfMaterials:
             bsdf = plant("bsdf", "diffuse", place, reflectance=BLACK)
         else:
             bsdf = self._principled(seen, material, variant.colored, place)
-        if "normal" in slots and not seen.unlit:
+        if "normal" in slots:
             name = "normal" + (MIRRORED if variant.mirrored else "")
             bsdf = plant(
                 "bsdf", "normalmap", place, normalmap=self._texture(material, name, slots["normal"]), bsdf=bsdf

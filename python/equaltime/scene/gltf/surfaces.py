@@ -127,17 +127,19 @@ def look(material: Any) -> SurfaceLook:
         return SurfaceLook(plain, DEFAULT_IOR, False, False, 0)
     reading = _Reading(material)
     _base(reading)
-    _normal(reading)
-    eta = _dielectric(reading)
-    _transmission(reading)
-    _layers(reading)
-    _anisotropy(reading)
+    unlit, eta = reading.extension("unlit") is not None, DEFAULT_IOR
+    if not unlit:  # such a material has a colour and an opacity only, as the extension says
+        _normal(reading)
+        eta = _dielectric(reading)
+        _transmission(reading)
+        _layers(reading)
+        _anisotropy(reading)
     _emission(reading)
     return SurfaceLook(
         reading.slots,
         eta,
         bool(material.doubleSided),
-        reading.extension("unlit") is not None,
+        unlit,
         _uv_set(reading),
         tuple(reading.notes),
         reading.sigma_t,
