@@ -34,6 +34,16 @@ def test_ior_and_specular_say_how_much_is_reflected_head_on(tmp_path: Path) -> N
     assert extended(tmp_path, "specular", specularFactor=0).eta == 1
 
 
+@pytest.mark.parametrize(("ior", "eta"), [(0.5, 1), (5000, 1000), (0, 1000), (1, 1), (1000, 1000)])
+def test_an_index_of_refraction_that_none_has_is_told(tmp_path: Path, ior: float, eta: float) -> None:
+    builder = one_triangle(extensions={"KHR_materials_ior": {"ior": ior}})
+    found = bsdf(builder, tmp_path)
+    assert isinstance(found, m.Principled)
+    assert found.eta == eta
+    expected = f"an index of refraction of {ior:g} counts as {eta:g}: it is from 1 to 1000 (materials[0])"
+    assert (expected in warnings(builder, tmp_path)) == (ior in (0.5, 5000))
+
+
 def test_thin_walls_let_light_straight_through(tmp_path: Path) -> None:
     pbr = {"metallicFactor": 0.25, "roughnessFactor": 0.0, "baseColorFactor": [0.9, 0.5, 0.5, 1.0]}
     extension = {"KHR_materials_transmission": {"transmissionFactor": 0.8}}
@@ -141,6 +151,15 @@ def test_specular_glossiness_becomes_metalness_and_roughness(tmp_path: Path) -> 
     gold = extended(tmp_path, name, diffuseFactor=[0, 0, 0, 1], specularFactor=[1.0, 0.8, 0.3])
     assert gold.metallic == pytest.approx(1)
     assert gold.base_color == pytest.approx((1.0, 0.8, 0.3))
+
+
+def test_a_diffuse_texture_of_a_metal_is_told(tmp_path: Path) -> None:
+    old = {"diffuseTexture": {"index": 0}, "specularFactor": [0.9, 0.8, 0.3]}
+    extensions = {"KHR_materials_pbrSpecularGlossiness": old}
+    metal = textured(np.full((2, 2, 3), 9, np.uint8), tmp_path, extensions=extensions)
+    assert "the diffuse texture of KHR_materials_pbrSpecularGlossiness is not used" in warnings(metal, tmp_path)
+    old["specularFactor"] = [0.04, 0.04, 0.04]
+    assert "the diffuse texture" not in warnings(metal, tmp_path)
 
 
 def test_what_is_not_exact_is_told_with_its_materials(tmp_path: Path) -> None:

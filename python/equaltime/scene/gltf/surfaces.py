@@ -181,6 +181,7 @@ def _specular_glossiness(reading: _Reading, old: Mapping[str, Any]) -> tuple[tup
     elif texture is not None and metallic > 0.5:
         texture_of_base: TextureUse | None = None
         reading.slots["base_color"] = Slot(tuple(base.tolist()), texture_of_base)
+        reading.notes.append("the diffuse texture of KHR_materials_pbrSpecularGlossiness is not used: this is a metal")
     if "base_color" not in reading.slots:
         reading.slots["base_color"] = Slot(tuple(base.tolist()), texture, encoded=True)
     reading.slots |= {"metallic": Slot((metallic,)), "roughness": gloss}
@@ -224,10 +225,13 @@ def _bent(values: NDArray[Any], strength: float) -> NDArray[Any]:
 
 def _dielectric(reading: _Reading) -> float:
     """Return the index of refraction whose reflection is the one that ior and specular give."""
-    ior = (reading.extension("ior") or {}).get("ior", DEFAULT_IOR) or INFINITE_IOR
+    given = (reading.extension("ior") or {}).get("ior", DEFAULT_IOR) or INFINITE_IOR
+    ior = float(min(max(given, 1.0), INFINITE_IOR))
+    if ior != given:
+        reading.notes.append(f"an index of refraction of {given:g} counts as {ior:g}: it is from 1 to {INFINITE_IOR:g}")
     specular = reading.extension("specular")
     if specular is None:
-        return float(max(ior, 1.0))
+        return ior
     factor, color = specular.get("specularFactor", 1.0), specular.get("specularColorFactor", (1.0, 1.0, 1.0))
     if "specularTexture" in specular or "specularColorTexture" in specular:
         reading.notes.append("the textures of KHR_materials_specular are not used, only its factors")
