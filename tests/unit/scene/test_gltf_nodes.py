@@ -158,13 +158,14 @@ def test_nodes_with_two_parents_and_rings_are_refused(tmp_path: Path) -> None:
     mesh = point(builder)
     builder.json["nodes"] = [{"mesh": mesh, "children": [1]}, {"children": [0]}]
     builder.json["scenes"] = [{"nodes": [0]}]
-    for roots in ([0], [0, 1]):
-        builder.json["scenes"] = [{"nodes": roots}]
-        with pytest.raises(et.SceneError, match=r"scenes\[0\].nodes: node 0 is, or hangs below, its own descendant"):
+    ring = r"nodes\[0\]: the node is, or hangs below, its own descendant"
+    for scenes in ([{"nodes": [0]}], [{"nodes": [0, 1]}], []):
+        builder.json["scenes"] = scenes
+        with pytest.raises(et.SceneError, match=ring):
             et.load(builder.glb(tmp_path / "a.glb"))
     builder.json["nodes"] = [{"children": [1, 2]}, {"children": [0]}, {"mesh": mesh}]
     builder.json["scenes"] = [{"nodes": [2]}]
-    with pytest.raises(et.SceneError, match="node 2 is, or hangs below, its own descendant"):
+    with pytest.raises(et.SceneError, match=ring):
         et.load(builder.glb(tmp_path / "a.glb"))
     builder.json["nodes"] = [{"mesh": mesh}, {"children": [0]}]
     builder.json["scenes"] = [{"nodes": [0]}]

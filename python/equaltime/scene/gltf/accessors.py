@@ -54,6 +54,9 @@ def _values(document: Document, index: int, types: tuple[str, ...]) -> NDArray[A
         values: NDArray[Any] = np.zeros((count, width), dtype)
     else:
         stride = int(document.gltf.bufferViews[accessor.bufferView].byteStride or 0)
+        if 0 < stride < (size := width * dtype.itemsize):
+            message = f"expected at least {size}, the bytes of an element of {place}, found {stride}"
+            raise Malformed((f"bufferViews[{accessor.bufferView}].byteStride", message))
         values = _array(document, accessor.bufferView, accessor, dtype, (count, width), stride, place)
     return values if accessor.sparse is None else _corrected(document, accessor, values, place)
 

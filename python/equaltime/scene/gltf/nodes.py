@@ -70,18 +70,18 @@ def placed(
 def _roots(document: Document, scene: int | None, parents: dict[int, int]) -> list[int]:
     """Return the roots of a scene; a node that is listed but hangs below another root is noted."""
     free = [i for i in range(len(document.gltf.nodes)) if i not in parents]
-    if scene is None:
-        return free
-    listed, place = dict.fromkeys(document.gltf.scenes[scene].nodes), f"scenes[{scene}].nodes"
+    listed = dict.fromkeys(free if scene is None else document.gltf.scenes[scene].nodes)
     nested: dict[int, bool] = {}  # whether a listed node is an ancestor
     waiting = [(node, False) for node in free]
     while waiting:
         node, below = waiting.pop()
         nested[node] = below
         waiting.extend((child, below or node in listed) for child in document.gltf.nodes[node].children or [])
-    for node in listed:
+    for node in range(len(document.gltf.nodes)):
         if node not in nested:
-            raise Malformed((place, f"node {node} is, or hangs below, its own descendant"))
+            raise Malformed((f"nodes[{node}]", "the node is, or hangs below, its own descendant"))
+    place = f"scenes[{scene}].nodes"
+    for node in listed:
         if node in parents and not nested[node]:
             raise Malformed((place, f"node {node} is no root: it is a child of node {parents[node]}"))
     roots = [node for node in listed if not nested[node]]
@@ -97,7 +97,7 @@ def _parents(nodes: list[Any]) -> dict[int, int]:
         if len(node.children or []) != len({*(node.children or [])}):
             raise Malformed((f"nodes[{i}].children", "a node is listed more than once"))
         for child in node.children or []:
-            if parents.setdefault(child, i) != i or child == i:
+            if parents.setdefault(child, i) != i:
                 raise Malformed((f"nodes[{i}].children", f"node {child} already has a parent, node {parents[child]}"))
     return parents
 
