@@ -199,6 +199,12 @@ def test_a_malformed_file_gives_one_error_with_its_place(tmp_path: Path, change:
     assert len(text.splitlines()) == 1
 
 
+def test_the_version_is_the_only_problem_of_another_version(tmp_path: Path) -> None:
+    old = {"asset": {"version": "1.0"}, "accessors": {"a": {}}, "meshes": {"m": {}}, "scene": "s"}
+    (tmp_path / "a.gltf").write_text(json.dumps(old))
+    assert problem(tmp_path / "a.gltf") == "a.gltf: asset.version: expected glTF 2.0, found '1.0'"
+
+
 def test_draco_data_is_refused_even_if_the_file_does_not_require_it(tmp_path: Path) -> None:
     builder = one_triangle()
     builder.json["meshes"][0]["primitives"][0]["extensions"] = {"KHR_draco_mesh_compression": {}}

@@ -254,11 +254,8 @@ def _checked(text: bytes) -> tuple[dict[str, Any], list[str], list[str]]:
 
 
 def _problems(document: Mapping[str, Any]) -> Problems:
-    yield from _version(document)
-    structure = list(DOCUMENT(document, "", document))
-    yield from structure
-    if not structure:
-        yield from _unreadable(document)
+    """Yield the problems of a file. A file of another version has no other problems: its structure is unknown."""
+    yield from list(_version(document)) or list(DOCUMENT(document, "", document)) or _unreadable(document)
 
 
 def _version(document: Mapping[str, Any]) -> Problems:
