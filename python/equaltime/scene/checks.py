@@ -62,7 +62,9 @@ def check_parts(resolved: Resolved, assets: Assets, report: Report) -> tuple[str
     for message, places in wrong.items():
         (first, hint), *others = places.items()
         more = f" (and {len(others)} more place{'s' * (len(others) > 1)})" if others else ""
-        report.add(first, f"{message}{more}{hint}")
+        said = message.removeprefix(f"{first.file}: ")  # a glTF file has both the scene and its meshes
+        closer = bool(first.path) and said.startswith(first.path)
+        report.add(Place(first.file) if closer else first, f"{said}{more}{hint}")
     return tuple(_one_line(message, list(places)) for message, places in told.items())
 
 

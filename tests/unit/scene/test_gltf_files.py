@@ -196,6 +196,7 @@ def test_a_malformed_file_gives_one_error_with_its_place(tmp_path: Path, change:
     (tmp_path / "a.gltf").write_text(json.dumps(document))
     text = problem(tmp_path / "a.gltf")
     assert expected in text
+    assert text.count("a.gltf: ") == 1
     assert len(text.splitlines()) == 1
 
 
@@ -216,7 +217,8 @@ def test_draco_data_is_refused_even_if_the_file_does_not_require_it(tmp_path: Pa
 def test_an_index_that_names_no_vertex_is_told(tmp_path: Path) -> None:
     builder = Builder()
     builder.node(mesh=builder.mesh(indices=[0, 1, 3]))
-    assert "index 2 names vertex 3, but there are 3" in problem(builder.gltf(tmp_path / "a.gltf"))
+    expected = "a.gltf: meshes[0].primitives[0].indices: index 2 names vertex 3, but there are 3"
+    assert problem(builder.gltf(tmp_path / "a.gltf")) == expected
 
 
 def test_a_vertex_that_is_not_finite_is_told(tmp_path: Path) -> None:

@@ -192,7 +192,7 @@ def test_a_buffer_that_is_missing_stays_one_error(tmp_path: Path) -> None:
     with pytest.raises(et.SceneError) as error:
         et.load(file, substitute=True)
     (problem,) = map(str, error.value.problems)
-    missing = f"{file}: buffers[0].uri: no such file: {tmp_path / 'gone.bin'}"
+    missing = f"buffers[0].uri: no such file: {tmp_path / 'gone.bin'}"
     assert problem == f"{file}: meshes[0].primitives[0]: {missing}"
 
 
