@@ -10,7 +10,7 @@ import pytest
 import equaltime as et
 from equaltime.scene import model as m
 
-from .gltf_files import Builder, one_triangle
+from .gltf_files import SQUARE, Builder, one_triangle
 from .gltf_materials import UV, bsdf, loaded, principled, texels, textured, warnings
 
 
@@ -120,6 +120,16 @@ def test_texture_coordinates_are_scaled_then_turned_then_moved(tmp_path: Path) -
     assert np.allclose(found.base_color.uv_rows, [[0, 3, 10], [-2, 0, 20]])
 
 
+def test_a_texture_scaled_to_0_is_one_texel(tmp_path: Path) -> None:
+    pixels = np.array([[[10, 20, 30], [200, 210, 220]]], np.uint8)
+    transform = {"scale": [0, 0], "offset": [0.75, 0.5]}
+    use = {"index": 0, "extensions": {"KHR_texture_transform": transform}}
+    builder = textured(pixels, tmp_path, pbrMetallicRoughness={"baseColorTexture": use})
+    builder.json["materials"][0]["extensions"] = {"KHR_materials_unlit": {}}
+    image = et.render(et.load(builder.glb(tmp_path / "a.glb"), sky=0, sun=0).with_(size=(16, 12)), spp=4).image
+    np.testing.assert_allclose(image[image[..., 0] > 0.3].max(axis=0), [srgb(200), srgb(210), srgb(220)], rtol=1e-3)
+
+
 def test_a_set_of_texture_coordinates_may_be_chosen(tmp_path: Path) -> None:
     builder = Builder()
     builder.image(np.zeros((1, 1, 3), np.uint8), tmp_path)
@@ -226,6 +236,39 @@ def test_the_scale_of_normals_makes_slopes_steeper(tmp_path: Path) -> None:
     x, y, z = 2.0 * texels(found.normalmap, tmp_path).texels[0, 0].astype(np.float64) - 1.0
     assert x / z == pytest.approx(2.0, rel=5e-3)
     assert math.hypot(x, y, z) == pytest.approx(1.0, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    "transform",
+    [
+        {"rotation": 0.5},
+        {"rotation": math.pi / 2, "offset": [0.25, 0.5]},
+        {"scale": [-1, 1]},
+        {"scale": [1, -2], "rotation": 2.0},
+        {"scale": [2, 0.3]},
+    ],
+    ids=str,
+)
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_slopes_turn_with_the_texture_as_if_the_coordinates_were_turned(
+    tmp_path: Path, transform: dict[str, Any], mirrored: bool
+) -> None:
+    """The picture is that of a mesh whose texture coordinates were transformed before."""
+    pixels = np.array([[[180, 150, 220], [90, 140, 230]], [[128, 190, 210], [128, 128, 255]]], np.uint8)
+    angle, (width, height) = transform.get("rotation", 0.0), transform.get("scale", [1, 1])
+    turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]]) * [width, height]
+    uvs = np.array([[0, 1], [1, 1], [1, 0], [0, 0]]) * [-1 if mirrored else 1, 1]
+    images = []
+    for given, uv in ((transform, uvs), ({}, uvs @ turn.T + transform.get("offset", [0, 0]))):
+        use = {"index": 0, "extensions": {"KHR_texture_transform": given}}
+        pbr = {"metallicFactor": 0, "roughnessFactor": 1}
+        builder = textured(pixels, tmp_path, normalTexture=use, pbrMetallicRoughness=pbr)
+        builder.json["textures"][0]["sampler"] = builder.add("samplers", {"magFilter": 9728})
+        builder.json["nodes"] = [{"mesh": builder.mesh(SQUARE, [0, 1, 2, 0, 2, 3], material=0, TEXCOORD_0=uv)}]
+        scene = et.load(builder.glb(tmp_path / "a.glb"), sky=0, sun=1)
+        images.append(et.render(scene.with_(size=(16, 12)), spp=16, seed=1).image)
+    assert images[0].any()
+    np.testing.assert_allclose(images[0], images[1], rtol=0.02, atol=0.002)
 
 
 @pytest.mark.parametrize("scale", [1, -1])

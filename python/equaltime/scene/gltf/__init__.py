@@ -28,7 +28,7 @@ alphaMode                  `mask`: BLEND is opaque with probability alpha; MASK 
                            finer grid of texels
 doubleSided                `twosided`; without it the back side absorbs light *instead of being invisible*
 normalTexture              `normalmap`. Tangents follow u of the texture coordinates, *TANGENT is not used*; green is
-                           inverted where a texture is seen mirrored
+                           inverted where a texture is seen mirrored, and slopes turn with KHR_texture_transform
 occlusionTexture           not used: the render computes occlusion itself
 emission                   `area`, from the front side only. Nits are W/(m² sr) per channel. Emission fades with the
                            opacity, *unless the two have different textures*

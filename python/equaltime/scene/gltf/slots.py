@@ -23,6 +23,8 @@ Array = NDArray[Any]
 FINEST_MASK = 4096
 """Longest side, in texels, to which a mask is enlarged, so that the edges of holes are smooth."""
 ALPHA = (3,)
+THINNEST = 1e-9
+"""Scale of texture coordinates that replaces 0. Coordinates up to a million then stay within a thousandth of a texture."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,9 +53,27 @@ class TextureUse:
         """
         sine, cosine = math.sin(self.rotation), math.cos(self.rotation)
         result = np.eye(4)
-        result[:2, :2] = np.array([[cosine, sine], [-sine, cosine]]) * self.scale
+        result[:2, :2] = np.array([[cosine, sine], [-sine, cosine]]) * self._sizes
         result[:2, 3] = self.offset
         return result
+
+    @property
+    def normal_turn(self) -> NDArray[np.float64]:
+        """Matrix (2, 2) for x and y of a normal texture, from its own axes to the axes of the texture coordinates.
+
+        The image is seen turned or mirrored by `to_uv`, and so are the slopes in it.
+        """
+        sine, cosine = math.sin(self.rotation), math.cos(self.rotation)
+        width, height = self._sizes
+        right, up = cosine / width, -sine / height  # direction to the right in the image
+        length, side = math.hypot(right, up), math.copysign(1.0, width * height)
+        return np.array([[right, -up * side], [up, right * side]]) / length
+
+    @property
+    def _sizes(self) -> tuple[float, float]:
+        """`scale`, with `THINNEST` instead of 0, because a transform must be invertible."""
+        width, height = self.scale
+        return width or THINNEST, height or THINNEST
 
 
 def texture_use(info: Any) -> TextureUse | None:

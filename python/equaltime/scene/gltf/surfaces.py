@@ -210,14 +210,16 @@ def _as_metallic(diffuse: NDArray[np.float64], specular: NDArray[np.float64]) ->
 def _normal(reading: _Reading) -> None:
     texture = texture_use(reading.material.normalTexture)
     if texture is not None:
-        strength = texture.strength
-        curve = None if strength == 1.0 else lambda values: _bent(values, strength)
+        turn = texture.normal_turn * texture.strength
+        curve = None if np.array_equal(turn, np.eye(2)) else lambda values: _bent(values, turn)
         reading.slots["normal"] = Slot((1.0, 1.0, 1.0), texture, curve=curve)
 
 
-def _bent(values: NDArray[Any], strength: float) -> NDArray[Any]:
-    """Return encoded normals (..., 3) with their slopes multiplied by `strength`."""
-    normals = (2.0 * values - 1.0) * np.array([strength, strength, 1.0])
+def _bent(values: NDArray[Any], turn: NDArray[np.float64]) -> NDArray[Any]:
+    """Return encoded normals (..., 3) whose x and y are multiplied by the matrix `turn` (2, 2)."""
+    normals = 2.0 * values - 1.0
+    x, y = normals[..., 0].copy(), normals[..., 1].copy()
+    normals[..., 0], normals[..., 1] = turn[0, 0] * x + turn[0, 1] * y, turn[1, 0] * x + turn[1, 1] * y
     lengths = np.linalg.norm(normals, axis=-1, keepdims=True)
     unit: NDArray[Any] = np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0.0)
     return 0.5 * unit + 0.5
