@@ -207,6 +207,18 @@ def test_the_widest_spot_in_float32_is_a_hemisphere(tmp_path: Path) -> None:
     assert found.cutoff_angle == 90.0
 
 
+@pytest.mark.parametrize(
+    ("inner", "told"), [(0.3, "falls linearly"), (0.5, ""), (0.7, "the inner cone of a spot is wider than the outer")]
+)
+def test_a_spot_says_how_its_light_falls_between_its_cones(inner: float, told: str, tmp_path: Path) -> None:
+    spot = {"innerConeAngle": inner, "outerConeAngle": 0.5}
+    scene = loaded(with_light({"type": "spot", "spot": spot}), tmp_path)
+    (found,) = (emitter for emitter in scene.model.emitters if isinstance(emitter, m.Spot))
+    assert found.beam == pytest.approx(math.degrees(min(inner, 0.5)))
+    notes = [warning for warning in scene.warnings if "of a spot" in warning]
+    assert [told in note for note in notes] == [True] * bool(told)
+
+
 def test_a_spot_that_is_closed_is_no_light(tmp_path: Path) -> None:
     scene = loaded(with_light({"type": "spot", "spot": {"outerConeAngle": 0}}), tmp_path)
     assert any("gives no light" in warning for warning in scene.warnings)

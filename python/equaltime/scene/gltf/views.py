@@ -102,12 +102,15 @@ def light(document: Document, at: Placed, place: Place, ids: Ids) -> Object | No
     if source["type"] == "directional":
         return plant("emitter", "directional", place, id_, irradiance=power, direction=tuple(to_world[:3, 2].tolist()))
     cone = source.get("spot", {})
-    outer = min(math.degrees(cone.get("outerConeAngle", math.pi / 4.0)), 90.0)  # pi / 2 in float32 is more
+    angles = cone.get("innerConeAngle", 0.0), cone.get("outerConeAngle", math.pi / 4.0)
+    inner, outer = (min(math.degrees(angle), 90.0) for angle in angles)  # pi / 2 in float32 is more
     if outer <= 0.0:
         document.note("a spot whose cone is closed gives no light", place.path)
         return None
-    inner = min(math.degrees(cone.get("innerConeAngle", 0.0)), outer)
-    document.note("the light of a spot falls linearly with the angle, from the inner cone to the outer", place.path)
+    if inner < outer:
+        document.note("the light of a spot falls linearly with the angle, from the inner cone to the outer", place.path)
+    elif inner > outer:
+        document.note("the inner cone of a spot is wider than the outer: it counts as equal", place.path)
     return plant(
-        "emitter", "spot", place, id_, intensity=power, cutoff_angle=outer, beam_width=inner, to_world=to_world
+        "emitter", "spot", place, id_, intensity=power, cutoff_angle=outer, beam_width=min(inner, outer), to_world=to_world
     )
