@@ -77,6 +77,13 @@ def test_a_volume_refracts_and_takes_light_on_the_way(tmp_path: Path) -> None:
     assert scene.core.effects()["media"]
 
 
+def test_an_attenuation_distance_of_0_is_told(tmp_path: Path) -> None:
+    volume = {"thicknessFactor": 1, "attenuationDistance": 0, "attenuationColor": [0.5, 1, 1]}
+    extensions = {"KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_volume": volume}
+    builder = one_triangle(pbrMetallicRoughness={"metallicFactor": 0}, extensions=extensions)
+    assert "an attenuation distance of 0 is not used: the volume absorbs nothing" in warnings(builder, tmp_path)
+
+
 def test_an_unlit_material_is_only_its_colour(tmp_path: Path) -> None:
     others = {
         "KHR_materials_transmission": {"transmissionFactor": 1.0},

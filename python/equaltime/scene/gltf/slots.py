@@ -24,7 +24,7 @@ FINEST_MASK = 4096
 """Longest side, in texels, to which a mask is enlarged, so that the edges of holes are smooth."""
 ALPHA = (3,)
 THINNEST = 1e-9
-"""Scale of texture coordinates that replaces 0. Coordinates up to a million then stay within a thousandth of a texture."""
+"""Scale of texture coordinates that replaces 0. Coordinates up to a million stay within a thousandth of a texture."""
 
 
 @dataclass(frozen=True, slots=True)

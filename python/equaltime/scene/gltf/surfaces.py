@@ -263,7 +263,9 @@ def _transmission(reading: _Reading) -> None:
             reading.notes.append("roughness does not blur light that passes a thin wall")
         return
     color, distance = volume.get("attenuationColor", (1.0, 1.0, 1.0)), volume.get("attenuationDistance", math.inf)
-    if distance > 0.0 and math.isfinite(distance) and tuple(color) != (1.0, 1.0, 1.0):
+    if distance == 0.0:
+        reading.notes.append("an attenuation distance of 0 is not used: the volume absorbs nothing")
+    elif math.isfinite(distance) and tuple(color) != (1.0, 1.0, 1.0):
         reading.sigma_t = tuple(-math.log(max(c, BLACKEST)) / distance for c in color)
 
 
