@@ -112,5 +112,12 @@ def light(document: Document, at: Placed, place: Place, ids: Ids) -> Object | No
     elif inner > outer:
         document.note("the inner cone of a spot is wider than the outer: it counts as equal", place.path)
     return plant(
-        "emitter", "spot", place, id_, intensity=power, cutoff_angle=outer, beam_width=min(inner, outer), to_world=to_world
+        "emitter",
+        "spot",
+        place,
+        id_,
+        intensity=power,
+        cutoff_angle=outer,
+        beam_width=min(inner, outer),
+        to_world=to_world,
     )
