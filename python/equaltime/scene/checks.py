@@ -63,7 +63,7 @@ def check_parts(resolved: Resolved, assets: Assets, report: Report) -> tuple[str
         (first, hint), *others = places.items()
         more = f" (and {len(others)} more place{'s' * (len(others) > 1)})" if others else ""
         said = message.removeprefix(f"{first.file}: ")  # a glTF file has both the scene and its meshes
-        closer = bool(first.path) and said.startswith(first.path)
+        closer = said != message and said.startswith(first.path)
         report.add(Place(first.file) if closer else first, f"{said}{more}{hint}")
     return tuple(_one_line(message, list(places)) for message, places in told.items())
 
