@@ -163,7 +163,7 @@ def render_picture(
         except ImageError as problem:
             print_error(f"{problem}{kept_elsewhere(result)}")
             return 1
-        kept = (copy for copy, changed in copies(paths.all).items() if earlier.get(copy) != changed)
+        kept = [copy for copy, changed in copies(paths.all).items() if earlier.get(copy) != changed]
         files = tuple(dict.fromkeys((*files, *kept)))  # a checkpoint may have kept a copy, too
         writing = clock.perf_counter() - begin
         if isinstance(failure, BrightImage):
@@ -171,7 +171,8 @@ def render_picture(
         if viewer is not None and viewer.problem is not None:
             print_warning(viewer.problem)
         opaque = order.exposure == AUTO and result.origin.picture.alpha
-        lost = "" if paths.exr is None else replaced(paths.exr, result.record, old)
+        exr = None if Path(f"{paths.exr}~") in kept else paths.exr
+        lost = "" if exr is None else replaced(exr, result.record, old)
         written = Written(files, stops, result.exposure(), scale, opaque, lost, white_share(result.image, stops))
         teller.tell(result, scene, writing, written)
     if failure is not None:

@@ -32,6 +32,8 @@ __all__ = [
 
 _WORTH_KEEPING: Final = 60.0
 """Seconds of rendering from which a replaced render of equal content is kept."""
+_EARLY: Final = {"interrupt", "unfinished", "nonfinite", "faulty"}
+"""Ends of a render (``stopped_by``) before its limits."""
 
 
 AovPicture = Literal["variance"]
@@ -181,9 +183,10 @@ def keep_work(paths: OutputPaths, record: Mapping[str, Any], scene: str | None, 
     """Copy renders of this scene that a new render would replace to ``NAME~``, and return the copies.
 
     An EXR is copied if more than a minute of rendering would be lost, or if the scene's file has other content now:
-    nothing makes the picture again. A preview is copied, and the variance picture with it, unless it belongs to the EXR
-    beside it: a picture does not tell how long its render took. Nothing is lost if the new render contains the samples
-    of the existing render. An earlier ``NAME~`` is replaced, but one of more than a minute never by a shorter render.
+    nothing makes the picture again. A finished render is copied too if the new one ended early, in less time. A preview
+    is copied, and the variance picture with it, unless it belongs to the EXR beside it: a picture does not tell how
+    long its render took. Nothing is lost if the new render contains the samples of the existing render. An earlier
+    ``NAME~`` is replaced, but one of more than a minute never by a shorter render.
 
     Parameters
     ----------
@@ -227,13 +230,21 @@ def _is_worth_keeping(path: Path, new: Mapping[str, Any], old: Mapping[str, Any]
     seconds = old.get("seconds")
     if not isinstance(seconds, int | float) or _holds(new, old):
         return False
-    return seconds > _WORTH_KEEPING or (_is_edited(new, old) and not _is_long(_copy_of(path)))
+    if seconds > _WORTH_KEEPING:
+        return True
+    return (_is_edited(new, old) or _ended_early(new, old)) and not _is_long(_copy_of(path))
 
 
 def _is_edited(new: Mapping[str, Any], old: Mapping[str, Any]) -> bool:
     """Tell whether two renders are of one scene file with different content or options, such as another size."""
     file = old.get("scene")
     return file is not None and _is_same(file, new.get("scene")) and new.get("digest") != old.get("digest")
+
+
+def _ended_early(new: Mapping[str, Any], old: Mapping[str, Any]) -> bool:
+    """Tell whether a render ended early, in less time than a finished one took."""
+    early = new.get("stopped_by") in _EARLY and old.get("stopped_by") not in _EARLY
+    return early and new.get("seconds", 0.0) < old["seconds"]
 
 
 def _is_long(path: Path) -> bool:
@@ -270,14 +281,16 @@ def copies(places: Iterable[Path]) -> dict[Path, int]:
 def replaced(path: Path, new: Mapping[str, Any], old: Mapping[str, Any]) -> str:
     """Return a sentence on a render that was replaced and not kept; empty if the new render contains its samples.
 
-    `keep_work` keeps renders of more than a minute, and renders of the scene before it was edited. ``new`` and ``old``
-    are records of the EXR at ``path``: JSON data on how the renders were made. ``old`` is empty if there was no render.
+    `keep_work` keeps renders of more than a minute, renders of the scene before it was edited, and finished renders
+    that one which ended early would replace. ``new`` and ``old`` are records of the EXR at ``path``: JSON data on how
+    the renders were made. ``old`` is empty if there was no render.
     """
     if not isinstance(old.get("seconds"), int | float) or _holds(new, old) or _is_worth_keeping(path, new, old):
         return ""
     size = "x".join(map(str, old.get("size", ())))
     how = f"{count(old.get('spp', 0.0))} samples a pixel, strategy {old.get('strategy')}, seed {old.get('seed')}"
-    longer = f", and {_copy_of(path).name}, which stays, more" if _is_edited(new, old) else ""
+    stays = _is_edited(new, old) or _ended_early(new, old)
+    longer = f", and {_copy_of(path).name}, which stays, more" if stays else ""
     return f"the render that was there is replaced, as it took less than a minute{longer}: {size}, {how}"
 
 

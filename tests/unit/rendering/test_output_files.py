@@ -20,7 +20,7 @@ from equaltime.cli import main
 from equaltime.images import image_files as images
 from equaltime.rendering import output_files
 from equaltime.rendering.output_files import replaced
-from equaltime.rendering.render_file import read_picture
+from equaltime.rendering.render_file import read_picture, read_record
 
 HEAD = """
 [sensor]
@@ -408,6 +408,36 @@ def test_a_short_render_of_an_edited_scene_is_kept(
     assert kept.read_bytes() == long
     words = "is replaced, as it took less than a minute, and out.exr~, which stays, more: 4x4, 2 samples a pixel"
     assert words in capsys.readouterr().out
+
+
+def test_a_finished_render_is_not_lost_to_one_that_ends_early(scene: Path, tmp_path: Path) -> None:
+    path, kept, result = tmp_path / "out.exr", tmp_path / "out.exr~", et.render(scene, spp=2)
+    new = et.render(scene, spp=2, seed=1)
+    for end in ("interrupt", "unfinished", "nonfinite", "faulty"):
+        seconds(path, result, 20.0)
+        finished = path.read_bytes()
+        early = replace(new, stopped_by=end)
+        record = {**early.record, "seconds": 3.0}
+        assert replaced(path, record, read_record(path)) == "", "kept, so not lost"
+        seconds(path, early, 3.0)
+        assert kept.read_bytes() == finished
+        seconds(path, replace(early, origin=replace(new.origin, seed=2)), 1.0)
+        assert kept.read_bytes() == finished, "one that ended early is not kept in place of the finished one"
+        kept.unlink()
+    seconds(path, result, 20.0)
+    seconds(path, early, 21.0)
+    assert not kept.exists(), "one that took longer replaces it, as a finished one does"
+
+
+def test_a_finished_render_that_a_checkpoint_keeps_is_not_called_replaced(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, kept = tmp_path / "out.exr", tmp_path / "out.exr~"
+    seconds(path, et.render(scene, spp=2), 0.3)
+    command = ["render", str(scene), "-o", str(path), "--checkpoint", "10ms", "--time", "1s", "--seed", "3"]
+    assert main(command) == 0
+    told = [line for line in capsys.readouterr().out.splitlines() if "was there" in line]
+    assert told == [f"the render that was there is kept as {kept}"]
 
 
 def test_a_render_that_cannot_be_kept_is_not_replaced(
