@@ -59,7 +59,7 @@ def outcome(
     yield f"{_end(result)}: {said} in {seconds}, {samples_in_words(result.spp, asked)}{exact} -> {written}"
     if about := "; ".join([*(word for word in because if word != "unbiased"), *filter(None, [number.missing])]):
         yield about
-    if missed := _count_missed(result.stop) if result.stopped_by in ("spp", "time") else "":
+    if missed := _count_missed(result) if result.stopped_by in ("spp", "time") else "":
         yield missed
     if short := _too_short(result):
         yield short
@@ -161,12 +161,18 @@ def _looks(result: Result) -> str:
     return f"at most {', '.join(limits)} samples a pixel"
 
 
-def _count_missed(stop: Stop | None) -> str:
-    """Return a remark that another limit came before a pilot's sample count; empty without such a pilot."""
+def _count_missed(result: Result) -> str:
+    """Return a remark that another limit came before a pilot's sample count; empty without such a pilot.
+
+    It is empty, too, if an earlier run had that count already.
+    """
+    stop = result.stop
     if stop is None or stop.selects:
         return ""
     if stop.spp is None:
         return "the pilot chose no sample count for the error"
+    if result.position is not None and result.position[0] >= stop.spp:
+        return ""
     return f"ended before the {stop.spp} samples a pixel that a pilot chose for {percent(stop.error)}"
 
 

@@ -115,6 +115,14 @@ def test_a_render_that_was_small_enough_before_is_not_explained() -> None:
     assert [line for line in outcome(result, Written([Path("a.exr")]), None) if "looks" in line] == []
 
 
+@pytest.mark.parametrize(("chosen", "told"), [(9, True), (8, False)])
+def test_a_count_that_an_earlier_run_had_reached_is_not_called_missed(chosen: int, told: bool) -> None:
+    """A render with --stop fixed was resumed with a time limit."""
+    result = replace(et.render(et.load(SCENE).with_(size=(8, 8)), spp=8), stopped_by="time")
+    lines = [*outcome(replace(result, stop=Stop("fixed", 0.5, chosen, 5, 2, 0.1)), Written([Path("a.exr")]), None)]
+    assert any(line.startswith(f"ended before the {chosen} samples a pixel") for line in lines) is told
+
+
 @pytest.mark.parametrize(("end", "spp", "told"), [("time", 1, True), ("time", 2, False), ("spp", 1, False)])
 def test_a_time_that_is_too_short_for_an_error_is_told(end: str, spp: int, told: bool) -> None:
     result = et.render(et.load(SCENE).with_(size=(8, 8)), spp=spp, strategy="mis,sampler=independent")
