@@ -41,7 +41,15 @@ from equaltime.quoting.quote import seconds_of_pilot
 from equaltime.rendering.black_picture import black_picture, reasons, unwarned
 from equaltime.rendering.budget import StopRule
 from equaltime.rendering.job import Backend, Traps
-from equaltime.rendering.output_files import AovPicture, check_output, check_replaceable, check_spares, copies, replaced
+from equaltime.rendering.output_files import (
+    AovPicture,
+    OutputPaths,
+    check_output,
+    check_replaceable,
+    check_spares,
+    copies,
+    replaced,
+)
 from equaltime.rendering.passes import ProgressCallback
 from equaltime.rendering.render_file import read_record
 from equaltime.rendering.result import Result
@@ -98,10 +106,8 @@ def render_frames(
     the files by the frames' numbers. Frame n has the seed ``seed + n``. ``changes`` are the user's changes to each
     scene, as keywords of `Scene.with_`. The first frame that fails, or that Ctrl-C ends, is the last.
     """
-    if not order.overwrite:
-        for file in files.values():
-            paths = check_output(file, aov=order.aov)
-            check_replaceable(paths.pictures if order.resume else paths.all, source)
+    for file in files.values():
+        _check_replaceable(check_output(file, aov=order.aov), source, None, order)
     begin, done, told = clock.perf_counter(), 0, set[str]()
     for scene, (number, file) in zip(scenes, files.items(), strict=True):
         if done and not order.quiet:  # a later frame may have a warning of its own, as that the animation is over
@@ -132,9 +138,7 @@ def render_picture(
         print_warnings(scene.with_(transparent=changes.get("transparent", False)))
         findings = print_hazards(scene)
     scene = scene.with_(**changes)
-    if not order.overwrite:
-        source = None if scene.source is None else os.path.abspath(scene.source)
-        check_replaceable(paths.pictures if order.resume else paths.all, source, scene.digest)
+    _check_replaceable(paths, None if scene.source is None else os.path.abspath(scene.source), scene.digest, order)
     resumed = paths.exr if order.resume and paths.exr is not None and paths.exr.exists() else None
     if first and resumed is None and not (order.quiet or order.json):
         _warn_of_short_time(scene, order)
@@ -178,6 +182,18 @@ def render_picture(
     if failure is not None:
         raise failure.with_words(*order.words)
     return 130 if signals or result.stopped_by == "interrupt" else 0
+
+
+def _check_replaceable(paths: OutputPaths, source: str | None, digest: str | None, order: Order) -> None:
+    """Raise `ImageError` if a render would replace a file of another scene or program, or continue another scene's.
+
+    An EXR whose record does not name a scene cannot be resumed; the error of reading it tells why.
+    """
+    if order.overwrite:
+        return
+    named = not order.resume or (paths.exr is not None and {"scene", "digest"} <= {*read_record(paths.exr)})
+    how = "--overwrite without --resume" if order.resume else "--overwrite"
+    check_replaceable(paths.all if named else paths.pictures, source, digest, how)
 
 
 def _rendered(

@@ -181,6 +181,20 @@ def test_another_scene_or_program_is_not_replaced_unless_that_is_asked_for(
     assert main([*command, "--overwrite"]) == 0
 
 
+def test_a_render_of_another_scene_is_not_resumed_and_is_named_with_the_way_out(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output, other = tmp_path / "out.exr", tmp_path / "other.toml"
+    other.write_text(HEAD + "radiance = 3.0\n")
+    assert main(["render", str(other), "-o", str(output), *OPTIONS]) == 0
+    command = ["render", str(scene), "-o", str(output), *OPTIONS]
+    how = "--overwrite without --resume replaces it"
+    words = f"error: {output}: is there already, a render of another scene ({other}); {how}"
+    refused(words, [*command, "--resume"], capsys)
+    refused("cannot be resumed: it has another scene", [*command, "--resume", "--overwrite"], capsys)
+    assert main([*command, "--overwrite"]) == 0
+
+
 def in_memory(radiance: float = 1.0, size: tuple[int, int] = (6, 4)) -> et.Scene:
     film = {"type": "hdrfilm", "width": size[0], "height": size[1]}
     sky = {"type": "constant", "radiance": radiance}
