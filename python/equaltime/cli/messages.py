@@ -245,7 +245,7 @@ WAYS = {
     "seen": "seen by the camera",
     "met": "met by a scattered ray",
     "aimed": "aimed at",
-    "none": "no surface",
+    "none": "straight into the camera",
     "medium": "a medium",
 }
 """Words for the techniques by which a path finds light, by their names in the core; for ``none``, light that no

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from equaltime.cli.messages import WAYS
 from equaltime.quoting.law import Law
-from equaltime.quoting.light_parts import name_and_place
+from equaltime.quoting.light_parts import short_names
 from equaltime.quoting.noise_light import NoiseLight
 from equaltime.quoting.noise_places import NoisePlaces
 from equaltime.quoting.pilot import FEWEST, USUAL_SECONDS, Quote
@@ -188,8 +188,8 @@ def _light(light: NoiseLight) -> str:
         return "too few paths to tell"
     ways = {"direct": light.direct, "indirect": light.indirect, "seen by the camera": light.seen}
     lamps, surfaces = (
-        {name_and_place(WAYS.get(what, what))[0]: share for what, share in light.kinds[kind].items()}
-        for kind in ("light", "surface")
+        {WAYS.get(name, name): shares[what] for what, name in short_names(shares).items()}
+        for shares in (light.kinds["light"], light.kinds["surface"])
     )
     last = f"falling on {_largest(surfaces)}" if len(surfaces) > 1 else ""
     told = "; ".join(filter(None, (_largest(ways), _largest(lamps) if len(lamps) > 1 else "", last)))

@@ -13,8 +13,11 @@ summed over pixels, each divided by the pixel's denominator in the error's defin
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import Final
 
 import numpy as np
@@ -31,11 +34,13 @@ from equaltime.scene.model import Directional, Point, Spot
 from equaltime.statistics.intervals import Interval
 from equaltime.strategy import Strategy
 
-__all__ = ["KINDS_OF_PARTS", "LightParts", "measure_parts", "measure_parts_by", "name_and_place"]
+__all__ = ["KINDS_OF_PARTS", "LightParts", "measure_parts", "measure_parts_by", "name_and_place", "short_names"]
 
 Floats = NDArray[np.float64]
 
 KINDS_OF_PARTS: Final = ("length", "way", "bsdf", "surface", "light")
+_FILE: Final = re.compile(r"\((?:.*/)?([^/]*\.\w+(?::\d+)?)\)", re.DOTALL)
+"""Place in brackets: a path with an extension, and perhaps a line."""
 LONGEST: Final = 16
 """Path length in segments at which the split of light ends: paths of this length and all longer paths are one part."""
 
@@ -186,13 +191,25 @@ def name_and_place(what: str) -> tuple[str, str]:
     """Split the name of a part of the kind ``light`` or ``surface`` into its element's name and its place in a file.
 
     ``what`` is such as ``light 0: sun (/tmp/scene.toml:12)``, which gives ``sun`` and ``scene.toml:12``. The place is
-    empty if no file describes the element.
+    empty if no file describes the element. Names and folders may have brackets, which are taken to be in pairs.
     """
     _, colon, said = what.partition(": ")
     if not colon:
         return ("sky" if what == "environment" else what), ""
-    name, found, place = said.rpartition(" (")
-    return (name, place.rpartition("/")[2].removesuffix(")")) if found else (said, "")
+    depths = accumulate((character == ")") - (character == "(") for character in reversed(said))
+    opening = len(said) - 1 - next((i for i, depth in enumerate(depths) if depth == 0), 0)
+    place = _FILE.fullmatch(said, opening)
+    return (said[:opening].rstrip(), place[1]) if place else (said, "")
+
+
+def short_names(parts: Iterable[str]) -> dict[str, str]:
+    """Return the names of the elements of ``parts``, names of the kind ``light`` or ``surface``, by part.
+
+    An element whose name another one has, too, gets its number: ``ball (shape 3)``.
+    """
+    names = {what: name_and_place(what)[0] for what in parts}
+    counts = Counter(names.values())
+    return {what: name if counts[name] == 1 else f"{name} ({what.partition(': ')[0]})" for what, name in names.items()}
 
 
 def _named(names: Iterable[tuple[str, str]], groups: SurfaceGroups, scene: Scene) -> Iterable[tuple[str, str]]:

@@ -11,7 +11,7 @@ from typing import Final
 
 from equaltime.scene import Scene
 from equaltime.scene.model import Plugin, Shape, Solid
-from equaltime.scene.naming import Names
+from equaltime.scene.naming import Name, Names
 
 __all__ = ["SurfaceGroups", "described"]
 
@@ -57,7 +57,8 @@ def _material(shape: Shape) -> Plugin:
 def described(part: Plugin, number: int, scene: Scene) -> str:
     """Return the name of a part of a scene with its place, such as ``floor (/tmp/scene.toml:12)``.
 
-    A part without a name is named by its type and ``number``.
+    A part of an OBJ file may have its material's name. A part without a name is named by its type and ``number``. A
+    scene made in memory has no places.
     """
-    place = scene.place_of(part).partition(": ")[0]
-    return (part.id or f"{part.title} {number}") + (f" ({place})" if place else "")
+    place = "" if scene.source is None else scene.place_of(part).partition(": ")[0]
+    return (Name.of(part, place).id or f"{part.title} {number}") + (f" ({place})" if place else "")

@@ -149,7 +149,9 @@ def test_a_share_that_is_not_above_zero_is_none_and_large_memory_is_in_mb(capsys
     told = capsys.readouterr().out
     assert told.count("none measurable: the lower end of") == 1
     assert "(2: direct light): 1: 20 % ±10; 2 and more: 80 % ±10" in told
-    assert "by the BSDF that the light of a source falls on: diffuse 70 % ±10; no surface 30 % ±10" in told
+    assert (
+        "by the BSDF that the light of a source falls on: diffuse 70 % ±10; straight into the camera 30 % ±10" in told
+    )
 
 
 @pytest.mark.parametrize(

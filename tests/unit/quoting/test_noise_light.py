@@ -15,7 +15,7 @@ import equaltime as et
 from equaltime.cli import main
 from equaltime.quoting import noise_light as module
 from equaltime.quoting.law import fit
-from equaltime.quoting.light_parts import name_and_place
+from equaltime.quoting.light_parts import name_and_place, short_names
 from equaltime.quoting.noise_light import LEAST_PATHS, NoiseLight, noise_light
 from equaltime.quoting.pilot import Pilot
 from equaltime.rendering.core import split_light
@@ -181,7 +181,22 @@ def test_the_command_tells_which_light(capsys: pytest.CaptureFixture[str]) -> No
         ("environment", "sky", ""),
         ("light 0: sun (/tmp/scene.toml:12)", "sun", "scene.toml:12"),
         ("shape 3: lamp", "lamp", ""),
+        ("shape 3: lamp (/tmp/copy (2)/my scene.toml:12)", "lamp", "my scene.toml:12"),
+        ("shape 3: lamp (left: 1) (/tmp/a.glb)", "lamp (left: 1)", "a.glb"),
+        ("shape 3: lamp (left: 1)", "lamp (left: 1)", ""),
+        ("shape 3: lämp) ☃", "lämp) ☃", ""),
     ],
 )
 def test_a_light_has_its_name_without_an_article(what: str, name: str, place: str) -> None:
     assert name_and_place(what) == (name, place)
+
+
+def test_elements_with_one_name_are_told_apart_by_their_numbers() -> None:
+    parts = ["none", "shape 0: ball (/tmp/a.toml:3)", "shape 2: ball (/tmp/b.toml:9)", "shape 3: floor"]
+    assert list(short_names(parts).values()) == ["none", "ball (shape 0)", "ball (shape 2)", "floor"]
+
+
+def test_a_scene_made_in_memory_has_names_without_places() -> None:
+    parts = told(room(2, **{"lamp (left: 1)": point(1.0), "lamp": point(3.0)})).kinds
+    assert set(parts["light"]) == {"light 0: lamp (left: 1)", "light 1: lamp"}
+    assert not any("(" in what for what in parts["surface"])

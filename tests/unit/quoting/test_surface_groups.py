@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -43,3 +44,11 @@ def test_the_least_common_materials_are_one_group_where_materials_are_many(more:
     assert groups.names[-1].split()[0] == last
     assert groups.of_shape[: MOST - 1] == tuple(range(MOST - 1))
     assert set(groups.of_shape[MOST - 1 : MOST + more]) == {MOST - 1}
+
+
+def test_parts_of_an_obj_file_have_the_names_of_their_materials(tmp_path: Path) -> None:
+    vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+    (tmp_path / "m.obj").write_text(f"mtllib m.mtl\n{vertices}usemtl red\nf 1 2 3\nusemtl blue\nf 1 2 4\n")
+    (tmp_path / "m.mtl").write_text("newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\n")
+    names = SurfaceGroups.of(et.load(tmp_path / "m.obj")).names
+    assert [name.split()[2] for name in names[:2]] == ["red", "blue"]
