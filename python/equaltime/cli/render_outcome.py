@@ -11,7 +11,7 @@ import numpy as np
 from equaltime.cli.messages import Written, bias, headline, selects_images
 from equaltime.cli.recorded import error_limit, plain, recorded_command
 from equaltime.quoting.pilot import FEWEST, Quote
-from equaltime.rendering.budget import Looks, Stop
+from equaltime.rendering.budget import LEAST_DOUBT, Looks, Stop
 from equaltime.rendering.render_record import checked
 from equaltime.rendering.result import Result
 from equaltime.rendering.stated import asked_samples, samples_in_words, stated
@@ -153,12 +153,17 @@ def _far_below(result: Result) -> str:
 
 
 def _looks(result: Result) -> str:
-    """Return the upper limits of the error at the last looks, and which of them single bright paths widen."""
+    """Return the errors by which the last looks decided, and which of them single bright paths widen.
+
+    If one is above the upper limit of the stated error, the text tells why.
+    """
     limits = [
         f"{percent(look.believed)} at {look.samples}" + " (due to a bright path)" * look.widened
         for look in result.looks[-_LOOKS_TOLD:]
     ]
-    return f"at most {', '.join(limits)} samples a pixel"
+    more = any(look.believed > look.high for look in result.looks[-_LOOKS_TOLD:])
+    why = f" (a look counts at least {LEAST_DOUBT} times the estimate)" if more else ""
+    return f"at most {', '.join(limits)} samples a pixel{why}"
 
 
 def _count_missed(result: Result) -> str:

@@ -25,11 +25,22 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Any, Final, Literal, NamedTuple
 
 from equaltime.statistics.intervals import Interval
 
-__all__ = ["FIRST_LOOK", "Limits", "Look", "Looks", "Stop", "StopRule", "StoppedBy", "next_look", "noise_within"]
+__all__ = [
+    "FIRST_LOOK",
+    "LEAST_DOUBT",
+    "Limits",
+    "Look",
+    "Looks",
+    "Stop",
+    "StopRule",
+    "StoppedBy",
+    "next_look",
+    "noise_within",
+]
 
 StopRule = Literal["look", "fixed"]
 
@@ -93,7 +104,7 @@ FIRST_LOOK = 8
 """Samples per pixel at which a render with an error target first estimates its error; fewer say too little about the
 error."""
 
-_LEAST_DOUBT = 1.15
+LEAST_DOUBT: Final = 1.15
 """Least multiple of the estimate that is believed to be the error, however narrow its interval."""
 
 _BEFORE = 1.2
@@ -142,7 +153,7 @@ class Look(NamedTuple):
 
         It is the upper limit, or 1.15 times the estimate if that is larger.
         """
-        return max(self.high, _LEAST_DOUBT * self.value)
+        return max(self.high, LEAST_DOUBT * self.value)
 
     @property
     def widened(self) -> bool:
