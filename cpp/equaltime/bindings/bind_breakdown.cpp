@@ -123,7 +123,7 @@ void bind_breakdown(py::module_& m) {
         "How opaque each pixel is, (H, W) in [0, 1]: the share of a render's camera rays that meet something. "
         "Interrupts are honoured.");
   m.def("split_light", &split, "scene"_a, "settings"_a, "seed"_a = 0, "threads"_a = 0, "samples"_a = 1, "nets"_a = 2,
-        "only_lengths"_a = false, "surface_groups"_a = py::array_t<std::uint32_t>(0),
+        "only_lengths"_a = false, py::arg_v("surface_groups", py::array_t<std::uint32_t>(0), "..."),
         "The image of so many samples by its parts: their names, (kind, what) each, and (H, W, parts, 3) means. The "
         "parts of each kind (length, way, bsdf, surface, light) add up to the image. `surface_groups` has the group of "
         "each shape, from 0; without any, all are one group. Interrupts are honoured.");
