@@ -107,7 +107,7 @@ def _print(found: Comparison, verbose: bool) -> None:
     console.print(table := _table(found, names, verbose))
     if verbose and found.efficiency is not None:
         print_line(console, _ratio(found.efficiency, "the efficiency", found, names))
-    room = MOST_LINES - 4 - table.row_count - bool(found.same) - bool(found.order)
+    room = MOST_LINES - 4 - table.row_count - bool(found.same) - bool(found.order) - bool(found.unlike)
     shown = found.notes if verbose or len(found.notes) <= room else found.notes[: room - 1]
     more = [f"{len(found.notes) - len(shown)} more notes"] if len(shown) < len(found.notes) else []
     for note in shown:
@@ -142,6 +142,8 @@ def _answer(found: Comparison, names: Mapping[Path, str]) -> Iterator[str]:
     against = names[found.against]
     if found.same:
         yield found.same
+    if found.unlike:
+        yield f"warning: {found.unlike}"
     if found.ratio is not None:
         told = not math.isnan(found.ratio.low)
         even = told and found.ratio.low <= 1.0 <= found.ratio.high

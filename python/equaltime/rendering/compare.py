@@ -103,9 +103,12 @@ class Comparison(Shown):
     order: str = ""
     """Sentence on two files that may be in the wrong order: the second, which is taken as the truth, does not tell its
     noise, and the first does. Empty in other cases."""
+    unlike: str = ""
+    """Sentence on pictures for displays, such as PNG files, that are compared with files of radiance; empty in other
+    cases."""
 
     def __str__(self) -> str:
-        lines = [line for line in (self.same, self.order) if line]
+        lines = [line for line in (self.same, self.unlike, self.order) if line]
         for image in self.images:
             error = image.metrics["error"]
             said = f"{error:%}" if error.trusted else percent(error.value)
@@ -158,7 +161,15 @@ def compare(a: Render, b: Render, reference: Render | None = None) -> Comparison
     height, width = truth.image.shape[:2]
     notes = tuple(_notes(files, compared, reference is not None and ratio is None))
     return Comparison(
-        (width, height), truth.path, compared, ratio, efficiency, notes, _same_pixels(files), _order(files)
+        (width, height),
+        truth.path,
+        compared,
+        ratio,
+        efficiency,
+        notes,
+        _same_pixels(files),
+        _order(files),
+        _unlike(files),
     )
 
 
@@ -311,6 +322,18 @@ def _order(files: list[_File]) -> str:
     )
 
 
+def _unlike(files: list[_File]) -> str:
+    """Return the sentence `Comparison.unlike`."""
+    pictures = [file.path.name for file in files if extension(file.path) in _DISPLAY]
+    others = [file.path.name for file in files if extension(file.path) not in _DISPLAY]
+    if not pictures or not others:
+        return ""
+    return (
+        f"values for displays in {' and '.join(pictures)}, radiance in {' and '.join(others)}: most of the difference "
+        "may come from that. Compare files of one kind."
+    )
+
+
 def _ratio(first: _Pair, second: _Pair) -> Interval | None:
     """Return the ratio of errors of two images, with the interval that follows from the reference's noise."""
     if first.noise is not None and second.noise is not None:
@@ -373,7 +396,7 @@ def _notes(files: list[_File], compared: tuple[Compared, ...], without_ratio: bo
     if not available():
         yield f"flip is left out: it needs the package flip-evaluator: {install('report')}"
     for file in files:
-        if extension(file.path) in _DISPLAY:
+        if extension(file.path) in _DISPLAY and not _unlike(files):
             yield f"{file.path} is made for displays: its values are taken as they are, and may not be linear"
         if file is not truth and _same_seed(file, truth) and not np.array_equal(file.image, truth.image):
             yield (

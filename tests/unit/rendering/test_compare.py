@@ -217,7 +217,12 @@ def test_an_unknown_standard_error_is_none(tmp_path: Path) -> None:
 def test_a_render_compares_with_its_own_preview_under_protest(tmp_path: Path) -> None:
     a = write(tmp_path / "a.exr", TRUTH)
     images.write(tmp_path / "a.png", "png", [images.Layer(("R", "G", "B"), (100 * TRUTH).astype(np.uint8), {})])
-    assert any("made for displays" in note for note in et.compare(a, tmp_path / "a.png").notes)
+    found = et.compare(a, tmp_path / "a.png")
+    assert found.unlike.startswith("values for displays in a.png, radiance in a.exr: most of the difference may")
+    assert found.unlike in str(found)
+    alike = et.compare(tmp_path / "a.png", tmp_path / "a.png")
+    assert not alike.unlike
+    assert any("made for displays" in note for note in alike.notes)
 
 
 def test_different_sizes_are_named(files: tuple[Path, Path, Path], tmp_path: Path) -> None:
