@@ -27,7 +27,7 @@ OTHER: Final = "generic"
 FASTEST: Final = ("v2", "v3", "v4", OTHER)
 """Levels in the order in which the compiled core is preferred, fastest first.
 
-On a Xeon with AVX-512, v3 renders .94 to 1.00 of the paths that v2 does in the same time, and v4 .87 to .96
+On a Xeon with AVX-512, v3 renders .82 to 1.00 of the paths that v2 does in the same time, and v4 .86 to .96
 (tests/bench/build_variants.py): the core works on one path at a time. Embree takes the machine's best in any case.
 """
 EMBREE: Final = {"v2": "sse4.2", "v3": "avx2", "v4": "avx512"}
