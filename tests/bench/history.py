@@ -7,8 +7,8 @@ stated interval holds the realised error.
 
 The script fails if a figure is more than 1 % worse than in the last row of its scene. A commit that is meant to change
 a figure says so: a line ``History: instructions, relmse`` in the message of any commit since that row. So does one
-that changes bits: rare bright paths make most of relMSE in `mis` and `caustic`, and with other bits it scatters by 25
-and by 100 % (standard errors over these seeds; `door` 2 %, `cornell` 1 %).
+that changes bits, because other bits scatter. Rare bright paths make most of relMSE in `mis` and `caustic`: the
+standard error of its mean over these seeds is 50 and 90 % there, 2 % in `door` and 1 % in `cornell`.
 """
 
 from __future__ import annotations

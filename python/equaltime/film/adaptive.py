@@ -54,9 +54,9 @@ _LEAST = 0.3
 """Least rate of a pixel, however quiet its neighbours were.
 
 A pilot misses rare bright samples, such as caustics or the rim of a lamp. The error of one grows with the inverse of
-its pixel's rate. Error² times rays over that of even counts was computed from the variances of long renders of four
-scenes: Veach's plates, the Cornell box with a box filter, a terrain and a windmill. It is .89, .86, .97 and .91 with
-this rate. With 0.1 it is .99, .91, .97 and .89."""
+its pixel's rate. The variances of long renders give error² times rays, relative to even counts: .89, .86, .97 and .91
+with this rate, and .99, .91, .97 and .89 with 0.1. The four scenes are Veach's plates, the Cornell box with a box
+filter, a terrain and a windmill."""
 _MOST = 0.5
 """Largest share of the image's samples that one tile may receive. The limit is needed because a tile's own weights are
 excluded from the mean that normalises them."""

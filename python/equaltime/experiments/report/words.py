@@ -75,7 +75,7 @@ _UNTOLD = "cannot tell"
 _MEANINGS: Mapping[str, str] = {
     "(biased)": "the strategy may converge to another picture",
     "(another picture)": "a test found that the strategy's expected picture is not the standard's",
-    DISAGREEING: "no number, since the renderer's picture is not that of the reference",
+    DISAGREEING: "no number, since the renderer's picture differs from the reference",
     _UNTOLD: f"both ends of the interval are more than {TELLING:g} times off the number",
     AT_LEAST: "at least, since the upper end of the interval cannot be trusted",
     AT_MOST: "at most, since the lower end of the interval is not known",
