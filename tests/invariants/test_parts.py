@@ -83,7 +83,7 @@ def stage() -> et.Scene:
             "shelf": {"type": "ref", "id": "shelf"},
         },
     }
-    return et.load_dict(world).with_(size=(48, 36))
+    return et.load_dict(world).with_(size=(48, 36), shutter=(0.0, 1.0))
 
 
 @pytest.mark.parametrize("roulette", ["throughput", "efficiency"])
@@ -95,7 +95,7 @@ def test_where_each_shape_has_its_own_bsdf_both_kinds_of_parts_are_the_same(roul
     part = {name: parts[:, :, i] for i, name in enumerate(names)}
     owners = {"diffuse": "floor", "conductor": "mirror", "plastic": "slider", "roughplastic": "cylinder"}
     for bsdf, owner in owners.items():
-        (group,) = (i for i, name in enumerate(groups.names) if name.split()[2] == owner)
+        group = next(i for i, name in enumerate(groups.names) if name.split()[2] == owner)
         assert part["bsdf", bsdf].any()
         assert (part["surface", str(group)] == part["bsdf", bsdf]).all(), bsdf
     assert (part["surface", "medium"] == part["bsdf", "isotropic"]).all()
