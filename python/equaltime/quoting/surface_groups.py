@@ -6,6 +6,7 @@ The number of groups is limited, since the memory that shares take grows with it
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -35,18 +36,25 @@ class SurfaceGroups:
         If there are more than `MOST` materials too, the last group has those with the fewest shapes.
         """
         shapes = Names(scene).shapes
-        if len(shapes) <= MOST:
-            names = (f"shape {number}: {described(shape, number, scene)}" for number, shape in enumerate(shapes))
-            return cls(tuple(range(len(shapes))), tuple(names))
-        materials = [_material(shape) for shape in shapes]
-        keys = [material.id or id(material) for material in materials]
-        first = dict(zip(reversed(keys), reversed(materials), strict=True))
-        ordered = [key for key, _ in Counter(keys).most_common()]
-        kept = ordered if len(ordered) <= MOST else ordered[: MOST - 1]
-        numbers = {key: number for number, key in enumerate(kept)}
-        named = [f"material {number}: {described(first[key], number, scene)}" for number, key in enumerate(kept)]
-        others = ["others"] if len(kept) < len(ordered) else []
-        return cls(tuple(numbers.get(key, len(kept)) for key in keys), (*named, *others))
+        once = {id(shape): shape for shape in shapes}  # the core has a shape that moves twice
+        if len(once) > MOST:
+            return _by_material(shapes, scene)
+        numbers = {key: number for number, key in enumerate(once)}
+        names = (f"shape {number}: {described(shape, number, scene)}" for number, shape in enumerate(once.values()))
+        return cls(tuple(numbers[id(shape)] for shape in shapes), tuple(names))
+
+
+def _by_material(shapes: Sequence[Shape], scene: Scene) -> SurfaceGroups:
+    """Return groups of shapes with the same material; the last group has the least common materials of many."""
+    materials = [_material(shape) for shape in shapes]
+    keys = [material.id or id(material) for material in materials]
+    first = dict(zip(reversed(keys), reversed(materials), strict=True))
+    ordered = [key for key, _ in Counter(keys).most_common()]
+    kept = ordered if len(ordered) <= MOST else ordered[: MOST - 1]
+    numbers = {key: number for number, key in enumerate(kept)}
+    names = [f"material {number}: {described(first[key], number, scene)}" for number, key in enumerate(kept)]
+    others = ["others"] if len(kept) < len(ordered) else []
+    return SurfaceGroups(tuple(numbers.get(key, len(kept)) for key in keys), (*names, *others))
 
 
 def _material(shape: Shape) -> Plugin:

@@ -29,6 +29,15 @@ def test_a_few_shapes_are_a_group_each() -> None:
     assert [name.split()[:3] for name in groups.names] == [["shape", f"{i}:", f"ball_{i}"] for i in range(3)]
 
 
+def test_a_shape_that_moves_is_one_group() -> None:
+    keys = [{"time": t, "transform": [{"translate": [0.0, t, 0.0]}]} for t in (0.0, 1.0)]
+    moving = {f"ball_{i}": {"type": "sphere", "to_world": {"animation": keys}} for i in range(MOST)}
+    world = {"type": "scene", "sensor": {"type": "perspective"}, **moving}
+    groups = SurfaceGroups.of(et.load_dict(world).with_(shutter=(0.0, 1.0)))
+    assert groups.of_shape == (*range(MOST), *range(MOST))
+    assert groups.names[-1] == f"shape {MOST - 1}: ball_{MOST - 1}"
+
+
 def test_shapes_of_a_material_are_a_group_where_shapes_are_many() -> None:
     materials = [*["red"] * 3, *["blue"] * MOST, ""]
     groups = SurfaceGroups.of(scene(materials))
