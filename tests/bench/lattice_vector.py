@@ -25,10 +25,10 @@ Array = NDArray[np.float64]
 SMALLEST, SEARCHED, LARGEST = 2, 12, 20
 """Logarithms of sizes: those that count when a component is searched for, and to what it is continued."""
 BOUNCES = 8
-"""Vertices whose numbers are in the lattice."""
+"""Vertices whose numbers are in the lattice: kCoordinateBounces of the core."""
 FALLS = 0.8
 """The weight of a bounce, as a share of the weight of the bounce before."""
-FILE = Path(__file__).resolve().parents[2] / "cpp" / "sampling" / "lattice_vector.h"
+FILE = Path(__file__).resolve().parents[2] / "cpp/equaltime/sampling/lattice_vector.h"
 
 
 def components() -> list[tuple[str, float]]:
@@ -121,10 +121,11 @@ def header(names: Sequence[str], vector: Sequence[int]) -> str:
             "",
             "#include <cstdint>",
             "",
+            '#include "equaltime/sampling/coordinates.h"',
+            "",
             "namespace equaltime::lattice {",
             "",
-            f"inline constexpr std::uint32_t kBounces = {BOUNCES};",
-            f"inline constexpr std::uint32_t kVector[{len(vector)}] = {{",
+            "inline constexpr std::uint32_t kVector[kCoordinates] = {",
             *rows,
             "};",
             "",

@@ -4,10 +4,11 @@
 
 #include <cstdint>
 
+#include "equaltime/sampling/coordinates.h"
+
 namespace equaltime::lattice {
 
-inline constexpr std::uint32_t kBounces = 8;
-inline constexpr std::uint32_t kVector[61] = {
+inline constexpr std::uint32_t kVector[kCoordinates] = {
     1,        // pixel
     201433,   // pixel
     406757,   // direction 0

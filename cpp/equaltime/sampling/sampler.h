@@ -1,11 +1,12 @@
 // Sampler: the random numbers of one path, a pure function of (seed, pixel, sample index, slot).
 // No state moves: numbers may be asked for in any order, any number of times, on any thread.
 //
-// `sobol` gives each slot the 2-D Sobol' points with nested uniform (Owen) scrambling and an Owen-shuffled index, so
-// that slots are padded without correlation (Burley 2020). Each net of a pixel's samples is scrambled on its own: the
-// difference of two makes an honest error bar possible. `stratified` gives it jittered strata in the same way
-// (sampling/stratified.h). `lattice` takes the slots of the first vertices from one lattice (sampling/lattice.h) and
-// pads the others. `independent` hashes the sample index instead.
+// `lattice` and `sobol` take the slots of the first vertices from one point in many dimensions
+// (sampling/coordinates.h): of a shifted rank-1 lattice, or of a Sobol' sequence with nested uniform (Owen) scrambling.
+// They pad the other slots with 2-D Sobol' points, each in an order of its own, so that slots are not correlated
+// (Burley 2020). `stratified` gives all slots jittered strata in that way (sampling/stratified.h). Each net of a
+// pixel's samples has shifts, scrambles and orders of its own: the difference of two makes an honest error bar
+// possible. `independent` hashes the sample index.
 #pragma once
 
 #include <cstdint>
@@ -13,12 +14,23 @@
 #include "equaltime/base/bits.h"
 #include "equaltime/math/numeric.h"
 #include "equaltime/math/point.h"
+#include "equaltime/sampling/coordinates.h"
 #include "equaltime/sampling/dimensions.h"
 #include "equaltime/sampling/lattice.h"
 #include "equaltime/sampling/sobol.h"
 #include "equaltime/sampling/stratified.h"
 
 namespace equaltime {
+
+/// Four numbers worked on together (a vector extension of GCC and Clang, SSE on x86).
+using FourBits = std::uint32_t __attribute__((vector_size(16)));
+using FourFloats = float __attribute__((vector_size(16)));
+
+/// unit_float of each.
+EQUALTIME_INLINE FourFloats unit_floats(FourBits x) noexcept {
+  using Ints = std::int32_t __attribute__((vector_size(16)));
+  return __builtin_convertvector(reinterpret_cast<Ints>(x >> 8), FourFloats) * 0x1p-24F;
+}
 
 enum class SamplerKind : std::uint8_t { independent, stratified, sobol, lattice };
 
@@ -65,14 +77,15 @@ class BasicSampler {
   /// One number of 64 bits, for choices whose probabilities reach below 2^-24: the leading 32 are stratified.
   [[nodiscard]] EQUALTIME_INLINE U64 bits(Slot s) const noexcept {
     const U64 h = hash(s);
-    const Mask<Real> in_lattice = has_lattice(s);
-    const auto padded = [&]() noexcept { return for_each_lane<Real>(other_bits, kind_, reversed_index_, h); };
+    const U32 first = lattice_coordinate(s);
+    const Mask<Real> in_lattice = first != 0;
+    const auto other = [&]() noexcept { return for_each_lane<Real>(other_bits, kind_, reversed_index_, s.index, h); };
     if (none(in_lattice)) [[unlikely]]
-      return padded();
-    const U32 x = lattice::coordinate<Real>(reversed_index_, s, 0, sobol::seed_x<Real>(h));
+      return other();
+    const U32 x = lattice::coordinate<Real>(reversed_index_, first, sobol::seed_x<Real>(h));
     const U64 point = (U64(x) << 32) | U64(low_bits<Real>(reversed_index_, h));
     return where(
-        in_lattice, [&]() noexcept { return point; }, padded);
+        in_lattice, [&]() noexcept { return point; }, other);
   }
 
   /// Two numbers in [0, 1), multiples of 2^-24, jointly stratified.
@@ -84,11 +97,9 @@ class BasicSampler {
   [[nodiscard]] EQUALTIME_INLINE BasicVertexNumbers<Real> vertex(U32 bounce) const noexcept {
     const Slot light = slot<Real>(BounceDimension::light_point, bounce);
     const Slot bsdf = slot<Real>(BounceDimension::bsdf_direction, bounce);
-    if constexpr (LaneTraits<Real>::width == 1) {  // four numbers of one path are worked on together
-      const std::uint64_t a = hash(light), b = hash(bsdf);
-      const sobol::FloatLanes p =
-          sobol::unit_floats(kind_ == SamplerKind::sobol ? two_sobol_points(reversed_index_, a, b)
-                                                         : four(bits_2d(light, a), bits_2d(bsdf, b)));
+    if constexpr (LaneTraits<Real>::width == 1) {  // four numbers of one path are made floats together
+      const Bits2 a = bits_2d(light, hash(light)), b = bits_2d(bsdf, hash(bsdf));
+      const FourFloats p = unit_floats(FourBits{a.x, a.y, b.x, b.y});
       return {{p[0], p[1]}, {p[2], p[3]}};
     }
     return {get_2d(light), get_2d(bsdf)};
@@ -113,24 +124,26 @@ class BasicSampler {
   [[nodiscard]] EQUALTIME_INLINE U64 hash(Slot s) const noexcept {
     return mix64<U64>(key_ + U64(s.index + 1) * kGolden);
   }
-  [[nodiscard]] EQUALTIME_INLINE Mask<Real> has_lattice(Slot s) const noexcept {
+  /// The first coordinate of a slot in the lattice, or 0.
+  [[nodiscard]] EQUALTIME_INLINE U32 lattice_coordinate(Slot s) const noexcept {
     if (kind_ != SamplerKind::lattice) [[unlikely]]
-      return false;
-    return lattice::has(s);
+      return 0;
+    return first_coordinate<Real>(s);
   }
 
   [[nodiscard]] EQUALTIME_INLINE Bits2 bits_2d(Slot s, U64 h) const noexcept {
-    const Mask<Real> in_lattice = has_lattice(s);
-    const auto padded = [&]() noexcept {
-      const U64 both = for_each_lane<Real>(other_bits_2d, kind_, reversed_index_, h);
+    const U32 first = lattice_coordinate(s);
+    const Mask<Real> in_lattice = first != 0;
+    const auto other = [&]() noexcept {
+      const U64 both = for_each_lane<Real>(other_bits_2d, kind_, reversed_index_, s.index, h);
       return Bits2{U32(both >> 32), U32(both)};
     };
     if (none(in_lattice)) [[unlikely]]
-      return padded();
-    const Bits2 point{lattice::coordinate<Real>(reversed_index_, s, 0, sobol::seed_x<Real>(h)),
-                      lattice::coordinate<Real>(reversed_index_, s, 1, sobol::seed_y<Real>(h))};
+      return other();
+    const Bits2 point{lattice::coordinate<Real>(reversed_index_, first, sobol::seed_x<Real>(h)),
+                      lattice::coordinate<Real>(reversed_index_, first + 1, sobol::seed_y<Real>(h))};
     return where(
-        in_lattice, [&]() noexcept { return point; }, padded);
+        in_lattice, [&]() noexcept { return point; }, other);
   }
 
   template <class R>
@@ -141,31 +154,32 @@ class BasicSampler {
   // The other kinds, and slots that the lattice lacks, are out of line, get values and take lanes one by one: inlined,
   // they would slow down paths that take points of the lattice.
   [[nodiscard, gnu::noinline]] static std::uint64_t other_bits(SamplerKind kind, std::uint32_t reversed_index,
-                                                               std::uint64_t h) noexcept {
+                                                               std::uint32_t slot, std::uint64_t h) noexcept {
     if (kind == SamplerKind::independent) return h;
-    const std::uint32_t index = padded_index(kind, reversed_index, h);
-    const std::uint32_t shuffled = reverse_bits(sobol::scramble_reversed(index, sobol::seed_shuffle(h)));
-    const std::uint32_t x = sobol::scramble_reversed(shuffled, sobol::seed_x(h));
-    return (static_cast<std::uint64_t>(reverse_bits(x)) << 32) | low_bits<float>(index, h);
+    const auto with_low = [h](std::uint32_t x, std::uint32_t place) {
+      return (static_cast<std::uint64_t>(x) << 32) | low_bits<float>(place, h);
+    };
+    if (const std::uint32_t first = sobol_coordinate(kind, slot); first != 0)
+      return with_low(sobol::coordinate(reversed_index, first, sobol::seed_x(h)), reversed_index);
+    const std::uint32_t place =
+        kind == SamplerKind::stratified ? reversed_index : sobol::permute_in_16(reversed_index, h);
+    return with_low(sobol::padded_x(sobol::shuffled_index(place, h), h), place);
   }
   /// Two fractions of 32 bits, x in the upper half.
   [[nodiscard, gnu::noinline]] static std::uint64_t other_bits_2d(SamplerKind kind, std::uint32_t reversed_index,
-                                                                  std::uint64_t h) noexcept {
+                                                                  std::uint32_t slot, std::uint64_t h) noexcept {
     if (kind == SamplerKind::independent) return h;
     if (kind == SamplerKind::stratified) return stratified::bits_2d(reversed_index, h);
-    const sobol::Lanes p = sobol::two_points(padded_index(kind, reversed_index, h), h, h);
-    return (static_cast<std::uint64_t>(p[0]) << 32) | p[1];
+    const auto both = [](std::uint32_t x, std::uint32_t y) { return (static_cast<std::uint64_t>(x) << 32) | y; };
+    if (const std::uint32_t first = sobol_coordinate(kind, slot); first != 0)
+      return both(sobol::coordinate(reversed_index, first, sobol::seed_x(h)),
+                  sobol::coordinate(reversed_index, first + 1, sobol::seed_y(h)));
+    const std::uint32_t index = sobol::shuffled_index(sobol::permute_in_16(reversed_index, h), h);
+    return both(sobol::padded_x(index, h), sobol::padded_y(index, h));
   }
-  [[nodiscard]] EQUALTIME_INLINE static sobol::Lanes four(Bits2 a, Bits2 b) noexcept {
-    return sobol::Lanes{a.x, a.y, b.x, b.y};
-  }
-  [[nodiscard, gnu::noinline]] static sobol::Lanes two_sobol_points(std::uint32_t reversed_index, std::uint64_t a,
-                                                                    std::uint64_t b) noexcept {
-    return sobol::two_points(reversed_index, a, b);
-  }
-  [[nodiscard]] static std::uint32_t padded_index(SamplerKind kind, std::uint32_t reversed_index,
-                                                  std::uint64_t h) noexcept {
-    return kind == SamplerKind::lattice ? lattice::padded_index(reversed_index, h) : reversed_index;
+  /// The first coordinate of a slot in the Sobol' sequence, or 0.
+  [[nodiscard]] static std::uint32_t sobol_coordinate(SamplerKind kind, std::uint32_t slot) noexcept {
+    return kind == SamplerKind::sobol ? first_coordinate(equaltime::Slot{slot}) : 0;
   }
 
   U64 key_;

@@ -23,9 +23,7 @@ constexpr std::uint32_t every_second_bit(std::uint32_t x) noexcept {
 /// Two fractions of 32 bits, x in the upper half: sixteen bits each that place the cell, then sixteen by hashing.
 /// `hash` is the slot's. Out of line: within the path loop it cost the other samplers 2 %.
 [[nodiscard, gnu::noinline]] inline std::uint64_t bits_2d(std::uint32_t reversed_index, std::uint64_t hash) noexcept {
-  const std::uint32_t index =
-      equaltime::reverse_bits(sobol::scramble_reversed(reversed_index, sobol::seed_shuffle(hash)));
-  const std::uint32_t place = equaltime::reverse_bits(sobol::scramble_reversed(index, sobol::seed_x(hash)));
+  const std::uint32_t place = sobol::padded_x(sobol::shuffled_index(reversed_index, hash), hash);
   const std::uint64_t x = every_second_bit(place >> 1), y = every_second_bit(place);
   const std::uint64_t within = mix64(hash ^ mix64(reversed_index));
   return (x << 48) | (within >> 32 & 0xffff) << 32 | (y << 16) | (within & 0xffff);

@@ -109,12 +109,20 @@ std::vector<Point2f> replicate_points(SamplerKind kind, Slot s, std::uint64_t pi
   return points;
 }
 
-TEST("the first 2^k points of each replicate of a slot are a (0, k, 2)-net") {
-  for (const Slot s : some_slots())
-    for (const std::uint32_t replicates : {1U, 2U, 3U})
-      for (std::uint32_t r = 0; r < replicates; ++r)
-        for (int k = 0; k <= 10; ++k)
-          CHECK(is_net(replicate_points(SamplerKind::sobol, s, 1000 + r, r, replicates, k), k));
+// A slot without coordinates; single samples are padded in sixteens.
+constexpr Slot kPadded = slot(BounceDimension::bsdf_direction, 1000);
+constexpr int kLeastPadded = 4;
+
+TEST(
+    "the first 2^k Sobol' points of each replicate are a (0, k, 2)-net: those of the pixel, and padded ones from 16 "
+    "on") {
+  for (const std::uint32_t replicates : {1U, 2U, 3U})
+    for (std::uint32_t r = 0; r < replicates; ++r)
+      for (int k = 0; k <= 10; ++k) {
+        const auto points = [&](Slot s) { return replicate_points(SamplerKind::sobol, s, 1000 + r, r, replicates, k); };
+        CHECK(is_net(points(slot(CameraDimension::pixel)), k));
+        CHECK(k < kLeastPadded || is_net(points(kPadded), k));
+      }
 }
 
 TEST("the net test rejects independent points, and Sobol points of which two swapped a coordinate") {
@@ -125,27 +133,107 @@ TEST("the net test rejects independent points, and Sobol points of which two swa
   CHECK(!is_net(points, 6));
 }
 
-// Whether 2^k numbers, and any 2^k from a multiple of 2^k on, are equally far apart.
-bool is_even(Slot s, std::uint64_t first, int k, bool y) {
+// The numbers of 2^k samples from the given one on, in order.
+std::vector<double> sorted_numbers(SamplerKind kind, Slot s, std::uint64_t first, int k, bool y) {
   std::vector<double> numbers;
   for (std::uint64_t j = first; j < first + (1ULL << k); ++j) {
-    const Point2f p = Sampler::at(SamplerKind::lattice, 3, 77, j, 1).get_2d(s);
+    const Point2f p = Sampler::at(kind, 3, 77, j, 1).get_2d(s);
     numbers.push_back(static_cast<double>(y ? p.y : p.x));
   }
   std::ranges::sort(numbers);
+  return numbers;
+}
+
+// Whether the numbers of the lattice are equally far apart.
+bool is_even(Slot s, std::uint64_t first, int k, bool y) {
+  const std::vector<double> numbers = sorted_numbers(SamplerKind::lattice, s, first, k, y);
   for (std::size_t i = 1; i < numbers.size(); ++i)
     if (numbers[i] - numbers[i - 1] != std::ldexp(1.0, -k)) return false;
   return true;
 }
 
-TEST("each number of the lattice is even over any 2^k samples from a multiple of 2^k on") {
-  for (std::uint32_t index = 0; index < lattice::kSlots; ++index) {
-    if (!lattice::has({index})) continue;
+// Whether each stratum of 2^-k has one of the numbers.
+bool is_in_strata(SamplerKind kind, Slot s, std::uint64_t first, int k, bool y) {
+  const std::vector<double> numbers = sorted_numbers(kind, s, first, k, y);
+  for (std::size_t i = 0; i < numbers.size(); ++i)
+    if (std::floor(std::ldexp(numbers[i], k)) != static_cast<double>(i)) return false;
+  return true;
+}
+
+TEST("each coordinate is even over any 2^k samples from a multiple of 2^k on, of the lattice and of Sobol'") {
+  for (std::uint32_t index = 0; index < kCoordinateSlots; ++index) {
+    if (first_coordinate(Slot{index}) == 0) continue;
     for (const int k : {1, 4, 10})
-      for (const std::uint64_t block : {0ULL, 1ULL, 5ULL}) CHECK(is_even({index}, block << k, k, false));
+      for (const std::uint64_t block : {0ULL, 1ULL, 5ULL}) {
+        CHECK(is_even({index}, block << k, k, false));
+        CHECK(is_in_strata(SamplerKind::sobol, {index}, block << k, k, false));
+      }
   }
-  CHECK(is_even(slot(CameraDimension::pixel), 0, 8, true));
-  CHECK(!is_even(slot(CameraDimension::pixel), 3, 4, false));  // not from a multiple on
+  const Slot pixel = slot(CameraDimension::pixel);
+  CHECK(is_even(pixel, 0, 8, true) && is_in_strata(SamplerKind::sobol, pixel, 0, 8, true));
+  CHECK(!is_even(pixel, 3, 4, false));  // not from a multiple on
+  CHECK(!is_in_strata(SamplerKind::independent, pixel, 0, 4, false));
+}
+
+// The mean over 2^k points of the product of 1 + g w over some coordinates: how far from even they are together.
+double unevenness(const std::vector<std::vector<double>>& coordinates) {
+  double sum = 0;
+  for (std::size_t i = 0; i < coordinates[0].size(); ++i) {
+    double product = 1;
+    for (const std::vector<double>& x : coordinates)
+      product *= 1 + 0.05 * 2 * std::numbers::pi * std::numbers::pi * (x[i] * x[i] - x[i] + 1.0 / 6);
+    sum += product;
+  }
+  return sum / static_cast<double>(coordinates[0].size()) - 1;
+}
+
+TEST("Sobol' points of the pixel and three vertices are together more even than padded ones") {
+  const auto mean = [](std::uint32_t bounce, bool also_pixel) {
+    double sum = 0;
+    for (std::uint64_t pixel = 0; pixel < 100; ++pixel) {
+      std::vector<std::vector<double>> coordinates;
+      const auto add = [&](Slot s) {
+        std::vector<double> x, y;
+        for (std::uint64_t j = 0; j < 256; ++j) {
+          const Point2f p = Sampler::at(SamplerKind::sobol, 5, pixel, j, 1).get_2d(s);
+          x.push_back(static_cast<double>(p.x)), y.push_back(static_cast<double>(p.y));
+        }
+        coordinates.insert(coordinates.end(), {x, y});
+      };
+      add(also_pixel ? slot(CameraDimension::pixel) : slot(BounceDimension::bsdf_direction, bounce + 3));
+      for (std::uint32_t b = bounce; b < bounce + 3; ++b) add(slot(BounceDimension::bsdf_direction, b));
+      sum += unevenness(coordinates);
+    }
+    return sum / 100;
+  };
+  CHECK(mean(0, true) < 0.8 * mean(20, false));
+}
+
+TEST("decisions of a vertex that never meet in a product share the strata of Sobol', each scrambled by itself") {
+  const auto strata = [](std::uint32_t a, std::uint32_t b) {  // of light points, and of directions
+    std::set<std::pair<int, int>> found;
+    for (std::uint64_t index = 0; index < 256; ++index) {
+      const Sampler s = Sampler::at(SamplerKind::sobol, 5, 9, index, 1);
+      found.emplace(static_cast<int>(16 * s.vertex(a).light_point.y),
+                    static_cast<int>(16 * s.vertex(b).bsdf_direction.y));
+    }
+    return found.size();
+  };
+  CHECK(strata(0, 0) == 16 && strata(7, 7) == 16);
+  CHECK(strata(0, 1) > 64);  // of two vertices
+}
+
+TEST("direction numbers are those that Joe and Kuo's program makes") {
+  // Bits 0, 4, 9 and 19 of dimensions 3, 24 and 61, as fractions of 32 bits.
+  const auto direction = [](std::size_t dimension, std::uint32_t bit) {
+    return reverse_bits(sobol::kReversedDirections[dimension - 1][31 - bit]);
+  };
+  CHECK(direction(3, 0) == 0x80000000U && direction(3, 4) == 0xe8000000U && direction(3, 9) == 0x9cc00000U &&
+        direction(3, 19) == 0xc5909000U);
+  CHECK(direction(24, 0) == 0x80000000U && direction(24, 4) == 0x48000000U && direction(24, 9) == 0x32400000U &&
+        direction(24, 19) == 0x4e9e3000U);
+  CHECK(direction(61, 0) == 0x80000000U && direction(61, 4) == 0xf8000000U && direction(61, 9) == 0x1a400000U &&
+        direction(61, 19) == 0x7eac3000U);
 }
 
 TEST("decisions of a vertex that never meet in a product share the lattice's components, shifted") {
@@ -182,26 +270,24 @@ double coarse_variance(SamplerKind kind, Slot a, Slot b) {
   return squares / (64.0 * kPixels);
 }
 
-TEST("slots beyond the lattice are padded as independent of each other; shuffled by nested scrambling they are not") {
+TEST("slots without coordinates are padded as independent of each other; shuffled by nested scrambling they are not") {
   const Slot a = slot(BounceDimension::bsdf_direction, 9), b = slot(BounceDimension::bsdf_direction, 10);
   const double most = 1 + 5 * std::sqrt(2.0 / 4000);  // five standard deviations
-  CHECK(coarse_variance(SamplerKind::lattice, a, b) < most);
-  CHECK(coarse_variance(SamplerKind::lattice, slot(BounceDimension::technique, 0), b) < most);
-  CHECK(coarse_variance(SamplerKind::sobol, a, b) > 1.8);
+  for (const SamplerKind kind : {SamplerKind::lattice, SamplerKind::sobol}) {
+    CHECK(coarse_variance(kind, a, b) < most);
+    CHECK(coarse_variance(kind, slot(BounceDimension::technique, 0), b) < most);
+  }
+  CHECK(coarse_variance(SamplerKind::stratified, a, b) > 1.8);
 }
 
-// The mean over 2^k points of the product of 1 + g w over the components of a vector: how far from even they are.
-double unevenness(const std::vector<std::uint32_t>& vector, int k) {
-  double sum = 0;
-  for (std::uint32_t i = 0; i < (1U << k); ++i) {
-    double product = 1;
-    for (const std::uint32_t z : vector) {
-      const double x = static_cast<double>(reverse_bits(i) * z) * 0x1p-32;
-      product *= 1 + 0.05 * 2 * std::numbers::pi * std::numbers::pi * (x * x - x + 1.0 / 6);
-    }
-    sum += product;
+// How far from even the points of a vector are.
+double vector_unevenness(const std::vector<std::uint32_t>& vector, int k) {
+  std::vector<std::vector<double>> coordinates;
+  for (const std::uint32_t z : vector) {
+    std::vector<double>& x = coordinates.emplace_back();
+    for (std::uint32_t i = 0; i < (1U << k); ++i) x.push_back(static_cast<double>(reverse_bits(i) * z) * 0x1p-32);
   }
-  return std::ldexp(sum, -k) - 1;
+  return unevenness(coordinates);
 }
 
 TEST("the vector is better for the first three vertices than random vectors are") {
@@ -212,12 +298,12 @@ TEST("the vector is better for the first three vertices than random vectors are"
     for (int trial = 0, better = 0; trial < 40; ++trial) {
       std::vector<std::uint32_t> other(kTogether);
       for (std::uint32_t& z : other) z = static_cast<std::uint32_t>(random()) | 1;
-      better += unevenness(other, k) < unevenness(ours, k) ? 1 : 0;
+      better += vector_unevenness(other, k) < vector_unevenness(ours, k) ? 1 : 0;
       CHECK(better <= 2);
     }
   std::vector<std::uint32_t> twin = ours;
   twin[4] = twin[2];  // two that are alike
-  CHECK(unevenness(twin, 10) > 1.05 * unevenness(ours, 10));
+  CHECK(vector_unevenness(twin, 10) > 1.05 * vector_unevenness(ours, 10));
 }
 
 // Of 2^k samples of a replicate, those of all copies.
@@ -230,7 +316,7 @@ std::vector<Point2f> copied_points(SamplerKind kind, Slot s, int k, std::uint32_
 }
 
 TEST("the points of all copies of 2^k samples are a net too, and share no number with the samples") {
-  for (const Slot s : some_slots())
+  for (const Slot s : {slot(CameraDimension::pixel), kPadded})
     for (const std::uint32_t log2_copies : {1U, 2U, 4U}) {
       const std::vector<Point2f> copies = copied_points(SamplerKind::sobol, s, 5, log2_copies);
       CHECK(is_net(copies, 5 + static_cast<int>(log2_copies)));
@@ -245,7 +331,7 @@ TEST("the points of all copies of 2^k samples are a net too, and share no number
 TEST("single numbers are stratified in the same way") {
   for (const SamplerKind kind : {SamplerKind::stratified, SamplerKind::sobol})
     for (const Slot s : some_slots())
-      for (std::uint32_t k = 0; k <= 10; ++k) {
+      for (std::uint32_t k = kind == SamplerKind::sobol && first_coordinate(s) == 0 ? kLeastPadded : 0; k <= 10; ++k) {
         std::set<std::uint64_t> strata;
         for (std::uint64_t j = 0; j < (1ULL << k); ++j)
           strata.insert(k == 0 ? 0 : Sampler::at(kind, 2, 5, 2 * j, 2).bits(s) >> (64 - k));
@@ -329,7 +415,7 @@ double shuffle_deviate(Bits second) {
   for (std::uint64_t pixel = 0; pixel < kPixels; ++pixel) {
     std::size_t agree = 0;
     for (std::uint64_t j = 0; j < 2 * kPairs; j += 2) {
-      const Sampler s = Sampler::at(SamplerKind::sobol, 31, pixel, j, 1);
+      const Sampler s = Sampler::at(SamplerKind::stratified, 31, pixel, j, 1);
       agree += (s.bits(first) >> 63) == (second(s) >> 63) ? 1 : 0;
     }
     ++counts[agree];
